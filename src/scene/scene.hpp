@@ -1,0 +1,155 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solvers/geometry/shape.hpp"
+#include "solvers/geometry/vec2.hpp"
+
+namespace lichtenberg {
+
+/// One side of the domain: insulating, or an electrode at a potential.
+struct DomainSide {
+  bool electrode = false;
+  double potential = 0;  ///< V
+};
+
+struct Domain {
+  Vec2 size;                        ///< m
+  std::array<DomainSide, 4> sides;  ///< left, right, bottom, top
+};
+
+/// A fixed body at a given potential.
+struct Electrode {
+  std::string name;
+  Shape shape;
+  double potential = 0;  ///< V
+};
+
+struct Medium {
+  double permittivity = 0;  ///< F/m, absolute
+  double viscosity = 0;     ///< Pa s
+  double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
+};
+
+/// A mobile disk (field) or sphere (mechanics).
+struct Conductor {
+  Vec2 position;  ///< m
+  Vec2 velocity;  ///< m/s
+  double radius = 0;  ///< m
+  double charge = 0;  ///< C
+  int group = -1;     ///< index into Scene::groups, -1: of its own
+};
+
+/// Conductors wired together by the scene: one potential, whether they touch or not. Either the charge of the whole
+/// group or its potential is given.
+struct PrescribedGroup {
+  std::string name;
+  double charge = 0;                ///< C
+  std::optional<double> potential;  ///< V
+};
+
+struct Material {
+  double density = 8050;  ///< kg/m^3 (steel, D 5.5.2)
+};
+
+// Effects. One is in a run only if its table stands in the scene; the optional is empty otherwise.
+
+/// Electrostatics of floating conductors (D 5.3): the field solver and its forces.
+struct FloatingConductors {};
+/// dQ_i/dt = current for every conductor (D 5.5).
+struct CurrentSource {
+  double current = 0;  ///< A
+};
+/// F = -6 pi viscosity R v (D 5.8).
+struct StokesDrag {};
+/// Elastic contact between spheres, F = 4/3 E* sqrt(R_eff) delta^(3/2) (D 5.9, corrected).
+struct HertzContact {
+  double young = 200e9;   ///< Pa
+  double poisson = 0.3;
+};
+/// The same contact against the sides of the domain and the electrodes.
+struct WallContact {
+  double young = 200e9;   ///< Pa
+  double poisson = 0.3;
+};
+/// Conductors closer than `gap`, surface to surface, are one electrically (D 6.40).
+struct ContactDischarge {
+  double gap = 0;         ///< m: contact is made when the surfaces come closer than this
+  double hysteresis = 0;  ///< contact is lost at gap * (1 + hysteresis)
+};
+
+struct Effects {
+  std::optional<FloatingConductors> floating_conductors;
+  std::optional<CurrentSource> current_source;
+  std::optional<StokesDrag> stokes_drag;
+  std::optional<HertzContact> hertz_contact;
+  std::optional<WallContact> wall_contact;
+  std::optional<ContactDischarge> contact_discharge;
+};
+
+struct FieldOptions {
+  std::string method = "cut-cell";      ///< cut-cell | relaxation
+  int cells = 512;                      ///< S: cells along the domain's longer side
+  double tolerance = 1e-8;              ///< relative residual of a single solve
+  double moving_tolerance = 1e-5;       ///< relative energy-norm error of a solve inside a moving scene
+  std::string links = "log-fitted";     ///< log-fitted | plain
+  std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
+  double relaxation_eta = 0;            ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
+};
+
+struct MechanicsOptions {
+  std::string integrator = "cvode";  ///< cvode | euler
+  std::string coupling = "split";    ///< split: field extrapolated over an error-controlled step; monolithic: field inside the rhs
+  double relative_tolerance = 1e-6;
+  double position_tolerance = 0;     ///< m: error allowed a coupling step; default 1e-3 radius
+  double largest_step = 0;           ///< s: largest coupling step; default output interval
+  double euler_step = 1e-5;          ///< s (D 6.7)
+  double euler_field_step = 1e-3;    ///< s (D 6.7)
+};
+
+struct OutputOptions {
+  std::string file;             ///< result file; default: the scene's name with .h5
+  double every = 0.1;           ///< s, between frames
+  int checkpoint_every = 10;    ///< frames between checkpoints
+  bool picture = true;
+};
+
+struct StopOptions {
+  double time = 120;               ///< s
+  bool stationary = true;          ///< stop when all are connected to ground and at rest (D 7.1)
+  double force = 1e-3;             ///< stationary: largest force allowed, as a fraction of the largest of the run
+};
+
+/// A scene file, checked and complete: every default filled in, populations drawn. SI throughout.
+struct Scene {
+  std::string path;  ///< the file it was read from
+  std::string text;  ///< that file, verbatim (provenance)
+  std::string title;
+  std::uint64_t seed = 1;
+  Domain domain;
+  Medium medium;
+  Material material;
+  std::vector<Electrode> electrodes;
+  std::vector<Conductor> conductors;
+  std::vector<PrescribedGroup> groups;
+  Effects effects;
+  FieldOptions field;
+  MechanicsOptions mechanics;
+  OutputOptions output;
+  StopOptions stop;
+};
+
+/// Reads and checks a scene. Throws InputError (one sentence: file, line, key, value found, what is allowed).
+Scene read_scene(const std::string& path);
+
+/// The same from text already in memory; `path` is used in messages.
+Scene parse_scene(const std::string& text, const std::string& path);
+
+/// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`.
+std::string scene_help();
+
+}  // namespace lichtenberg

@@ -1,0 +1,9 @@
+# The libraries that lichtenberg's own libraries stand on: read by this build and by find_package(lichtenberg).
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(SUNDIALS REQUIRED)
+find_package(fmt REQUIRED)
+find_package(CHOLMOD REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
+pkg_check_modules(HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5)
+pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)

@@ -1,0 +1,79 @@
+#include "src/commands/command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+#include "src/commands/commands.hpp"
+#include "src/scene/nearest.hpp"
+#include "src/version.hpp"
+
+namespace lichtenberg {
+namespace {
+
+/// Takes `--petsc` and all that follows out of the arguments and returns what followed: PETSc's own options look like
+/// ours with one dash, so they must not reach our parser.
+std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments) {
+  const auto mark = std::find(arguments.begin(), arguments.end(), "--petsc");
+  if (mark == arguments.end()) return {};
+  std::vector<std::string> options(mark + 1, arguments.end());
+  arguments.erase(mark, arguments.end());
+  return options;
+}
+
+void check_command(const CLI::App& program, const std::string& command) {
+  std::vector<std::string> known;
+  for (const CLI::App* subcommand : program.get_subcommands({})) known.push_back(subcommand->get_name());
+  if (std::find(known.begin(), known.end(), command) != known.end()) return;
+  throw InputError(fmt::format("there is no command `{}`; did you mean `{}`? `lichtenberg help` lists them all", command,
+                               nearest(command, known)));
+}
+
+void declare(CLI::App& program) {
+  const Version version = lichtenberg_version();
+  program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
+  program.require_subcommand(1);
+  program.footer("Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
+  add_plot(program);
+  add_help(program);
+}
+
+void dispatch(std::vector<std::string> arguments) {
+  laplace::set_petsc_options(take_petsc_options(arguments));
+  CLI::App program("Charged conductors in a dielectric: how they move, touch, exchange charge and form structures.",
+                   "lichtenberg");
+  declare(program);
+  if (!arguments.empty() && arguments.front().front() != '-') check_command(program, arguments.front());
+  try {
+    std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back
+    program.parse(arguments);
+  } catch (const CLI::Success& request) {
+    program.exit(request);  // --help, --version
+  } catch (const CLI::ParseError& error) {
+    throw InputError(fmt::format("{}; `lichtenberg help` says what is allowed", error.what()));
+  }
+}
+
+int report(const std::exception& error, int status) {
+  fmt::print(stderr, "lichtenberg: {}\n", error.what());
+  return status;
+}
+
+}  // namespace
+
+int run_command_line(std::vector<std::string> arguments) {
+  try {
+    dispatch(std::move(arguments));
+    return 0;
+  } catch (const InputError& error) {
+    return report(error, 2);
+  } catch (const std::exception& error) {
+    return report(error, 1);
+  }
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,34 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+
+#include "src/commands/commands.hpp"
+#include "src/commands/draw.hpp"
+
+namespace lichtenberg {
+namespace {
+
+struct PlotArguments {
+  std::string file, picture;
+  std::optional<int> frame;
+};
+
+void plot(const PlotArguments& request) {
+  std::vector<std::string> arguments{request.file};
+  if (request.frame) arguments.insert(arguments.end(), {"--frame", std::to_string(*request.frame)});
+  if (!request.picture.empty()) arguments.insert(arguments.end(), {"--out", request.picture});
+  draw(arguments);
+}
+
+}  // namespace
+
+void add_plot(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("plot", "Draws a frame of a result file");
+  auto request = std::make_shared<PlotArguments>();
+  command->add_option("FILE", request->file, "result file of a run (.h5)")->required();
+  command->add_option("--frame", request->frame, "index of the frame, from 0 (default: the last)");
+  command->add_option("--out", request->picture, "picture to write (default: FILE with .png)");
+  command->callback([request] { plot(*request); });
+}
+
+}  // namespace lichtenberg

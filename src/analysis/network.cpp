@@ -1,0 +1,113 @@
+#include "src/analysis/network.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "src/analysis/close_pairs.hpp"
+
+namespace lichtenberg::analysis {
+
+Ground ground_of(const Scene& scene) {
+  Ground ground;
+  ground.size = scene.domain.size;
+  for (size_t k = 0; k < ground.side.size(); ++k) ground.side[k] = scene.domain.sides[k].electrode;
+  for (const Electrode& electrode : scene.electrodes) ground.bodies.push_back(electrode.shape);
+  return ground;
+}
+
+double gap(const Disk& disk, const Ground& ground) {
+  const Vec2 c = disk.centre;
+  const std::array<double, 4> distance{c.x, ground.size.x - c.x, c.y, ground.size.y - c.y};
+  double smallest = std::numeric_limits<double>::infinity();
+  for (size_t k = 0; k < distance.size(); ++k)
+    if (ground.side[k]) smallest = std::min(smallest, distance[k] - disk.radius);
+  for (const Shape& body : ground.bodies) smallest = std::min(smallest, gap(disk, body));
+  return smallest;
+}
+
+ContactGraph contact_graph(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                           const Ground& ground) {
+  const size_t n = position.size();
+  ContactGraph graph{std::vector<std::vector<int>>(n), std::vector<bool>(n)};
+  if (n == 0) return graph;
+  const double reach = 2 * *std::max_element(radius.begin(), radius.end()) + contact_gap;
+  for (const auto& [i, j] : close_pairs(position, reach)) {
+    if (norm(position[i] - position[j]) - radius[i] - radius[j] >= contact_gap) continue;
+    graph.neighbours[i].push_back(j);
+    graph.neighbours[j].push_back(i);
+  }
+  for (size_t i = 0; i < n; ++i) graph.grounded[i] = gap(Disk{position[i], radius[i]}, ground) < contact_gap;
+  return graph;
+}
+
+std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> position) {
+  const int n = static_cast<int>(position.size());
+  std::vector<int> successor(n, unconnected), round(n, 0);
+  std::vector<int> latest;  // those that found their successor in the round before
+  for (int i = 0; i < n; ++i)
+    if (graph.grounded[i]) {
+      successor[i] = to_ground;
+      latest.push_back(i);
+    }
+  const auto distance2 = [&](int i, int j) { return norm2(position[i] - position[j]); };
+  // Whoever touches one of the latest and has no successor yet touches none of the earlier ones: only the latest can
+  // become successors in this round.
+  for (int now = 1; !latest.empty(); ++now) {
+    std::vector<int> found;
+    for (const int j : latest)
+      for (const int i : graph.neighbours[j]) {
+        if (successor[i] == unconnected) {
+          successor[i] = j;
+          round[i] = now;
+          found.push_back(i);
+        } else if (round[i] == now && distance2(i, j) < distance2(i, successor[i])) {
+          successor[i] = j;
+        }
+      }
+    std::sort(found.begin(), found.end());  // so that the first of equally near ones is the one of smallest index
+    latest = std::move(found);
+  }
+  return successor;
+}
+
+int DegreeDistribution::branch_points() const {
+  return number.size() > 3 ? std::accumulate(number.begin() + 3, number.end(), 0) : 0;
+}
+
+double DegreeDistribution::fraction(int degree) const {
+  const bool any = degree >= 0 && degree < static_cast<int>(number.size()) && connected > 0;
+  return any ? static_cast<double>(number[degree]) / connected : 0;
+}
+
+double DegreeDistribution::branching() const {
+  return connected > 0 ? static_cast<double>(branch_points()) / connected : 0;
+}
+
+DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<const int> successor) {
+  DegreeDistribution result;
+  int twice_the_contacts = 0;  // between conductors
+  for (size_t i = 0; i < successor.size(); ++i) {
+    if (successor[i] == unconnected) continue;
+    const size_t degree = graph.neighbours[i].size() + (graph.grounded[i] ? 1 : 0);
+    if (degree >= result.number.size()) result.number.resize(degree + 1);
+    ++result.number[degree];
+    ++result.connected;
+    result.grounded += graph.grounded[i];
+    twice_the_contacts += static_cast<int>(graph.neighbours[i].size());
+  }
+  result.loops = twice_the_contacts / 2 + result.grounded - result.connected;
+  return result;
+}
+
+Network network(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                const Ground& ground) {
+  const ContactGraph graph = contact_graph(position, radius, contact_gap, ground);
+  Network result;
+  result.successor = successors(graph, position);
+  result.degrees = degree_distribution(graph, result.successor);
+  return result;
+}
+
+}  // namespace lichtenberg::analysis

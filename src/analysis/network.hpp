@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "solvers/geometry/shape.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::analysis {
+
+/// All that drains charge: the box's sides that are electrodes, and the electrodes inside it. One node of the network.
+struct Ground {
+  Vec2 size;                   ///< m, of the box
+  std::array<bool, 4> side{};  ///< left, right, bottom, top
+  std::vector<Shape> bodies;
+};
+
+Ground ground_of(const Scene& scene);
+
+/// Smallest surface-to-surface gap between the disk and the ground (m); infinite without any ground.
+double gap(const Disk& disk, const Ground& ground);
+
+/// The undirected network G of electrical contacts (D 7.1).
+struct ContactGraph {
+  std::vector<std::vector<int>> neighbours;  ///< of each conductor, in ascending order
+  std::vector<bool> grounded;                ///< in contact with the ground
+};
+
+/// Contacts between all conductors, and between them and the ground, whose surface-to-surface gap is less than
+/// `contact_gap` (m). D 7.1 asks for centres closer than 3R, which for equal radii is a contact gap of R.
+ContactGraph contact_graph(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                           const Ground& ground);
+
+constexpr int to_ground = -1;    ///< the direct successor is the ground
+constexpr int unconnected = -2;  ///< no path to the ground
+
+/// Direct successors, the anti-arborescence A rooted at the ground (D 7.2): conductors in contact with the ground have
+/// it as successor; then, round by round, each conductor without one takes the nearest (centre to centre; of equally
+/// near ones the first) of those in contact with it that had a successor when the round began.
+/// Returns for each conductor the index of its successor, `to_ground` or `unconnected`.
+std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> position);
+
+/// Degrees of the conductors that are in A (D 7.2-7.5).
+struct DegreeDistribution {
+  int connected = 0;        ///< M, the conductors in A
+  int grounded = 0;         ///< those in contact with the ground
+  int loops = 0;            ///< contacts beyond the M that a tree with the ground as its root has
+  std::vector<int> number;  ///< Delta_j (D 7.3): conductors of degree j
+
+  int endpoints() const { return number.size() > 1 ? number[1] : 0; }  ///< Delta_1
+  int branch_points() const;                                          ///< sum of Delta_j over j > 2
+  double fraction(int degree) const;                                  ///< f_j = Delta_j / M (D 7.4); 0 if M = 0
+  double branching() const;                                           ///< B (D 7.5); 0 if M = 0
+};
+
+/// A conductor's degree counts its contacts with other conductors, and the ground as one more: D's sum (7.2) starts at
+/// node 0, and only so does (7.7) hold. Every contact adds 1 to the degrees at both its ends, a contact with the ground
+/// to one; with M + loops contacts, `grounded` of them with the ground, that gives (7.7) for any network as
+///   sum_j (j - 2) f_j + (grounded - 2 loops) / M = 0.
+DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<const int> successor);
+
+/// The network at one instant: what a run records and a picture shows.
+struct Network {
+  std::vector<int> successor;  ///< see successors()
+  DegreeDistribution degrees;
+};
+
+/// Contact graph, arborescence and degrees in one go. Arguments as for contact_graph().
+Network network(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                const Ground& ground);
+
+}  // namespace lichtenberg::analysis

@@ -1,0 +1,197 @@
+// The contact network of D 7.2-7.3 on configurations that can be worked out on paper. Lengths in units of the radius:
+// R = 1 and contact_gap = 1, so that conductors are in contact when their centres are closer than 3 (D 7.1), and a
+// conductor is in contact with the bottom of the box, the electrode, when its centre is lower than 2.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <random>
+
+#include "src/analysis/close_pairs.hpp"
+#include "src/analysis/network.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::analysis;
+
+namespace {
+
+const Ground bottom{{30, 30}, {false, false, true, false}, {}};
+
+std::vector<double> ones(size_t n) { return std::vector<double>(n, 1.0); }
+
+Network network_on_bottom(const std::vector<Vec2>& position) {
+  return network(position, ones(position.size()), 1, bottom);
+}
+
+}  // namespace
+
+TEST_CASE("conductors are in contact when the gap between their surfaces is less than the contact gap") {
+  const Ground none{{30, 30}, {}, {}};
+  const auto in_contact = [&](double distance, double r1, double r2, double gap) {
+    const std::vector<Vec2> position{{5, 5}, {5 + distance, 5}};
+    const ContactGraph graph = contact_graph(position, std::vector<double>{r1, r2}, gap, none);
+    CHECK_EQ(graph.neighbours[0].size(), graph.neighbours[1].size());
+    return !graph.neighbours[0].empty();
+  };
+  CHECK(in_contact(2.999, 1, 1, 1));
+  CHECK_FALSE(in_contact(3.001, 1, 1, 1));
+  CHECK(in_contact(5.499, 1, 4, 0.5));  // 1 + 4 + 0.5
+  CHECK_FALSE(in_contact(5.501, 1, 4, 0.5));
+  CHECK(in_contact(1.5, 1, 1, 1));  // overlapping, as Hertz contacts are
+}
+
+TEST_CASE("ground is whatever drains: sides of the box, disks, bars and rings") {
+  const Disk disk{{5, 8}, 1};
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, false}, {}}), 4);  // 5 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, true}, {}}), 1);   // 10 - 8 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Disk{{5, 4}, 2}}}), 1);            // 4 - 2 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Bar{{0, 3}, {10, 3}, 2}}}), 3);    // 5 - 1 - 1
+  CHECK_EQ(gap(disk, Ground{{30, 10}, {}, {Ring{{5, 5}, 5}}}), 1);            // 5 - 3 - 1
+  CHECK(std::isinf(gap(disk, Ground{{30, 10}, {}, {}})));
+}
+
+TEST_CASE("ground_of takes the electrodes of a scene and leaves insulating sides out") {
+  Scene scene;
+  scene.domain.size = {3, 2};
+  scene.domain.sides[3].electrode = true;  // top
+  scene.electrodes.push_back({"needle", Disk{{1, 1}, 0.5}, 0});
+  const Ground ground = ground_of(scene);
+  CHECK_EQ(ground.size, Vec2{3, 2});
+  CHECK_EQ(ground.side, std::array<bool, 4>{false, false, false, true});
+  REQUIRE_EQ(ground.bodies.size(), 1);
+  CHECK_EQ(std::get<Disk>(ground.bodies[0]).radius, 0.5);
+}
+
+// a stands on the electrode; b and c touch a (at 2.973 and 2.879) and each other (at 2.476); d touches b (at 2.502) and
+// c (at 2.062). In the first round only a has a successor, so c takes a although b is nearer; in the second round d has
+// the choice and takes c. e and f touch each other only.
+const std::vector<Vec2> rounds{{0, 1.5}, {2.8, 2.5}, {1.0, 4.2}, {2.9, 5.0}, {20, 10}, {22.5, 10}};
+
+TEST_CASE("successors are found round by round") {
+  CHECK_EQ(network_on_bottom(rounds).successor, std::vector<int>{to_ground, 0, 0, 2, unconnected, unconnected});
+}
+
+TEST_CASE("the order in which conductors are numbered does not matter") {
+  const std::vector<int> number{3, 5, 0, 2, 4, 1};  // of a, b, ... f
+  std::vector<Vec2> position(rounds.size());
+  for (size_t k = 0; k < number.size(); ++k) position[number[k]] = rounds[k];
+  const std::vector<int> successor = network_on_bottom(position).successor;
+  CHECK_EQ(successor[3], to_ground);
+  CHECK_EQ(successor[5], 3);
+  CHECK_EQ(successor[0], 3);
+  CHECK_EQ(successor[2], 0);
+  CHECK_EQ(successor[4], unconnected);
+  CHECK_EQ(successor[1], unconnected);
+}
+
+TEST_CASE("of two equally near conductors the first is the successor") {
+  // 0 and 2 stand on the electrode, 1 above the middle between them.
+  const std::vector<Vec2> position{{10, 1.5}, {12, 3.5}, {14, 1.5}};
+  CHECK_EQ(network_on_bottom(position).successor, std::vector<int>{to_ground, 0, to_ground});
+  // One round later: 3 stands on 0 and 2 on 1, and 4 leans on both.
+  const std::vector<Vec2> arch{{10, 1.5}, {15, 1.5}, {15, 4}, {10, 4}, {12.5, 5.5}};
+  CHECK_EQ(network_on_bottom(arch).successor, std::vector<int>{to_ground, to_ground, 1, 0, 2});
+}
+
+TEST_CASE("degrees count contacts within the network, the ground among them, and leave the unconnected out") {
+  const DegreeDistribution degrees = network_on_bottom(rounds).degrees;
+  // a: ground, b, c; b: a, c, d; c: a, b, d; d: b, c. Contacts: 5 and one with the ground, two more than a tree of 4 has.
+  CHECK_EQ(degrees.connected, 4);
+  CHECK_EQ(degrees.grounded, 1);
+  CHECK_EQ(degrees.number, std::vector<int>{0, 0, 1, 3});
+  CHECK_EQ(degrees.loops, 2);
+  CHECK_EQ(degrees.endpoints(), 0);
+  CHECK_EQ(degrees.branch_points(), 3);
+  CHECK_EQ(degrees.fraction(3), 0.75);
+  CHECK_EQ(degrees.branching(), 0.75);
+}
+
+TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
+  // A stem of three, the third of which carries three arms; contacts are 2.5 long, diagonals 3.54.
+  const std::vector<Vec2> position{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}};
+  const Network tree = network_on_bottom(position);
+  CHECK_EQ(tree.successor, std::vector<int>{to_ground, 0, 1, 2, 2, 2});
+  const DegreeDistribution& degrees = tree.degrees;
+  CHECK_EQ(degrees.number, std::vector<int>{0, 3, 2, 0, 1});
+  CHECK_EQ(degrees.loops, 0);
+  CHECK_EQ(degrees.endpoints(), 3);
+  double sum = 0, weighted = 0;
+  for (int j = 0; j <= 4; ++j) {
+    sum += degrees.fraction(j);
+    weighted += (j - 2) * degrees.fraction(j);
+  }
+  const double m = 6, f1 = degrees.fraction(1), b = degrees.branching();
+  CHECK_EQ(sum, doctest::Approx(1));                // 7.6
+  CHECK_EQ(weighted + 1 / m, doctest::Approx(0));   // 7.7
+  // 7.9 follows from both; for finite M the 1/M of 7.7 stays in f3 and f4.
+  CHECK_EQ(degrees.fraction(2), doctest::Approx(1 - (f1 + b)));
+  CHECK_EQ(degrees.fraction(3), doctest::Approx(2 * b - f1 + 1 / m));
+  CHECK_EQ(degrees.fraction(4), doctest::Approx(f1 - b - 1 / m));
+}
+
+TEST_CASE("without any ground nobody is connected and all fractions are zero") {
+  const Network none = network(rounds, ones(rounds.size()), 1, Ground{{30, 30}, {}, {}});
+  CHECK_EQ(none.successor, std::vector<int>(rounds.size(), unconnected));
+  CHECK_EQ(none.degrees.connected, 0);
+  CHECK_EQ(none.degrees.endpoints(), 0);
+  CHECK_EQ(none.degrees.fraction(1), 0);
+  CHECK_EQ(none.degrees.branching(), 0);
+  CHECK(network({}, {}, 1, bottom).successor.empty());
+}
+
+TEST_CASE("a long chain takes as many rounds as it has links") {
+  std::vector<Vec2> position;
+  for (int i = 0; i < 20000; ++i) position.push_back({1, 1.5 + 2.5 * i});
+  const std::vector<int> successor = network_on_bottom(position).successor;
+  for (int i = 0; i < 20000; ++i) REQUIRE_EQ(successor[i], i - 1);  // to_ground is -1
+}
+
+TEST_CASE("on random networks the sum rule holds and every successor is one contact nearer to the ground") {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(0, 60);
+  std::vector<Vec2> position(400);
+  for (Vec2& p : position) p = {uniform(random), uniform(random)};
+  const Ground ground{{60, 60}, {true, false, true, false}, {}};
+  const std::vector<double> radius = ones(position.size());
+  const ContactGraph graph = contact_graph(position, radius, 1, ground);
+  const Network net = network(position, radius, 1, ground);
+  REQUIRE_GT(net.degrees.connected, 100);
+  REQUIRE_GT(net.degrees.grounded, 1);
+
+  double weighted = 0;
+  for (int j = 0; j < static_cast<int>(net.degrees.number.size()); ++j) weighted += (j - 2) * net.degrees.fraction(j);
+  const double m = net.degrees.connected;
+  CHECK_EQ(weighted + (net.degrees.grounded - 2 * net.degrees.loops) / m, doctest::Approx(0));
+
+  const auto steps = [&](int i) {
+    int n = 0;
+    for (; i >= 0; i = net.successor[i]) ++n;
+    return n;
+  };
+  for (size_t i = 0; i < position.size(); ++i) {
+    if (net.successor[i] == unconnected) continue;
+    CHECK_EQ(net.successor[i] == to_ground, graph.grounded[i]);
+    for (const int j : graph.neighbours[i]) {
+      REQUIRE_NE(net.successor[j], unconnected);
+      CHECK_LE(steps(static_cast<int>(i)), steps(j) + 1);
+    }
+  }
+}
+
+TEST_CASE("close pairs are those of a double loop") {
+  std::mt19937_64 random(3);
+  const auto brute_force = [](const std::vector<Vec2>& points, double reach) {
+    std::vector<std::pair<int, int>> pairs;
+    for (int i = 0; i < static_cast<int>(points.size()); ++i)
+      for (int j = i + 1; j < static_cast<int>(points.size()); ++j)
+        if (norm2(points[i] - points[j]) < reach * reach) pairs.emplace_back(i, j);
+    return pairs;
+  };
+  for (const Vec2 extent : {Vec2{1, 1}, Vec2{100, 0.1}, Vec2{0.1, 100}, Vec2{0, 50}, Vec2{0, 0}})
+    for (const double reach : {0.01, 0.5, 300.0}) {
+      std::vector<Vec2> points(300);
+      std::uniform_real_distribution<double> unit(0, 1);
+      for (Vec2& p : points) p = {-3 + extent.x * unit(random), 8 + extent.y * unit(random)};
+      CHECK_EQ(close_pairs(points, reach), brute_force(points, reach));
+    }
+  CHECK(close_pairs({}, 1).empty());
+}

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <cholmod.h>
+
+#include "solvers/laplace/cutcell/level.hpp"
+
+namespace lichtenberg::laplace {
+
+/// Sparse Cholesky factorization (CHOLMOD) of the cut-cell system of one level: fluid cells and floating groups.
+class CoarseSolver {
+ public:
+  CoarseSolver();
+  ~CoarseSolver();
+  CoarseSolver(const CoarseSolver&) = delete;
+  CoarseSolver& operator=(const CoarseSolver&) = delete;
+
+  /// Throws Failure if the matrix is not positive definite to working precision.
+  void factorize(const LaplaceProblem& problem, const Level& level);
+  /// v (by slot) and phi (by group) from f and charge; fixed groups and covered cells get 0.
+  void solve(const float* f, const float* charge, float* v, float* phi);
+  long unknowns() const { return static_cast<long>(slot_.size() + group_.size()); }
+
+ private:
+  void release();
+  cholmod_common common_;
+  cholmod_factor* factor_ = nullptr;
+  cholmod_dense* rhs_ = nullptr;
+  cholmod_dense* solution_ = nullptr;
+  cholmod_dense* work_y_ = nullptr;
+  cholmod_dense* work_e_ = nullptr;
+  std::vector<std::ptrdiff_t> slot_;  // of each cell unknown
+  std::vector<int> group_;            // of each group unknown
+};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solvers/laplace/cutcell/layout.hpp"
+#include "solvers/laplace/cutcell/link.hpp"
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::laplace {
+
+/// How a fluid cell is coupled to a conductor's surface.
+enum class LinkFormula {
+  log_fitted,  ///< exact for an isolated circle (FIELD-SOLVER.md, "G-L")
+  plain,       ///< 1 / cut length
+};
+
+/// Fluid cell to conductor.
+struct Link {
+  std::ptrdiff_t cell;  ///< slot in the layout
+  int body;
+  double conductance;
+  Vec2 gradient;  ///< with respect to the body's position, per cell
+};
+
+/// What a link's conductance gains when a body other than its own moves (see Level::squeeze).
+struct CrossGradient {
+  int link;  ///< index of the link
+  int body;
+  Vec2 gradient;
+};
+
+/// Conductor to conductor in the next cell.
+struct PairLink {
+  int body_a, body_b;
+  double conductance;
+  Vec2 gradient_a, gradient_b;
+};
+
+/// Fluid cell or conductor to an electrode side of the box. `body` is -1 for a fluid cell, `cell` -1 for a body.
+struct SideLink {
+  std::ptrdiff_t cell;
+  int body;
+  int side;
+  double conductance;
+  double potential;  ///< V, of the side at this face
+  Vec2 gradient;     ///< of the conductance, with respect to the body's position, per cell
+};
+
+/// The discretized geometry on one grid: which body covers each cell and the links between cells, conductors and
+/// electrode sides. Together with conductance 1 between neighbouring fluid cells it is the whole linear system.
+class Level {
+ public:
+  /// Finest grid: nx x ny square cells over the problem's box.
+  Level(const LaplaceProblem& problem, int nx, int ny);
+
+  /// Discretizes the problem anew, reusing memory.
+  void build(const LaplaceProblem& problem, LinkFormula formula);
+
+  Layout layout;
+  double h = 0;  ///< m
+
+  /// Index of the body that covers a cell's centre, -1: fluid. By slot.
+  std::vector<std::int32_t> cover;
+  std::vector<std::ptrdiff_t> covered;  ///< slots of all covered cells
+  std::vector<Link> links;
+  std::vector<CrossGradient> cross_gradients;
+  std::vector<PairLink> pairs;  ///< between bodies of different groups
+  std::vector<SideLink> side_links;
+  /// Sum of a fluid cell's conductances; 0 in covered cells and padding. By slot.
+  std::vector<double> diagonal;
+  long fluid_cells = 0;
+
+ private:
+  struct Cell {
+    int i, j;
+  };
+  void cover_cells(const LaplaceProblem& problem);
+  void cover_body(const Shape& shape, int body);
+  void link_cells(const LaplaceProblem& problem, LinkFormula formula);
+  void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body);
+  void squeeze(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c);
+  void link_sides(const LaplaceProblem& problem);
+  Vec2 centre(Cell c) const { return {c.i + 0.5, c.j + 0.5}; }
+  bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
+
+  std::vector<Cell> covered_cells_;     // the same as `covered`, by row and column
+  std::vector<Shape> shapes_;           // of the bodies, lengths in cells
+};
+
+/// The shape with every length divided by h.
+Shape in_cells(const Shape& shape, double h);
+
+}  // namespace lichtenberg::laplace

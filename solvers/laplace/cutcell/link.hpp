@@ -1,0 +1,118 @@
+#pragma once
+
+// The arithmetic of one link of the cut-cell scheme: how strongly two neighbouring cells are coupled when a conductor's
+// surface runs between them. Lengths in cells; a conductance is flux / potential difference of a face, per depth and
+// permittivity, and is independent of the cell size in two dimensions. Every function also gives the derivative with
+// respect to a displacement of the conductor, from which the forces follow (virtual work).
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "solvers/geometry/vec2.hpp"
+
+namespace lichtenberg::laplace {
+
+/// A conductance and its derivative with respect to the position of the conductor at its end.
+struct Conductance {
+  double value = 0;
+  Vec2 gradient;  ///< per cell
+};
+
+/// Fluid cell centre p to a circle, log-fitted: the field near a round conductor goes like ln r, so the potential
+/// difference is q ln(r/R) / 2 pi and the flux through the face q dtheta / 2 pi, with dtheta the angle under which the
+/// centre sees the face from `corner_a` to `corner_b`. Exact for the isolated circle; tends to 1 / (cut length) as
+/// R -> infinity. `inside` is for a ring, whose fluid lies within the circle.
+inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre, double radius, bool inside = false) {
+  const Vec2 a = corner_a - centre, b = corner_b - centre, r = p - centre;
+  const double turn = cross(a, b) < 0 ? -1.0 : 1.0;
+  const double theta = std::atan2(turn * cross(a, b), dot(a, b));
+  const Vec2 theta_gradient = turn * (perpendicular(a) / norm2(a) - perpendicular(b) / norm2(b));
+  // log1p keeps all digits when the cell centre all but touches the surface.
+  const double distance = norm(r);
+  const double outside_log = std::log1p((norm2(r) - radius * radius) / ((distance + radius) * radius));
+  const double sign = inside ? -1.0 : 1.0;
+  const double log_ratio = sign * outside_log;
+  const Vec2 log_gradient = (-sign / norm2(r)) * r;
+  const double c = theta / log_ratio;
+  return {c, (theta_gradient - c * log_gradient) / log_ratio};
+}
+
+/// Fluid cell centre to a flat surface at distance `cut` along the link (direction e, outward normal n of the
+/// conductor, n.e < 0): 1 / cut.
+inline Conductance plain_link(double cut, Vec2 e, Vec2 n) {
+  return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n};
+}
+
+/// Where a line in direction e through a point inside a circle leaves it.
+struct Exit {
+  double length = 0;     ///< from the point to the surface
+  double slope = 0;      ///< d length / d offset, offset across the line
+  double curvature = 0;  ///< d2 length / d offset^2
+  Vec2 gradient;         ///< d length / d centre
+};
+
+/// `offset` shifts the line sideways by offset * perpendicular(e).
+inline Exit circle_exit(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset = 0) {
+  const Vec2 w = p - centre;
+  const double across = cross(e, w) + offset;
+  // A line that misses the circle by the half width of a face grazes it: keep the root off zero.
+  const double root = std::sqrt(std::max(radius * radius - across * across, 1e-6 * radius * radius));
+  const Vec2 normal = (root * e + across * perpendicular(e)) / radius;
+  return {-dot(w, e) + root, -across / root, -radius * radius / (root * root * root), normal * (radius / root)};
+}
+
+/// Whether the line shifted sideways by `offset` meets the circle at all.
+inline bool circle_met(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset) {
+  return std::abs(cross(e, p - centre) + offset) < radius;
+}
+
+/// Gaps below this many cells are taken as this (a cell being some 0.1 mm, it is less than an atom): conductors of
+/// different potential that touch are left with a large, finite conductance.
+inline constexpr double smallest_gap = 1e-6;
+
+/// A conductance between two conductors and its derivative with respect to the position of either.
+struct PairConductance {
+  double value = 0;
+  Vec2 gradient_a, gradient_b;
+};
+
+/// The channel between two circles across a face of unit width: integral of ds / gap(s) over the offset s in
+/// [-1/2, 1/2] from the link's line, which runs from p (inside a) a distance `length` in direction e to q (inside b).
+/// For a wide gap it is 1 / gap. The substitution s = s0 + w tan u makes the integrand all but constant for a narrow
+/// channel, whose gap is a parabola, so that eight Gauss points do for any gap.
+inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, double radius_a, Vec2 centre_b,
+                               double radius_b) {
+  constexpr std::array<double, 4> node{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
+  constexpr std::array<double, 4> weight{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
+  const Vec2 q = p + length * e;
+  const Exit a = circle_exit(p, e, centre_a, radius_a);
+  const Exit b = circle_exit(q, -e, centre_b, radius_b);
+  const double gap = std::max(length - a.length - b.length, smallest_gap);
+  // perpendicular(-e) = -perpendicular(e): an offset s of the line is -s as seen from b.
+  const double slope = -a.slope + b.slope;
+  const double curvature = -a.curvature - b.curvature;
+  const double s0 = -slope / curvature;
+  const double least = std::max(gap - 0.5 * slope * slope / curvature, 1e-3 * gap);
+  const double w = std::sqrt(2.0 * least / curvature);
+  const double from = std::atan((-0.5 - s0) / w), to = std::atan((0.5 - s0) / w);
+  PairConductance result;
+  for (int k = 0; k < 8; ++k) {
+    const double u = 0.5 * (from + to) + (k < 4 ? 0.5 : -0.5) * (to - from) * node[k % 4];
+    const double s = s0 + w * std::tan(u);
+    const double ds = 0.5 * (to - from) * weight[k % 4] * w / (std::cos(u) * std::cos(u));
+    if (!circle_met(p, e, centre_a, radius_a, s) || !circle_met(q, -e, centre_b, radius_b, -s)) {
+      result.value += ds / length;  // beside the channel: open fluid
+      continue;
+    }
+    const Exit at_a = circle_exit(p, e, centre_a, radius_a, s);
+    const Exit at_b = circle_exit(q, -e, centre_b, radius_b, -s);
+    const double g = std::max(length - at_a.length - at_b.length, smallest_gap);
+    result.value += ds / g;
+    result.gradient_a += (ds / (g * g)) * at_a.gradient;
+    result.gradient_b += (ds / (g * g)) * at_b.gradient;
+  }
+  return result;
+}
+
+}  // namespace lichtenberg::laplace

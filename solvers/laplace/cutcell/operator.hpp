@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "solvers/laplace/cutcell/level.hpp"
+
+namespace lichtenberg::laplace {
+
+/// The cut-cell system A x = b of the finest grid without a matrix, in double precision. Vectors hold the potential of
+/// the cells in the level's layout (zero in covered cells and padding), followed by one entry a group (zero for groups
+/// of given potential, which stand on the right-hand side).
+class CutCellOperator {
+ public:
+  void build(const LaplaceProblem& problem, const Level& level);
+  std::size_t size() const { return cells_ + groups_; }
+
+  /// y = A x
+  void apply(const double* x, double* y) const;
+  /// Right-hand side: charges / eps, and what groups and sides of given potential bring.
+  void right_hand_side(const LaplaceProblem& problem, double* b) const;
+  /// Each floating group's potential from its own balance, so that its charge is exact for the cells' potentials.
+  void balance_groups(const double* b, double* x) const;
+  /// Sets covered cells and fixed groups to zero.
+  void mask(double* x) const;
+
+ private:
+  const Level* level_ = nullptr;
+  std::size_t cells_ = 0, groups_ = 0;
+  // Couplings with floating groups; group indices count from the vector's start.
+  std::vector<std::int32_t> link_cell_, link_group_;
+  std::vector<double> link_conductance_;
+  struct GroupPair {
+    std::int32_t a, b;
+    double conductance;
+  };
+  std::vector<GroupPair> pairs_;
+  std::vector<double> group_diagonal_;  // 0: fixed
+};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,60 @@
+#include "solvers/laplace/cutcell/petsc.hpp"
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+std::vector<std::string>& options() {
+  static std::vector<std::string> list;
+  return list;
+}
+
+// PETSc prints its errors to stderr unless told otherwise; the first message of a traceback is the one that says what
+// happened, and it becomes the text of the exception.
+std::string& last_message() {
+  static std::string message;
+  return message;
+}
+
+PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
+                            const char* message, void*) {
+  if (type == PETSC_ERROR_INITIAL) last_message() = message ? message : "";
+  return code;
+}
+
+}  // namespace
+
+void set_petsc_options(std::vector<std::string> list) { options() = std::move(list); }
+
+bool petsc_started() {
+  PetscBool started = PETSC_FALSE;
+  PetscInitialized(&started);
+  return started == PETSC_TRUE;
+}
+
+void start_petsc() {
+  if (petsc_started()) return;
+  std::vector<std::string> arguments = options();
+  arguments.insert(arguments.begin(), "lichtenberg");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  int count = static_cast<int>(arguments.size());
+  char** values = pointers.data();
+  // PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program.
+  if (PetscInitialize(&count, &values, nullptr, nullptr)) throw Failure("PETSc could not be started");
+  PetscPopSignalHandler();
+  check_petsc(PetscPushErrorHandler(keep_message, nullptr));
+  std::atexit([] { PetscFinalize(); });
+}
+
+void check_petsc(PetscErrorCode code) {
+  if (code == 0) return;
+  const char* text = nullptr;
+  PetscErrorMessage(code, &text, nullptr);
+  throw Failure("PETSc: " + (last_message().empty() ? std::string(text ? text : "unknown error") : last_message()));
+}
+
+}  // namespace lichtenberg::laplace

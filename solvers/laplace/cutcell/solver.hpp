@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::laplace {
+
+struct CutCellOptions {
+  int cells = 512;          ///< S: cells along the longer side of the box; the shorter one must hold whole cells
+  double tolerance = 1e-8;  ///< error of a solve in the energy norm, relative to the solution's
+  LinkFormula links = LinkFormula::log_fitted;
+  /// multigrid: matrix-free, geometric multigrid as preconditioner. assembled: the same system as an AIJ matrix, for
+  /// any PETSc preconditioner (default GAMG; -field_pc_type chooses).
+  enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
+};
+
+/// The direct scheme (FIELD-SOLVER.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
+/// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding, forces
+/// are the exact derivative of the discrete energy (virtual work). All KSP options have the prefix "field_".
+class CutCellSolver : public LaplaceSolver {
+ public:
+  explicit CutCellSolver(CutCellOptions options);
+  ~CutCellSolver() override;
+
+  LaplaceSolution solve(const LaplaceProblem& problem) override;
+  Field field() const override;
+  void forget() override;
+  /// Changes the tolerance of the solves that follow.
+  void set_tolerance(double tolerance);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lichtenberg::laplace

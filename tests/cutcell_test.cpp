@@ -1,0 +1,354 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/link.hpp"
+#include "solvers/laplace/cutcell/multigrid.hpp"
+#include "solvers/laplace/cutcell/operator.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/cutcell/system.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Random {
+  std::mt19937_64 generator{7};
+  double operator()(double from, double to) {
+    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
+  }
+};
+
+/// `count` disks of radius `radius` in a box of side `side`, surfaces at least `least_gap` apart, around a grounded
+/// half-disk on the bottom; charges alternate in size and sign.
+LaplaceProblem crowd(int count, double side, double radius, double least_gap) {
+  Random random;
+  LaplaceProblem problem;
+  problem.size = {side, side};
+  problem.bodies = {{Disk{{0.5 * side, 0}, 2 * radius}, 0}};
+  problem.groups = {{false, 0, 0}};
+  while (static_cast<int>(problem.bodies.size()) <= count) {
+    const Disk disk{{random(radius + 1, side - radius - 1), random(radius + 1, side - radius - 1)}, radius};
+    bool free = true;
+    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > least_gap;
+    if (!free) continue;
+    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({true, random(-1, 1), 0});
+  }
+  return problem;
+}
+
+/// Two disks of radius R a distance d apart along the unit vector e, charge 1 and potential 0, walls at the exact
+/// (bipolar) potential: line charges at +-a from the middle, a^2 = d^2/4 - R^2.
+LaplaceProblem two_disks(double side, Vec2 middle, Vec2 e, double R, double d) {
+  const double a = std::sqrt(0.25 * d * d - R * R);
+  const Vec2 charged = middle - a * e, grounded = middle + a * e;
+  const double offset = std::acosh(0.5 * d / R) / (2 * pi);
+  LaplaceProblem problem;
+  problem.size = {side, side};
+  for (Side& s : problem.sides) {
+    s.kind = Side::Kind::electrode;
+    s.profile = [=](Vec2 p) { return std::log(norm(p - grounded) / norm(p - charged)) / (2 * pi) + offset; };
+  }
+  problem.bodies = {{Disk{middle - 0.5 * d * e, R}, 0}, {Disk{middle + 0.5 * d * e, R}, 1}};
+  problem.groups = {{true, 1, 0}, {false, 0, 0}};
+  return problem;
+}
+
+double total_charge(const LaplaceSolution& solution) {
+  double sum = 0;
+  for (const double q : solution.body_charge) sum += q;
+  for (const double q : solution.side_charge) sum += q;
+  return sum;
+}
+
+CutCellOptions options(int cells, double tolerance = 1e-10) {
+  CutCellOptions o;
+  o.cells = cells;
+  o.tolerance = tolerance;
+  return o;
+}
+
+}  // namespace
+
+TEST_CASE("a log-fitted link carries exactly the flux of a logarithmic field") {
+  const Vec2 centre{0.3, -0.2}, p{2.5, 0.5}, a{2.0, 1.0}, b{2.0, 0.0};
+  const double R = 1.7, q = 2.4;
+  const double seen = std::atan2(a.y - centre.y, a.x - centre.x) - std::atan2(b.y - centre.y, b.x - centre.x);
+  const double difference = q / (2 * pi) * std::log(norm(p - centre) / R);
+  // rounding: a few operations on numbers of order one
+  CHECK(log_fitted_link(p, a, b, centre, R).value * difference == doctest::Approx(q * seen / (2 * pi)).epsilon(1e-14));
+}
+
+TEST_CASE("a log-fitted link tends to 1 / cut for a large circle") {
+  const double R = 1e6, cut = 0.3;
+  const Conductance c = log_fitted_link({0, 0}, {0.5, 0.5}, {0.5, -0.5}, {R + cut, 0}, R);
+  // c = dtheta / ln(1 + cut/R), dtheta = 1/(R + cut - 1/2): relative difference of order 1/R
+  CHECK(c.value == doctest::Approx(1 / cut).epsilon(2.0 / R));
+}
+
+TEST_CASE("gradients of the links are the derivatives of their values") {
+  // Central differences with step s: truncation s^2 f'''/6 and rounding 1e-16 |f| / s, balanced near s = 1e-5.
+  const double s = 1e-5, accuracy = 1e-7;
+  SUBCASE("log-fitted, outside and inside") {
+    for (const bool inside : {false, true}) {
+      const Vec2 centre{0.1, 0.2}, p = inside ? Vec2{3.3, 1.1} : Vec2{4.3, 1.1};
+      const Vec2 a{inside ? 3.8 : 3.8, 1.6}, b{3.8, 0.6};
+      const auto value = [&](Vec2 x) { return log_fitted_link(p, a, b, x, 3.9, inside).value; };
+      const Vec2 gradient = log_fitted_link(p, a, b, centre, 3.9, inside).gradient;
+      CHECK(gradient.x == doctest::Approx((value(centre + Vec2{s, 0}) - value(centre - Vec2{s, 0})) / (2 * s)).epsilon(accuracy));
+      CHECK(gradient.y == doctest::Approx((value(centre + Vec2{0, s}) - value(centre - Vec2{0, s})) / (2 * s)).epsilon(accuracy));
+    }
+  }
+  SUBCASE("channel between two circles") {
+    for (const double gap : {0.7, 0.05, 1e-3}) {
+      const Vec2 p{0.1, 0.2}, e{1, 0}, a{-7.6, 0.9}, b{a.x + 16 + gap, 0.6};
+      const double tiny = 1e-3 * gap;  // the integrand varies over the gap
+      const auto value = [&](Vec2 x, Vec2 y) { return channel(p, e, 1, x, 8, y, 8).value; };
+      const PairConductance c = channel(p, e, 1, a, 8, b, 8);
+      const Vec2 dx{tiny, 0}, dy{0, tiny};
+      // truncation (tiny/gap)^2 = 1e-6
+      CHECK(c.gradient_a.x == doctest::Approx((value(a + dx, b) - value(a - dx, b)) / (2 * tiny)).epsilon(1e-5));
+      CHECK(c.gradient_b.x == doctest::Approx((value(a, b + dx) - value(a, b - dx)) / (2 * tiny)).epsilon(1e-5));
+      CHECK(c.gradient_a.y == doctest::Approx((value(a + dy, b) - value(a - dy, b)) / (2 * tiny)).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("the channel between two circles is the integral of ds / gap") {
+  // Parabolic channel: gap(s) = g + s^2 (1/R_a + 1/R_b) / 2 up to terms s^4/(4 R^3) = 3e-5 for s = 1/2, R = 8.
+  for (const double g : {1e-5, 1e-3, 0.1}) {
+    const double k = 0.125, exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
+    CHECK(channel({0, 0}, {1, 0}, 1, {-7.7, 0}, 8, {8.3 + g, 0}, 8).value == doctest::Approx(exact).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
+  const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  Level level(problem, 64, 64);
+  level.build(problem, LinkFormula::log_fitted);
+  CutCellOperator op;
+  op.build(problem, level);
+  const SparseSystem sparse = assemble(problem, level, false, false);
+  Random random;
+  const std::size_t cells = level.layout.size();
+  std::vector<double> x(op.size(), 0.0), y(op.size());
+  for (const std::ptrdiff_t slot : sparse.slot) x[slot] = random(-1, 1);
+  for (const int g : sparse.group) x[cells + g] = random(-1, 1);
+  op.apply(x.data(), y.data());
+  const auto at = [&](int a) {
+    const int n = static_cast<int>(sparse.slot.size());
+    return a < n ? static_cast<std::size_t>(sparse.slot[a]) : cells + sparse.group[a - n];
+  };
+  double worst = 0, largest = 0;
+  for (int a = 0; a < sparse.unknowns(); ++a) {
+    double sum = 0;
+    for (int m = sparse.start[a]; m < sparse.start[a + 1]; ++m) sum += sparse.value[m] * x[at(sparse.index[m])];
+    worst = std::max(worst, std::abs(sum - y[at(a)]));
+    largest = std::max(largest, std::abs(y[at(a)]));
+  }
+  CHECK(level.pairs.size() > 0);
+  CHECK(worst <= 1e-14 * largest * 64);  // rounding of sums of at most some 60 terms
+}
+
+TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
+  const LaplaceProblem problem = crowd(12, 128, 5, 0.05);
+  Level level(problem, 128, 128);
+  level.build(problem, LinkFormula::log_fitted);
+  CutCellOperator op;
+  op.build(problem, level);
+  Multigrid multigrid(LinkFormula::log_fitted);
+  multigrid.build(problem, level);
+  REQUIRE(multigrid.levels() > 2);
+  Random random;
+  std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());
+  for (std::size_t k = 0; k < op.size(); ++k) {
+    const bool unknown = k >= static_cast<std::size_t>(level.layout.size()) || level.diagonal[k] > 0;
+    x[k] = unknown ? random(-1, 1) : 0;
+    y[k] = unknown ? random(-1, 1) : 0;
+  }
+  op.mask(x.data());
+  op.mask(y.data());
+  multigrid.apply(x.data(), mx.data());
+  multigrid.apply(y.data(), my.data());
+  double x_my = 0, y_mx = 0, x_mx = 0, y_my = 0;
+  for (std::size_t k = 0; k < op.size(); ++k) {
+    x_my += x[k] * my[k];
+    y_mx += y[k] * mx[k];
+    x_mx += x[k] * mx[k];
+    y_my += y[k] * my[k];
+  }
+  CHECK(x_mx > 0);
+  CHECK(y_my > 0);
+  // single precision: 6e-8 a term, the scale being the energy of either vector
+  CHECK(std::abs(x_my - y_mx) < 1e-5 * std::sqrt(x_mx * y_my));
+}
+
+TEST_CASE("two disks: capacitance and force against the bipolar field at R = 8 cells") {
+  // Bounds: truncation errors of the scheme, worst over positions (FIELD-SOLVER.md and validation/two_disks).
+  struct Row {
+    double ratio, potential, force;
+  };
+  for (const Row row : {Row{2, 2e-4, 1e-3}, Row{1.25, 1.5e-3, 6e-3}, Row{1.05, 1e-2, 3.5e-2}}) {
+    CutCellSolver solver(options(128));
+    const double R = 8, d = 2 * R * row.ratio, a = std::sqrt(0.25 * d * d - R * R);
+    const Vec2 e{1, 0};
+    const LaplaceSolution solution = solver.solve(two_disks(128, {64.3, 63.8}, e, R, d));
+    const double phi = std::acosh(row.ratio) / pi, force = 1 / (4 * pi * a);
+    CAPTURE(row.ratio);
+    CHECK(std::abs(solution.group_potential[0] / phi - 1) < row.potential);
+    CHECK(norm(solution.body_force[0] - force * e) < row.force * force);
+    CHECK(norm(solution.body_force[1] + force * e) < row.force * force);
+  }
+}
+
+TEST_CASE("Gauss: all charges of the box sum to zero, groups have theirs") {
+  LaplaceProblem problem = crowd(12, 64, 5, 0.3);
+  problem.groups[3].charge = 2.5;
+  problem.bodies[12].group = 3;  // two disks, one potential
+  problem.groups.pop_back();
+  CutCellSolver solver(options(64));
+  const LaplaceSolution solution = solver.solve(problem);
+  CHECK(solution.body_charge[3] + solution.body_charge[12] == doctest::Approx(2.5).epsilon(1e-12));
+  // the fluid cells' balances hold to the solver's tolerance
+  CHECK(std::abs(total_charge(solution)) < 1e-8);
+}
+
+TEST_CASE("nothing grounded: the neutral box is solved, potentials have zero mean, a net charge is refused") {
+  LaplaceProblem problem = crowd(4, 64, 6, 4);
+  problem.bodies.erase(problem.bodies.begin());
+  problem.groups = {{true, 1, 0}, {true, -0.5, 0}, {true, -0.75, 0}, {true, 0.25, 0}};
+  for (int k = 0; k < 4; ++k) problem.bodies[k].group = k;
+  for (const auto linear_solver : {CutCellOptions::LinearSolver::multigrid, CutCellOptions::LinearSolver::assembled}) {
+    CutCellOptions o = options(64);
+    o.linear_solver = linear_solver;
+    CutCellSolver solver(o);
+    const LaplaceSolution solution = solver.solve(problem);
+    double mean = 0;
+    for (const double phi : solution.group_potential) mean += phi;
+    CHECK(std::abs(mean) < 1e-12);
+    for (int k = 0; k < 4; ++k) CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-8));
+    CHECK(solution.energy > 0);
+  }
+  problem.groups[0].charge = 1.1;
+  CutCellSolver solver(options(64));
+  CHECK_THROWS_AS(solver.solve(problem), InputError);
+}
+
+TEST_CASE("the assembled system gives the multigrid's answer") {
+  const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  CutCellOptions o = options(64);
+  CutCellSolver matrix_free(o);
+  o.linear_solver = CutCellOptions::LinearSolver::assembled;
+  CutCellSolver assembled(o);
+  const LaplaceSolution a = matrix_free.solve(problem), b = assembled.solve(problem);
+  for (std::size_t g = 0; g < a.group_potential.size(); ++g)
+    CHECK(a.group_potential[g] == doctest::Approx(b.group_potential[g]).epsilon(1e-8));
+}
+
+TEST_CASE("force is the derivative of the energy while no cell changes hands") {
+  // Fixed charges: F = -dW/dx. Step 1e-4 cells: truncation 1e-8, solver error in W 1e-20 relative (energy norm squared).
+  LaplaceProblem problem = crowd(6, 64, 6, 0.2);
+  CutCellSolver solver(options(64, 1e-11));
+  const LaplaceSolution solution = solver.solve(problem);
+  double scale = 0;
+  for (const Vec2 f : solution.body_force) scale = std::max(scale, norm(f));
+  for (const int body : {1, 2, 3, 4, 5, 6})
+    for (const Vec2 direction : {Vec2{1, 0}, Vec2{0, 1}}) {
+      const double step = 1e-4;
+      double energy[2];
+      for (const int k : {0, 1}) {
+        LaplaceProblem moved = problem;
+        std::get<Disk>(moved.bodies[body].shape).centre += (k == 0 ? -step : step) * direction;
+        energy[k] = solver.solve(moved).energy;
+      }
+      CHECK(dot(solution.body_force[body], direction) ==
+            doctest::Approx(-(energy[1] - energy[0]) / (2 * step)).epsilon(1e-6).scale(scale));
+    }
+}
+
+TEST_CASE("every shape of electrode, sides at a potential: maximum principle") {
+  LaplaceProblem problem = crowd(5, 64, 5, 8);
+  problem.sides[left] = {Side::Kind::electrode, 2.0, {}};
+  problem.sides[top] = {Side::Kind::electrode, -1.0, {}};
+  problem.groups.push_back({false, 0, 1.5});
+  problem.bodies.push_back({Bar{{6, 8}, {14, 20}, 0.3}, static_cast<int>(problem.groups.size()) - 1});
+  problem.bodies.push_back({Ring{{32, 32}, 40}, 0});
+  for (Group& group : problem.groups)
+    if (group.floating) group.charge = 0;
+  CutCellSolver solver(options(64));
+  const LaplaceSolution solution = solver.solve(problem);
+  const Field field = solver.field();
+  for (const double v : field.value) {
+    CHECK(v <= 2.0 + 1e-8);  // solver tolerance
+    CHECK(v >= -1.0 - 1e-8);
+  }
+  CHECK(std::abs(total_charge(solution)) < 1e-7);
+}
+
+TEST_CASE("hard geometry: centres on a surface, a disk smaller than a cell, conductors that all but touch") {
+  LaplaceProblem problem;
+  problem.size = {64, 64};
+  problem.groups = {{false, 0, 0}, {true, 1, 0}, {true, -1, 0}, {true, 1, 0}, {true, 0.5, 0}};
+  problem.bodies = {{Disk{{32, 0}, 8}, 0},
+                    {Disk{{20.5, 30.5}, 6}, 1},                 // cell centres exactly on the surface
+                    {Disk{{32.5 + 1e-9, 30.5}, 6 - 1e-12}, 2},  // and at 1e-12 from it; gap 1e-9
+                    {Disk{{50.2, 50.7}, 0.05}, 3},
+                    {Disk{{50.5, 20.5}, 1e-6}, 4}};
+  CutCellSolver solver(options(64));
+  const LaplaceSolution solution = solver.solve(problem);
+  CHECK(std::abs(total_charge(solution)) < 1e-7);
+  for (const Vec2 f : solution.body_force) CHECK(std::isfinite(norm(f)));
+  // Touching: one potential.
+  CHECK(solution.group_potential[1] == doctest::Approx(solution.group_potential[2]).epsilon(1e-2));
+}
+
+TEST_CASE("a disk smaller than a cell has the potential of its radius") {
+  // The field some cells away knows only the charge: shrinking the disk from r1 to r2 raises its potential by
+  // Q ln(r1/r2) / 2 pi. With the centre on a cell's the four links carry just that, to the solver's tolerance.
+  double phi[2];
+  const double radius[2] = {0.3, 1e-5};
+  for (const int k : {0, 1}) {
+    LaplaceProblem problem;
+    problem.size = {64, 64};
+    problem.sides[left] = {Side::Kind::electrode, 0, {}};
+    problem.bodies = {{Disk{{40.5, 30.5}, radius[k]}, 0}};
+    problem.groups = {{true, 1, 0}};
+    CutCellSolver solver(options(64));
+    phi[k] = solver.solve(problem).group_potential[0];
+  }
+  CHECK(phi[1] - phi[0] == doctest::Approx(std::log(radius[0] / radius[1]) / (2 * pi)).epsilon(1e-8));
+}
+
+TEST_CASE("past solutions shorten a solve and do not change its answer; forgotten, the same bits come out") {
+  LaplaceProblem problem = crowd(12, 128, 6, 1);
+  CutCellSolver solver(options(128));
+  const LaplaceSolution first = solver.solve(problem);
+  LaplaceProblem moved = problem;
+  for (std::size_t k = 1; k < moved.bodies.size(); ++k) std::get<Disk>(moved.bodies[k].shape).centre += Vec2{0.02, 0.01};
+  const LaplaceSolution warm = solver.solve(moved);
+  solver.forget();
+  const LaplaceSolution cold = solver.solve(moved);
+  CutCellSolver fresh(options(128));
+  const LaplaceSolution again = fresh.solve(moved);
+  CHECK(warm.iterations < cold.iterations);
+  for (std::size_t g = 0; g < cold.group_potential.size(); ++g) {
+    CHECK(warm.group_potential[g] == doctest::Approx(cold.group_potential[g]).epsilon(1e-8));
+    CHECK(cold.group_potential[g] == again.group_potential[g]);
+  }
+  CHECK(first.unknowns > 0);
+}
+
+TEST_CASE("a box that does not hold whole cells is refused") {
+  LaplaceProblem problem = crowd(1, 64, 5, 1);
+  problem.size.y = 50.3;
+  CutCellSolver solver(options(64));
+  CHECK_THROWS_AS(solver.solve(problem), InputError);
+}

@@ -47,14 +47,19 @@ void dispatch(std::vector<std::string> arguments) {
   CLI::App program("Charged conductors in a dielectric: how they move, touch, exchange charge and form structures.",
                    "lichtenberg");
   declare(program);
-  if (!arguments.empty() && arguments.front().front() != '-') check_command(program, arguments.front());
+  if (arguments.empty()) throw InputError("no command was given; `lichtenberg help` lists them");
+  std::string help = "lichtenberg help";
+  if (!arguments.front().starts_with('-')) {
+    check_command(program, arguments.front());
+    help += " " + arguments.front();
+  }
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back
     program.parse(arguments);
   } catch (const CLI::Success& request) {
     program.exit(request);  // --help, --version
   } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("{}; `lichtenberg help` says what is allowed", error.what()));
+    throw InputError(fmt::format("{}; `{}` says what is allowed", error.what(), help));
   }
 }
 

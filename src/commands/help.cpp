@@ -13,11 +13,12 @@ namespace lichtenberg {
 namespace {
 
 std::string help_text(const CLI::App& program, const std::string& topic) {
-  if (topic.empty()) return program.help();
+  // Not program.help(): that would pass the question on to the subcommand that was given, which is this one.
+  if (topic.empty()) return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
   if (topic == "scene") return scene_help();
   std::vector<std::string> topics{"scene"};
   for (const CLI::App* command : program.get_subcommands({})) {
-    if (command->get_name() == topic) return command->help();
+    if (command->get_name() == topic) return command->help(program.get_name());
     topics.push_back(command->get_name());
   }
   throw InputError(fmt::format("there is no help on `{}`; did you mean `{}`? The topics are {}", topic,

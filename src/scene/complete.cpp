@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "src/scene/draft.hpp"
+#include "src/scene/electrodes.hpp"
+#include "src/scene/nearest.hpp"
+#include "src/scene/placing.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr double vacuum_permittivity = 8.8541878128e-12;  // F/m, CODATA 2018
+
+void check_effects(const Draft& draft) {
+  const Effects& effects = draft.scene.effects;
+  const auto needs = [&](const std::string& effect, const std::string& needed) {
+    refuse(draft.scene.path, draft.line("effects." + effect),
+           fmt::format("effects.{} needs {}: add it, or leave the effect out", effect, needed));
+  };
+  const std::string electrostatics = "the table [effects.floating_conductors]";
+  if (effects.current_source && !effects.floating_conductors) needs("current_source", electrostatics);
+  if (effects.contact_discharge && !effects.floating_conductors) needs("contact_discharge", electrostatics);
+  if (effects.stokes_drag && !draft.viscosity) needs("stokes_drag", "medium.viscosity in Pa s");
+  if (effects.floating_conductors && !draft.permittivity && !draft.relative_permittivity)
+    needs("floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
+}
+
+double permittivity(const Draft& draft) {
+  if (draft.permittivity && draft.relative_permittivity)
+    refuse(draft.scene.path, draft.line("medium.permittivity"),
+           "medium.permittivity and medium.relative_permittivity are both given: only one of them is allowed");
+  if (draft.relative_permittivity) return *draft.relative_permittivity * vacuum_permittivity;
+  return draft.permittivity.value_or(0);
+}
+
+/// Square cells: S along the longer side must give a whole number along the shorter one.
+double cell_size(const Draft& draft) {
+  const Vec2 size = draft.scene.domain.size;
+  const int cells = draft.scene.field.cells;
+  const double h = std::max(size.x, size.y) / cells;
+  const double shorter = std::min(size.x, size.y);
+  const double across = shorter / h;
+  const double whole = std::max(1.0, std::round(across));
+  constexpr double rounding = 1e-9;  // of sides written as decimal numbers
+  if (std::abs(across - whole) > rounding * whole)
+    refuse(draft.scene.path, draft.line("domain.size"),
+           fmt::format(
+               "domain.size = [{:g}, {:g}] m does not give square cells: with field.cells = {} along the longer side "
+               "the shorter one would have {:g}, and a whole number is allowed; {:.12g} m would do",
+               size.x, size.y, cells, across, whole * h));
+  return h;
+}
+
+/// The lattice scheme holds a conductor's potential at the sites inside it (D 6.3). A disk contains a site wherever
+/// it lies if its radius is at least half a cell's diagonal.
+void check_resolution(const Draft& draft, double smallest_radius, double h) {
+  const double least = std::sqrt(0.5) * h;
+  if (draft.scene.field.method == "relaxation" && smallest_radius < least)
+    refuse(
+        draft.scene.path, draft.line("field.method"),
+        fmt::format(
+            "field.method = \"relaxation\" needs a radius of at least {:.3g} m with these cells, but the smallest is "
+            "{:.3g} m: field.cells must be at least {:.0f}",
+            least, smallest_radius, std::ceil(draft.scene.field.cells * least / smallest_radius)));
+}
+
+std::vector<PrescribedGroup> build_groups(const Draft& draft) {
+  std::vector<PrescribedGroup> groups;
+  std::set<std::string> names;
+  for (const GroupDraft& group : draft.groups) {
+    const auto refuse_it = [&](const std::string& why) {
+      refuse(draft.scene.path, group.line, fmt::format("the group \"{}\" {}", group.name, why));
+    };
+    if (!names.insert(group.name).second) refuse_it("is defined twice: the names of groups must differ");
+    if (group.charge && group.potential) refuse_it("has both a charge and a potential: only one of them is allowed");
+    if (!group.charge && !group.potential)
+      refuse_it("has neither a charge in C nor a potential in V: one of them is needed");
+    const bool used = std::ranges::any_of(draft.conductors, [&](const auto& c) { return c.group == group.name; });
+    if (!used) refuse_it("has no conductors: at least one [[conductor]] must name it");
+    groups.push_back({group.name, group.charge.value_or(0), group.potential});
+  }
+  return groups;
+}
+
+int group_index(const Draft& draft, const ConductorDraft& conductor, const std::vector<PrescribedGroup>& groups) {
+  const auto found = std::ranges::find(groups, *conductor.group, &PrescribedGroup::name);
+  if (found != groups.end()) return static_cast<int>(found - groups.begin());
+  std::vector<std::string> names;
+  for (const PrescribedGroup& group : groups) names.push_back(group.name);
+  refuse(draft.scene.path, conductor.line,
+         fmt::format("conductor.group = \"{}\" is unknown: {}", *conductor.group,
+                     names.empty() ? "the scene has no [[group]]"
+                                   : fmt::format("the nearest [[group]] is \"{}\"", nearest(*conductor.group, names))));
+}
+
+/// Gives the conductors listed one by one, which come first, their charges and groups.
+void assign_groups(const Draft& draft, Scene& scene) {
+  for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
+    const ConductorDraft& conductor = draft.conductors[i];
+    scene.conductors[i].charge = conductor.charge.value_or(0);
+    if (!conductor.group) continue;
+    scene.conductors[i].group = group_index(draft, conductor, scene.groups);
+    if (conductor.charge)
+      refuse(draft.scene.path, conductor.line,
+             fmt::format("conductor.charge = {:g} C is not allowed for a member of the group \"{}\": the charge is the "
+                         "group's",
+                         *conductor.charge, *conductor.group));
+  }
+}
+
+/// With nothing at a given potential no field line can leave the box: by Gauss's law the charges must cancel.
+void check_ground(const Draft& draft, const Scene& scene) {
+  const bool grounded =
+      !scene.electrodes.empty() || std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
+      std::ranges::any_of(scene.groups, [](const PrescribedGroup& group) { return group.potential.has_value(); });
+  if (grounded || !scene.effects.floating_conductors) return;
+  const std::string remedy = "a side of the domain, an [[electrode]] or a [[group]] must have a potential";
+  if (scene.effects.current_source && scene.effects.current_source->current != 0)
+    refuse(draft.scene.path, draft.line("effects.current_source"),
+           "effects.current_source feeds charge into an insulated box without any ground: " + remedy);
+  double net = 0, total = 0;
+  const auto add = [&](double charge) { net += charge, total += std::abs(charge); };
+  for (const Conductor& conductor : scene.conductors) add(conductor.charge);
+  for (const PrescribedGroup& group : scene.groups) add(group.charge);
+  constexpr double rounding = 1e-12;  // of charges that are meant to cancel
+  if (std::abs(net) > rounding * total)
+    refuse(
+        draft.scene.path, draft.line("domain"),
+        fmt::format("a net charge of {:.3g} C stands in an insulated box without any ground: {}, or the charges must "
+                    "cancel",
+                    net, remedy));
+}
+
+void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
+  scene.medium = {.permittivity = permittivity(draft),
+                  .viscosity = draft.viscosity.value_or(0),
+                  .depth = draft.depth.value_or(2 * largest_radius)};
+  if (scene.effects.contact_discharge)
+    scene.effects.contact_discharge->gap = draft.contact_gap.value_or(smallest_radius);
+  scene.field.relaxation_eta = draft.relaxation_eta.value_or(0);
+  scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
+  scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
+  scene.output.file = draft.output_file.value_or(std::filesystem::path(scene.path).stem().string() + ".h5");
+}
+
+}  // namespace
+
+Scene complete(const Draft& draft) {
+  check_effects(draft);
+  Scene scene = draft.scene;
+  scene.seed = static_cast<std::uint64_t>(draft.seed);
+  scene.electrodes = build_electrodes(draft);
+  scene.groups = build_groups(draft);
+  check_given_conductors(draft, scene.electrodes);
+  const double h = cell_size(draft);
+  scene.conductors = place_conductors(draft, scene.electrodes);
+  if (scene.conductors.empty())
+    refuse(scene.path, 0, "the scene has no conductors: at least one [[conductor]] or [[population]] is needed");
+  assign_groups(draft, scene);
+  const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
+  check_resolution(draft, smallest.radius, h);
+  check_ground(draft, scene);
+  fill_in_defaults(draft, scene, smallest.radius, largest.radius);
+  return scene;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+/// A number that a population draws uniformly from [smallest, largest] for each of its conductors.
+struct Interval {
+  double smallest = 0, largest = 0;
+};
+
+struct Rectangle {
+  Vec2 lower, upper;
+};
+
+/// An [[electrode]] as written: the keys of every shape, of which the reader has seen to it that the right ones are
+/// there.
+struct ElectrodeDraft {
+  int line = 0;
+  std::string shape{};
+  std::optional<std::string> name{};
+  double potential = 0;
+  Vec2 centre{}, from{}, to{};
+  std::string side{};
+  double at = 0, radius = 0, width = 0;
+};
+
+struct ConductorDraft {
+  int line = 0;
+  Conductor conductor{};
+  std::optional<double> charge{};
+  std::optional<std::string> group{};
+};
+
+struct GroupDraft {
+  int line = 0;
+  std::string name{};
+  std::optional<double> charge{}, potential{};
+};
+
+/// `count` conductors at random places of `region`, wholly inside it.
+struct PopulationDraft {
+  int line = 0;
+  int count = 0;
+  Interval radius{};
+  double charge = 0;
+  double min_gap = 0;  ///< m, to every other conductor, electrode and side of the domain
+  std::optional<Rectangle> region{};
+};
+
+/// A scene file as written: each value has its type and its range, but defaults that depend on other keys are still
+/// open, and nothing has been compared with anything else.
+struct Draft {
+  Scene scene;  ///< takes what needs no second thought
+  std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
+  std::optional<double> relative_permittivity, permittivity, viscosity, depth;
+  std::optional<double> contact_gap, relaxation_eta, position_tolerance, largest_step;
+  std::optional<std::string> output_file;
+  std::vector<ElectrodeDraft> electrodes;
+  std::vector<ConductorDraft> conductors;
+  std::vector<GroupDraft> groups;
+  std::vector<PopulationDraft> populations;
+  std::map<std::string, int> lines;  ///< where a table or key stands, by path; of repeated tables the last
+
+  /// The line of a table or key, 0 if the file does not have it.
+  int line(const std::string& path) const {
+    const auto found = lines.find(path);
+    return found == lines.end() ? 0 : found->second;
+  }
+};
+
+/// Throws the InputError "path:line: sentence"; line 0 is left out.
+[[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
+
+/// Draft -> Scene: compares keys with each other, fills in the defaults that depend on others and draws populations.
+/// Throws InputError.
+Scene complete(const Draft& draft);
+
+}  // namespace lichtenberg

@@ -1,0 +1,140 @@
+#include "src/scene/electrodes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace lichtenberg {
+namespace {
+
+constexpr std::array side_names = {"left", "right", "bottom", "top"};
+
+std::array<Vec2, 4> corners(const Bar& bar) {
+  const Vec2 axis = (bar.to - bar.from) / norm(bar.to - bar.from);
+  const Vec2 half = 0.5 * bar.width * perpendicular(axis);
+  return {bar.from - half, bar.from + half, bar.to + half, bar.to - half};
+}
+
+/// Largest extent of the corners along a direction.
+double reach(const std::array<Vec2, 4>& points, Vec2 direction) {
+  double far = dot(points[0], direction);
+  for (const Vec2 p : points) far = std::max(far, dot(p, direction));
+  return far;
+}
+
+// Do two bodies touch?
+
+bool touch(const Disk& disk, const Disk& other) { return gap(disk, other) <= 0; }
+bool touch(const Disk& disk, const Bar& bar) { return gap(disk, bar) <= 0; }
+bool touch(const Disk& disk, const Ring& ring) { return gap(disk, ring) <= 0; }
+bool touch(const Ring&, const Ring&) { return true; }  // both conduct far away
+/// The point of a bar farthest from the ring's centre is one of its corners.
+bool touch(const Bar& bar, const Ring& ring) {
+  return std::ranges::any_of(corners(bar), [&](Vec2 corner) { return signed_distance(ring, corner) <= 0; });
+}
+/// Two convex bodies are apart if one of the rectangles' axes separates them.
+bool touch(const Bar& a, const Bar& b) {
+  const auto of_a = corners(a), of_b = corners(b);
+  for (const Vec2 axis : {a.to - a.from, b.to - b.from})
+    for (const Vec2 direction : {axis, perpendicular(axis), -axis, -perpendicular(axis)})
+      if (reach(of_a, direction) < -reach(of_b, -direction)) return false;
+  return true;
+}
+bool touch(const Bar& bar, const Disk& disk) { return touch(disk, bar); }
+bool touch(const Ring& ring, const Disk& disk) { return touch(disk, ring); }
+bool touch(const Ring& ring, const Bar& bar) { return touch(bar, ring); }
+bool touch(const Shape& a, const Shape& b) {
+  return std::visit([](const auto& first, const auto& second) { return touch(first, second); }, a, b);
+}
+
+/// A side of the domain as a bar without width.
+Bar line_of(int side, Vec2 size) {
+  const Vec2 corner[4] = {{0, 0}, {size.x, 0}, {size.x, size.y}, {0, size.y}};
+  switch (side) {
+    case 0:
+      return {corner[0], corner[3]};
+    case 1:
+      return {corner[1], corner[2]};
+    case 2:
+      return {corner[0], corner[1]};
+    default:
+      return {corner[3], corner[2]};
+  }
+}
+
+/// The whole domain as a bar.
+Bar box(Vec2 size) { return {{0, 0.5 * size.y}, {size.x, 0.5 * size.y}, size.y}; }
+
+Shape build_shape(const ElectrodeDraft& electrode, Vec2 size) {
+  if (electrode.shape == "disk") return Disk{electrode.centre, electrode.radius};
+  if (electrode.shape == "ring") return Ring{electrode.centre, electrode.radius};
+  if (electrode.shape == "bar") return Bar{electrode.from, electrode.to, electrode.width};
+  if (electrode.side == "left") return Disk{{0, electrode.at}, electrode.radius};
+  if (electrode.side == "right") return Disk{{size.x, electrode.at}, electrode.radius};
+  if (electrode.side == "bottom") return Disk{{electrode.at, 0}, electrode.radius};
+  return Disk{{electrode.at, size.y}, electrode.radius};
+}
+
+void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
+  const Vec2 size = draft.scene.domain.size;
+  const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, electrode.line, why); };
+  if (electrode.shape == "half-disk") {
+    const double along = electrode.side == "left" || electrode.side == "right" ? size.y : size.x;
+    if (electrode.at > along)
+      refuse_it(fmt::format("electrode.at = {:g} m lies outside the domain: the {} side goes from 0 to {:g} m",
+                            electrode.at, electrode.side, along));
+  }
+  const Bar* bar = std::get_if<Bar>(&shape);
+  if (bar && bar->from == bar->to)
+    refuse_it("electrode.from and electrode.to are the same point: a bar needs a length");
+  const Ring* ring = std::get_if<Ring>(&shape);
+  const Shape inside =
+      ring ? Shape(Disk{ring->centre, ring->radius}) : shape;  // of a ring: what it leaves to the fluid
+  if (!touch(inside, box(size)))
+    refuse_it(fmt::format("the {} lies outside the domain, which goes from [0, 0] to [{:g}, {:g}] m", electrode.shape,
+                          size.x, size.y));
+}
+
+void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
+  const Domain& domain = draft.scene.domain;
+  for (std::size_t i = 0; i < electrodes.size(); ++i) {
+    const auto refuse_it = [&](const std::string& other, double potential) {
+      refuse(
+          draft.scene.path, draft.electrodes[i].line,
+          fmt::format("the electrode \"{}\" at {:g} V touches {} at {:g} V: electrodes that touch must have the same "
+                      "potential",
+                      electrodes[i].name, electrodes[i].potential, other, potential));
+    };
+    for (std::size_t j = 0; j < i; ++j)
+      if (electrodes[i].potential != electrodes[j].potential && touch(electrodes[i].shape, electrodes[j].shape))
+        refuse_it(fmt::format("the electrode \"{}\"", electrodes[j].name), electrodes[j].potential);
+    for (int side = 0; side < 4; ++side)
+      if (domain.sides[side].electrode && domain.sides[side].potential != electrodes[i].potential &&
+          touch(electrodes[i].shape, line_of(side, domain.size)))
+        refuse_it(fmt::format("the {} side of the domain", side_names[side]), domain.sides[side].potential);
+  }
+}
+
+}  // namespace
+
+std::vector<Electrode> build_electrodes(const Draft& draft) {
+  std::vector<Electrode> electrodes;
+  std::map<std::string, int> nameless;
+  std::set<std::string> names;
+  for (const ElectrodeDraft& written : draft.electrodes) {
+    const Shape shape = build_shape(written, draft.scene.domain.size);
+    check_place(draft, written, shape);
+    const std::string name =
+        written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);
+    if (!names.insert(name).second)
+      refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
+    electrodes.push_back({name, shape, written.potential});
+  }
+  check_short_circuits(draft, electrodes);
+  return electrodes;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,48 @@
+#include "src/scene/nearest.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace lichtenberg {
+namespace {
+
+std::string_view last_name(std::string_view path) {
+  return path.substr(path.find_last_of('.') + 1);  // npos + 1 = 0: the whole path
+}
+
+template <class Distance>
+std::string closest(const std::vector<std::string>& words, Distance distance) {
+  return *std::min_element(words.begin(), words.end(),
+                           [&](const std::string& a, const std::string& b) { return distance(a) < distance(b); });
+}
+
+}  // namespace
+
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);  // row[j]: distance of a's first i characters from b's first j
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = static_cast<int>(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int replaced = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& words) {
+  return closest(words, [&](const std::string& known) { return edit_distance(word, known); });
+}
+
+std::string nearest_path(std::string_view path, const std::vector<std::string>& known) {
+  constexpr int in_another_table = 3;
+  return closest(known, [&](const std::string& candidate) {
+    const int distance = edit_distance(path, candidate);
+    return last_name(path) == last_name(candidate) ? std::min(distance, in_another_table) : distance;
+  });
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <unordered_map>
+#include <vector>
+
+#include "src/scene/draft.hpp"
+
+namespace lichtenberg {
+
+/// Random numbers that are the same on every machine: the 64-bit Mersenne twister of the standard (its output is
+/// prescribed, that of the standard's distributions is not) and an explicit conversion.
+class UniformRandom {
+ public:
+  explicit UniformRandom(std::uint64_t seed) : engine_(seed) {}
+  /// Uniform in [0, 1): the upper 53 bits of the next output, times 2^-53.
+  double operator()() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double between(double low, double high) { return low + (*this)() * (high - low); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// Disks in square buckets, so that the neighbours of a disk are found without looking at all of them.
+class DiskGrid {
+ public:
+  /// `reach`: the largest centre distance (m) at which two disks can matter to each other.
+  explicit DiskGrid(double reach) : side_(reach) {}
+
+  void insert(const Disk& disk);
+  /// Index, in the order of insertion, of a disk closer than `clearance` to this one, surface to surface.
+  std::optional<std::size_t> conflict(const Disk& disk, double clearance) const;
+  const Disk& operator[](std::size_t index) const { return disks_[index]; }
+
+ private:
+  struct Bucket {
+    std::int64_t x, y;
+    bool operator==(const Bucket&) const = default;
+  };
+  struct Hash {
+    std::size_t operator()(const Bucket& bucket) const;
+  };
+  Bucket bucket_of(Vec2 p) const;
+
+  double side_;
+  std::vector<Disk> disks_;
+  std::unordered_map<Bucket, std::vector<std::size_t>, Hash> buckets_;
+};
+
+/// Rounding of decimal numbers allowed where disks touch, as a fraction of the radius.
+constexpr double touching_slack = 1e-9;
+
+/// Refuses conductors, given one by one, that overlap each other, an electrode or a side of the domain. Touching is
+/// allowed.
+void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
+
+/// The conductors given one by one, and after them the populations in the order of the file, each conductor at the
+/// first of its random places that is free (random sequential addition). Per conductor the generator is asked for the
+/// radius, if that is an interval, then for x and y of each try. Throws InputError if a conductor finds no place: the
+/// population is too dense.
+std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
+
+}  // namespace lichtenberg

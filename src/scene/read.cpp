@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+#include "solvers/error.hpp"
+#include "src/scene/nearest.hpp"
+#include "src/scene/schema.hpp"
+#include "src/scene/value.hpp"
+
+namespace lichtenberg {
+namespace {
+
+int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
+
+/// The value as written, if that is short.
+std::string found(const toml::node& node) {
+  constexpr std::size_t longest = 60;
+  if (const toml::table* table = node.as_table(); table && !table->is_inline()) return "a table";
+  std::ostringstream out;
+  out << toml::toml_formatter{
+      node, toml::toml_formatter::default_flags &
+                ~(toml::format_flags::allow_literal_strings | toml::format_flags::allow_multi_line_strings)};
+  std::string text = out.str();
+  if (text.size() <= longest && text.find('\n') == std::string::npos) return text;
+  return node.is_array() ? "an array" : text.substr(0, longest) + "...";
+}
+
+/// Walks a TOML document along the schema into a draft.
+class Reader {
+ public:
+  explicit Reader(Draft& draft) : draft_(draft) {}
+
+  void read_document(const toml::table& document) {
+    check_required_tables(document);
+    read_table(schema().front(), document);
+  }
+
+ private:
+  void read_table(const Table& table, const toml::table& node) {
+    draft_.lines[table.path] = line_of(node);
+    table.open(draft_, line_of(node));
+    for (const auto& [name, value] : node) {
+      const std::string path = path_in(table, name.str());
+      if (const Table* inner = find_table(path)) {
+        read_inner_table(*inner, value);
+      } else if (const Key* key = find_key(table, name.str())) {
+        draft_.lines[path] = line_of(value);
+        read_key(path, *key, value);
+      } else {
+        refuse_unknown(path, static_cast<int>(name.source().begin.line));
+      }
+    }
+    check_presence(table, node);
+  }
+
+  static const Table* find_table(std::string_view path) {
+    const auto found = std::ranges::find(schema(), path, &Table::path);
+    return found == schema().end() ? nullptr : &*found;
+  }
+
+  static const Key* find_key(const Table& table, std::string_view name) {
+    const auto found = std::ranges::find(table.keys, name, &Key::name);
+    return found == table.keys.end() ? nullptr : &*found;
+  }
+
+  void read_inner_table(const Table& table, const toml::node& node) {
+    if (table.kind != Table::Kind::repeated) {
+      if (!node.is_table()) refuse_form(table, node);
+      return read_table(table, *node.as_table());
+    }
+    if (!node.is_array()) refuse_form(table, node);
+    for (const toml::node& element : *node.as_array()) {
+      if (!element.is_table()) refuse_form(table, element);
+      read_table(table, *element.as_table());
+    }
+  }
+
+  void read_key(const std::string& path, const Key& key, const toml::node& node) {
+    std::visit(
+        [&](auto at) {
+          auto& value = *at(draft_);
+          if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
+          if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
+            refuse_value(path, key, node, "is not allowed");
+        },
+        key.place);
+    if (!key.choices.empty() && std::ranges::find(key.choices, *node.value<std::string>()) == key.choices.end())
+      refuse_value(path, key, node, "is not allowed");
+  }
+
+  void check_presence(const Table& table, const toml::table& node) {
+    for (const Key& key : table.keys) {
+      const bool given = node.contains(key.name);
+      if (key.required && !given) refuse_missing(table, key, line_of(node), table.header());
+      if (key.shapes.empty()) continue;
+      const std::string& shape = draft_.electrodes.back().shape;
+      const bool wanted = std::ranges::find(key.shapes, shape) != key.shapes.end();
+      if (wanted && !given)
+        refuse_missing(table, key, line_of(node), fmt::format("an electrode with shape = \"{}\"", shape));
+      if (given && !wanted)
+        refuse(line_of(*node.get(key.name)),
+               fmt::format("{} does not belong to an electrode with shape = \"{}\", only to {}",
+                           path_in(table, key.name), shape, fmt::join(key.shapes, ", ")));
+    }
+  }
+
+  void check_required_tables(const toml::table& document) const {
+    for (const Table& table : schema())
+      if (table.kind == Table::Kind::required && !document.contains(table.path))
+        refuse(0, fmt::format("the table {} is missing: every scene needs it", table.header()));
+  }
+
+  [[noreturn]] void refuse(int line, const std::string& sentence) const {
+    lichtenberg::refuse(draft_.scene.path, line, sentence);
+  }
+
+  [[noreturn]] void refuse_value(const std::string& path, const Key& key, const toml::node& node,
+                                 const std::string& fault) const {
+    const bool united = node.is_string() && !key.unit.empty();
+    refuse(line_of(node), fmt::format("{} = {} {}: it must be {}{}", path, found(node), fault, key.allowed(),
+                                      united ? ", written without the unit" : ""));
+  }
+
+  [[noreturn]] void refuse_form(const Table& table, const toml::node& node) const {
+    refuse(line_of(node),
+           fmt::format("{} = {} has the wrong type: it must be a table{}, headed {}", table.path, found(node),
+                       table.kind == Table::Kind::repeated ? " for each" : "", table.header()));
+  }
+
+  [[noreturn]] void refuse_missing(const Table& table, const Key& key, int line, const std::string& who) const {
+    refuse(line, fmt::format("{} is missing: {} needs it, {}", path_in(table, key.name), who, key.allowed()));
+  }
+
+  [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
+    std::vector<std::string> known;
+    for (const Table& table : schema()) {
+      if (!table.path.empty()) known.push_back(table.path);
+      for (const Key& key : table.keys) known.push_back(path_in(table, key.name));
+    }
+    refuse(line, fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, known)));
+  }
+
+  Draft& draft_;
+};
+
+std::string read_text(const std::string& path) {
+  if (!std::filesystem::exists(path)) throw InputError(path + ": there is no such scene file");
+  if (std::filesystem::is_directory(path)) throw InputError(path + " is a directory, not a scene file");
+  std::ifstream file(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (!file) throw InputError(path + ": this scene file cannot be read");
+  return text;
+}
+
+}  // namespace
+
+void refuse(const std::string& path, int line, const std::string& sentence) {
+  throw InputError(line > 0 ? fmt::format("{}:{}: {}", path, line, sentence) : fmt::format("{}: {}", path, sentence));
+}
+
+Scene parse_scene(const std::string& text, const std::string& path) {
+  Draft draft;
+  draft.scene.path = path;
+  draft.scene.text = text;
+  try {
+    Reader(draft).read_document(toml::parse(text, path));
+  } catch (const toml::parse_error& error) {
+    const auto where = error.source().begin;
+    throw InputError(fmt::format("{}:{}:{}: not a TOML file: {}", path, where.line, where.column, error.description()));
+  }
+  return complete(draft);
+}
+
+Scene read_scene(const std::string& path) { return parse_scene(read_text(path), path); }
+
+}  // namespace lichtenberg

@@ -1,0 +1,514 @@
+#include "src/scene/schema.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "src/scene/value.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr Range positive{.low = 0, .low_itself = false};
+constexpr Range not_negative{.low = 0};
+constexpr Range accuracy{.low = 0, .high = 1, .low_itself = false, .high_itself = false};
+
+using enum Table::Kind;
+
+Table top() {
+  return {.help = "The scene as a whole.",
+          .keys = {
+              {.name = "title",
+               .place = [](Draft& d) { return &d.scene.title; },
+               .computed_default = "none",
+               .help = "what pictures and summaries call the run"},
+              {.name = "seed",
+               .place = [](Draft& d) { return &d.seed; },
+               .range = not_negative,
+               .help = "of the random numbers that place the populations"},
+          }};
+}
+
+Table domain() {
+  const std::string side = "side of the domain: insulating (no field through it), or an electrode at a potential";
+  return {.path = "domain",
+          .kind = required,
+          .help = "The rectangle [0, size x] x [0, size y] filled with fluid.",
+          .keys = {
+              {.name = "size",
+               .place = [](Draft& d) { return &d.scene.domain.size; },
+               .unit = "m",
+               .range = positive,
+               .required = true,
+               .help = "width and height"},
+              {.name = "left", .place = [](Draft& d) { return &d.scene.domain.sides[0]; }, .unit = "V", .help = side},
+              {.name = "right", .place = [](Draft& d) { return &d.scene.domain.sides[1]; }, .unit = "V", .help = side},
+              {.name = "bottom", .place = [](Draft& d) { return &d.scene.domain.sides[2]; }, .unit = "V", .help = side},
+              {.name = "top", .place = [](Draft& d) { return &d.scene.domain.sides[3]; }, .unit = "V", .help = side},
+          }};
+}
+
+Table medium() {
+  return {.path = "medium",
+          .help = "The fluid.",
+          .keys = {
+              {.name = "relative_permittivity",
+               .place = [](Draft& d) { return &d.relative_permittivity; },
+               .range = {.low = 1},
+               .computed_default = "none; floating_conductors needs it or permittivity",
+               .help = "permittivity in units of the vacuum's, 8.8541878128e-12 F/m"},
+              {.name = "permittivity",
+               .place = [](Draft& d) { return &d.permittivity; },
+               .unit = "F/m",
+               .range = positive,
+               .computed_default = "from relative_permittivity",
+               .help = "absolute permittivity; give this or relative_permittivity, not both"},
+              {.name = "viscosity",
+               .place = [](Draft& d) { return &d.viscosity; },
+               .unit = "Pa s",
+               .range = positive,
+               .computed_default = "none; stokes_drag needs it",
+               .help = "dynamic viscosity"},
+              {.name = "depth",
+               .place = [](Draft& d) { return &d.depth; },
+               .unit = "m",
+               .range = positive,
+               .computed_default = "2 * the largest radius: a monolayer",
+               .help = "turns charge, force and energy per metre of the two-dimensional field into C, N and J"},
+          }};
+}
+
+Table material() {
+  return {.path = "material",
+          .help = "What the conductors are made of.",
+          .keys = {
+              {.name = "density",
+               .place = [](Draft& d) { return &d.scene.material.density; },
+               .unit = "kg/m^3",
+               .range = positive,
+               .help = "their masses are those of spheres; the default is steel"},
+          }};
+}
+
+Table electrode() {
+  return {.path = "electrode",
+          .kind = repeated,
+          .help = "A fixed conducting body at a given potential. It may reach beyond the domain, which cuts it.",
+          .open = [](Draft& d, int line) { d.electrodes.push_back({.line = line}); },
+          .keys = {
+              {.name = "name",
+               .place = [](Draft& d) { return &d.electrodes.back().name; },
+               .computed_default = "the shape and a number, as in \"disk 1\"",
+               .help = "its name in messages and results"},
+              {.name = "shape",
+               .place = [](Draft& d) { return &d.electrodes.back().shape; },
+               .choices = {"disk", "half-disk", "bar", "ring"},
+               .required = true,
+               .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle"},
+              {.name = "potential",
+               .place = [](Draft& d) { return &d.electrodes.back().potential; },
+               .unit = "V",
+               .required = true,
+               .help = "its potential"},
+              {.name = "centre",
+               .place = [](Draft& d) { return &d.electrodes.back().centre; },
+               .unit = "m",
+               .shapes = {"disk", "ring"},
+               .help = "of the circle"},
+              {.name = "radius",
+               .place = [](Draft& d) { return &d.electrodes.back().radius; },
+               .unit = "m",
+               .range = positive,
+               .shapes = {"disk", "half-disk", "ring"},
+               .help = "of the circle"},
+              {.name = "side",
+               .place = [](Draft& d) { return &d.electrodes.back().side; },
+               .choices = {"left", "right", "bottom", "top"},
+               .shapes = {"half-disk"},
+               .help = "side of the domain on which the centre lies"},
+              {.name = "at",
+               .place = [](Draft& d) { return &d.electrodes.back().at; },
+               .unit = "m",
+               .range = not_negative,
+               .shapes = {"half-disk"},
+               .help = "x of the centre (bottom, top) or y (left, right)"},
+              {.name = "from",
+               .place = [](Draft& d) { return &d.electrodes.back().from; },
+               .unit = "m",
+               .shapes = {"bar"},
+               .help = "one end of the bar's axis"},
+              {.name = "to",
+               .place = [](Draft& d) { return &d.electrodes.back().to; },
+               .unit = "m",
+               .shapes = {"bar"},
+               .help = "the other end; the ends are flat"},
+              {.name = "width",
+               .place = [](Draft& d) { return &d.electrodes.back().width; },
+               .unit = "m",
+               .range = positive,
+               .shapes = {"bar"},
+               .help = "across the axis"},
+          }};
+}
+
+Table conductor() {
+  return {.path = "conductor",
+          .kind = repeated,
+          .help = "A movable conductor: a disk to the field, a sphere to the mechanics.",
+          .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
+          .keys = {
+              {.name = "position",
+               .place = [](Draft& d) { return &d.conductors.back().conductor.position; },
+               .unit = "m",
+               .required = true,
+               .help = "of the centre"},
+              {.name = "radius",
+               .place = [](Draft& d) { return &d.conductors.back().conductor.radius; },
+               .unit = "m",
+               .range = positive,
+               .required = true,
+               .help = "its radius"},
+              {.name = "charge",
+               .place = [](Draft& d) { return &d.conductors.back().charge; },
+               .unit = "C",
+               .computed_default = "0",
+               .help = "charge at the start; not for a member of a group"},
+              {.name = "velocity",
+               .place = [](Draft& d) { return &d.conductors.back().conductor.velocity; },
+               .unit = "m/s",
+               .help = "velocity at the start"},
+              {.name = "group",
+               .place = [](Draft& d) { return &d.conductors.back().group; },
+               .computed_default = "none",
+               .help = "name of the [[group]] that it is wired to"},
+          }};
+}
+
+Table group() {
+  return {
+      .path = "group",
+      .kind = repeated,
+      .help = "Conductors wired together: one potential, whether they touch or not. Give its charge or its potential.",
+      .open = [](Draft& d, int line) { d.groups.push_back({.line = line}); },
+      .keys = {
+          {.name = "name",
+           .place = [](Draft& d) { return &d.groups.back().name; },
+           .required = true,
+           .help = "what its conductors refer to"},
+          {.name = "charge",
+           .place = [](Draft& d) { return &d.groups.back().charge; },
+           .unit = "C",
+           .computed_default = "none",
+           .help = "charge of all its conductors together; their potential floats"},
+          {.name = "potential",
+           .place = [](Draft& d) { return &d.groups.back().potential; },
+           .unit = "V",
+           .computed_default = "none",
+           .help = "potential held from outside; the charge follows"},
+      }};
+}
+
+Table population() {
+  return {.path = "population",
+          .kind = repeated,
+          .help = "Conductors at random places, drawn uniformly one after the other, without overlap.",
+          .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
+          .keys = {
+              {.name = "count",
+               .place = [](Draft& d) { return &d.populations.back().count; },
+               .range = {.low = 1, .high = 1e6},
+               .required = true,
+               .help = "how many"},
+              {.name = "radius",
+               .place = [](Draft& d) { return &d.populations.back().radius; },
+               .unit = "m",
+               .range = positive,
+               .required = true,
+               .help = "of all, or the interval from which each draws its own"},
+              {.name = "charge",
+               .place = [](Draft& d) { return &d.populations.back().charge; },
+               .unit = "C",
+               .help = "of each at the start"},
+              {.name = "min_gap",
+               .place = [](Draft& d) { return &d.populations.back().min_gap; },
+               .unit = "m",
+               .range = not_negative,
+               .help = "least gap from a surface to any other conductor, electrode or side of the domain"},
+              {.name = "region",
+               .place = [](Draft& d) { return &d.populations.back().region; },
+               .unit = "m",
+               .computed_default = "the whole domain",
+               .help = "rectangle that they lie in"},
+          }};
+}
+
+Table effects() {
+  return {.path = "effects", .help = "An effect is in the run only if its table stands in the scene."};
+}
+
+Table floating_conductors() {
+  return {.path = "effects.floating_conductors",
+          .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
+          .open = [](Draft& d, int) { d.scene.effects.floating_conductors.emplace(); }};
+}
+
+Table current_source() {
+  return {.path = "effects.current_source",
+          .help = "Every conductor is fed the same current, dQ/dt = current (D 5.5). Needs floating_conductors.",
+          .open = [](Draft& d, int) { d.scene.effects.current_source.emplace(); },
+          .keys = {
+              {.name = "current",
+               .place = [](Draft& d) { return &d.scene.effects.current_source->current; },
+               .unit = "A",
+               .required = true,
+               .help = "into each conductor"},
+          }};
+}
+
+Table stokes_drag() {
+  return {.path = "effects.stokes_drag",
+          .help = "Drag of a sphere in the fluid, F = -6 pi viscosity R v (D 5.8). Needs medium.viscosity.",
+          .open = [](Draft& d, int) { d.scene.effects.stokes_drag.emplace(); }};
+}
+
+/// The elastic constants of the contact that `contact` finds in a draft.
+template <class Contact>
+std::vector<Key> elastic_constants(Contact) {
+  return {
+      {.name = "young",
+       .place = [](Draft& d) { return &Contact{}(d)->young; },
+       .unit = "Pa",
+       .range = positive,
+       .help = "Young's modulus; the default is steel"},
+      {.name = "poisson",
+       .place = [](Draft& d) { return &Contact{}(d)->poisson; },
+       .range = {.low = -1, .high = 0.5, .low_itself = false},
+       .help = "Poisson's ratio"},
+  };
+}
+
+Table hertz_contact() {
+  return {.path = "effects.hertz_contact",
+          .help = "Elastic spheres push each other apart, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9).",
+          .open = [](Draft& d, int) { d.scene.effects.hertz_contact.emplace(); },
+          .keys = elastic_constants([](Draft& d) { return &*d.scene.effects.hertz_contact; })};
+}
+
+Table wall_contact() {
+  return {.path = "effects.wall_contact",
+          .help = "The same against the sides of the domain and the electrodes.",
+          .open = [](Draft& d, int) { d.scene.effects.wall_contact.emplace(); },
+          .keys = elastic_constants([](Draft& d) { return &*d.scene.effects.wall_contact; })};
+}
+
+Table contact_discharge() {
+  return {.path = "effects.contact_discharge",
+          .help =
+              "Conductors close to each other, or to an electrode, become one electrically (D 6.40). "
+              "Needs floating_conductors.",
+          .open = [](Draft& d, int) { d.scene.effects.contact_discharge.emplace(); },
+          .keys = {
+              {.name = "gap",
+               .place = [](Draft& d) { return &d.contact_gap; },
+               .unit = "m",
+               .range = positive,
+               .computed_default = "the smallest radius",
+               .help = "contact is made when two surfaces come closer than this"},
+              {.name = "hysteresis",
+               .place = [](Draft& d) { return &d.scene.effects.contact_discharge->hysteresis; },
+               .range = {.low = 0, .high = 1},
+               .help = "contact is lost beyond gap * (1 + hysteresis): conductors at rest there must not chatter"},
+          }};
+}
+
+Table field() {
+  return {
+      .path = "field",
+      .help = "How the potential is computed.",
+      .keys = {
+          {.name = "method",
+           .place = [](Draft& d) { return &d.scene.field.method; },
+           .choices = {"cut-cell", "relaxation"},
+           .help = "cut-cell: finite volumes, one linear system; relaxation: lattice and gradient descent (D 6.3-6.5)"},
+          {.name = "cells",
+           .place = [](Draft& d) { return &d.scene.field.cells; },
+           .range = {.low = 8, .high = 32768},
+           .help = "square cells along the domain's longer side"},
+          {.name = "tolerance",
+           .place = [](Draft& d) { return &d.scene.field.tolerance; },
+           .range = accuracy,
+           .help = "relative residual of a single solve"},
+          {.name = "moving_tolerance",
+           .place = [](Draft& d) { return &d.scene.field.moving_tolerance; },
+           .range = accuracy,
+           .help = "relative error, in the energy norm, of a solve in a moving scene"},
+          {.name = "links",
+           .place = [](Draft& d) { return &d.scene.field.links; },
+           .choices = {"log-fitted", "plain"},
+           .help = "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one"},
+          {.name = "linear_solver",
+           .place = [](Draft& d) { return &d.scene.field.linear_solver; },
+           .choices = {"multigrid", "assembled"},
+           .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
+          {.name = "relaxation_eta",
+           .place = [](Draft& d) { return &d.relaxation_eta; },
+           .unit = "V m/C",
+           .range = positive,
+           .computed_default = "chosen by the solver",
+           .help = "step of the gradient descent (D 6.30)"},
+      }};
+}
+
+Table mechanics() {
+  return {.path = "mechanics",
+          .help = "How the motion is computed.",
+          .keys = {
+              {.name = "integrator",
+               .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
+               .choices = {"cvode", "euler"},
+               .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7)"},
+              {.name = "coupling",
+               .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
+               .choices = {"split", "monolithic"},
+               .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
+              {.name = "relative_tolerance",
+               .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
+               .range = accuracy,
+               .help = "of positions and momenta, each step of the integrator"},
+              {.name = "position_tolerance",
+               .place = [](Draft& d) { return &d.position_tolerance; },
+               .unit = "m",
+               .range = positive,
+               .computed_default = "1e-3 * the smallest radius",
+               .help = "error of the positions allowed in a coupling step"},
+              {.name = "largest_step",
+               .place = [](Draft& d) { return &d.largest_step; },
+               .unit = "s",
+               .range = positive,
+               .computed_default = "output.every",
+               .help = "largest coupling step"},
+              {.name = "euler_step",
+               .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
+               .unit = "s",
+               .range = positive,
+               .help = "time step of euler"},
+              {.name = "euler_field_step",
+               .place = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
+               .unit = "s",
+               .range = positive,
+               .help = "time between two field solves of euler"},
+          }};
+}
+
+Table output() {
+  return {.path = "output",
+          .help = "What a run leaves.",
+          .keys = {
+              {.name = "file",
+               .place = [](Draft& d) { return &d.output_file; },
+               .computed_default = "the scene file's name, in the working directory, with .h5",
+               .help = "result file"},
+              {.name = "every",
+               .place = [](Draft& d) { return &d.scene.output.every; },
+               .unit = "s",
+               .range = positive,
+               .help = "simulated time between two frames"},
+              {.name = "checkpoint_every",
+               .place = [](Draft& d) { return &d.scene.output.checkpoint_every; },
+               .range = {.low = 1, .high = 1e9},
+               .help = "frames between two checkpoints"},
+              {.name = "picture",
+               .place = [](Draft& d) { return &d.scene.output.picture; },
+               .help = "draw the final state"},
+          }};
+}
+
+Table stop() {
+  return {.path = "stop",
+          .help = "When a run ends: at whichever comes first.",
+          .keys = {
+              {.name = "time",
+               .place = [](Draft& d) { return &d.scene.stop.time; },
+               .unit = "s",
+               .range = positive,
+               .help = "simulated time"},
+              {.name = "stationary",
+               .place = [](Draft& d) { return &d.scene.stop.stationary; },
+               .help = "stop when all conductors are connected to an electrode and the forces are negligible (D 7.1)"},
+              {.name = "force",
+               .place = [](Draft& d) { return &d.scene.stop.force; },
+               .range = accuracy,
+               .help = "negligible: this fraction of the largest force of the run"},
+          }};
+}
+
+}  // namespace
+
+const std::vector<Table>& schema() {
+  static const std::vector<Table> tables = {top(),
+                                            domain(),
+                                            medium(),
+                                            material(),
+                                            electrode(),
+                                            conductor(),
+                                            group(),
+                                            population(),
+                                            effects(),
+                                            floating_conductors(),
+                                            current_source(),
+                                            stokes_drag(),
+                                            hertz_contact(),
+                                            wall_contact(),
+                                            contact_discharge(),
+                                            field(),
+                                            mechanics(),
+                                            output(),
+                                            stop()};
+  return tables;
+}
+
+std::string path_in(const Table& table, std::string_view name) {
+  return table.path.empty() ? std::string(name) : fmt::format("{}.{}", table.path, name);
+}
+
+Draft blank_draft() {
+  Draft draft;
+  for (const Table& table : schema()) table.open(draft, 0);
+  return draft;
+}
+
+bool Range::contains(double value) const {
+  return std::isfinite(value) && (low_itself ? value >= low : value > low) &&
+         (high_itself ? value <= high : value < high);
+}
+
+std::string Range::text() const {
+  std::vector<std::string> ends;
+  if (std::isfinite(low)) ends.push_back(fmt::format("{} {:.10g}", low_itself ? "at least" : "greater than", low));
+  if (std::isfinite(high)) ends.push_back(fmt::format("{} {:.10g}", high_itself ? "at most" : "less than", high));
+  return fmt::format("{}", fmt::join(ends, " and "));
+}
+
+std::string Key::allowed() const {
+  if (!choices.empty()) return fmt::format("one of \"{}\"", fmt::join(choices, "\", \""));
+  std::string text = std::visit([]<class T>(At<T>) { return type_name(T{}); }, place);
+  if (!unit.empty()) text += " in " + unit;
+  const std::string limits = range.text();
+  return limits.empty() ? text : text + ", " + limits;
+}
+
+std::string Key::fallback() const {
+  if (required) return "required";
+  if (!shapes.empty()) return fmt::format("required for {}", fmt::join(shapes, ", "));
+  if (!computed_default.empty()) return "default: " + computed_default;
+  Draft untouched = blank_draft();
+  return "default: " + std::visit([&](auto at) { return show(*at(untouched)); }, place);
+}
+
+std::string Table::header() const {
+  if (path.empty()) return "(top of the file)";
+  return kind == repeated ? "[[" + path + "]]" : "[" + path + "]";
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "src/scene/draft.hpp"
+
+namespace lichtenberg {
+
+/// Where the value of a key goes. In a repeated table that is the last element, the one being read.
+template <class T>
+using At = T* (*)(Draft&);
+using Place = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Interval>,
+                           At<DomainSide>, At<std::optional<double>>, At<std::optional<std::string>>,
+                           At<std::optional<Rectangle>>>;
+
+/// The finite numbers from low to high.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_itself = true, high_itself = true;  ///< false: that end itself is not allowed
+
+  bool contains(double value) const;
+  /// As in "a number, greater than 0"; empty if every finite number is allowed.
+  std::string text() const;
+};
+
+/// One key of the scene file. The reader, the checks, the help and the messages all follow from this entry; its default
+/// is what an untouched Draft holds.
+struct Key {
+  std::string name;
+  Place place;
+  std::string unit{};                  ///< of the key's numbers; empty: a pure number or none
+  Range range{};                       ///< of each of the key's numbers
+  std::vector<std::string> choices{};  ///< of a text; empty: any
+  bool required = false;
+  std::vector<std::string> shapes{};  ///< the shapes of electrode that need the key, others refuse it; empty: any shape
+  std::string computed_default{};     ///< says in words what an optional place is filled with
+  std::string help{};
+
+  /// What may be written, as in "a number in m, greater than 0".
+  std::string allowed() const;
+  /// "required", or the default.
+  std::string fallback() const;
+};
+
+struct Table {
+  enum class Kind { optional, required, repeated };
+
+  std::string path{};  ///< "" is the top of the file
+  Kind kind = Kind::optional;
+  std::string help{};
+  void (*open)(Draft&, int line) = [](Draft&, int) {};  ///< what it means that the table stands in the file
+  std::vector<Key> keys{};
+
+  /// As written in a scene file: [field], [[conductor]]
+  std::string header() const;
+};
+
+/// Everything a scene file may hold, the top of the file first.
+const std::vector<Table>& schema();
+
+/// Path of a key or table inside `table`.
+std::string path_in(const Table& table, std::string_view name);
+
+/// A draft with one untouched element of each repeated table.
+Draft blank_draft();
+
+}  // namespace lichtenberg

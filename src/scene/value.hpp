@@ -1,0 +1,131 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include "src/scene/draft.hpp"
+
+namespace lichtenberg {
+
+// The types a scene's value can have. For each: `read` (false if the TOML value is of another type), `type_name` (as in
+// "it must be ..."), `show` (as written in a scene file) and `numbers` (those that a key's range and unit apply to).
+
+inline bool read(const toml::node& node, double& value) {
+  if (!node.is_number()) return false;
+  value = *node.value<double>();
+  return true;
+}
+inline const char* type_name(const double&) { return "a number"; }
+inline std::string show(const double& value) { return fmt::format("{:g}", value); }
+inline std::vector<double> numbers(const double& value) { return {value}; }
+
+inline bool read(const toml::node& node, std::int64_t& value) {
+  if (!node.is_integer()) return false;
+  value = *node.value<std::int64_t>();
+  return true;
+}
+inline const char* type_name(const std::int64_t&) { return "an integer"; }
+inline std::string show(const std::int64_t& value) { return std::to_string(value); }
+inline std::vector<double> numbers(const std::int64_t& value) { return {static_cast<double>(value)}; }
+
+/// Integers too large for an int become the largest one: the key's range refuses them.
+inline bool read(const toml::node& node, int& value) {
+  std::int64_t wide = 0;
+  if (!read(node, wide)) return false;
+  using Limits = std::numeric_limits<int>;
+  value = static_cast<int>(std::clamp<std::int64_t>(wide, Limits::min(), Limits::max()));
+  return true;
+}
+inline const char* type_name(const int&) { return "an integer"; }
+inline std::string show(const int& value) { return std::to_string(value); }
+inline std::vector<double> numbers(const int& value) { return {static_cast<double>(value)}; }
+
+inline bool read(const toml::node& node, bool& value) {
+  if (!node.is_boolean()) return false;
+  value = *node.value<bool>();
+  return true;
+}
+inline const char* type_name(const bool&) { return "true or false"; }
+inline std::string show(const bool& value) { return value ? "true" : "false"; }
+inline std::vector<double> numbers(const bool&) { return {}; }
+
+inline bool read(const toml::node& node, std::string& value) {
+  if (!node.is_string()) return false;
+  value = *node.value<std::string>();
+  return !value.empty();
+}
+inline const char* type_name(const std::string&) { return "a text, not empty"; }
+inline std::string show(const std::string& value) { return '"' + value + '"'; }
+inline std::vector<double> numbers(const std::string&) { return {}; }
+
+inline bool read(const toml::node& node, Vec2& value) {
+  const toml::array* pair = node.as_array();
+  return pair && pair->size() == 2 && read((*pair)[0], value.x) && read((*pair)[1], value.y);
+}
+inline const char* type_name(const Vec2&) { return "two numbers [x, y]"; }
+inline std::string show(const Vec2& value) { return fmt::format("[{:g}, {:g}]", value.x, value.y); }
+inline std::vector<double> numbers(const Vec2& value) { return {value.x, value.y}; }
+
+inline bool read(const toml::node& node, Interval& value) {
+  if (read(node, value.smallest)) {
+    value.largest = value.smallest;
+    return true;
+  }
+  Vec2 pair;
+  if (!read(node, pair)) return false;
+  value = {pair.x, pair.y};
+  return true;
+}
+inline const char* type_name(const Interval&) { return "a number or two numbers [smallest, largest]"; }
+inline std::string show(const Interval& value) { return fmt::format("[{:g}, {:g}]", value.smallest, value.largest); }
+inline std::vector<double> numbers(const Interval& value) { return {value.smallest, value.largest}; }
+
+inline bool read(const toml::node& node, Rectangle& value) {
+  const toml::array* pair = node.as_array();
+  return pair && pair->size() == 2 && read((*pair)[0], value.lower) && read((*pair)[1], value.upper);
+}
+inline const char* type_name(const Rectangle&) { return "two corners [[left, bottom], [right, top]]"; }
+inline std::string show(const Rectangle& value) { return "[" + show(value.lower) + ", " + show(value.upper) + "]"; }
+inline std::vector<double> numbers(const Rectangle& value) {
+  return {value.lower.x, value.lower.y, value.upper.x, value.upper.y};
+}
+
+inline bool read(const toml::node& node, DomainSide& value) {
+  if (node.is_string()) return *node.value<std::string>() == "insulating";
+  const toml::table* electrode = node.as_table();
+  if (!electrode || electrode->size() != 1 || !electrode->contains("potential")) return false;
+  value.electrode = true;
+  return read(*electrode->get("potential"), value.potential);
+}
+inline const char* type_name(const DomainSide&) { return "\"insulating\" or { potential = a number }"; }
+inline std::string show(const DomainSide& side) {
+  return side.electrode ? fmt::format("{{ potential = {:g} }}", side.potential) : "\"insulating\"";
+}
+inline std::vector<double> numbers(const DomainSide& side) { return {side.potential}; }
+
+/// A key whose default is nothing, or depends on others.
+template <class T>
+bool read(const toml::node& node, std::optional<T>& value) {
+  return read(node, value.emplace());
+}
+template <class T>
+const char* type_name(const std::optional<T>&) {
+  return type_name(T{});
+}
+template <class T>
+std::string show(const std::optional<T>& value) {
+  return value ? show(*value) : "none";
+}
+template <class T>
+std::vector<double> numbers(const std::optional<T>& value) {
+  return value ? numbers(*value) : std::vector<double>{};
+}
+
+}  // namespace lichtenberg

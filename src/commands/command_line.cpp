@@ -29,8 +29,8 @@ void check_command(const CLI::App& program, const std::string& command) {
   std::vector<std::string> known;
   for (const CLI::App* subcommand : program.get_subcommands({})) known.push_back(subcommand->get_name());
   if (std::find(known.begin(), known.end(), command) != known.end()) return;
-  throw InputError(fmt::format("there is no command `{}`; did you mean `{}`? `lichtenberg help` lists them all", command,
-                               nearest(command, known)));
+  throw InputError(fmt::format("there is no command `{}`; did you mean `{}`? `lichtenberg help` lists them all",
+                               command, nearest(command, known)));
 }
 
 void declare(CLI::App& program) {

@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 
 #include "solvers/error.hpp"
-
-extern char** environ;
 
 namespace lichtenberg {
 namespace {
@@ -24,13 +23,14 @@ std::filesystem::path plot_script() {
     const std::filesystem::path script = program.parent_path() / place;
     if (std::filesystem::exists(script)) return script.lexically_normal();
   }
-  throw Failure(fmt::format("cannot draw: the plot script is neither at {} beside {} nor at {}", PLOT_SCRIPT_FROM_BINARY,
-                            program.string(), PLOT_SCRIPT_IN_SOURCE));
+  throw Failure(fmt::format("cannot draw: the plot script is neither at {} beside {} nor at {}",
+                            PLOT_SCRIPT_FROM_BINARY, program.string(), PLOT_SCRIPT_IN_SOURCE));
 }
 
 /// Exit status of a program, its standard streams ours.
 int run_and_wait(std::vector<std::string> words) {
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   pid_t child = 0;

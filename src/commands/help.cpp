@@ -14,7 +14,8 @@ namespace {
 
 std::string help_text(const CLI::App& program, const std::string& topic) {
   // Not program.help(): that would pass the question on to the subcommand that was given, which is this one.
-  if (topic.empty()) return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
+  if (topic.empty())
+    return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
   if (topic == "scene") return scene_help();
   std::vector<std::string> topics{"scene"};
   for (const CLI::App* command : program.get_subcommands({})) {
@@ -28,7 +29,8 @@ std::string help_text(const CLI::App& program, const std::string& topic) {
 }  // namespace
 
 void add_help(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("help", "Explains a command, or with `help scene` every key of a scene file");
+  CLI::App* command =
+      program.add_subcommand("help", "Explains a command, or with `help scene` every key of a scene file");
   auto topic = std::make_shared<std::string>();
   command->add_option("TOPIC", *topic, "a command, or scene");
   command->callback([&program, topic] { fmt::print("{}", help_text(program, *topic)); });

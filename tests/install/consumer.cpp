@@ -14,7 +14,8 @@ int main() {
     [[conductor]]
     position = [15e-3, 5e-3]
     radius = 1e-3
-  )", "consumer.toml");
+  )",
+                                                            "consumer.toml");
   const lichtenberg::laplace::LaplaceProblem problem{.size = scene.domain.size};
   std::printf("%zu conductors in %g m x %g m\n", scene.conductors.size(), problem.size.x, problem.size.y);
 }

@@ -103,8 +103,10 @@ TEST_CASE("gradients of the links are the derivatives of their values") {
       const Vec2 a{inside ? 3.8 : 3.8, 1.6}, b{3.8, 0.6};
       const auto value = [&](Vec2 x) { return log_fitted_link(p, a, b, x, 3.9, inside).value; };
       const Vec2 gradient = log_fitted_link(p, a, b, centre, 3.9, inside).gradient;
-      CHECK(gradient.x == doctest::Approx((value(centre + Vec2{s, 0}) - value(centre - Vec2{s, 0})) / (2 * s)).epsilon(accuracy));
-      CHECK(gradient.y == doctest::Approx((value(centre + Vec2{0, s}) - value(centre - Vec2{0, s})) / (2 * s)).epsilon(accuracy));
+      CHECK(gradient.x ==
+            doctest::Approx((value(centre + Vec2{s, 0}) - value(centre - Vec2{s, 0})) / (2 * s)).epsilon(accuracy));
+      CHECK(gradient.y ==
+            doctest::Approx((value(centre + Vec2{0, s}) - value(centre - Vec2{0, s})) / (2 * s)).epsilon(accuracy));
     }
   }
   SUBCASE("channel between two circles") {
@@ -234,7 +236,8 @@ TEST_CASE("nothing grounded: the neutral box is solved, potentials have zero mea
     double mean = 0;
     for (const double phi : solution.group_potential) mean += phi;
     CHECK(std::abs(mean) < 1e-12);
-    for (int k = 0; k < 4; ++k) CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-8));
+    for (int k = 0; k < 4; ++k)
+      CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-8));
     CHECK(solution.energy > 0);
   }
   problem.groups[0].charge = 1.1;
@@ -254,7 +257,8 @@ TEST_CASE("the assembled system gives the multigrid's answer") {
 }
 
 TEST_CASE("force is the derivative of the energy while no cell changes hands") {
-  // Fixed charges: F = -dW/dx. Step 1e-4 cells: truncation 1e-8, solver error in W 1e-20 relative (energy norm squared).
+  // Fixed charges: F = -dW/dx. Step 1e-4 cells: truncation 1e-8, solver error in W 1e-20 relative (energy norm
+  // squared).
   LaplaceProblem problem = crowd(6, 64, 6, 0.2);
   CutCellSolver solver(options(64, 1e-11));
   const LaplaceSolution solution = solver.solve(problem);
@@ -332,7 +336,8 @@ TEST_CASE("past solutions shorten a solve and do not change its answer; forgotte
   CutCellSolver solver(options(128));
   const LaplaceSolution first = solver.solve(problem);
   LaplaceProblem moved = problem;
-  for (std::size_t k = 1; k < moved.bodies.size(); ++k) std::get<Disk>(moved.bodies[k].shape).centre += Vec2{0.02, 0.01};
+  for (std::size_t k = 1; k < moved.bodies.size(); ++k)
+    std::get<Disk>(moved.bodies[k].shape).centre += Vec2{0.02, 0.01};
   const LaplaceSolution warm = solver.solve(moved);
   solver.forget();
   const LaplaceSolution cold = solver.solve(moved);

@@ -41,7 +41,8 @@ void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) 
   matrix.sorted = matrix.packed = 1;
   factor_ = cholmod_analyze(&matrix, &common_);
   if (!factor_ || !cholmod_factorize(&matrix, factor_, &common_) || common_.status != CHOLMOD_OK)
-    throw Failure("field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
+    throw Failure(
+        "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
   rhs_ = cholmod_zeros(matrix.nrow, 1, CHOLMOD_REAL, &common_);
   slot_ = std::move(system.slot);
   group_ = std::move(system.group);

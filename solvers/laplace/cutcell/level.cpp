@@ -164,7 +164,8 @@ void Level::cover_body(const Shape& shape, int body) {
     Bar thick = *bar;
     thick.width = std::max(bar->width, std::abs(axis.x) + std::abs(axis.y));
     const double margin = 0.5 * thick.width + 1;
-    for (int j = row(std::min(bar->from.y, bar->to.y) - margin); j <= row(std::max(bar->from.y, bar->to.y) + margin); ++j)
+    for (int j = row(std::min(bar->from.y, bar->to.y) - margin); j <= row(std::max(bar->from.y, bar->to.y) + margin);
+         ++j)
       for (int i = column(std::min(bar->from.x, bar->to.x) - margin);
            i <= column(std::max(bar->from.x, bar->to.x) + margin); ++i)
         if (signed_distance(thick, {i + 0.5, j + 0.5}) <= 0) claim(i, j);
@@ -185,8 +186,7 @@ void Level::link_cells(const LaplaceProblem& problem, LinkFormula formula) {
       std::fill(begin, begin + layout.row_length(colour, j), 4.0);
     }
   for (const std::ptrdiff_t slot : covered) diagonal[slot] = 0;
-  for (std::size_t k = 0; k < covered.size(); ++k)
-    link_cell(problem, formula, covered_cells_[k], cover[covered[k]]);
+  for (std::size_t k = 0; k < covered.size(); ++k) link_cell(problem, formula, covered_cells_[k], cover[covered[k]]);
 }
 
 void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body) {
@@ -223,7 +223,8 @@ void Level::squeeze(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, 
   if (gap > 1.0) return;  // wider than a cell: the two links resolve it themselves
   const PairConductance integral = channel(p, e, 2.0, a->centre, a->radius, b->centre, b->radius);
   const double factor = integral.value * gap;
-  cross_gradients.push_back({static_cast<int>(links.size()), other, c.value * (gap * integral.gradient_b - integral.value * in_b.gradient)});
+  cross_gradients.push_back(
+      {static_cast<int>(links.size()), other, c.value * (gap * integral.gradient_b - integral.value * in_b.gradient)});
   c.gradient = factor * c.gradient + c.value * (gap * integral.gradient_a - integral.value * in_a.gradient);
   c.value *= factor;
 }
@@ -235,7 +236,8 @@ void Level::link_sides(const LaplaceProblem& problem) {
     const bool electrode = problem.sides[side].kind == Side::Kind::electrode;
     const Vec2 e = directions[side];
     for (int k = 0; k < (vertical ? layout.ny : layout.nx); ++k) {
-      const Cell cell = vertical ? Cell{side == left ? 0 : layout.nx - 1, k} : Cell{k, side == bottom ? 0 : layout.ny - 1};
+      const Cell cell =
+          vertical ? Cell{side == left ? 0 : layout.nx - 1, k} : Cell{k, side == bottom ? 0 : layout.ny - 1};
       const std::ptrdiff_t slot = layout(cell.i, cell.j);
       const int body = cover[slot];
       if (!electrode) {

@@ -85,8 +85,8 @@ class Level {
   Vec2 centre(Cell c) const { return {c.i + 0.5, c.j + 0.5}; }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
 
-  std::vector<Cell> covered_cells_;     // the same as `covered`, by row and column
-  std::vector<Shape> shapes_;           // of the bodies, lengths in cells
+  std::vector<Cell> covered_cells_;  // the same as `covered`, by row and column
+  std::vector<Shape> shapes_;        // of the bodies, lengths in cells
 };
 
 /// The shape with every length divided by h.

@@ -23,7 +23,8 @@ struct Conductance {
 /// difference is q ln(r/R) / 2 pi and the flux through the face q dtheta / 2 pi, with dtheta the angle under which the
 /// centre sees the face from `corner_a` to `corner_b`. Exact for the isolated circle; tends to 1 / (cut length) as
 /// R -> infinity. `inside` is for a ring, whose fluid lies within the circle.
-inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre, double radius, bool inside = false) {
+inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre, double radius,
+                                   bool inside = false) {
   const Vec2 a = corner_a - centre, b = corner_b - centre, r = p - centre;
   const double turn = cross(a, b) < 0 ? -1.0 : 1.0;
   const double theta = std::atan2(turn * cross(a, b), dot(a, b));
@@ -40,9 +41,7 @@ inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 ce
 
 /// Fluid cell centre to a flat surface at distance `cut` along the link (direction e, outward normal n of the
 /// conductor, n.e < 0): 1 / cut.
-inline Conductance plain_link(double cut, Vec2 e, Vec2 n) {
-  return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n};
-}
+inline Conductance plain_link(double cut, Vec2 e, Vec2 n) { return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n}; }
 
 /// Where a line in direction e through a point inside a circle leaves it.
 struct Exit {
@@ -84,7 +83,8 @@ struct PairConductance {
 inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, double radius_a, Vec2 centre_b,
                                double radius_b) {
   constexpr std::array<double, 4> node{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
-  constexpr std::array<double, 4> weight{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
+  constexpr std::array<double, 4> weight{0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
+                                         0.1012285362903763};
   const Vec2 q = p + length * e;
   const Exit a = circle_exit(p, e, centre_a, radius_a);
   const Exit b = circle_exit(q, -e, centre_b, radius_b);

@@ -45,13 +45,14 @@ inline void relax_row(int n, float* __restrict v, const float* __restrict f, con
   for (int k = 0; k < n; ++k) v[k] = (f[k] + west[k] + west[k + 1] + south[k] + north[k]) * inverse_diagonal[k];
 }
 
-inline void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f, const float* __restrict inverse_diagonal) {
+inline void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
+                                const float* __restrict inverse_diagonal) {
   for (int k = 0; k < n; ++k) v[k] = f[k] * inverse_diagonal[k];
 }
 
 /// After a sweep from zero over red and then black, a red cell's residual is what its black neighbours have brought.
-inline void residual_row(int n, float* __restrict r, const float* __restrict inverse_diagonal, const float* __restrict west,
-                         const float* __restrict south, const float* __restrict north) {
+inline void residual_row(int n, float* __restrict r, const float* __restrict inverse_diagonal,
+                         const float* __restrict west, const float* __restrict south, const float* __restrict north) {
   for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? west[k] + west[k + 1] + south[k] + north[k] : 0.0f;
 }
 
@@ -71,8 +72,14 @@ struct Multigrid::Grid {
   std::vector<float> row_a, row_b, row_c;
 
   explicit Grid(const Layout& at)
-      : layout(at), v(at.size()), f(at.size()), residual(at.colour_size()), inverse_diagonal(at.size()),
-        row_a(at.nx + 2 * Layout::pad), row_b(at.nx + 2 * Layout::pad), row_c(at.nx + 2 * Layout::pad) {}
+      : layout(at),
+        v(at.size()),
+        f(at.size()),
+        residual(at.colour_size()),
+        inverse_diagonal(at.size()),
+        row_a(at.nx + 2 * Layout::pad),
+        row_b(at.nx + 2 * Layout::pad),
+        row_c(at.nx + 2 * Layout::pad) {}
 
   void build(const LaplaceProblem& problem, const Level& level);
   void relax(int colour, int j);
@@ -145,7 +152,8 @@ void Multigrid::Grid::sweep_from_zero() {
       const int row = j - 2;
       const std::ptrdiff_t at = layout.row(0, row);
       residual_row(layout.row_length(0, row), &residual[at], &inverse_diagonal[at],
-                   &v[layout.row(1, row) + Layout::parity(0, row) - 1], &v[layout.row(1, row - 1)], &v[layout.row(1, row + 1)]);
+                   &v[layout.row(1, row) + Layout::parity(0, row) - 1], &v[layout.row(1, row - 1)],
+                   &v[layout.row(1, row + 1)]);
     }
   }
 }
@@ -157,7 +165,8 @@ void Multigrid::Grid::relax_groups(bool forward) {
   for (int k = 0; k < groups; ++k) {
     const int g = forward ? k : groups - 1 - k;
     float flux = charge[g] + accumulator[g];
-    for (int m = coupling.start[g]; m < coupling.start[g + 1]; ++m) flux += coupling.conductance[m] * phi[coupling.other[m]];
+    for (int m = coupling.start[g]; m < coupling.start[g + 1]; ++m)
+      flux += coupling.conductance[m] * phi[coupling.other[m]];
     phi[g] = flux * group_inverse_diagonal[g];
   }
 }
@@ -168,10 +177,12 @@ void Multigrid::Grid::add_group_potentials(const std::vector<float>& increment) 
 
 void Multigrid::Grid::group_residual(std::vector<float>& r) {
   std::fill(accumulator.begin(), accumulator.end(), 0.0f);
-  for (std::size_t m = 0; m < link_cell.size(); ++m) accumulator[link_group[m]] += link_conductance[m] * v[link_cell[m]];
+  for (std::size_t m = 0; m < link_cell.size(); ++m)
+    accumulator[link_group[m]] += link_conductance[m] * v[link_cell[m]];
   for (std::size_t g = 0; g < phi.size(); ++g) {
     float flux = charge[g] + accumulator[g];
-    for (int m = coupling.start[g]; m < coupling.start[g + 1]; ++m) flux += coupling.conductance[m] * phi[coupling.other[m]];
+    for (int m = coupling.start[g]; m < coupling.start[g + 1]; ++m)
+      flux += coupling.conductance[m] * phi[coupling.other[m]];
     r[g] = group_inverse_diagonal[g] > 0 ? flux - phi[g] / group_inverse_diagonal[g] : 0.0f;
   }
 }
@@ -233,11 +244,13 @@ void Multigrid::Grid::prolongate_from(const Grid& coarse) {
     const float *below = rows[0], *own = rows[1], *above = rows[2];
     const std::ptrdiff_t lower = layout.row(0, 2 * J), upper = layout.row(0, 2 * J + 1);
     for (int I = 0; I < NX; ++I) {
-      const float correction = 0.75f * (0.75f * own[I] + 0.25f * own[I - 1]) + 0.25f * (0.75f * below[I] + 0.25f * below[I - 1]);
+      const float correction =
+          0.75f * (0.75f * own[I] + 0.25f * own[I - 1]) + 0.25f * (0.75f * below[I] + 0.25f * below[I - 1]);
       v[lower + I] = inverse_diagonal[lower + I] > 0 ? v[lower + I] + correction : 0.0f;
     }
     for (int I = 0; I < NX; ++I) {
-      const float correction = 0.75f * (0.75f * own[I] + 0.25f * own[I + 1]) + 0.25f * (0.75f * above[I] + 0.25f * above[I + 1]);
+      const float correction =
+          0.75f * (0.75f * own[I] + 0.25f * own[I + 1]) + 0.25f * (0.75f * above[I] + 0.25f * above[I + 1]);
       v[upper + I] = inverse_diagonal[upper + I] > 0 ? v[upper + I] + correction : 0.0f;
     }
     std::rotate(rows.begin(), rows.begin() + 1, rows.end());

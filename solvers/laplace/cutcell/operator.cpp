@@ -28,7 +28,8 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level) {
     if (floating(a)) group_diagonal_[a] += pair.conductance;
     if (floating(b)) group_diagonal_[b] += pair.conductance;
     if (floating(a) && floating(b))
-      pairs_.push_back({static_cast<std::int32_t>(cells_) + a, static_cast<std::int32_t>(cells_) + b, pair.conductance});
+      pairs_.push_back(
+          {static_cast<std::int32_t>(cells_) + a, static_cast<std::int32_t>(cells_) + b, pair.conductance});
   }
   for (const SideLink& link : level.side_links)
     if (link.body >= 0 && floating(group(link.body))) group_diagonal_[group(link.body)] += link.conductance;

@@ -1,5 +1,7 @@
 #include "solvers/laplace/cutcell/petsc.hpp"
 
+#include <cstdlib>
+
 #include "solvers/error.hpp"
 
 namespace lichtenberg::laplace {
@@ -43,6 +45,8 @@ void start_petsc() {
   pointers.push_back(nullptr);
   int count = static_cast<int>(arguments.size());
   char** values = pointers.data();
+  // Alone, without mpirun, Open MPI would start a daemon beside us to wait for company.
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   // PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program.
   if (PetscInitialize(&count, &values, nullptr, nullptr)) throw Failure("PETSc could not be started");
   PetscPopSignalHandler();

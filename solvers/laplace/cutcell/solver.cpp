@@ -137,11 +137,13 @@ void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem)
     if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
   if (level && size == problem.size && smallest == smallest_radius) return;
   const double h = std::max(problem.size.x, problem.size.y) / options.cells;
-  const int nx = static_cast<int>(std::lround(problem.size.x / h)), ny = static_cast<int>(std::lround(problem.size.y / h));
+  const int nx = static_cast<int>(std::lround(problem.size.x / h)),
+            ny = static_cast<int>(std::lround(problem.size.y / h));
   if (options.cells < 4 || nx < 1 || ny < 1 || std::abs(nx * h - problem.size.x) > 1e-9 * problem.size.x ||
       std::abs(ny * h - problem.size.y) > 1e-9 * problem.size.y)
-    throw InputError("field.cells = " + std::to_string(options.cells) +
-                     ": the domain's shorter side must hold a whole number of square cells, and there must be at least 4");
+    throw InputError(
+        "field.cells = " + std::to_string(options.cells) +
+        ": the domain's shorter side must hold a whole number of square cells, and there must be at least 4");
   system.release();
   level = std::make_unique<Level>(problem, nx, ny);
   multigrid = std::make_unique<Multigrid>(options.links);
@@ -163,6 +165,7 @@ void CutCellSolver::Implementation::prepare_system(const LaplaceProblem& problem
     make_assembled();
   }
   attach_null_space(problem);
+  check_petsc(KSPSetUp(system.ksp));
 }
 
 void CutCellSolver::Implementation::make_matrix_free() {
@@ -273,7 +276,9 @@ double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem)
     image.emplace_back(n);
     op.apply(basis[p].data(), image[p].data());
   }
-  const auto as_vector = [n](const std::vector<double>& v) { return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(n)); };
+  const auto as_vector = [n](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(n));
+  };
   Eigen::MatrixXd gram(m, m);
   Eigen::VectorXd projection(m);
   for (Eigen::Index p = 0; p < m; ++p) {
@@ -392,7 +397,8 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   for (const Group& group : problem.groups) solution.unknowns += group.floating;
   solution.group_potential.resize(problem.groups.size());
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
-    solution.group_potential[g] = problem.groups[g].floating ? x[level->layout.size() + g] : problem.groups[g].potential;
+    solution.group_potential[g] =
+        problem.groups[g].floating ? x[level->layout.size() + g] : problem.groups[g].potential;
   evaluate(problem, *level, x.data(), solution);
   remember(problem, solution);
   solution.seconds.forces = seconds_since(start);

@@ -54,7 +54,8 @@ SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool up
   };
   const auto unknown_of_body = [&](int body) { return number.of_group[problem.bodies[body].group]; };
   for (const Link& link : level.links) couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
-  for (const PairLink& pair : level.pairs) couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
+  for (const PairLink& pair : level.pairs)
+    couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
   for (const SideLink& link : level.side_links)
     couple(link.cell >= 0 ? number.of_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
   for (int a = 0; a < cells; ++a) diagonal[a] = level.diagonal[system.slot[a]];

@@ -94,8 +94,8 @@ struct Effects {
 struct FieldOptions {
   std::string method = "cut-cell";          ///< cut-cell | relaxation
   int cells = 512;                          ///< S: cells along the domain's longer side
-  double tolerance = 1e-8;                  ///< relative residual of a single solve
-  double moving_tolerance = 1e-5;           ///< relative energy-norm error of a solve inside a moving scene
+  double tolerance = 1e-8;                  ///< error of a single solve in the energy norm, relative
+  double moving_tolerance = 1e-5;           ///< the same for the solves of a moving scene
   std::string links = "log-fitted";         ///< log-fitted | plain
   std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
   double relaxation_eta = 0;                ///< step of the gradient descent (D 6.30), V m/C; 0: chosen

@@ -1,0 +1,250 @@
+#include "src/record/hdf5.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+
+namespace lichtenberg::hdf5 {
+namespace {
+
+constexpr hsize_t rows_a_chunk = 256;      // of a series of single numbers
+constexpr unsigned compression = 4;        // deflate; higher levels cost time and gain a percent or two
+constexpr size_t memory_step = 1u << 20;  // bytes by which a file in memory grows
+
+/// HDF5 prints its error stack unless told not to; here it becomes an exception.
+void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+template <class Number>
+hid_t native();
+template <>
+hid_t native<double>() { return H5T_NATIVE_DOUBLE; }
+template <>
+hid_t native<float>() { return H5T_NATIVE_FLOAT; }
+template <>
+hid_t native<std::int32_t>() { return H5T_NATIVE_INT32; }
+template <>
+hid_t native<std::int64_t>() { return H5T_NATIVE_INT64; }
+template <>
+hid_t native<std::uint64_t>() { return H5T_NATIVE_UINT64; }
+
+Handle text_type(size_t size) {
+  Handle type(H5Tcopy(H5T_C_S1));
+  check(H5Tset_size(type, size));
+  if (size == H5T_VARIABLE) check(H5Tset_cset(type, H5T_CSET_UTF8));
+  return type;
+}
+
+Handle dataspace(const Shape& shape) {
+  if (shape.empty()) return Handle(H5Screate(H5S_SCALAR));
+  return Handle(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
+}
+
+hsize_t product(const Shape& shape) {
+  return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
+}
+
+void write_attribute(hid_t object, const std::string& name, hid_t type, const Shape& shape, const void* values) {
+  if (check(H5Aexists(object, name.c_str())) > 0) check(H5Adelete(object, name.c_str()));
+  const Handle space = dataspace(shape);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT));
+  check(H5Awrite(attribute, type, values));
+}
+
+void put_unit(hid_t dataset, const std::string& unit) {
+  if (!unit.empty()) put_attribute(dataset, "unit", unit);
+}
+
+/// The dataset of this shape that stands there, or else a new one.
+Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shape& wanted, const std::string& unit) {
+  if (exists(parent, name)) {
+    if (shape(parent, name) == wanted) return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
+    check(H5Ldelete(parent, name.c_str(), H5P_DEFAULT));
+  }
+  const Handle space = dataspace(wanted);
+  Handle dataset(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  put_unit(dataset, unit);
+  return dataset;
+}
+
+/// A dataset without rows yet. Rows of many numbers are compressed, one a chunk, so that no chunk is ever rewritten.
+Handle growing_dataset(hid_t parent, const std::string& name, hid_t type, const Shape& row, const std::string& unit) {
+  Shape now{0}, limit{H5S_UNLIMITED}, chunk{row.empty() ? rows_a_chunk : 1};
+  for (Shape* each : {&now, &limit, &chunk}) each->insert(each->end(), row.begin(), row.end());
+  for (hsize_t& length : chunk) length = std::max<hsize_t>(length, 1);  // an empty row still needs a chunk
+  const Handle space(H5Screate_simple(static_cast<int>(now.size()), now.data(), limit.data()));
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE));
+  check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));
+  if (!row.empty()) {
+    check(H5Pset_shuffle(creation));
+    check(H5Pset_deflate(creation, compression));
+  }
+  Handle dataset(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT));
+  put_unit(dataset, unit);
+  return dataset;
+}
+
+/// The stack is walked from the call that failed first; its message names the cause.
+herr_t keep_first_message(unsigned, const H5E_error2_t* entry, void* message) {
+  auto& text = *static_cast<std::string*>(message);
+  if (text.empty() && entry->desc != nullptr) text = entry->desc;
+  return 0;
+}
+
+Shape dataset_shape(hid_t dataset) {
+  const Handle space(H5Dget_space(dataset));
+  Shape result(static_cast<size_t>(check(H5Sget_simple_extent_ndims(space))));
+  check(H5Sget_simple_extent_dims(space, result.data(), nullptr));
+  return result;
+}
+
+}  // namespace
+
+void throw_error_stack() {
+  std::string message;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first_message, &message);
+  throw Error(message.empty() ? "HDF5 gave no reason" : message);
+}
+
+bool is_hdf5(const std::string& path) {
+  silence();
+  return H5Fis_hdf5(path.c_str()) > 0;
+}
+
+Handle create_in_memory() {
+  silence();
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  check(H5Pset_fapl_core(access, memory_step, false));
+  return Handle(H5Fcreate("new file", H5F_ACC_TRUNC, H5P_DEFAULT, access));
+}
+
+Handle load(const std::string& path) {
+  silence();
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  check(H5Pset_fapl_core(access, memory_step, false));
+  return Handle(H5Fopen(path.c_str(), H5F_ACC_RDWR, access));
+}
+
+std::vector<std::byte> image(const Handle& file) {
+  check(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  std::vector<std::byte> bytes(static_cast<size_t>(check(H5Fget_file_image(file, nullptr, 0))));
+  check(H5Fget_file_image(file, bytes.data(), bytes.size()));
+  return bytes;
+}
+
+Handle open_group(hid_t parent, const std::string& path) {
+  if (exists(parent, path)) return Handle(H5Gopen2(parent, path.c_str(), H5P_DEFAULT));
+  const Handle creation(H5Pcreate(H5P_LINK_CREATE));
+  check(H5Pset_create_intermediate_group(creation, 1));
+  return Handle(H5Gcreate2(parent, path.c_str(), creation, H5P_DEFAULT, H5P_DEFAULT));
+}
+
+bool exists(hid_t parent, const std::string& path) {
+  // HDF5 wants every group above to exist before it answers for the last one.
+  for (size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
+    if (check(H5Lexists(parent, path.substr(0, slash).c_str(), H5P_DEFAULT)) == 0) return false;
+  return check(H5Lexists(parent, path.c_str(), H5P_DEFAULT)) > 0;
+}
+
+std::vector<std::string> names(hid_t group) {
+  std::vector<std::string> result;
+  const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* data) -> herr_t {
+    static_cast<std::vector<std::string>*>(data)->emplace_back(name);
+    return 0;
+  };
+  check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &result));
+  return result;
+}
+
+void put_attribute(hid_t object, const std::string& name, const std::string& text) {
+  const Handle type = text_type(H5T_VARIABLE);
+  const char* value = text.c_str();
+  write_attribute(object, name, type, {}, &value);
+}
+
+void put_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts) {
+  const Handle type = text_type(H5T_VARIABLE);
+  std::vector<const char*> values;
+  for (const std::string& text : texts) values.push_back(text.c_str());
+  write_attribute(object, name, type, {values.size()}, values.data());
+}
+
+std::optional<int> integer_attribute(hid_t object, const std::string& name) {
+  if (check(H5Aexists(object, name.c_str())) == 0) return {};
+  const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT));
+  int value = 0;
+  check(H5Aread(attribute, H5T_NATIVE_INT, &value));
+  return value;
+}
+
+void put_fixed_attribute(hid_t object, const std::string& name, const std::string& text) {
+  const Handle type = text_type(text.size());
+  write_attribute(object, name, type, {}, text.data());
+}
+
+template <class Number>
+void put_attribute(hid_t object, const std::string& name, std::span<const Number> numbers, const Shape& shape) {
+  write_attribute(object, name, native<Number>(), shape, numbers.data());
+}
+
+template <class Number>
+void put(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
+         const std::string& unit) {
+  const Handle dataset = dataset_for(parent, name, native<Number>(), shape, unit);
+  check(H5Dwrite(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
+}
+
+void put_text(hid_t parent, const std::string& name, const std::string& text) {
+  const Handle type = text_type(H5T_VARIABLE);
+  const Handle dataset = dataset_for(parent, name, type, {}, "");
+  const char* value = text.c_str();
+  check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value));
+}
+
+template <class Number>
+void append(hid_t parent, const std::string& name, std::span<const Number> row, const Shape& shape,
+            const std::string& unit) {
+  const Handle dataset = exists(parent, name) ? Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT))
+                                              : growing_dataset(parent, name, native<Number>(), shape, unit);
+  Shape size = dataset_shape(dataset), start(size.size(), 0), count = size;
+  start[0] = size[0]++;
+  count[0] = 1;
+  check(H5Dset_extent(dataset, size.data()));
+  const Handle target(H5Dget_space(dataset)), source = dataspace(count);
+  check(H5Sselect_hyperslab(target, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
+  check(H5Dwrite(dataset, native<Number>(), source, target, H5P_DEFAULT, row.data()));
+}
+
+template <class Number>
+std::vector<Number> get(hid_t parent, const std::string& name) {
+  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
+  std::vector<Number> numbers(product(dataset_shape(dataset)));
+  check(H5Dread(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
+  return numbers;
+}
+
+std::string get_text(hid_t parent, const std::string& name) {
+  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)), type = text_type(H5T_VARIABLE);
+  char* value = nullptr;
+  check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value));
+  std::string text = value == nullptr ? "" : value;
+  H5free_memory(value);
+  return text;
+}
+
+Shape shape(hid_t parent, const std::string& name) {
+  return dataset_shape(Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)));
+}
+
+#define FOR_NUMBER(Number)                                                                                            \
+  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                      \
+  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);            \
+  template void append(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);         \
+  template std::vector<Number> get(hid_t, const std::string&);
+FOR_NUMBER(double)
+FOR_NUMBER(float)
+FOR_NUMBER(std::int32_t)
+FOR_NUMBER(std::int64_t)
+FOR_NUMBER(std::uint64_t)
+#undef FOR_NUMBER
+
+}  // namespace lichtenberg::hdf5

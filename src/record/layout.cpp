@@ -1,0 +1,226 @@
+#include "src/record/layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <variant>
+
+#include "src/version.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr const char* conductors = "/particles/conductors";
+constexpr const char* step = "/particles/conductors/position/step";
+constexpr const char* time = "/particles/conductors/position/time";
+constexpr hsize_t dimension = 3;  // spheres whose centres lie in the plane z = 0; MDAnalysis reads nothing else
+
+/// [N][3], with z = 0.
+std::vector<double> in_space(const std::vector<Vec2>& vectors) {
+  std::vector<double> result;
+  for (const Vec2 v : vectors) result.insert(result.end(), {v.x, v.y, 0.0});
+  return result;
+}
+
+/// Appends to a time-dependent element of H5MD. All elements share the step and time of the positions.
+template <class Number>
+void append_element(const hdf5::Handle& file, const std::string& parent, const std::string& name,
+                    std::span<const Number> row, const hdf5::Shape& shape, const std::string& unit) {
+  const bool first = !hdf5::exists(file, parent + "/" + name);
+  const hdf5::Handle element = hdf5::open_group(file, parent + "/" + name);
+  hdf5::append(element, "value", row, shape, unit);
+  if (!first) return;
+  for (const auto& [from, to] : {std::pair{step, "step"}, std::pair{time, "time"}})
+    hdf5::check(H5Lcreate_hard(file, from, element, to, H5P_DEFAULT, H5P_DEFAULT));
+}
+
+template <class Number>
+void append_per_conductor(const hdf5::Handle& file, const std::string& name, const std::vector<Number>& row,
+                          const std::string& unit) {
+  if (!row.empty()) append_element<Number>(file, conductors, name, row, {row.size()}, unit);
+}
+
+void append_vectors(const hdf5::Handle& file, const std::string& name, const std::vector<Vec2>& row,
+                    const std::string& unit) {
+  append_element<double>(file, conductors, name, in_space(row), {row.size(), dimension}, unit);
+}
+
+template <class Number>
+void append_observable(const hdf5::Handle& file, const std::string& name, Number value, const std::string& unit) {
+  append_element<Number>(file, "/observables", name, std::span(&value, 1), {}, unit);
+}
+
+/// The instant first: the other elements link to it.
+void append_instant(const hdf5::Handle& file, double now) {
+  const hdf5::Handle position = hdf5::open_group(file, std::string(conductors) + "/position");
+  const bool first = !hdf5::exists(position, "step");
+  const auto frames = first ? std::int64_t{0} : static_cast<std::int64_t>(hdf5::shape(position, "step")[0]);
+  hdf5::append(position, "step", frames, "");
+  hdf5::append(position, "time", now, "s");
+}
+
+void append_network(const hdf5::Handle& file, const analysis::Network& network) {
+  append_per_conductor(file, "successor", network.successor, "1");
+  append_observable<std::int64_t>(file, "connected", network.degrees.connected, "1");
+  append_observable<std::int64_t>(file, "endpoints", network.degrees.endpoints(), "1");
+  append_observable<std::int64_t>(file, "branch_points", network.degrees.branch_points(), "1");
+}
+
+/// Numbers of one conductor's kind: VMD gives all conductors of a species one radius.
+std::vector<double> distinct_radii(const Scene& scene) {
+  std::set<double> radii;
+  for (const Conductor& conductor : scene.conductors) radii.insert(conductor.radius);
+  return {radii.begin(), radii.end()};
+}
+
+void put_point(hid_t group, const std::string& name, Vec2 point) {
+  hdf5::put<double>(group, name, std::array{point.x, point.y}, {2}, "m");
+}
+
+void put_shape(hid_t group, const Disk& disk) {
+  hdf5::put_attribute(group, "shape", "disk");
+  put_point(group, "centre", disk.centre);
+  hdf5::put(group, "radius", disk.radius, "m");
+}
+
+void put_shape(hid_t group, const Bar& bar) {
+  hdf5::put_attribute(group, "shape", "bar");
+  put_point(group, "from", bar.from);
+  put_point(group, "to", bar.to);
+  hdf5::put(group, "width", bar.width, "m");
+}
+
+void put_shape(hid_t group, const Ring& ring) {
+  hdf5::put_attribute(group, "shape", "ring");
+  put_point(group, "centre", ring.centre);
+  hdf5::put(group, "radius", ring.radius, "m");
+}
+
+void put_electrodes(hid_t scene_group, const Scene& scene) {
+  const hdf5::Handle electrodes = hdf5::open_group(scene_group, "electrodes");
+  for (size_t k = 0; k < scene.electrodes.size(); ++k) {
+    const hdf5::Handle group = hdf5::open_group(electrodes, std::to_string(k));
+    hdf5::put_attribute(group, "name", scene.electrodes[k].name);
+    hdf5::put(group, "potential", scene.electrodes[k].potential, "V");
+    std::visit([&](const auto& shape) { put_shape(group, shape); }, scene.electrodes[k].shape);
+  }
+}
+
+void put_domain(hid_t scene_group, const Domain& domain) {
+  const hdf5::Handle group = hdf5::open_group(scene_group, "domain");
+  put_point(group, "size", domain.size);
+  std::vector<std::int32_t> electrode;
+  std::vector<double> potential;
+  for (const DomainSide& side : domain.sides) {
+    electrode.push_back(side.electrode);
+    potential.push_back(side.potential);
+  }
+  hdf5::put_attribute(group, "sides", std::vector<std::string>{"left", "right", "bottom", "top"});
+  hdf5::put<std::int32_t>(group, "side_is_electrode", electrode, {electrode.size()}, "1");
+  hdf5::put<double>(group, "side_potential", potential, {potential.size()}, "V");
+}
+
+template <class Number>
+void put_arrays(hid_t checkpoint, const std::string& kind, const std::map<std::string, std::vector<Number>>& arrays) {
+  const hdf5::Handle group = hdf5::open_group(checkpoint, kind);
+  for (const std::string& name : hdf5::names(group))
+    if (!arrays.contains(name)) hdf5::check(H5Ldelete(group, name.c_str(), H5P_DEFAULT));
+  for (const auto& [name, numbers] : arrays) hdf5::put<Number>(group, name, numbers, {numbers.size()}, "");
+}
+
+template <class Number>
+std::map<std::string, std::vector<Number>> get_arrays(hid_t file, const std::string& path) {
+  const hdf5::Handle group(H5Gopen2(file, path.c_str(), H5P_DEFAULT));
+  std::map<std::string, std::vector<Number>> arrays;
+  for (const std::string& name : hdf5::names(group)) arrays[name] = hdf5::get<Number>(group, name);
+  return arrays;
+}
+
+}  // namespace
+
+void put_header(const hdf5::Handle& file, const Provenance& provenance) {
+  hdf5::put_attribute(file, "lichtenberg_result", result_format);
+  const hdf5::Handle h5md = hdf5::open_group(file, "h5md");
+  hdf5::put_attribute<std::int32_t>(h5md, "version", std::array{1, 1}, {2});
+  hdf5::put_attribute(hdf5::open_group(h5md, "author"), "name", provenance.user);
+  const hdf5::Handle creator = hdf5::open_group(h5md, "creator");
+  hdf5::put_attribute(creator, "name", "lichtenberg");
+  hdf5::put_attribute(creator, "version", lichtenberg_version().number);
+  const hdf5::Handle units = hdf5::open_group(h5md, "modules/units");
+  hdf5::put_attribute<std::int32_t>(units, "version", std::array{1, 0}, {2});
+  hdf5::put_attribute(units, "system", "SI");
+}
+
+void put_scene(const hdf5::Handle& file, const Scene& scene) {
+  const hdf5::Handle group = hdf5::open_group(file, "scene");
+  hdf5::put_attribute(group, "title", scene.title);
+  hdf5::put_attribute(group, "path", scene.path);
+  hdf5::put_text(group, "text", scene.text);
+  hdf5::put(group, "seed", scene.seed, "1");
+  hdf5::put(group, "permittivity", scene.medium.permittivity, "F m-1");
+  hdf5::put(group, "viscosity", scene.medium.viscosity, "Pa s");
+  hdf5::put(group, "depth", scene.medium.depth, "m");
+  if (scene.effects.contact_discharge) hdf5::put(group, "contact_gap", scene.effects.contact_discharge->gap, "m");
+  put_domain(group, scene.domain);
+  put_electrodes(group, scene);
+}
+
+void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass) {
+  const hdf5::Handle group = hdf5::open_group(file, conductors);
+  const hdf5::Handle box = hdf5::open_group(group, "box");
+  hdf5::put_attribute<std::int32_t>(box, "dimension", dimension);
+  hdf5::put_attribute(box, "boundary", std::vector<std::string>(dimension, "none"));
+
+  const std::vector<double> radii = distinct_radii(scene);
+  std::vector<double> radius;
+  std::vector<std::int32_t> species;
+  for (const Conductor& conductor : scene.conductors) {
+    radius.push_back(conductor.radius);
+    const auto kind = std::lower_bound(radii.begin(), radii.end(), conductor.radius);
+    species.push_back(static_cast<std::int32_t>(kind - radii.begin()));
+  }
+  hdf5::put<double>(group, "radius", radius, {radius.size()}, "m");
+  hdf5::put<double>(group, "mass", mass, {mass.size()}, "kg");
+  hdf5::put<std::int32_t>(group, "species", species, {species.size()}, "1");
+
+  std::vector<std::int32_t> indices(radii.size());
+  for (size_t k = 0; k < indices.size(); ++k) indices[k] = static_cast<std::int32_t>(k);
+  const hdf5::Handle vmd = hdf5::open_group(file, "parameters/vmd_structure");
+  hdf5::put<std::int32_t>(vmd, "indexOfSpecies", indices, {indices.size()}, "1");
+  hdf5::put<double>(vmd, "radius", radii, {radii.size()}, "m");
+}
+
+void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network) {
+  append_instant(file, frame.time);
+  append_vectors(file, "position", frame.position, "m");
+  append_vectors(file, "velocity", frame.velocity, "m s-1");
+  append_vectors(file, "force", frame.force, "N");
+  append_per_conductor(file, "charge", frame.charge, "C");
+  append_per_conductor(file, "potential", frame.potential, "V");
+  append_per_conductor(file, "group", frame.group, "1");
+  append_observable(file, "energy", frame.energy, "J");
+  append_observable(file, "charge_held", frame.charge_held, "C");
+  append_observable(file, "charge_fed", frame.charge_fed, "C");
+  append_observable(file, "charge_drained", frame.charge_drained, "C");
+  append_observable(file, "field_solves", frame.field_solves, "1");
+  append_observable(file, "iterations", frame.iterations, "1");
+  if (network) append_network(file, *network);
+}
+
+void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {
+  const hdf5::Handle group = hdf5::open_group(file, "checkpoint");
+  put_arrays(group, "reals", checkpoint.reals);
+  put_arrays(group, "integers", checkpoint.integers);
+}
+
+Checkpoint get_checkpoint(const hdf5::Handle& file) {
+  return {get_arrays<double>(file, "checkpoint/reals"), get_arrays<std::int64_t>(file, "checkpoint/integers")};
+}
+
+double last_time(const hdf5::Handle& file) {
+  const std::vector<double> times = hdf5::get<double>(file, time);
+  if (times.empty()) throw hdf5::Error("no frames");
+  return times.back();
+}
+
+}  // namespace lichtenberg

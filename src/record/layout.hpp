@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "src/analysis/network.hpp"
+#include "src/model/frame.hpp"
+#include "src/record/hdf5.hpp"
+#include "src/record/provenance.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+// The parts of a result file, each written by one function. All throw hdf5::Error.
+
+/// Changes when a reader of the files has to change.
+constexpr int result_format = 1;
+
+/// Root attributes, and /h5md (H5MD 1.1): who wrote the file.
+void put_header(const hdf5::Handle& file, const Provenance& provenance);
+
+/// /scene: the text, and the geometry that a picture needs.
+void put_scene(const hdf5::Handle& file, const Scene& scene);
+
+/// What does not change of /particles/conductors: box, species, radius, mass (kg, one a conductor).
+void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
+
+/// Appends a frame to /particles/conductors and /observables.
+void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network);
+
+/// /checkpoint. The names of the arrays must not contain slashes.
+void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);
+Checkpoint get_checkpoint(const hdf5::Handle& file);
+
+/// s, of the last frame.
+double last_time(const hdf5::Handle& file);
+
+}  // namespace lichtenberg

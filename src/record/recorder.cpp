@@ -1,0 +1,141 @@
+#include "src/record/recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "solvers/error.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/layout.hpp"
+#include "src/record/scene_change.hpp"
+#include "src/record/vtkhdf.hpp"
+#include "src/version.hpp"
+
+namespace lichtenberg {
+namespace {
+
+void check_is_hdf5(const std::string& path) {
+  if (!std::filesystem::exists(path))
+    throw InputError(fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
+  if (!hdf5::is_hdf5(path))
+    throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be resumed", path));
+}
+
+void check_format(const hdf5::Handle& file, const std::string& path) {
+  const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
+  if (!format)
+    throw InputError(fmt::format("{} was not written by `lichtenberg run`: only its result files can be resumed", path));
+  if (*format != result_format)
+    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg resumes format {} only", path,
+                                 *format, result_format));
+}
+
+void check_scene(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
+  const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
+  if (!change.empty())
+    throw InputError(fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop] and "
+                                 "[output] may change",
+                                 scene.path, change, path));
+}
+
+std::string session_group(int session) { return fmt::format("provenance/session-{}", session); }
+
+void put_program(const hdf5::Handle& group, const Provenance& provenance) {
+  const Version version = lichtenberg_version();
+  hdf5::put_attribute(group, "version", version.number);
+  hdf5::put_attribute(group, "commit", version.commit);
+  hdf5::put_attribute(group, "compiler", version.compiler);
+  hdf5::put_attribute(group, "compiler_flags", version.flags);
+  hdf5::put_attribute(group, "command_line", provenance.command_line);
+  hdf5::put_attribute(group, "started", provenance.started);
+  hdf5::put_attribute(group, "machine", provenance.machine);
+  hdf5::put_attribute(group, "processor", provenance.processor);
+  hdf5::put_attribute(group, "cores", provenance.cores);
+}
+
+/// Only a run that is over has one: that of a run which was resumed with a later stop goes.
+void put_summary(const hdf5::Handle& file, const std::vector<Quantity>& summary) {
+  if (hdf5::exists(file, "summary")) hdf5::check(H5Ldelete(file, "summary", H5P_DEFAULT));
+  for (const auto& [name, value, unit] : summary) hdf5::put(hdf5::open_group(file, "summary"), name, value, unit);
+}
+
+}  // namespace
+
+Recorder::Recorder(std::string path, const Scene& scene, std::vector<double> mass)
+    : path_(std::move(path)), scene_(scene), mass_(std::move(mass)) {}
+
+Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite) {
+  check_writable(path);
+  if (std::filesystem::exists(path) && !overwrite)
+    throw InputError(fmt::format("{} exists: go on from it with --resume, replace it with --overwrite, or name another "
+                                 "file with --out",
+                                 path));
+  return Recorder(path, scene, {mass.begin(), mass.end()});
+}
+
+Recorder Recorder::resume(const std::string& path, const Scene& scene) {
+  check_is_hdf5(path);
+  check_writable(path);
+  try {
+    const hdf5::Handle file = hdf5::load(path);
+    check_format(file, path);
+    check_scene(file, path, scene);
+    Recorder recorder(path, scene, {});
+    recorder.checkpoint_ = get_checkpoint(file);
+    recorder.saved_time_ = last_time(file);
+    while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
+    return recorder;
+  } catch (const hdf5::Error& error) {
+    throw Failure(fmt::format("{} is damaged and cannot be resumed ({})", path, error.what()));
+  }
+}
+
+void Recorder::add(Frame frame, std::optional<analysis::Network> network) {
+  waiting_.push_back({std::move(frame), std::move(network)});
+}
+
+void Recorder::save(const Milestone& milestone) {
+  try {
+    const hdf5::Handle file = saved_time_ ? hdf5::load(path_) : new_file();
+    put_frames(file);
+    put_checkpoint(file, milestone.checkpoint);
+    if (milestone.field) put_vtkhdf(file, *milestone.field);
+    put_session(file, milestone.seconds);
+    put_summary(file, milestone.summary);
+    write_atomically(path_, hdf5::image(file));
+    saved_time_ = last_time(file);
+  } catch (const hdf5::Error& error) {
+    throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
+  } catch (const Failure& failure) {
+    throw Failure(fmt::format("{}; {}", failure.what(), what_stands()));
+  }
+  waiting_.clear();
+}
+
+hdf5::Handle Recorder::new_file() const {
+  hdf5::Handle file = hdf5::create_in_memory();
+  put_header(file, provenance_);
+  put_scene(file, scene_);
+  put_conductors(file, scene_, mass_);
+  return file;
+}
+
+void Recorder::put_frames(const hdf5::Handle& file) const {
+  for (const Record& record : waiting_) append_frame(file, record.frame, record.network);
+}
+
+void Recorder::put_session(const hdf5::Handle& file, const std::map<std::string, double>& seconds) const {
+  const std::string path = session_group(session_);
+  if (!hdf5::exists(file, path)) put_program(hdf5::open_group(file, path), provenance_);
+  const hdf5::Handle group = hdf5::open_group(file, path + "/seconds");
+  for (const auto& [activity, value] : seconds) hdf5::put(group, activity, value, "s");
+}
+
+std::string Recorder::what_stands() const {
+  if (saved_time_)
+    return fmt::format("what was saved up to t = {:.6g} s stands, and --resume goes on from there", *saved_time_);
+  return std::filesystem::exists(path_) ? "the file that was to be overwritten stands" : "nothing was saved";
+}
+
+}  // namespace lichtenberg

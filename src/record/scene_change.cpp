@@ -1,0 +1,52 @@
+#include "src/record/scene_change.hpp"
+
+#include <toml++/toml.h>
+
+#include <set>
+
+namespace lichtenberg {
+namespace {
+
+std::set<std::string> keys_of(const toml::table& a, const toml::table& b) {
+  std::set<std::string> keys;
+  for (const toml::table* table : {&a, &b})
+    for (const auto& [key, value] : *table) keys.emplace(key.str());
+  return keys;
+}
+
+/// toml++ compares tables only, so the value is put into one.
+bool equal(const toml::node& a, const toml::node& b) {
+  toml::table with_a, with_b;
+  with_a.insert("value", a);
+  with_b.insert("value", b);
+  return with_a == with_b;
+}
+
+std::string first_difference(const toml::table& a, const toml::table& b) {
+  for (const std::string& key : keys_of(a, b)) {
+    const toml::node *left = a.get(key), *right = b.get(key);
+    if (left == nullptr || right == nullptr) return key;
+    if (left->is_table() && right->is_table()) {
+      const std::string inside = first_difference(*left->as_table(), *right->as_table());
+      if (!inside.empty()) return key + "." + inside;
+    } else if (!equal(*left, *right)) {
+      return key;
+    }
+  }
+  return "";
+}
+
+toml::table what_decides(const std::string& text) {
+  toml::table table = toml::parse(text);
+  table.erase("stop");
+  table.erase("output");
+  return table;
+}
+
+}  // namespace
+
+std::string first_change(const std::string& before, const std::string& now) {
+  return first_difference(what_decides(before), what_decides(now));
+}
+
+}  // namespace lichtenberg

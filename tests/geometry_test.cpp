@@ -1,0 +1,58 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include "solvers/geometry/shape.hpp"
+#include "solvers/geometry/vec2.hpp"
+
+using namespace lichtenberg;
+using doctest::Approx;
+
+TEST_CASE("products of vectors of the plane") {
+  const Vec2 a = {3, 4}, b = {-2, 5};
+  CHECK(dot(a, b) == 14);    // -6 + 20
+  CHECK(cross(a, b) == 23);  // 15 + 8
+  CHECK(norm(a) == 5);       // 3, 4, 5
+  CHECK(perpendicular(a) == Vec2{-4, 3});
+  CHECK(cross(a, perpendicular(a)) == norm2(a));  // +90 degrees: counterclockwise
+}
+
+TEST_CASE("distance to a disk is measured from its surface, negative inside") {
+  const Shape disk = Disk{{1, 2}, 0.5};
+  CHECK(signed_distance(disk, {4, 6}) == Approx(4.5));  // 5 from the centre
+  CHECK(signed_distance(disk, {1, 2}) == Approx(-0.5));
+}
+
+TEST_CASE("a ring's conductor is the outside of its circle") {
+  const Shape ring = Ring{{0, 0}, 2};
+  CHECK(signed_distance(ring, {0, 0.5}) == Approx(1.5));
+  CHECK(signed_distance(ring, {3, 0}) == Approx(-1));
+}
+
+TEST_CASE("distance to a bar: beside it, beyond its end, off a corner and inside") {
+  // Axis from (0, 0) to (4, 0), so that the bar covers [0, 4] x [-1, 1].
+  const Shape bar = Bar{{0, 0}, {4, 0}, 2};
+  CHECK(signed_distance(bar, {2, 3}) == Approx(2));
+  CHECK(signed_distance(bar, {-1.5, 0.5}) == Approx(1.5));
+  CHECK(signed_distance(bar, {7, 5}) == Approx(5));  // 3, 4, 5 from the corner (4, 1)
+  CHECK(signed_distance(bar, {2, 0.25}) == Approx(-0.75));
+  CHECK(signed_distance(bar, {3.75, 0}) == Approx(-0.25));
+}
+
+TEST_CASE("distance to a bar does not change when both are turned") {
+  const double angle = 0.7;
+  const auto turned = [&](Vec2 p) {
+    return Vec2{std::cos(angle) * p.x - std::sin(angle) * p.y, std::sin(angle) * p.x + std::cos(angle) * p.y};
+  };
+  const Bar bar{{1, 1}, {5, 1}, 0.5};
+  const Bar oblique{turned(bar.from), turned(bar.to), bar.width};
+  for (const Vec2 p : {Vec2{3, 4}, Vec2{7, 2}, Vec2{0, 1}, Vec2{3, 1.1}})
+    CHECK(signed_distance(oblique, turned(p)) == Approx(signed_distance(bar, p)));
+}
+
+TEST_CASE("gap between a disk and each shape, surface to surface") {
+  const Disk disk{{0, 0}, 1};
+  CHECK(gap(disk, Disk{{3, 4}, 1.5}) == Approx(2.5));        // 5 - 1 - 1.5
+  CHECK(gap(disk, Disk{{0.5, 0}, 1}) == Approx(-1.5));       // they overlap by 1.5
+  CHECK(gap(disk, Bar{{-9, 3}, {9, 3}, 1}) == Approx(1.5));  // surface at y = 2.5
+  CHECK(gap(disk, Ring{{0.5, 0}, 4}) == Approx(2.5));        // rim at x = 4.5 and -3.5: nearest 3.5 - 1
+}

@@ -1,0 +1,111 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <limits>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/problem.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+/// Two disks, charges +1 and -1, in an insulated box: nothing is wrong with it.
+LaplaceProblem neutral_pair() {
+  LaplaceProblem problem;
+  problem.size = {10, 10};
+  problem.bodies = {{Disk{{3, 5}, 1}, 0}, {Disk{{7, 5}, 1}, 1}};
+  problem.groups = {{.charge = 1}, {.charge = -1}};
+  return problem;
+}
+
+/// Charges that a known matrix gives: a solver without a field, to test what is built on the interface.
+class MatrixSolver : public LaplaceSolver {
+ public:
+  explicit MatrixSolver(std::vector<double> matrix) : matrix_(std::move(matrix)) {}
+  LaplaceSolution solve(const LaplaceProblem& problem) override {
+    const std::size_t n = problem.groups.size();
+    LaplaceSolution solution;
+    for (const Body& body : problem.bodies) {
+      double charge = 0, members = 0;
+      for (std::size_t j = 0; j < n; ++j) charge += matrix_[body.group * n + j] * problem.groups[j].potential;
+      for (const Body& other : problem.bodies) members += other.group == body.group;
+      for (const Side& side : problem.sides) charge += side.potential_at({0, 0});
+      solution.body_charge.push_back(charge / members);
+    }
+    return solution;
+  }
+  Field field() const override { return {}; }
+  void forget() override {}
+
+ private:
+  std::vector<double> matrix_;
+};
+
+}  // namespace
+
+TEST_CASE("a neutral pair in an insulated box can be solved and has no ground") {
+  const LaplaceProblem problem = neutral_pair();
+  CHECK_NOTHROW(problem.check());
+  CHECK_FALSE(problem.has_ground());
+}
+
+TEST_CASE("an electrode side or a body of fixed potential is a ground") {
+  LaplaceProblem with_side = neutral_pair();
+  with_side.sides[top].kind = Side::Kind::electrode;
+  CHECK(with_side.has_ground());
+
+  LaplaceProblem with_body = neutral_pair();
+  with_body.groups[1] = {.floating = false, .potential = 3};
+  CHECK(with_body.has_ground());
+}
+
+TEST_CASE("a fixed group without a body grounds nothing") {
+  LaplaceProblem problem = neutral_pair();
+  problem.groups.push_back({.floating = false});
+  CHECK_FALSE(problem.has_ground());
+  CHECK_NOTHROW(problem.check());
+}
+
+TEST_CASE("charge that has nowhere to go is refused, and accepted once there is a ground") {
+  LaplaceProblem problem = neutral_pair();
+  problem.groups[1].charge = -0.9;
+  CHECK_THROWS_AS(problem.check(), InputError);
+  problem.sides[left].kind = Side::Kind::electrode;
+  CHECK_NOTHROW(problem.check());
+}
+
+TEST_CASE("charges that cancel up to rounding are neutral") {
+  LaplaceProblem problem = neutral_pair();
+  problem.bodies.push_back({Disk{{5, 8}, 1}, 2});
+  problem.groups = {{.charge = 0.1}, {.charge = 0.2}, {.charge = -0.3}};  // sums to 5.6e-17
+  CHECK_NOTHROW(problem.check());
+}
+
+TEST_CASE("malformed problems are refused") {
+  LaplaceProblem problem = neutral_pair();
+  SUBCASE("box without width") { problem.size.x = 0; }
+  SUBCASE("permittivity not positive") { problem.permittivity = -1; }
+  SUBCASE("body of a group that does not exist") { problem.bodies[0].group = 2; }
+  SUBCASE("body of a negative group") { problem.bodies[0].group = -1; }
+  SUBCASE("radius not positive") { problem.bodies[0].shape = Disk{{3, 5}, 0}; }
+  SUBCASE("ring without radius") { problem.bodies[0].shape = Ring{{3, 5}, -2}; }
+  SUBCASE("bar without length") { problem.bodies[0].shape = Bar{{1, 1}, {1, 1}, 0.5}; }
+  SUBCASE("bar without width") { problem.bodies[0].shape = Bar{{1, 1}, {2, 1}, 0}; }
+  SUBCASE("position not a number") { problem.bodies[0].shape = Disk{{std::numeric_limits<double>::quiet_NaN(), 5}, 1}; }
+  SUBCASE("charge not finite") { problem.groups[0].charge = std::numeric_limits<double>::infinity(); }
+  SUBCASE("floating group without a body") { problem.groups.push_back({}); }
+  SUBCASE("potential profile on an insulating side") {
+    problem.sides[left].profile = [](Vec2) { return 1.0; };
+  }
+  CHECK_THROWS_AS(problem.check(), InputError);
+}
+
+TEST_CASE("the capacitance matrix is filled column by column, with members summed and everything else at zero") {
+  LaplaceProblem problem = neutral_pair();
+  problem.bodies.push_back({Disk{{5, 8}, 1}, 0});  // group 0 has two members
+  problem.sides[left] = {.kind = Side::Kind::electrode, .potential = 7, .profile = [](Vec2) { return 7.0; }};
+  MatrixSolver solver({4, -1, -3, 5});  // not symmetric, so that rows and columns cannot be mixed up
+  CHECK(capacitance_matrix(solver, problem) == std::vector<double>{4, -1, -3, 5});
+}

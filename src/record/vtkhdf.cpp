@@ -40,9 +40,9 @@ void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field) {
   hdf5::put<std::int32_t>(points, "body", two_layers(field.body), shape, "1");
 }
 
-void write_field_vtkhdf(const std::string& path, const laplace::Field& field) {
+void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite) {
   check_writable(path);
-  if (std::filesystem::exists(path))
+  if (!overwrite && std::filesystem::exists(path))
     throw InputError(fmt::format("{} exists: remove it or give the field another file", path));
   try {
     const hdf5::Handle file = hdf5::create_in_memory();

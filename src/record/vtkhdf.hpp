@@ -12,8 +12,8 @@ namespace lichtenberg {
 /// same in two layers: the reader of VTK 9.1 fails on flat images and on data of cells. Throws hdf5::Error.
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field);
 
-/// Writes the field to a new file of its own. Throws InputError if the file exists or its folder cannot be written,
-/// Failure if the disk is full.
-void write_field_vtkhdf(const std::string& path, const laplace::Field& field);
+/// Writes the field to a file of its own. Throws InputError if the file exists and may not be overwritten or its folder
+/// cannot be written, Failure if the disk is full.
+void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite = false);
 
 }  // namespace lichtenberg

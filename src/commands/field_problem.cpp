@@ -1,0 +1,51 @@
+#include "src/commands/field_problem.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "solvers/error.hpp"
+#include "src/effects/contact_discharge.hpp"
+
+namespace lichtenberg {
+namespace {
+
+effects::ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
+  if (!scene.effects.contact_discharge) return effects::electrical_groups(scene, {});
+  effects::ContactDischarge discharge(scene);
+  discharge.update(bodies);
+  return effects::electrical_groups(scene, discharge.contacts());
+}
+
+std::string name_of_group(const Scene& scene, const std::vector<int>& members) {
+  for (const int i : members)
+    if (const int wire = scene.conductors[i].group; wire >= 0) return scene.groups[wire].name;
+  return fmt::format("conductor{} {}", members.size() > 1 ? "s" : "", fmt::join(members, ", "));
+}
+
+std::vector<std::string> name_groups(const Scene& scene, const laplace::LaplaceProblem& problem) {
+  std::vector<std::vector<int>> members(problem.groups.size());
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i)
+    members[problem.bodies[i].group].push_back(static_cast<int>(i));
+  std::vector<std::string> names;
+  for (const std::vector<int>& group : members)
+    if (!group.empty()) names.push_back(name_of_group(scene, group));
+  for (const Electrode& electrode : scene.electrodes) names.push_back(electrode.name);
+  return names;
+}
+
+}  // namespace
+
+FieldProblem make_field_problem(const Scene& scene) {
+  if (!scene.effects.floating_conductors)
+    throw InputError(
+        fmt::format("{} has no table [effects.floating_conductors], so there is no field to solve", scene.path));
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = initial_charges(scene);
+  FieldProblem field;
+  field.groups = groups_at_start(scene, bodies);
+  field.problem = effects::make_laplace_problem(scene, bodies, field.groups);
+  field.group_names = name_groups(scene, field.problem);
+  return field;
+}
+
+}  // namespace lichtenberg

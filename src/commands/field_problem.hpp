@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "src/effects/floating_conductors.hpp"
+
+namespace lichtenberg {
+
+/// The field problem of a scene's first instant, and what its groups are called.
+struct FieldProblem {
+  effects::ElectricalGroups groups;
+  laplace::LaplaceProblem problem;
+  std::vector<std::string> group_names;  ///< by the problem's group
+};
+
+/// Contacts that exist at the start are made. A group is named after the scene's [[group]] if it holds one, otherwise
+/// after its conductors, an electrode's after the electrode. Throws InputError if the scene has no field.
+FieldProblem make_field_problem(const Scene& scene);
+
+}  // namespace lichtenberg

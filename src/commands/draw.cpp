@@ -27,29 +27,43 @@ std::filesystem::path plot_script() {
                             PLOT_SCRIPT_FROM_BINARY, program.string(), PLOT_SCRIPT_IN_SOURCE));
 }
 
-/// Exit status of a program, its standard streams ours.
-int run_and_wait(std::vector<std::string> words) {
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  const int error = posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ);
-  if (error != 0) throw Failure(fmt::format("cannot draw: {} does not start ({})", words[0], std::strerror(error)));
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0)
-    if (errno != EINTR) throw Failure(fmt::format("cannot draw: lost {} ({})", words[0], std::strerror(errno)));
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+/// Python, the script and its arguments as exec wants them.
+class CommandLine {
+ public:
+  explicit CommandLine(const std::vector<std::string>& arguments) : words_{python, plot_script().string()} {
+    words_.insert(words_.end(), arguments.begin(), arguments.end());
+    for (std::string& word : words_) pointers_.push_back(word.data());
+    pointers_.push_back(nullptr);
+  }
+  CommandLine(const CommandLine&) = delete;
+  char** argv() { return pointers_.data(); }
+
+ private:
+  std::vector<std::string> words_;
+  std::vector<char*> pointers_;
+};
+
+[[noreturn]] void refuse_start(int error) {
+  throw Failure(fmt::format("cannot draw: {} does not start ({})", python, std::strerror(error)));
 }
 
 }  // namespace
 
 void draw(const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{python, plot_script().string()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  const int status = run_and_wait(words);
-  if (status == 2) throw InputError("the plot script refused its input (its message stands above)");
-  if (status != 0) throw Failure(fmt::format("the plot script failed with exit status {}", status));
+  CommandLine command(arguments);
+  pid_t script = 0;
+  const int error = posix_spawn(&script, python, nullptr, nullptr, command.argv(), environ);
+  if (error != 0) refuse_start(error);
+  int status = 0;
+  while (waitpid(script, &status, 0) < 0)
+    if (errno != EINTR) throw Failure(fmt::format("cannot draw: lost the plot script ({})", std::strerror(errno)));
+  if (status != 0) throw Failure("the picture was not drawn (the plot script says above why)");
+}
+
+void become_plot_script(const std::vector<std::string>& arguments) {
+  CommandLine command(arguments);
+  execve(python, command.argv(), environ);
+  refuse_start(errno);
 }
 
 }  // namespace lichtenberg

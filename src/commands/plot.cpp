@@ -13,11 +13,11 @@ struct PlotArguments {
   std::optional<int> frame;
 };
 
-void plot(const PlotArguments& request) {
+[[noreturn]] void plot(const PlotArguments& request) {
   std::vector<std::string> arguments{request.file};
   if (request.frame) arguments.insert(arguments.end(), {"--frame", std::to_string(*request.frame)});
   if (!request.picture.empty()) arguments.insert(arguments.end(), {"--out", request.picture});
-  draw(arguments);
+  become_plot_script(arguments);
 }
 
 }  // namespace

@@ -342,7 +342,11 @@ void CutCellSolver::Implementation::fix_mean(const LaplaceProblem& problem) {
   double mean = 0;
   for (const Body& body : problem.bodies) mean += x[level->layout.size() + body.group];
   mean /= static_cast<double>(std::max<std::size_t>(problem.bodies.size(), 1));
-  for (double& value : x) value -= mean;
+  // Unknowns only: the padding must stay zero, this solution is a first guess of the next.
+  const std::size_t cells = level->layout.size();
+  for (std::size_t k = 0; k < cells; ++k)
+    if (level->diagonal[k] > 0) x[k] -= mean;
+  for (std::size_t k = cells; k < x.size(); ++k) x[k] -= mean;
   op.mask(x.data());
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "solvers/laplace/cutcell/link.hpp"
 
@@ -128,6 +129,7 @@ void Level::cover_cells(const LaplaceProblem& problem) {
   for (const std::ptrdiff_t slot : covered) cover[slot] = -1;
   covered.clear();
   covered_cells_.clear();
+  lodgers_.clear();
   for (int body = 0; body < static_cast<int>(problem.bodies.size()); ++body) cover_body(shapes_[body], body);
   fluid_cells = static_cast<long>(layout.nx) * layout.ny - static_cast<long>(covered.size());
 }
@@ -154,8 +156,13 @@ void Level::cover_body(const Shape& shape, int body) {
       }
     }
     // A conductor is a conductor on every grid: one that covers no cell centre takes the cell it lies in. The
-    // log-fitted link stays right for it (it knows R, however small).
-    if (covered.size() == before) claim(column(disk->centre.x), row(disk->centre.y));
+    // log-fitted link stays right for it (it knows R, however small). Where that cell is taken, it is linked to the
+    // conductor that has it.
+    if (covered.size() == before) {
+      claim(column(disk->centre.x), row(disk->centre.y));
+      if (covered.size() == before)
+        lodgers_.push_back({body, cover[layout(column(disk->centre.x), row(disk->centre.y))]});
+    }
     return;
   }
   if (const auto* bar = std::get_if<Bar>(&shape)) {
@@ -187,6 +194,21 @@ void Level::link_cells(const LaplaceProblem& problem, LinkFormula formula) {
     }
   for (const std::ptrdiff_t slot : covered) diagonal[slot] = 0;
   for (std::size_t k = 0; k < covered.size(); ++k) link_cell(problem, formula, covered_cells_[k], cover[covered[k]]);
+  for (const Lodger& lodger : lodgers_) link_lodger(problem, lodger);
+}
+
+void Level::link_lodger(const LaplaceProblem& problem, Lodger lodger) {
+  if (problem.bodies[lodger.body].group == problem.bodies[lodger.host].group) return;
+  const auto& disk = std::get<Disk>(shapes_[lodger.body]);
+  const Shape& host = shapes_[lodger.host];
+  if (const auto* other = std::get_if<Disk>(&host)) {
+    const PairConductance c = circle_pair(disk.centre, disk.radius, other->centre, other->radius);
+    pairs.push_back({lodger.body, lodger.host, c.value, c.gradient_a, c.gradient_b});
+    return;
+  }
+  // Beside a body of another shape: a circle in front of a plane.
+  const double gap = std::max(signed_distance(host, disk.centre) - disk.radius, smallest_gap);
+  pairs.push_back({lodger.body, lodger.host, 2 * std::numbers::pi / std::acosh(1 + gap / disk.radius), {}, {}});
 }
 
 void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body) {
@@ -219,7 +241,7 @@ void Level::squeeze(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, 
   if (!a || !b) return;
   const Vec2 p = centre(cell);
   const Exit in_a = circle_exit(p, e, a->centre, a->radius), in_b = circle_exit(p + 2.0 * e, -e, b->centre, b->radius);
-  const double gap = 2.0 - in_a.length - in_b.length;
+  const double gap = std::max(2.0 - in_a.length - in_b.length, smallest_gap);
   if (gap > 1.0) return;  // wider than a cell: the two links resolve it themselves
   const PairConductance integral = channel(p, e, 2.0, a->centre, a->radius, b->centre, b->radius);
   const double factor = integral.value * gap;

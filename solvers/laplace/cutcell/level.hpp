@@ -76,17 +76,23 @@ class Level {
   struct Cell {
     int i, j;
   };
+  /// A disk whose only cell belongs to another body.
+  struct Lodger {
+    int body, host;
+  };
   void cover_cells(const LaplaceProblem& problem);
   void cover_body(const Shape& shape, int body);
   void link_cells(const LaplaceProblem& problem, LinkFormula formula);
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body);
   void squeeze(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c);
+  void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);
   Vec2 centre(Cell c) const { return {c.i + 0.5, c.j + 0.5}; }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
 
   std::vector<Cell> covered_cells_;  // the same as `covered`, by row and column
-  std::vector<Shape> shapes_;        // of the bodies, lengths in cells
+  std::vector<Lodger> lodgers_;
+  std::vector<Shape> shapes_;  // of the bodies, lengths in cells
 };
 
 /// The shape with every length divided by h.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "solvers/geometry/vec2.hpp"
 
@@ -113,6 +114,18 @@ inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, dou
     result.gradient_b += (ds / (g * g)) * at_b.gradient;
   }
   return result;
+}
+
+/// Two circles too small for the grid to tell apart: their conductance in the open plane, 2 pi / arccosh u with
+/// u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b) (D 6.37 for unequal radii).
+inline PairConductance circle_pair(Vec2 centre_a, double radius_a, Vec2 centre_b, double radius_b) {
+  const Vec2 d = centre_a - centre_b;
+  const double touching = 1 + smallest_gap * (radius_a + radius_b) / (radius_a * radius_b);
+  const double u =
+      std::max((norm2(d) - radius_a * radius_a - radius_b * radius_b) / (2 * radius_a * radius_b), touching);
+  const double c = 2 * std::numbers::pi / std::acosh(u);
+  const Vec2 gradient = (-c * c / (2 * std::numbers::pi * std::sqrt(u * u - 1) * radius_a * radius_b)) * d;
+  return {c, gradient, -gradient};
 }
 
 }  // namespace lichtenberg::laplace

@@ -265,13 +265,17 @@ long Multigrid::coarse_unknowns() const { return coarse_solver_->unknowns(); }
 
 void Multigrid::build(const LaplaceProblem& problem, const Level& finest) {
   if (grids_.empty()) {
-    // Coarsen while the smallest conductor is at least a cell on the coarser grid, or covers its cell alone.
+    // Coarsen until the smallest conductor has a radius of about a cell: beyond half a cell conductors lose the shape
+    // that couples them, and CG needs hundreds of iterations. A factorization that is large all the same is worth
+    // the two or three more iterations of one level more.
     double smallest = std::numeric_limits<double>::infinity();
     for (const Body& body : problem.bodies)
       if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
     int nx = finest.layout.nx, ny = finest.layout.ny;
     grids_.emplace_back(finest.layout);
-    while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > 8 && smallest / (problem.size.x / (nx / 2)) > 0.9) {
+    const auto least_radius = [&] { return nx * ny > 10000 ? 0.4 : 0.6; };  // cells, on the next grid
+    while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > 8 &&
+           smallest / (problem.size.x / (nx / 2)) > least_radius()) {
       nx /= 2;
       ny /= 2;
       coarse_levels_.push_back(std::make_unique<Level>(problem, nx, ny));

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+/// What a field solve will cost on one core, from measured figures a cell (README.md of this folder). An estimate:
+/// machines differ by factors of two and more.
+struct FieldCost {
+  double bytes = 0;           ///< of memory, the program's own start included
+  double single_seconds = 0;  ///< a solve on its own, at field.tolerance
+  double moving_seconds = 0;  ///< a solve in a moving scene, at field.moving_tolerance
+};
+
+/// `cells`: of the whole grid, those under conductors included.
+FieldCost estimate_field_cost(const FieldOptions& options, double cells);
+
+/// Field solves of a run. Euler's number is given by its steps to the end of the run; CVODE's is known from experience
+/// with scenes whose conductors are fed, dragged and discharged until they rest, and empty for others.
+std::optional<double> estimate_field_solves(const Scene& scene);
+
+}  // namespace lichtenberg

@@ -1,0 +1,248 @@
+// The command line as a user meets it: the built program, its exit status and what it prints.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "src/effects/effects.hpp"
+#include "src/scene/scene.hpp"
+
+namespace {
+
+using nlohmann::json;
+
+const std::string scenes = LICHTENBERG_SOURCE_DIR "/scenes/";
+
+std::string contents(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+/// An empty folder of this test's own, gone with it.
+struct Folder {
+  std::filesystem::path path;
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "lichtenberg-commands-XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path = name;
+  }
+  Folder(const Folder&) = delete;
+  ~Folder() { std::filesystem::remove_all(path); }
+};
+
+struct Result {
+  int status;
+  std::string out, err;
+};
+
+/// Runs the program in the folder; `arguments` as in a shell.
+Result run(const Folder& folder, const std::string& arguments) {
+  const auto out = folder.path / "out", err = folder.path / "err";
+  const int status = std::system(fmt::format("cd '{}' && '{}' {} >'{}' 2>'{}' </dev/null", folder.path.string(),
+                                             LICHTENBERG_BINARY, arguments, out.string(), err.string())
+                                     .c_str());
+  REQUIRE(WIFEXITED(status));
+  return {WEXITSTATUS(status), contents(out), contents(err)};
+}
+
+Result run(const std::string& arguments) { return run(Folder(), arguments); }
+
+bool one_sentence(const std::string& text) {
+  return text.starts_with("lichtenberg: ") && text.find('\n') == text.size() - 1;
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+void check_refused(const Result& result, const std::string& part) {
+  INFO(result.err);
+  CHECK(result.status == 2);
+  CHECK(result.out.empty());
+  CHECK(one_sentence(result.err));
+  CHECK(contains(result.err, part));
+}
+
+/// A small scene whose field takes milliseconds.
+const std::string small_scene = R"(
+  [domain]
+  size = [16e-3, 16e-3]
+  bottom = { potential = 0.0 }
+  [medium]
+  permittivity = 4e-11
+  [[conductor]]
+  position = [5e-3, 8e-3]
+  radius = 1e-3
+  charge = 1e-10
+  [[conductor]]
+  position = [11e-3, 8e-3]
+  radius = 1e-3
+  [effects.floating_conductors]
+  [field]
+  cells = 64
+)";
+
+}  // namespace
+
+TEST_CASE("a wrong command line is one sentence and status 2") {
+  check_refused(run(""), "lichtenberg help");
+  check_refused(run("slove scene.toml"), "`solve`");
+  check_refused(run("solve"), "SCENE is required");
+  check_refused(run("solve a.toml b.toml"), "b.toml");
+  check_refused(run("solve --jsno a.toml"), "--jsno");
+  check_refused(run("help scne"), "`scene`");
+}
+
+TEST_CASE("a scene that cannot be used is one sentence and status 2") {
+  check_refused(run("solve nowhere.toml"), "nowhere.toml");
+  check_refused(run("explain nowhere.toml"), "nowhere.toml");
+  const Folder folder;
+  write(folder.path / "typo.toml", small_scene + "  tolerence = 1e-6\n");
+  check_refused(run(folder, "solve typo.toml"), "tolerance");
+  check_refused(run(folder, "explain typo.toml"), "tolerance");
+}
+
+TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to go") {
+  const Folder folder;
+  write(folder.path / "neutral.toml",
+        "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
+  check_refused(run(folder, "solve neutral.toml"), "[effects.floating_conductors]");
+  std::string insulated = small_scene;
+  insulated.erase(insulated.find("  bottom"), insulated.find("  [medium]") - insulated.find("  bottom"));
+  write(folder.path / "insulated.toml", insulated);
+  check_refused(run(folder, "solve insulated.toml"), "charge");
+}
+
+TEST_CASE("help explains the program, a command and the scene") {
+  const Result program = run("help");
+  CHECK(program.status == 0);
+  for (const std::string command : {"run", "solve", "explain", "plot", "help", "--petsc"})
+    CHECK(contains(program.out, command));
+  CHECK(contains(run("help solve").out, "--capacitance"));
+  CHECK(run("solve --help").out == run("help solve").out);
+  CHECK(run("help scene").out == lichtenberg::scene_help());
+}
+
+TEST_CASE("--version names the commit") {
+  const Result result = run("--version");
+  CHECK(result.status == 0);
+  CHECK(result.out.starts_with("lichtenberg 0.1.0 ("));
+}
+
+TEST_CASE("solve --json: the two disks of the shipped scene") {
+  const Result result = run("solve " + scenes + "two-disks.toml --json --capacitance");
+  REQUIRE(result.status == 0);
+  const json answer = json::parse(result.out);
+  std::vector<std::string> fields;
+  for (const auto& [key, value] : answer.items()) fields.push_back(key);
+  CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "energy", "iterations", "residual", "seconds",
+                                           "unknowns"});
+  REQUIRE(answer["conductors"].size() == 2);
+  const json& held = answer["conductors"][0];
+  const json& floating = answer["conductors"][1];
+  for (const std::string field : {"position", "radius", "group", "potential", "charge", "force"})
+    CHECK(held.contains(field));
+  for (const std::string phase : {"setup", "solve", "forces"}) CHECK(answer["seconds"].contains(phase));
+
+  // D 6.37 with d/2R = 2 and the scene's depth 2R: 652.1 V if there were no walls, which are within 1 % of that.
+  const double permittivity = 4.7 * 8.8541878128e-12, radius = 0.775e-3, charge = 1e-10;
+  const double capacitance = 2 * radius * std::numbers::pi * permittivity / std::acosh(2.0);
+  CHECK(held["potential"].get<double>() == 0);
+  CHECK(floating["potential"].get<double>() == doctest::Approx(charge / capacitance).epsilon(0.01));
+  CHECK(held["group"] != floating["group"]);
+  // Flux balance: charge goes nowhere else; the solver's relative tolerance is 1e-10.
+  CHECK(floating["charge"].get<double>() == doctest::Approx(charge).epsilon(1e-9));
+  CHECK(held["charge"].get<double>() == doctest::Approx(-charge).epsilon(1e-9));
+  // Opposite charges attract, and with equal strength: the walls are symmetric to both.
+  CHECK(held["force"][0].get<double>() > 0);
+  CHECK(floating["force"][0].get<double>() == doctest::Approx(-held["force"][0].get<double>()).epsilon(1e-6));
+  // W = Q phi / 2 with the other conductor at zero.
+  CHECK(answer["energy"].get<double>() ==
+        doctest::Approx(0.5 * charge * floating["potential"].get<double>()).epsilon(1e-8));
+
+  const json& matrix = answer["capacitance"]["matrix"];
+  CHECK(answer["capacitance"]["groups"] == json({"ground", "conductor 1"}));
+  CHECK(matrix[1][1].get<double>() == doctest::Approx(charge / floating["potential"].get<double>()).epsilon(1e-8));
+  CHECK(matrix[0][1].get<double>() == doctest::Approx(-matrix[1][1].get<double>()).epsilon(1e-8));
+}
+
+TEST_CASE("solve's table has the numbers of its JSON") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  const json answer = json::parse(run(folder, "solve small.toml --json").out);
+  const std::string table = run(folder, "solve small.toml --capacitance").out;
+  for (const json& conductor : answer["conductors"])
+    CHECK(contains(table, fmt::format("{:.7g}", conductor["potential"].get<double>())));
+  CHECK(contains(table, fmt::format("{:.7g} J", answer["energy"].get<double>())));
+  CHECK(contains(table, "capacitance matrix"));
+  CHECK_FALSE(answer.contains("capacitance"));
+}
+
+TEST_CASE("solve passes what follows --petsc to PETSc") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  CHECK(contains(run(folder, "solve small.toml --petsc -field_ksp_view").out, "KSP Object"));
+  const Result result = run(folder, "solve small.toml --petsc -field_ksp_type nonsense");
+  CHECK(result.status == 1);
+  CHECK(contains(result.err, "nonsense"));
+}
+
+TEST_CASE("solve --field writes a file, and replaces one only if told") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  CHECK(run(folder, "solve small.toml --field field.vtkhdf").status == 0);
+  const auto is_hdf5 = [&] { return contains(contents(folder.path / "field.vtkhdf").substr(0, 4), "HDF"); };
+  CHECK(is_hdf5());
+
+  write(folder.path / "field.vtkhdf", "something dear");
+  check_refused(run(folder, "solve small.toml --field field.vtkhdf"), "field.vtkhdf exists");
+  CHECK(contents(folder.path / "field.vtkhdf") == "something dear");
+  CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
+  CHECK(is_hdf5());
+  check_refused(run(folder, "solve small.toml --field no/such/folder/field.vtkhdf"), "no/such/folder");
+}
+
+TEST_CASE("explain names every effect, the unknowns that solve has, and does not start PETSc") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  // PETSc, if it were started, would end with a list of the options that nobody used.
+  const Result result = run(folder, "explain small.toml --petsc -options_left -nobodys_option");
+  REQUIRE(result.status == 0);
+  CHECK_FALSE(contains(result.out + result.err, "nobodys_option"));
+  const std::size_t left_out = result.out.find("left out");
+  for (const auto& effect : lichtenberg::effects::summarize_effects({}))
+    CHECK((result.out.find(effect.name) < left_out) == (effect.name == "floating_conductors"));
+  const json answer = json::parse(run(folder, "solve small.toml --json").out);
+  CHECK(contains(result.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
+}
+
+TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
+  const Folder folder;
+  write(folder.path / "neutral.toml",
+        "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
+  const Result result = run(folder, "explain neutral.toml");
+  CHECK(result.status == 0);
+  CHECK(contains(result.out, "charges, field, neighbour list"));
+  CHECK_FALSE(contains(result.out, "unknowns"));
+}
+
+TEST_CASE("plot refuses what is no result file") {
+  const Folder folder;
+  const Result missing = run(folder, "plot nowhere.h5");
+  CHECK(missing.status == 2);
+  CHECK(contains(missing.err, "nowhere.h5"));
+  write(folder.path / "text.h5", "no HDF5");
+  CHECK(run(folder, "plot text.h5").status == 2);
+  CHECK_FALSE(std::filesystem::exists(folder.path / "text.png"));
+}

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "solvers/laplace/problem.hpp"
+#include "src/theory/two_disks.hpp"
+
+namespace lichtenberg::validation {
+
+/// `PROGRAM long` adds the cases that take minutes; without an argument the quick ones run.
+inline bool asked_for_long(int argc, char** argv) { return argc > 1 && std::string_view(argv[1]) == "long"; }
+
+/// Mean and largest magnitude of a sample, and its scatter about the signed mean.
+struct Spread {
+  double mean = 0, worst = 0, jitter = 0;
+};
+inline Spread spread(const std::vector<double>& sample) {
+  Spread result;
+  double signed_mean = 0;
+  const auto n = static_cast<double>(sample.size());
+  for (double x : sample) {
+    signed_mean += x / n;
+    result.mean += std::abs(x) / n;
+    result.worst = std::max(result.worst, std::abs(x));
+  }
+  for (double x : sample) result.jitter += (x - signed_mean) * (x - signed_mean) / n;
+  result.jitter = std::sqrt(result.jitter);
+  return result;
+}
+
+/// A table on the screen, each value beside its bound, and the verdict over all of them.
+class Report {
+ public:
+  explicit Report(const std::string& title) { fmt::print("{}\n", title); }
+
+  void section(const std::string& heading) {
+    fmt::print("\n{}\n{:<58}{:>10}{:>10}{:>13}\n", heading, "", "mean", "worst", "bound");
+  }
+  /// Passes if the worst of the sample is at most `bound`; without a bound it is for the reader only.
+  void at_most(const std::string& what, const Spread& sample, std::optional<double> bound) {
+    fmt::print("{:<58}{:>10.3g}{:>10.3g}", what, sample.mean, sample.worst);
+    verdict("<=", bound, bound && sample.worst <= *bound);
+  }
+  void at_most(const std::string& what, double value, std::optional<double> bound) {
+    fmt::print("{:<58}{:>10}{:>10.3g}", what, "", value);
+    verdict("<=", bound, bound && value <= *bound);
+  }
+  void at_least(const std::string& what, double value, std::optional<double> bound) {
+    fmt::print("{:<58}{:>10}{:>10.3g}", what, "", value);
+    verdict(">=", bound, bound && value >= *bound);
+  }
+
+  /// Prints the verdict; 0 if every bound is kept, 1 otherwise.
+  int exit_status() const {
+    fmt::print("\n{} of {} bounds kept\n", checked_ - failed_, checked_);
+    return failed_ > 0 ? 1 : 0;
+  }
+
+ private:
+  void verdict(const char* relation, std::optional<double> bound, bool kept) {
+    if (bound) {
+      ++checked_;
+      failed_ += !kept;
+      fmt::print("{:>4}{:>9.3g}  {}", relation, *bound, kept ? "PASS" : "FAIL");
+    }
+    fmt::print("\n");
+    std::fflush(stdout);
+  }
+  int checked_ = 0, failed_ = 0;
+};
+
+/// Order p of error ~ resolution^-p: least squares in the logarithms.
+inline double order(const std::vector<double>& resolution, const std::vector<double>& error) {
+  const auto n = static_cast<double>(error.size());
+  double x = 0, y = 0, xx = 0, xy = 0;
+  for (std::size_t k = 0; k < error.size(); ++k) {
+    const double log_resolution = std::log(resolution[k]), log_error = std::log(error[k]);
+    x += log_resolution;
+    y += log_error;
+    xx += log_resolution * log_resolution;
+    xy += log_resolution * log_error;
+  }
+  return -(n * xy - x * y) / (n * xx - x * x);
+}
+
+/// Two disks in the unbounded plane, as a problem in a box: its sides carry the exact bipolar potential, so that the
+/// only error is the scheme's. Group 0 (the positive disk) floats with `charge`, group 1 is held at its potential.
+inline laplace::LaplaceProblem in_plane(const theory::DiskPair& pair, Vec2 size, double charge) {
+  laplace::LaplaceProblem problem;
+  problem.size = size;
+  problem.permittivity = pair.permittivity;
+  problem.bodies = {{pair.positive, 0}, {pair.negative, 1}};
+  problem.groups = {{.floating = true, .charge = charge},
+                    {.floating = false, .potential = theory::negative_potential(pair, charge)}};
+  problem.sides.fill({.kind = laplace::Side::Kind::electrode,
+                      .profile = [pair, charge](Vec2 p) { return theory::potential(pair, charge, p); }});
+  return problem;
+}
+
+}  // namespace lichtenberg::validation

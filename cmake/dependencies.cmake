@@ -6,5 +6,6 @@ find_package(CHOLMOD REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # PETSc's headers include its header
 pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
+pkg_check_modules(FFTW REQUIRED QUIET IMPORTED_TARGET fftw3)
 pkg_check_modules(HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)

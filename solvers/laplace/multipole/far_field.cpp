@@ -1,0 +1,153 @@
+#include "solvers/laplace/multipole/far_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+/// Half a turn over a period of 2n cells where the sign alternates, none where it doesn't.
+std::vector<Complex> twists(int period, int sign) {
+  std::vector<Complex> twist(period);
+  for (int i = 0; i < period; ++i) twist[i] = sign > 0 ? Complex{1} : std::polar(1.0, -std::numbers::pi * i / period);
+  return twist;
+}
+
+}  // namespace
+
+FarField::FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order)
+    : mirrors_(mirrors),
+      nx_(cells.nx),
+      ny_(cells.ny),
+      order_(order),
+      columns_(2 * cells.nx),
+      rows_(2 * cells.ny),
+      scale_(std::max(cells.width, cells.height)),
+      source_(static_cast<std::size_t>(nx_) * ny_ * (order + 1)),
+      local_(source_.size()),
+      twist_x_(twists(columns_, mirrors.period_sign_x())),
+      twist_y_(twists(rows_, mirrors.period_sign_y())) {
+  data_.reset(fftw_alloc_real(2 * grid() * (2 * order_ + 1)));
+  forward_ = plan(order_ + 1, FFTW_FORWARD);
+  backward_ = plan(order_ + 1, FFTW_BACKWARD);
+  make_kernel(lattice, cells);
+}
+
+/// Plan for the two-dimensional transforms, in place, of the first `count` planes. ESTIMATE: measuring would choose by
+/// the clock, and results would differ in their last bits.
+FarField::Plan FarField::plan(int count, int direction) {
+  auto* data = reinterpret_cast<fftw_complex*>(data_.get());
+  const std::array<int, 2> size{rows_, columns_};
+  const int distance = static_cast<int>(grid());
+  return Plan(fftw_plan_many_dft(2, size.data(), count, data, nullptr, 1, distance, data, nullptr, 1, distance,
+                                 direction, FFTW_ESTIMATE));
+}
+
+/// G_n for every distance of two cells, the near images left out.
+void FarField::make_kernel(const LatticeSum& lattice, const Cells& cells) {
+  const int count = 2 * order_ + 1;
+  std::vector<Complex> value(count);
+  for (int j = 0; j < rows_; ++j)
+    for (int i = 0; i < columns_; ++i) {
+      // The same distance within half a period, where the lattice's Taylor series holds.
+      const int di = i < nx_ ? i : i - columns_, dj = j < ny_ ? j : j - rows_;
+      double sign = 1;
+      if (di != i) sign *= mirrors_.period_sign_x();
+      if (dj != j) sign *= mirrors_.period_sign_y();
+      const Complex distance{di * cells.width, dj * cells.height};
+      lattice.far_derivatives(distance, count, value.data());
+      lattice.add_background(distance, value.data());
+      double power = 1;
+      for (int n = 1; n < count; ++n) value[n] *= power *= scale_;
+      for (const LatticeSum::Vector& w : lattice.near()) {
+        if (cells.is_near(di - columns_ * w.n, dj - rows_ * w.m)) continue;
+        const Complex inverse = -scale_ / (distance - w.shift);
+        value[0] += w.sign * std::log(std::abs(distance - w.shift));
+        Complex term = -w.sign * inverse;  // (-1)^(n-1) (n-1)! (h / (distance - w))^n
+        for (int n = 1; n < count; ++n) {
+          value[n] += term;
+          term = multiply(term, inverse) * static_cast<double>(n);
+        }
+      }
+      value[0] = value[0].real();
+      for (int n = 0; n < count; ++n) plane(n)[j * columns_ + i] = sign * multiply(value[n], twist(i, j));
+    }
+  const Plan transform = plan(count, FFTW_FORWARD);
+  fftw_execute(transform.get());
+  const double normalization = 1.0 / static_cast<double>(grid());
+  kernel_re_.resize(count * grid());
+  kernel_im_.resize(count * grid());
+  for (std::size_t n = 0; n < count * grid(); ++n) {
+    kernel_re_[n] = normalization * plane(0)[n].real();
+    kernel_im_[n] = normalization * plane(0)[n].imag();
+  }
+}
+
+void FarField::clear_sources() { std::fill(source_.begin(), source_.end(), Complex{0}); }
+
+void FarField::apply() {
+  spread();
+  fftw_execute(forward_.get());
+  multiply_spectra();
+  fftw_execute(backward_.get());
+  collect();
+}
+
+/// The sources and, next to them, their mirror images: one period.
+void FarField::spread() {
+  std::fill(plane(0), plane(order_ + 1), Complex{0});
+  for (const Image& image : mirrors_.images) {
+    // The image at -x is put one period further, at 2 Lx - x.
+    const double shifted =
+        (image.across_x ? mirrors_.period_sign_x() : 1) * (image.across_y ? mirrors_.period_sign_y() : 1);
+    for (int j = 0; j < ny_; ++j)
+      for (int i = 0; i < nx_; ++i) {
+        const Complex* from = source(j * nx_ + i);
+        const int column = image.across_x ? columns_ - 1 - i : i, row = image.across_y ? rows_ - 1 - j : j;
+        const Complex factor = shifted * twist(column, row);
+        Complex* to = plane(0) + row * columns_ + column;
+        for (int k = 0; k <= order_; ++k) to[k * grid()] = multiply(factor, image.coefficient(k, from[k]));
+      }
+  }
+}
+
+/// beta_m = sum_k G_(m+k) alpha_k, frequency by frequency, in blocks that stay in the cache.
+void FarField::multiply_spectra() {
+  constexpr int block = 16;
+  const int count = order_ + 1;
+  std::vector<double> re(count * block), im(count * block);
+  for (std::size_t start = 0; start < grid(); start += block) {
+    const int size = static_cast<int>(std::min<std::size_t>(block, grid() - start));
+    for (int k = 0; k < count; ++k)
+      for (int f = 0; f < size; ++f) {
+        re[k * block + f] = plane(k)[start + f].real();
+        im[k * block + f] = plane(k)[start + f].imag();
+      }
+    for (int m = 0; m < count; ++m) {
+      std::array<double, block> sum_re{}, sum_im{};
+      for (int k = 0; k < count; ++k) {
+        const double* g_re = &kernel_re_[(m + k) * grid() + start];
+        const double* g_im = &kernel_im_[(m + k) * grid() + start];
+        const double *a_re = &re[k * block], *a_im = &im[k * block];
+        for (int f = 0; f < size; ++f) {
+          sum_re[f] += g_re[f] * a_re[f] - g_im[f] * a_im[f];
+          sum_im[f] += g_re[f] * a_im[f] + g_im[f] * a_re[f];
+        }
+      }
+      for (int f = 0; f < size; ++f) plane(m)[start + f] = {sum_re[f], sum_im[f]};
+    }
+  }
+}
+
+void FarField::collect() {
+  for (int j = 0; j < ny_; ++j)
+    for (int i = 0; i < nx_; ++i) {
+      const Complex factor = std::conj(twist(i, j));
+      Complex* to = &local_[static_cast<std::size_t>(j * nx_ + i) * (order_ + 1)];
+      for (int m = 0; m <= order_; ++m) to[m] = multiply(factor, plane(m)[j * columns_ + i]);
+    }
+}
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <fftw3.h>
+
+#include <memory>
+
+#include "solvers/laplace/multipole/cells.hpp"
+#include "solvers/laplace/multipole/lattice.hpp"
+
+namespace lichtenberg::laplace {
+
+/// What cells do to each other beyond the near ones, with all images: a convolution over the grid, done by FFT. Sources
+/// of a cell are moved to its centre, the field they make arrives as a Taylor series about each cell's centre.
+///
+/// A cell's source is Re sum_k (-1)^(k-1) alpha_k (k-1)! (h/u)^k + alpha_0 ln u with u = z - centre, its local field
+/// Re sum_m beta_m (u/h)^m / m!. In these units beta_m = sum_k G_(m+k) alpha_k, G_n = h^n d^n Lambda / dz^n at the
+/// distance of the two cells: one kernel for each n = m + k, not one for each pair.
+class FarField {
+ public:
+  FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
+
+  int order() const { return order_; }
+  double scale() const { return scale_; }  ///< h, m
+  /// alpha_0 ... alpha_order of a cell, to be filled before `apply`.
+  Complex* source(int cell) { return &source_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
+  const Complex* local(int cell) const { return &local_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
+  void clear_sources();
+  void apply();
+
+ private:
+  struct PlanDeleter {
+    void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
+  };
+  using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
+  struct Free {
+    void operator()(double* p) const { fftw_free(p); }
+  };
+
+  Plan plan(int count, int direction);
+  void make_kernel(const LatticeSum& lattice, const Cells& cells);
+  void spread();
+  void multiply_spectra();
+  void collect();
+  Complex twist(int i, int j) const { return multiply(twist_x_[i], twist_y_[j]); }
+  std::size_t grid() const { return static_cast<std::size_t>(columns_) * rows_; }
+  Complex* plane(int k) { return reinterpret_cast<Complex*>(data_.get()) + k * grid(); }
+
+  Mirrors mirrors_;
+  int nx_, ny_, order_, columns_, rows_;
+  double scale_;
+  std::vector<Complex> source_, local_;
+  std::unique_ptr<double, Free> data_;
+  Plan forward_, backward_;
+  std::vector<double> kernel_re_, kernel_im_;  ///< spectra of G_0 ... G_(2 order), each of grid() values
+  std::vector<Complex> twist_x_, twist_y_;     ///< make what changes sign from period to period periodic
+};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,105 @@
+#include "solvers/laplace/multipole/krylov.hpp"
+
+#include <unsupported/Eigen/IterativeSolvers>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/multipole/system.hpp"
+
+namespace lichtenberg::laplace {
+class SystemMatrix;
+}
+
+template <>
+struct Eigen::internal::traits<lichtenberg::laplace::SystemMatrix> : traits<Eigen::SparseMatrix<double>> {};
+
+namespace lichtenberg::laplace {
+
+/// What Eigen's solvers ask of a matrix that is known by its product only.
+class SystemMatrix : public Eigen::EigenBase<SystemMatrix> {
+ public:
+  using Scalar = double;
+  using RealScalar = double;
+  using StorageIndex = int;
+  enum { ColsAtCompileTime = Eigen::Dynamic, MaxColsAtCompileTime = Eigen::Dynamic, IsRowMajor = false };
+
+  explicit SystemMatrix(const System& system) : system_(&system) {}
+  Eigen::Index rows() const { return system_->size(); }
+  Eigen::Index cols() const { return system_->size(); }
+  const System& system() const { return *system_; }
+  template <class Right>
+  Eigen::Product<SystemMatrix, Right, Eigen::AliasFreeProduct> operator*(const Eigen::MatrixBase<Right>& x) const {
+    return {*this, x.derived()};
+  }
+
+ private:
+  const System* system_;
+};
+
+namespace {
+
+class SystemPreconditioner {
+ public:
+  template <class Matrix>
+  SystemPreconditioner& analyzePattern(const Matrix&) {
+    return *this;
+  }
+  template <class Matrix>
+  SystemPreconditioner& factorize(const Matrix&) {
+    return *this;
+  }
+  template <class Matrix>
+  SystemPreconditioner& compute(const Matrix& matrix) {
+    system_ = &matrix.system();
+    return *this;
+  }
+  Eigen::VectorXd solve(const Eigen::VectorXd& r) const { return system_->precondition(r); }
+  Eigen::ComputationInfo info() const { return Eigen::Success; }
+
+ private:
+  const System* system_ = nullptr;
+};
+
+}  // namespace
+}  // namespace lichtenberg::laplace
+
+namespace Eigen::internal {
+
+template <class Right>
+struct generic_product_impl<lichtenberg::laplace::SystemMatrix, Right, SparseShape, DenseShape, GemvProduct>
+    : generic_product_impl_base<lichtenberg::laplace::SystemMatrix, Right,
+                                generic_product_impl<lichtenberg::laplace::SystemMatrix, Right>> {
+  template <class Result>
+  static void scaleAndAddTo(Result& result, const lichtenberg::laplace::SystemMatrix& matrix, const Right& x,
+                            double alpha) {
+    result.noalias() += alpha * (matrix.system() * x);
+  }
+};
+
+}  // namespace Eigen::internal
+
+namespace lichtenberg::laplace {
+
+KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_hand_side, double tolerance,
+                          Eigen::VectorXd& x) {
+  constexpr int restart = 200, most_iterations = 1000;
+  const double scale = system.precondition(right_hand_side).norm();
+  if (scale == 0) {
+    x.setZero();
+    return {};
+  }
+  const double first = system.precondition(right_hand_side - system * x).norm();
+  if (first <= tolerance * scale) return {0, first / scale};
+  Eigen::GMRES<SystemMatrix, SystemPreconditioner> gmres;
+  const SystemMatrix matrix(system);
+  gmres.compute(matrix);
+  gmres.set_restart(restart);
+  gmres.setMaxIterations(most_iterations);
+  gmres.setTolerance(tolerance * scale / first);  // Eigen measures against the first residual
+  x = gmres.solveWithGuess(right_hand_side, x);
+  if (gmres.info() != Eigen::Success)
+    throw Failure("the multipole method's iteration reached a relative residual of " +
+                  std::to_string(gmres.error() * first / scale) + " only");
+  return {static_cast<int>(gmres.iterations()), gmres.error() * first / scale};
+}
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,157 @@
+#include "solvers/laplace/multipole/results.hpp"
+
+#include <limits>
+#include <numbers>
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Arc {
+  double from = 0, to = 2 * pi;
+};
+
+/// The part of a circle round `centre` that lies in the box: all, half (centred on a side) or a quarter (in a corner).
+Arc arc_in_box(Complex centre, Vec2 size) {
+  const bool on_left = centre.real() == 0, on_right = centre.real() == size.x;
+  const bool on_bottom = centre.imag() == 0, on_top = centre.imag() == size.y;
+  Arc arc;
+  if (on_left || on_right) arc = on_left ? Arc{-pi / 2, pi / 2} : Arc{pi / 2, 3 * pi / 2};
+  if (on_bottom || on_top) {
+    const Arc half = on_bottom ? Arc{0, pi} : Arc{pi, 2 * pi};
+    if (on_left && on_top)
+      arc = {3 * pi / 2, 2 * pi};
+    else
+      arc = on_left || on_right ? Arc{std::max(arc.from, half.from), std::min(arc.to, half.to)} : half;
+  }
+  return arc;
+}
+
+/// integral of exp(i n theta) over the arc
+Complex integral(int n, Arc arc) {
+  if (n == 0) return arc.to - arc.from;
+  return (std::polar(1.0, n * arc.to) - std::polar(1.0, n * arc.from)) / Complex(0, n);
+}
+
+/// R dV/dr = -sum_n c_n exp(i n theta) on the circle, from multipoles and local field together: c_0 = lambda,
+/// c_-k = k a_k = conj(c_k). Returns c_-order ... c_order.
+std::vector<Complex> surface_charge(const Complex* a, int order, int copies) {
+  std::vector<Complex> c(2 * order + 1);
+  c[order] = copies * a[0].real();
+  for (int k = 1; k <= order; ++k) {
+    c[order - k] = static_cast<double>(k * copies) * a[k];
+    c[order + k] = std::conj(c[order - k]);
+  }
+  return c;
+}
+
+double charge_on_arc(const std::vector<Complex>& c, Arc arc) {
+  const int order = static_cast<int>(c.size()) / 2;
+  double sum = 0;
+  for (int n = -order; n <= order; ++n) sum += multiply(c[n + order], integral(n, arc)).real();
+  return sum;
+}
+
+/// integral of (R dV/dr)^2 exp(i theta) over the arc
+Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
+  const int order = static_cast<int>(c.size()) / 2;
+  Complex sum = 0;
+  for (int n = -2 * order; n <= 2 * order; ++n) {
+    Complex square = 0;
+    for (int k = std::max(-order, n - order); k <= std::min(order, n + order); ++k)
+      square += multiply(c[k + order], c[n - k + order]);
+    sum += multiply(square, integral(n + 1, arc));
+  }
+  return sum;
+}
+
+/// The same over the whole circle (Blasius' theorem).
+Complex pull_on_circle(const Complex* a, int order) {
+  Complex sum = order > 0 ? a[0].real() * a[1] : 0;
+  for (int k = 1; k < order; ++k) sum += static_cast<double>(k) * (k + 1) * multiply(std::conj(a[k]), a[k + 1]);
+  return 4 * pi * sum;
+}
+
+/// Charges induced on an electrode side: by reciprocity, what the field has at the disks when that side is at 1 V.
+double induced_charge(const WallField& side_at_one, const Arrangement& arrangement, const Layout& layout,
+                      const std::vector<Complex>& coefficients) {
+  double sum = 0;
+  std::vector<Complex> field;
+  for (std::size_t i = 0; i < arrangement.disks.size(); ++i) {
+    const Source& disk = arrangement.disks[i];
+    field.resize(disk.order + 1);
+    side_at_one.local(disk.centre, disk.radius, disk.order + 1, field.data());
+    const Complex* a = &coefficients[layout.start[i]];
+    sum -= a[0].real() * field[0].real();
+    for (int k = 1; k <= disk.order; ++k) sum -= k * multiply(a[k], field[k]).real();
+  }
+  return 2 * pi * sum;
+}
+
+/// The electrode side that takes the body's charge if it is centred on one.
+int anchor(const Arrangement& arrangement, std::size_t body, const Mirrors& mirrors) {
+  if (!arrangement.anchored[body]) return -1;
+  const Complex c = arrangement.disks[body].centre;
+  const std::array<bool, 4> on{c.real() == 0, c.real() == mirrors.size.x, c.imag() == 0, c.imag() == mirrors.size.y};
+  for (int s = 0; s < 4; ++s)
+    if (on[s] && mirrors.side_sign[s] < 0) return s;
+  return -1;
+}
+
+void find_side_charges(const LaplaceProblem& problem, const Mirrors& mirrors, const LatticeSum& lattice,
+                       const WallField& wall, const Arrangement& arrangement, const Layout& layout,
+                       const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
+  solution.side_charge.fill(0);
+  for (const SideIndex s : {left, right, bottom, top}) {
+    if (mirrors.side_sign[s] > 0) continue;
+    std::array<double, 4> unit{};
+    unit[s] = 1;
+    const WallField side_at_one(mirrors, lattice, unit);
+    solution.side_charge[s] =
+        problem.permittivity * (wall.side_flux(s) + induced_charge(side_at_one, arrangement, layout, coefficients));
+  }
+  // What a half-disk covers of its side is no surface of the box: its curved side has taken that charge.
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b)
+    if (const int s = anchor(arrangement, b, mirrors); s >= 0) solution.side_charge[s] -= solution.body_charge[b];
+}
+
+}  // namespace
+
+void evaluate(const LaplaceProblem& problem, const Mirrors& mirrors, const LatticeSum& lattice, const WallField& wall,
+              const Arrangement& arrangement, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
+  const double eps = problem.permittivity;
+  const Layout layout(arrangement.disks);
+  solution.body_charge.resize(problem.bodies.size());
+  solution.body_force.resize(problem.bodies.size());
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+    const Source& disk = arrangement.disks[b];
+    const Complex* a = &coefficients[layout.start[b]];
+    Complex pull;
+    solution.body_charge[b] = 2 * pi * eps * a[0].real();
+    if (arrangement.copies[b] == 1) {
+      pull = pull_on_circle(a, disk.order);
+    } else {
+      const Arc arc = arc_in_box(disk.centre, problem.size);
+      const std::vector<Complex> c = surface_charge(a, disk.order, arrangement.copies[b]);
+      if (arrangement.anchored[b]) solution.body_charge[b] = eps * charge_on_arc(c, arc);
+      pull = pull_on_arc(c, arc);
+    }
+    pull *= 0.5 * eps / disk.radius;
+    solution.body_force[b] = {pull.real(), pull.imag()};
+  }
+  find_side_charges(problem, mirrors, lattice, wall, arrangement, layout, coefficients, solution);
+
+  if (wall.singular()) {
+    solution.energy = std::numeric_limits<double>::infinity();
+    return;
+  }
+  solution.energy = 0;
+  for (std::size_t b = 0; b < problem.bodies.size(); ++b)
+    solution.energy += 0.5 * solution.body_charge[b] * solution.group_potential[problem.bodies[b].group];
+  for (int s = 0; s < 4; ++s)
+    if (mirrors.side_sign[s] < 0) solution.energy += 0.5 * solution.side_charge[s] * problem.sides[s].potential;
+}
+
+}  // namespace lichtenberg::laplace

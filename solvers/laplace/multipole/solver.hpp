@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::laplace {
+
+struct MultipoleOptions {
+  double tolerance = 1e-10;  ///< error wanted of potentials, charges and forces, relative to the largest
+  bool unbounded = false;    ///< no box: the plane, V bounded at infinity. `sides` must be insulating.
+  int cells = 512;           ///< cells of `field()` along the longer side of the box
+};
+
+/// Spectral solution for disks: each has a logarithm and Fourier multipoles, the walls are mirrors (README.md). Disks
+/// lie inside the box or are centred on a side; sides are insulating or electrodes of constant potential. Where
+/// two electrodes of different potential meet in a corner, their charges and the energy are infinite, and are
+/// reported so.
+///
+/// `residual` estimates the relative error: the largest of the Krylov solver's relative residual and the last
+/// multipoles of any disk over the largest.
+class MultipoleSolver : public LaplaceSolver {
+ public:
+  explicit MultipoleSolver(MultipoleOptions options = {});
+  ~MultipoleSolver() override;
+
+  /// Throws InputError also for bodies that are no disks, disks without a gap between them or cut by a side off their
+  /// centre, and sides of varying potential.
+  LaplaceSolution solve(const LaplaceProblem& problem) override;
+  /// Potential of the last solve anywhere in the box (anywhere in the unbounded plane), V.
+  double potential(Vec2 p) const;
+  Field field() const override;
+  void forget() override;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lichtenberg::laplace

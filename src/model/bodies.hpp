@@ -2,7 +2,11 @@
 
 #include <vector>
 
+#include "solvers/geometry/vec2.hpp"
+
 namespace lichtenberg {
+
+struct Scene;
 
 /// Particles as arrays. `dimension` is 2 or 3; position[i * dimension + k] is coordinate k of particle i.
 struct Bodies {
@@ -15,5 +19,19 @@ struct Bodies {
 
   int size() const { return static_cast<int>(radius.size()); }
 };
+
+/// The conductors of a scene as its first instant has them: two-dimensional motion of solid spheres,
+/// m = 4/3 pi density R^3 (D 5.5.2). Without charges; `initial_charges` gives them.
+Bodies make_bodies(const Scene& scene);
+
+/// The conductors' charges at the start (C). A wired group's charge is spread evenly over its members: the first field
+/// says how it really is.
+std::vector<double> initial_charges(const Scene& scene);
+
+/// Position, velocity (m, m/s) of body i of a two-dimensional scene.
+inline Vec2 position(const Bodies& bodies, int i) { return {bodies.position[2 * i], bodies.position[2 * i + 1]}; }
+inline Vec2 velocity(const Bodies& bodies, int i) {
+  return Vec2{bodies.momentum[2 * i], bodies.momentum[2 * i + 1]} / bodies.mass[i];
+}
 
 }  // namespace lichtenberg

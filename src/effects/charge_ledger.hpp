@@ -1,0 +1,58 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/effects/groups.hpp"
+
+namespace lichtenberg::effects {
+
+/// A sum that keeps what rounding cuts off (Neumaier 1974): adding the same small current a hundred thousand times loses
+/// the same fraction of it each time, and a plain sum would drift by 1e-11.
+class CompensatedSum {
+ public:
+  CompensatedSum() = default;
+  explicit CompensatedSum(double value, double lost = 0) : value_(value), lost_(lost) {}
+
+  void add(double term);
+  void add(const CompensatedSum& sum) { add(sum.value_), add(sum.lost_); }
+  void subtract(const CompensatedSum& sum) { add(-sum.value_), add(-sum.lost_); }
+  double total() const { return value_ + lost_; }
+  double value() const { return value_; }  ///< the two parts, for checkpoints
+  double lost() const { return lost_; }
+
+ private:
+  double value_ = 0, lost_ = 0;
+};
+
+/// Who holds how much charge, and what came and went. held + drained - fed stays what it was at the start, to rounding of
+/// the last digit, whatever the field solver's accuracy is: the field only says how a group's charge is shared.
+class ChargeLedger {
+ public:
+  /// `initial`: C, a conductor.
+  explicit ChargeLedger(std::span<const double> initial);
+
+  /// Adds current * dt to each conductor (A, s; D 5.5).
+  void feed(std::span<const double> current, double dt);
+  /// Shares each group's charge as the field does (`by_field`: C, a conductor, D 5.4). A floating group keeps its sum
+  /// exactly: what the field's charges miss of it is spread evenly. A held group takes the field's charges, and the
+  /// difference drains.
+  void settle(const ElectricalGroups& groups, std::span<const double> by_field);
+
+  int size() const { return static_cast<int>(charge_.size()); }
+  double charge(int i) const { return charge_[i].total(); }  ///< C
+  double held() const;                                       ///< C, all conductors
+  double fed() const { return fed_.total(); }                ///< C, since the start
+  double drained() const { return drained_.total(); }        ///< C, since the start
+
+  /// Both parts of every sum (charges, fed, drained): all there is.
+  std::vector<double> save() const;
+  /// Throws Failure if `saved` is of another number of conductors.
+  void restore(std::span<const double> saved);
+
+ private:
+  std::vector<CompensatedSum> charge_;
+  CompensatedSum fed_, drained_;
+};
+
+}  // namespace lichtenberg::effects

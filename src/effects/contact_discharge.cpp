@@ -1,0 +1,87 @@
+#include "src/effects/contact_discharge.hpp"
+
+#include <algorithm>
+
+namespace lichtenberg::effects {
+namespace {
+
+bool contains(const std::vector<Contact>& sorted, Contact contact) {
+  return std::ranges::binary_search(sorted, contact);
+}
+
+}  // namespace
+
+ContactDischarge::ContactDischarge(const Scene& scene)
+    : make_gap_(scene.effects.contact_discharge->gap),
+      release_gap_(make_gap_ + std::max(scene.effects.contact_discharge->hysteresis * make_gap_,
+                                        scene.mechanics.position_tolerance)),
+      together_(std::min(scene.mechanics.position_tolerance, 0.25 * (release_gap_ - make_gap_))),
+      terminals_(terminals_of(scene)) {}
+
+double ContactDischarge::gap(const Bodies& bodies, Contact contact) const {
+  const int i = contact.conductor, j = contact.partner, n = bodies.size();
+  if (j >= n) return view(terminals_[j - n].surface, position(bodies, i)).distance - bodies.radius[i];
+  return norm(position(bodies, i) - position(bodies, j)) - bodies.radius[i] - bodies.radius[j];
+}
+
+double ContactDischarge::gap_rate(const Bodies& bodies, Contact contact) const {
+  const int i = contact.conductor, j = contact.partner, n = bodies.size();
+  if (j >= n) return dot(velocity(bodies, i), view(terminals_[j - n].surface, position(bodies, i)).normal);
+  const Vec2 r = position(bodies, i) - position(bodies, j);
+  return dot(velocity(bodies, i) - velocity(bodies, j), r) / norm(r);
+}
+
+std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range) const {
+  std::vector<Contact> found;
+  for (const Pair pair : pairs_closer_than(bodies, range)) found.push_back({pair.i, pair.j});
+  const int n = bodies.size();
+  for (int i = 0; i < n; ++i)
+    for (int t = 0; t < static_cast<int>(terminals_.size()); ++t)
+      if (gap(bodies, {i, n + t}) < range) found.push_back({i, n + t});
+  std::ranges::sort(found);
+  return found;
+}
+
+ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies) {
+  const auto made_now = [&](Contact contact) {
+    const double g = gap(bodies, contact);
+    return g <= make_gap_ || (g <= make_gap_ + together_ && gap_rate(bodies, contact) < 0);
+  };
+  const auto lost_now = [&](Contact contact) {
+    const double g = gap(bodies, contact);
+    return g >= release_gap_ || (g >= release_gap_ - together_ && gap_rate(bodies, contact) > 0);
+  };
+  Changes changes;
+  std::vector<Contact> now;
+  // What is not even near the release gap is lost whether it is looked at or not.
+  for (const Contact contact : near(bodies, release_gap_ + together_)) {
+    const bool was = contains(contacts_, contact);
+    const bool is = was ? !lost_now(contact) : made_now(contact);
+    if (is) now.push_back(contact);
+    changes.made += is && !was;
+  }
+  changes.lost = static_cast<int>(contacts_.size()) + changes.made - static_cast<int>(now.size());
+  contacts_ = std::move(now);
+  return changes;
+}
+
+std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies,
+                                                             const ElectricalGroups& groups,
+                                                             std::span<const double> travel) const {
+  const int n = bodies.size();
+  const auto one_already = [&](Contact c) {
+    return c.partner < n ? groups.id[c.conductor] == groups.id[c.partner]
+                         : groups.potential[c.conductor] == terminals_[c.partner - n].potential;
+  };
+  const auto approach = [&](Contact c) { return travel[c.conductor] + (c.partner < n ? travel[c.partner] : 0); };
+  std::vector<Watch> watched;
+  const double farthest = travel.empty() ? 0 : *std::ranges::max_element(travel);
+  for (const Contact contact : near(bodies, make_gap_ + 2 * farthest))
+    if (!contains(contacts_, contact) && !one_already(contact) && gap(bodies, contact) - make_gap_ <= approach(contact))
+      watched.push_back({contact, false});
+  for (const Contact contact : contacts_)
+    if (release_gap_ - gap(bodies, contact) <= approach(contact)) watched.push_back({contact, true});
+  return watched;
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include "src/effects/groups.hpp"
+#include "src/model/effect.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// Conductors that come close become one electrically, and so do a conductor and an electrode (D 6.6, 6.40).
+///
+/// A contact is made when the gap between two surfaces falls to `gap` and lost when it rises to `release_gap`, a little
+/// more (hysteresis): conductors come to rest right at the contact distance, because their attraction ends where their
+/// potentials become equal, and without hysteresis rounding would make and break their contact for ever. The
+/// release gap is at least one position tolerance beyond the gap, since positions are not known better.
+class ContactDischarge : public Effect {
+ public:
+  explicit ContactDischarge(const Scene& scene);
+
+  std::string_view name() const override { return "contact_discharge"; }
+  Needs needs() const override { return {.charges = true, .field = true}; }
+
+  double make_gap() const { return make_gap_; }        ///< m
+  double release_gap() const { return release_gap_; }  ///< m
+  /// Those made, in ascending order.
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  void set_contacts(std::vector<Contact> contacts) { contacts_ = std::move(contacts); }
+
+  /// Surface to surface (m), and its rate of change (m/s).
+  double gap(const Bodies& bodies, Contact contact) const;
+  double gap_rate(const Bodies& bodies, Contact contact) const;
+
+  struct Changes {
+    int made = 0, lost = 0;
+  };
+  /// Makes and loses the contacts that these positions ask for. Those within a position tolerance of their threshold and
+  /// on their way to it come along, so that events at all but the same time are one.
+  Changes update(const Bodies& bodies);
+
+  /// A contact that may be made or lost soon.
+  struct Watch {
+    Contact contact;
+    bool made = false;  ///< it exists and may be lost
+  };
+  /// All whose gap could reach its threshold if body i moved by at most travel[i] (m), save contacts that could be made
+  /// between conductors that are one already.
+  std::vector<Watch> watch(const Bodies& bodies, const ElectricalGroups& groups, std::span<const double> travel) const;
+  /// Distance of the gap from the threshold (m): its sign changes when the contact does.
+  double excess(const Bodies& bodies, const Watch& watch) const {
+    return gap(bodies, watch.contact) - (watch.made ? release_gap_ : make_gap_);
+  }
+
+ private:
+  std::vector<Contact> near(const Bodies& bodies, double range) const;
+
+  double make_gap_, release_gap_, together_;  ///< m
+  std::vector<Terminal> terminals_;
+  std::vector<Contact> contacts_;
+};
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "src/model/effect.hpp"
+
+namespace lichtenberg::effects {
+
+/// dQ_i/dt = current for every conductor, grounded ones included, whose share drains at once (D 5.5).
+class CurrentSource : public Effect {
+ public:
+  explicit CurrentSource(double current) : current_(current) {}  ///< A
+
+  std::string_view name() const override { return "current_source"; }
+  Needs needs() const override { return {.charges = true}; }
+  void add_currents(const State&, std::span<double> current) const override {
+    for (double& c : current) c += current_;
+  }
+
+ private:
+  double current_;
+};
+
+}  // namespace lichtenberg::effects

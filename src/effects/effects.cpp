@@ -1,0 +1,76 @@
+#include "src/effects/effects.hpp"
+
+#include <array>
+
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+using Solver = std::unique_ptr<laplace::LaplaceSolver>;
+
+struct Kind {
+  std::string_view name, description;
+  bool (*in_scene)(const Effects&);
+  std::unique_ptr<Effect> (*make)(const Scene&, Solver&);  ///< takes the solver if it is the one that needs it
+};
+
+std::unique_ptr<Effect> make_floating_conductors(const Scene& scene, Solver& solver) {
+  if (!solver) {
+    FieldOptions moving = scene.field;
+    moving.tolerance = scene.field.moving_tolerance;
+    solver = make_field_solver(moving);
+  }
+  return std::make_unique<FloatingConductors>(scene, std::move(solver));
+}
+
+const std::array<Kind, 6> kinds = {{
+    {"floating_conductors", "the electric field between conductors with given charges, and its forces",
+     [](const Effects& e) { return e.floating_conductors.has_value(); }, make_floating_conductors},
+    {"current_source", "a constant current into every conductor",
+     [](const Effects& e) { return e.current_source.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
+       return std::make_unique<CurrentSource>(s.effects.current_source->current);
+     }},
+    {"stokes_drag", "drag of spheres in a viscous fluid",
+     [](const Effects& e) { return e.stokes_drag.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> { return std::make_unique<StokesDrag>(s.medium.viscosity); }},
+    {"hertz_contact", "elastic contact between spheres",
+     [](const Effects& e) { return e.hertz_contact.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
+       return std::make_unique<HertzContact>(*s.effects.hertz_contact);
+     }},
+    {"wall_contact", "elastic contact of spheres with the sides of the domain and the electrodes",
+     [](const Effects& e) { return e.wall_contact.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> { return std::make_unique<WallContact>(s); }},
+    {"contact_discharge", "conductors that come close become one electrically",
+     [](const Effects& e) { return e.contact_discharge.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> { return std::make_unique<ContactDischarge>(s); }},
+}};
+
+}  // namespace
+
+Model make_model(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver) {
+  std::vector<std::unique_ptr<Effect>> effects;
+  for (const Kind& kind : kinds)
+    if (kind.in_scene(scene.effects)) effects.push_back(kind.make(scene, solver));
+  return Model(make_bodies(scene), std::move(effects), initial_charges(scene));
+}
+
+std::vector<EffectSummary> summarize_effects(const Scene& scene) {
+  std::vector<EffectSummary> summaries;
+  for (const Kind& kind : kinds) {
+    EffectSummary summary{kind.name, kind.description, kind.in_scene(scene.effects), {}};
+    Solver none;
+    if (summary.in_scene) summary.needs = kind.make(scene, none)->needs();
+    summaries.push_back(summary);
+  }
+  return summaries;
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,79 @@
+#include "src/effects/floating_conductors.hpp"
+
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/relaxation/solver.hpp"
+
+namespace lichtenberg::effects {
+
+laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups) {
+  laplace::LaplaceProblem problem;
+  problem.size = scene.domain.size;
+  problem.permittivity = scene.medium.permittivity;
+  for (std::size_t s = 0; s < problem.sides.size(); ++s) {
+    using Kind = laplace::Side::Kind;
+    problem.sides[s].kind = scene.domain.sides[s].electrode ? Kind::electrode : Kind::insulating;
+    problem.sides[s].potential = scene.domain.sides[s].potential;
+  }
+  std::vector<int> index(bodies.size());  // of the problem's group, by id
+  for (int i = 0; i < bodies.size(); ++i) {
+    const int id = groups.id[i];
+    if (id == i) {
+      index[id] = static_cast<int>(problem.groups.size());
+      problem.groups.push_back({.floating = !groups.potential[i], .potential = groups.potential[i].value_or(0)});
+    }
+    problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, index[id]});
+    laplace::Group& group = problem.groups[index[id]];
+    if (group.floating) group.charge += bodies.charge[i] / scene.medium.depth;
+  }
+  for (const Electrode& electrode : scene.electrodes) {
+    problem.bodies.push_back({electrode.shape, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({.floating = false, .potential = electrode.potential});
+  }
+  return problem;
+}
+
+std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
+  if (options.method == "relaxation")
+    return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
+        .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
+  using LinearSolver = laplace::CutCellOptions::LinearSolver;
+  return std::make_unique<laplace::CutCellSolver>(laplace::CutCellOptions{
+      .cells = options.cells,
+      .tolerance = options.tolerance,
+      .links = options.links == "plain" ? laplace::LinkFormula::plain : laplace::LinkFormula::log_fitted,
+      .linear_solver = options.linear_solver == "assembled" ? LinearSolver::assembled : LinearSolver::multigrid});
+}
+
+FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver)
+    : scene_(scene), solver_(std::move(solver)) {}
+
+void FloatingConductors::add_forces(const State& state, std::span<double> force) const {
+  for (std::size_t i = 0; i < force_.size(); ++i) {
+    const Vec2 held = held_force(static_cast<int>(i), state.time);
+    force[2 * i] += held.x;
+    force[2 * i + 1] += held.y;
+  }
+}
+
+const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups) {
+  const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups);
+  const laplace::LaplaceSolution solution = solver_->solve(problem);
+  ++solves_;
+  iterations_ += solution.iterations;
+  const double depth = scene_.medium.depth;
+  last_ = {.energy = depth * solution.energy};
+  for (int i = 0; i < bodies.size(); ++i) {
+    last_.force.push_back(depth * solution.body_force[i]);
+    last_.charge.push_back(depth * solution.body_charge[i]);
+    last_.potential.push_back(solution.group_potential[problem.bodies[i].group]);
+  }
+  return last_;
+}
+
+void FloatingConductors::hold(double time, std::vector<Vec2> force, std::vector<Vec2> rate) {
+  time_ = time;
+  force_ = std::move(force);
+  rate_ = std::move(rate);
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "solvers/laplace/problem.hpp"
+#include "src/effects/groups.hpp"
+#include "src/model/effect.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the
+/// electrodes. Groups: the electrical groups in ascending order of id, then one an electrode. Charges become charges per
+/// metre of depth.
+laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups);
+
+/// The solver that a scene asks for, at the tolerance of a single solve.
+std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
+
+/// What the field does to the conductors: a solution with the scene's depth, in SI.
+struct Electrostatics {
+  std::vector<Vec2> force;        ///< N
+  std::vector<double> charge;     ///< C, by the field (D 5.4)
+  std::vector<double> potential;  ///< V
+  double energy = 0;              ///< J
+};
+
+/// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. A field solve costs more than all
+/// mechanics of a step together, so forces are held: add_forces adds what hold() was told last, extrapolated
+/// linearly in time.
+class FloatingConductors : public Effect {
+ public:
+  FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
+
+  std::string_view name() const override { return "floating_conductors"; }
+  Needs needs() const override { return {.charges = true, .field = true}; }
+  void add_forces(const State& state, std::span<double> force) const override;
+
+  /// Solves the field. Throws what the solver throws.
+  const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups);
+  /// What the last solve found.
+  const Electrostatics& last() const { return last_; }
+  /// From now on the force on body i is force[i] + (t - time) * rate[i] (N, s, N/s).
+  void hold(double time, std::vector<Vec2> force, std::vector<Vec2> rate);
+  Vec2 held_force(int i, double time) const { return force_[i] + (time - time_) * rate_[i]; }
+
+  laplace::LaplaceSolver& solver() { return *solver_; }
+  std::int64_t solves() const { return solves_; }
+  std::int64_t iterations() const { return iterations_; }  ///< of the linear solver, all solves together
+  void set_counters(std::int64_t solves, std::int64_t iterations) { solves_ = solves, iterations_ = iterations; }
+
+ private:
+  Scene scene_;
+  std::unique_ptr<laplace::LaplaceSolver> solver_;
+  Electrostatics last_;
+  double time_ = 0;
+  std::vector<Vec2> force_, rate_;
+  std::int64_t solves_ = 0, iterations_ = 0;
+};
+
+}  // namespace lichtenberg::effects

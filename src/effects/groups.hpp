@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "src/effects/surface.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// Something at a given potential that conductors can touch: an electrode, or a side of the domain that is one.
+struct Terminal {
+  std::string name;
+  Surface surface;
+  double potential = 0;  ///< V
+};
+
+/// The electrodes in the scene's order, then those sides of the domain that are electrodes.
+std::vector<Terminal> terminals_of(const Scene& scene);
+
+/// An electrical contact. The partner is a conductor with a larger index, or, from the number of conductors on, a terminal.
+struct Contact {
+  int conductor = 0, partner = 0;
+  friend auto operator<=>(const Contact&, const Contact&) = default;
+};
+
+/// Which conductors are one electrically. All that are held at one potential are, whether they touch or not.
+struct ElectricalGroups {
+  std::vector<int> id;                           ///< by conductor: the smallest index in its group (D 6.41)
+  std::vector<std::optional<double>> potential;  ///< V, by conductor: what holds its group; empty: the group floats
+  friend bool operator==(const ElectricalGroups&, const ElectricalGroups&) = default;
+};
+
+/// Connected components of wires (the scene's [[group]]s) and contacts; a component takes the potential of a wire
+/// with a given potential or of a terminal in it. Throws InputError for a short circuit between two potentials.
+ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts);
+
+}  // namespace lichtenberg::effects

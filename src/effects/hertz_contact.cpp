@@ -1,0 +1,67 @@
+#include "src/effects/hertz_contact.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "src/effects/hertz.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+/// Two overlapping spheres.
+struct Overlap {
+  std::array<double, 3> normal{};  ///< from j to i
+  double distance = 0;             ///< m, of the centres
+  double depth = 0;                ///< m; not positive: they do not touch
+};
+
+Overlap overlap(const Bodies& bodies, Pair pair) {
+  Overlap result;
+  double sum = 0;
+  for (int k = 0; k < bodies.dimension; ++k) {
+    result.normal[k] = bodies.position[pair.i * bodies.dimension + k] - bodies.position[pair.j * bodies.dimension + k];
+    sum += result.normal[k] * result.normal[k];
+  }
+  result.distance = std::sqrt(sum);
+  result.depth = bodies.radius[pair.i] + bodies.radius[pair.j] - result.distance;
+  for (double& n : result.normal) n /= result.distance;
+  return result;
+}
+
+double effective_radius(const Bodies& bodies, Pair pair) {
+  return 1 / (1 / bodies.radius[pair.i] + 1 / bodies.radius[pair.j]);
+}
+
+}  // namespace
+
+HertzContact::HertzContact(const lichtenberg::HertzContact& options)
+    : modulus_(contact_modulus(options.young, options.poisson)) {}
+
+void HertzContact::add_forces(const State& state, std::span<double> force) const {
+  const int d = state.bodies.dimension;
+  for (const Pair pair : state.neighbours) {
+    const Overlap o = overlap(state.bodies, pair);
+    if (!(o.depth > 0)) continue;
+    const double push = hertz(modulus_, effective_radius(state.bodies, pair), o.depth).force;
+    for (int k = 0; k < d; ++k) {
+      force[pair.i * d + k] += push * o.normal[k];
+      force[pair.j * d + k] -= push * o.normal[k];
+    }
+  }
+}
+
+void HertzContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
+  for (const Pair pair : state.neighbours) {
+    const Overlap o = overlap(state.bodies, pair);
+    if (!(o.depth > 0)) continue;
+    const HertzForce law = hertz(modulus_, effective_radius(state.bodies, pair), o.depth);
+    // Moving i away from j takes overlap away; moving it sideways turns the force, which has an arm of one distance.
+    const double along = -law.stiffness, across = law.force / o.distance;
+    jacobian.add_central(pair.i, pair.i, o.normal, along, across);
+    jacobian.add_central(pair.j, pair.j, o.normal, along, across);
+    jacobian.add_central(pair.i, pair.j, o.normal, -along, -across);
+    jacobian.add_central(pair.j, pair.i, o.normal, -along, -across);
+  }
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "src/model/effect.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// Elastic spheres push each other apart along the line of their centres, without friction (D 5.4.2, 5.9).
+class HertzContact : public Effect {
+ public:
+  explicit HertzContact(const lichtenberg::HertzContact& options);
+
+  std::string_view name() const override { return "hertz_contact"; }
+  Needs needs() const override { return {.neighbour_range = 0.0, .largest_move = 0.5}; }
+  void add_forces(const State& state, std::span<double> force) const override;
+  void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
+
+ private:
+  double modulus_;  ///< Pa, E*
+};
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,53 @@
+#include "src/effects/surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::effects {
+namespace {
+
+View view_of(const Disk& disk, Vec2 p) {
+  const Vec2 r = p - disk.centre;
+  const double distance = norm(r);
+  return {distance - disk.radius, r / distance, 1 / distance, 1 / disk.radius};
+}
+
+View view_of(const Ring& ring, Vec2 p) {
+  const Vec2 r = p - ring.centre;
+  const double distance = norm(r);
+  if (distance == 0) return {ring.radius, {1, 0}, 0, -1 / ring.radius};  // the centre sees the rim everywhere alike
+  return {ring.radius - distance, -r / distance, -1 / distance, -1 / ring.radius};
+}
+
+View view_of(const Bar& bar, Vec2 p) {
+  const double length = norm(bar.to - bar.from);
+  const Vec2 axis = (bar.to - bar.from) / length, side = perpendicular(axis);
+  const Vec2 r = p - 0.5 * (bar.from + bar.to);
+  const Vec2 along = std::copysign(1.0, dot(axis, r)) * axis, across = std::copysign(1.0, dot(side, r)) * side;
+  const double beyond_end = std::abs(dot(axis, r)) - 0.5 * length;
+  const double beyond_side = std::abs(dot(side, r)) - 0.5 * bar.width;
+  if (beyond_end > 0 && beyond_side > 0) {
+    const double distance = std::hypot(beyond_end, beyond_side);
+    return {distance, (beyond_end * along + beyond_side * across) / distance, 1 / distance, 0};
+  }
+  return beyond_end > beyond_side ? View{beyond_end, along, 0, 0} : View{beyond_side, across, 0, 0};
+}
+
+View view_of(const HalfPlane& wall, Vec2 p) { return {dot(p - wall.point, wall.normal), wall.normal, 0, 0}; }
+
+}  // namespace
+
+Surface surface_of(const Shape& shape) {
+  return std::visit([](const auto& s) { return Surface{s}; }, shape);
+}
+
+std::array<Surface, 4> sides_of(const Domain& domain) {
+  return {HalfPlane{{0, 0}, {1, 0}}, HalfPlane{domain.size, {-1, 0}}, HalfPlane{{0, 0}, {0, 1}},
+          HalfPlane{domain.size, {0, -1}}};
+}
+
+View view(const Surface& surface, Vec2 point) {
+  return std::visit([point](const auto& s) { return view_of(s, point); }, surface);
+}
+
+}  // namespace lichtenberg::effects

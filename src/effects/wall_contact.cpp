@@ -1,0 +1,44 @@
+#include "src/effects/wall_contact.hpp"
+
+#include <array>
+
+#include "src/effects/hertz.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+/// Calls visit(body, view, law) for every contact of a body with a wall.
+template <class Visit>
+void for_each_contact(const Bodies& bodies, const std::vector<Surface>& walls, double modulus, Visit visit) {
+  for (int i = 0; i < bodies.size(); ++i)
+    for (const Surface& wall : walls) {
+      const View seen = view(wall, position(bodies, i));
+      const double overlap = bodies.radius[i] - seen.distance;
+      if (!(overlap > 0)) continue;
+      visit(i, seen, hertz(modulus, 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
+    }
+}
+
+}  // namespace
+
+WallContact::WallContact(const Scene& scene)
+    : modulus_(contact_modulus(scene.effects.wall_contact->young, scene.effects.wall_contact->poisson)) {
+  for (const Surface& side : sides_of(scene.domain)) walls_.push_back(side);
+  for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode.shape));
+}
+
+void WallContact::add_forces(const State& state, std::span<double> force) const {
+  for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
+    force[2 * i] += law.force * seen.normal.x;
+    force[2 * i + 1] += law.force * seen.normal.y;
+  });
+}
+
+void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
+  for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
+    const std::array<double, 2> normal = {seen.normal.x, seen.normal.y};
+    jacobian.add_central(i, i, normal, -law.stiffness, law.force * seen.turning);
+  });
+}
+
+}  // namespace lichtenberg::effects

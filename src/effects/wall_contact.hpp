@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "src/effects/surface.hpp"
+#include "src/model/effect.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// The elastic contact of spheres with what does not move: the sides of the domain, which are flat, and the electrodes (a ring
+/// pushes inward). Two dimensions.
+class WallContact : public Effect {
+ public:
+  explicit WallContact(const Scene& scene);
+
+  std::string_view name() const override { return "wall_contact"; }
+  Needs needs() const override { return {.largest_move = 0.5}; }
+  void add_forces(const State& state, std::span<double> force) const override;
+  void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
+
+ private:
+  double modulus_;  ///< Pa, E*
+  std::vector<Surface> walls_;
+};
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace lichtenberg {
+
+/// What a run has done so far, and where its time went.
+struct Counters {
+  std::int64_t field_solves = 0;
+  std::int64_t iterations = 0;      ///< of the linear solver, all solves together
+  std::int64_t steps = 0;           ///< coupling steps accepted
+  std::int64_t rejected_steps = 0;  ///< coupling steps repeated because of their error
+  std::int64_t contacts_made = 0, contacts_lost = 0;
+  std::int64_t regroupings = 0;     ///< times that made or lost contacts changed who is one with whom
+  double field_seconds = 0, mechanics_seconds = 0, contact_seconds = 0;  ///< wall time since the program started
+};
+
+/// Adds the wall time of its own life to a counter.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace lichtenberg

@@ -1,0 +1,250 @@
+#include "src/mechanics/cvode.hpp"
+
+#include <cvode/cvode.h>
+#include <fmt/format.h>
+#include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_klu.h>
+#include <sunmatrix/sunmatrix_sparse.h>
+
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <string>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::mechanics {
+
+// The integrator's vector is [positions, momenta], each N * dimension.
+struct Cvode::Implementation {
+  Implementation(Cvode& o, Model& m, Accuracy a);
+  ~Implementation();
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  void store(N_Vector y) const;
+  bool load(N_Vector y);
+  double longest_step() const;
+  void assemble();
+  void copy_to(SUNMatrix matrix);
+  [[noreturn]] void fail(double time) const;
+
+  Cvode& owner;
+  Model& model;
+  Accuracy accuracy;
+  std::size_t n;  ///< N * dimension
+  double largest_move;
+  ForceJacobian force_jacobian;
+  std::vector<Eigen::Triplet<double>> triplets;
+  Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
+  const Events* events = nullptr;
+  std::exception_ptr thrown;  ///< by a callback: exceptions cannot cross C code
+  std::string message;        ///< CVODE's last words
+  std::int64_t steps = 0, rejected = 0;
+
+  SUNContext context = nullptr;
+  N_Vector y = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver linear_solver = nullptr;
+  void* memory = nullptr;
+};
+
+namespace {
+
+using Implementation = Cvode::Implementation;
+
+std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
+
+/// Runs a callback's body: 0 done, 1 CVODE should try a smaller step, -1 give up because of an exception.
+template <class Body>
+int guarded(Implementation& self, Body body) {
+  try {
+    return body();
+  } catch (...) {
+    self.thrown = std::current_exception();
+    return -1;
+  }
+}
+
+int rates(double time, N_Vector y, N_Vector rate, void* data) {
+  auto& self = *static_cast<Implementation*>(data);
+  return guarded(self, [&] {
+    if (!self.load(y)) return 1;
+    if (self.owner.before_forces) self.owner.before_forces(time);
+    const std::span<double> out = values(rate);
+    const Bodies& bodies = self.model.bodies;
+    for (std::size_t k = 0; k < self.n; ++k) out[k] = bodies.momentum[k] / bodies.mass[k / bodies.dimension];
+    self.model.forces(time, out.subspan(self.n));
+    return 0;
+  });
+}
+
+int jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* data, N_Vector, N_Vector, N_Vector) {
+  auto& self = *static_cast<Implementation*>(data);
+  return guarded(self, [&] {
+    if (!self.load(y)) return 1;
+    self.model.jacobian(time, self.force_jacobian);
+    self.assemble();
+    self.copy_to(matrix);
+    return 0;
+  });
+}
+
+int error_weights(N_Vector y, N_Vector weight, void* data) {
+  const auto& self = *static_cast<Implementation*>(data);
+  const std::span<double> state = values(y), w = values(weight);
+  for (std::size_t k = 0; k < self.n; ++k) {
+    w[k] = 1 / self.accuracy.position;
+    const double floor = self.accuracy.momentum[k / self.model.bodies.dimension];
+    w[self.n + k] = 1 / (self.accuracy.relative * std::abs(state[self.n + k]) + floor);
+  }
+  return 0;
+}
+
+int event_values(double, N_Vector y, double* value, void* data) {
+  auto& self = *static_cast<Implementation*>(data);
+  return guarded(self, [&] {
+    if (!self.load(y)) return 1;
+    self.events->values({value, self.events->direction.size()});
+    return 0;
+  });
+}
+
+void keep_message(int, const char*, const char*, char* text, void* data) {
+  static_cast<Implementation*>(data)->message = text;
+}
+
+void check(int flag) {
+  if (flag < 0) throw Failure(fmt::format("mechanics: CVODE refuses its set-up ({})", CVodeGetReturnFlagName(flag)));
+}
+
+}  // namespace
+
+Cvode::Implementation::Implementation(Cvode& o, Model& m, Accuracy a)
+    : owner(o),
+      model(m),
+      accuracy(std::move(a)),
+      n(model.bodies.position.size()),
+      largest_move(model.largest_move()),
+      force_jacobian(model.bodies.dimension) {
+  const auto size = static_cast<sunindextype>(2 * n);
+  jacobian.resize(size, size);
+  if (SUNContext_Create(nullptr, &context) != 0) throw Failure("mechanics: SUNDIALS could not be started");
+  y = N_VNew_Serial(size, context);
+  matrix = SUNSparseMatrix(size, size, 4 * size, CSC_MAT, context);
+  linear_solver = SUNLinSol_KLU(y, matrix, context);
+  memory = CVodeCreate(CV_BDF, context);
+  check(CVodeSetErrHandlerFn(memory, keep_message, this));
+  check(CVodeInit(memory, rates, 0.0, y));
+  check(CVodeSetUserData(memory, this));
+  check(CVodeWFtolerances(memory, error_weights));
+  check(CVodeSetLinearSolver(memory, linear_solver, matrix));
+  check(CVodeSetJacFn(memory, mechanics::jacobian));
+  check(CVodeSetNoInactiveRootWarn(memory));
+}
+
+Cvode::Implementation::~Implementation() {
+  CVodeFree(&memory);
+  SUNLinSolFree(linear_solver);
+  SUNMatDestroy(matrix);
+  N_VDestroy(y);
+  SUNContext_Free(&context);
+}
+
+void Cvode::Implementation::store(N_Vector v) const {
+  std::ranges::copy(model.bodies.position, values(v).begin());
+  std::ranges::copy(model.bodies.momentum, values(v).begin() + n);
+}
+
+/// False if the iteration has run away to what is no number.
+bool Cvode::Implementation::load(N_Vector v) {
+  const std::span<double> state = values(v);
+  if (!std::ranges::all_of(state, [](double s) { return std::isfinite(s); })) return false;
+  std::ranges::copy(state.first(n), model.bodies.position.begin());
+  std::ranges::copy(state.subspan(n), model.bodies.momentum.begin());
+  return true;
+}
+
+/// The time in which the fastest body moves as far as the effects allow (s).
+double Cvode::Implementation::longest_step() const {
+  const Bodies& bodies = model.bodies;
+  double fastest = 0;
+  for (std::size_t k = 0; k < n; ++k)
+    fastest = std::max(fastest, std::abs(bodies.momentum[k]) / bodies.mass[k / bodies.dimension]);
+  return largest_move / (std::sqrt(bodies.dimension) * fastest);
+}
+
+/// The Jacobian of the whole system. Its diagonal is always stored, so that CVODE's I - gamma J has the same pattern.
+void Cvode::Implementation::assemble() {
+  const Bodies& bodies = model.bodies;
+  triplets.clear();
+  const auto add = [&](std::size_t row, std::size_t column, double value) {
+    triplets.emplace_back(static_cast<int>(row), static_cast<int>(column), value);
+  };
+  for (std::size_t k = 0; k < n; ++k) {
+    add(k, k, 0);
+    add(n + k, n + k, 0);
+    add(k, n + k, 1 / bodies.mass[k / bodies.dimension]);
+  }
+  for (const ForceJacobian::Entry& entry : force_jacobian.by_position) add(n + entry.row, entry.column, entry.value);
+  for (const ForceJacobian::Entry& entry : force_jacobian.by_momentum) add(n + entry.row, n + entry.column, entry.value);
+  jacobian.setFromTriplets(triplets.begin(), triplets.end());
+}
+
+/// KLU analyses a pattern once and keeps it; contacts come and go, and with them the pattern.
+void Cvode::Implementation::copy_to(SUNMatrix target) {
+  const auto columns = static_cast<std::size_t>(jacobian.cols()) + 1;
+  const auto entries = static_cast<std::size_t>(jacobian.nonZeros());
+  if (SUNSparseMatrix_NNZ(target) < jacobian.nonZeros()) SUNSparseMatrix_Reallocate(target, jacobian.nonZeros());
+  sunindextype* starts = SUNSparseMatrix_IndexPointers(target);
+  sunindextype* rows = SUNSparseMatrix_IndexValues(target);
+  const bool same_pattern = std::equal(starts, starts + columns, jacobian.outerIndexPtr()) &&
+                            std::equal(rows, rows + entries, jacobian.innerIndexPtr());
+  std::copy_n(jacobian.outerIndexPtr(), columns, starts);
+  std::copy_n(jacobian.innerIndexPtr(), entries, rows);
+  std::copy_n(jacobian.valuePtr(), entries, SUNSparseMatrix_Data(target));
+  if (!same_pattern) SUNLinSol_KLUReInit(linear_solver, target, jacobian.nonZeros(), SUNKLU_REINIT_PARTIAL);
+}
+
+void Cvode::Implementation::fail(double time) const {
+  if (thrown) std::rethrow_exception(thrown);
+  throw Failure(fmt::format("mechanics: the integrator gave up at t = {:.9g} s: {}", time, message));
+}
+
+Cvode::Cvode(Model& model, Accuracy accuracy)
+    : implementation_(std::make_unique<Implementation>(*this, model, std::move(accuracy))) {}
+Cvode::~Cvode() = default;
+
+double Cvode::advance(double start, double end, const Events& events) {
+  Implementation& self = *implementation_;
+  self.store(self.y);
+  self.events = &events;
+  self.thrown = nullptr;
+  check(CVodeReInit(self.memory, start, self.y));
+  check(CVodeRootInit(self.memory, static_cast<int>(events.direction.size()), event_values));
+  if (!events.direction.empty())
+    check(CVodeSetRootDirection(self.memory, const_cast<int*>(events.direction.data())));
+  check(CVodeSetStopTime(self.memory, end));
+
+  double time = start;
+  int flag = CV_SUCCESS;
+  while (flag == CV_SUCCESS) {
+    check(CVodeSetMaxStep(self.memory, self.longest_step()));
+    flag = CVode(self.memory, end, self.y, &time, CV_ONE_STEP);
+    if (flag < 0) self.fail(time);
+    self.load(self.y);
+  }
+  long steps = 0, failures = 0, stiff_failures = 0;
+  CVodeGetNumSteps(self.memory, &steps);
+  CVodeGetNumErrTestFails(self.memory, &failures);
+  CVodeGetNumNonlinSolvConvFails(self.memory, &stiff_failures);
+  self.steps += steps;
+  self.rejected += failures + stiff_failures;
+  return time;
+}
+
+std::int64_t Cvode::steps() const { return implementation_->steps; }
+std::int64_t Cvode::rejected() const { return implementation_->rejected; }
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,48 @@
+#include "src/mechanics/euler.hpp"
+
+#include <cmath>
+
+namespace lichtenberg::mechanics {
+namespace {
+
+/// How many equal steps no longer than `step` fill an interval, forgiving the rounding of the times.
+int steps_in(double interval, double step) { return std::max(1, static_cast<int>(std::ceil(interval / step - 1e-6))); }
+
+}  // namespace
+
+Euler::Euler(Workplace workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}
+
+void Euler::advance(double time, double end) {
+  const double start = time;
+  const int intervals = steps_in(end - start, at_.scene.mechanics.euler_field_step);
+  for (int k = 1; k <= intervals; ++k) {
+    const double next = k == intervals ? end : start + (end - start) * k / intervals;
+    if (at_.electrics) {
+      const std::vector<Vec2>& force = at_.electrics->last().force;
+      at_.electrics->field().hold(time, force, std::vector<Vec2>(force.size()));
+    }
+    mechanical_steps(time, next);
+    time = next;
+    ++at_.counters.steps;
+    if (!at_.electrics) continue;
+    at_.electrics->solve(time);
+    at_.electrics->settle(time);
+    at_.electrics->reconnect(time);
+  }
+}
+
+void Euler::mechanical_steps(double time, double end) {
+  const Stopwatch watch(at_.counters.mechanics_seconds);
+  Bodies& bodies = at_.model.bodies;
+  const int steps = steps_in(end - time, at_.scene.mechanics.euler_step);
+  const double dt = (end - time) / steps;
+  for (int k = 0; k < steps; ++k) {
+    at_.model.forces(time + k * dt, force_);
+    for (std::size_t c = 0; c < force_.size(); ++c) {
+      bodies.position[c] += bodies.momentum[c] / bodies.mass[c / bodies.dimension] * dt;
+      bodies.momentum[c] += force_[c] * dt;
+    }
+  }
+}
+
+}  // namespace lichtenberg::mechanics

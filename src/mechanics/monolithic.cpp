@@ -1,0 +1,49 @@
+#include "src/mechanics/monolithic.hpp"
+
+#include <algorithm>
+
+namespace lichtenberg::mechanics {
+
+Monolithic::Monolithic(Workplace workplace)
+    : at_(workplace), cvode_(make_cvode(at_.scene, at_.model)), drag_(drag_coefficients(at_.model)) {
+  if (at_.electrics) cvode_.before_forces = [this](double time) { solve_field(time); };
+}
+
+void Monolithic::solve_field(double time) {
+  std::vector<Vec2> force = at_.electrics->solve(time).force;
+  std::vector<Vec2> rate(force.size());
+  at_.electrics->field().hold(time, std::move(force), std::move(rate));
+}
+
+void Monolithic::advance(double time, double end) {
+  if (!at_.electrics) {
+    const Stopwatch watch(at_.counters.mechanics_seconds);
+    cvode_.advance(time, end);
+    ++at_.counters.steps;
+    return;
+  }
+  while (time < end) time = step(time, end);
+}
+
+/// To `end`, to the first contact made or lost, or as far as one largest step, over which contacts to watch are chosen.
+double Monolithic::step(double time, double end) {
+  end = std::min(end, time + at_.scene.mechanics.largest_step);
+  const Events events =
+      at_.electrics->events(longest_travel(at_.model, drag_, at_.electrics->last().force, end - time));
+  {
+    const double field_before = at_.counters.field_seconds;
+    double elapsed = 0;
+    {
+      const Stopwatch watch(elapsed);
+      time = cvode_.advance(time, end, events);
+    }
+    at_.counters.mechanics_seconds += elapsed - (at_.counters.field_seconds - field_before);
+  }
+  ++at_.counters.steps;
+  at_.electrics->solve(time);
+  at_.electrics->settle(time);
+  at_.electrics->reconnect(time);
+  return time;
+}
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,32 @@
+#include "src/mechanics/step_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::mechanics {
+namespace {
+
+/// psi(z) / z; below 0.01 its series, since the closed form loses two digits to cancellation for each of z's.
+double psi_over_z(double z) {
+  if (z < 0.01) return 1.0 / 6 - z / 24 + z * z / 120;
+  return (0.5 - 1 / z - std::expm1(-z) / (z * z)) / z;
+}
+
+}  // namespace
+
+double displacement(double error, double dt, double mass, double drag) {
+  return error * dt * dt / mass * psi_over_z(dt * drag / mass);
+}
+
+double time_to_displace(double tolerance, double rate, double mass, double drag) {
+  if (rate <= 0) return INFINITY;
+  return std::max(std::sqrt(2 * drag * tolerance / rate), std::cbrt(6 * mass * tolerance / rate));
+}
+
+double next_step(double dt, double error, int order) {
+  constexpr double margin = 0.9, most_growth = 2, most_shrinkage = 0.2;
+  if (error <= 0) return most_growth * dt;
+  return dt * std::clamp(margin * std::pow(error, -1.0 / order), most_shrinkage, most_growth);
+}
+
+}  // namespace lichtenberg::mechanics

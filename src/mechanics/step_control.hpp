@@ -1,0 +1,19 @@
+#pragma once
+
+namespace lichtenberg::mechanics {
+
+/// How far a force error that grows linearly from 0 to `error` (N) during `dt` (s) displaces a body (m) of `mass` (kg) and
+/// drag coefficient `drag` (kg/s; 0: none), with m dv/dt = F - drag v:
+///   error dt / drag * psi(dt drag / m),   psi(z) = 1/2 - 1/z + (1 - exp(-z)) / z^2,
+/// which is error dt / (2 drag) where drag rules (z >> 1) and error dt^2 / (6 m) where inertia does (z << 1).
+double displacement(double error, double dt, double mass, double drag);
+
+/// The time (s) in which a force error that grows at `rate` (N/s) displaces a body by `tolerance` (m), from below: the
+/// larger of the two limits' times; infinite if the rate is 0.
+double time_to_displace(double tolerance, double rate, double mass, double drag);
+
+/// Step that should give an error of one tolerance, with a margin: 0.9 dt error^(-1/order), where `error` is that of
+/// a step dt in tolerances and grows as dt^order. Changes by at most a factor 2 up and 5 down.
+double next_step(double dt, double error, int order);
+
+}  // namespace lichtenberg::mechanics

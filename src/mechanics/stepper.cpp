@@ -1,0 +1,50 @@
+#include "src/mechanics/stepper.hpp"
+
+#include <algorithm>
+
+#include "src/effects/stokes_drag.hpp"
+#include "src/mechanics/euler.hpp"
+#include "src/mechanics/monolithic.hpp"
+#include "src/mechanics/split.hpp"
+
+namespace lichtenberg::mechanics {
+
+std::unique_ptr<Stepper> make_stepper(Workplace workplace) {
+  const MechanicsOptions& options = workplace.scene.mechanics;
+  if (options.integrator == "euler") return std::make_unique<Euler>(workplace);
+  // Without a field there is nothing to split off.
+  if (!workplace.electrics || options.coupling == "monolithic") return std::make_unique<Monolithic>(workplace);
+  return std::make_unique<Split>(workplace);
+}
+
+std::vector<double> drag_coefficients(const Model& model) {
+  const auto* drag = model.find<effects::StokesDrag>();
+  std::vector<double> coefficients;
+  for (const double radius : model.bodies.radius) coefficients.push_back(drag ? drag->coefficient(radius) : 0);
+  return coefficients;
+}
+
+Cvode make_cvode(const Scene& scene, Model& model) {
+  const Bodies& bodies = model.bodies;
+  const double smallest = *std::ranges::min_element(bodies.radius);
+  Accuracy accuracy{.relative = scene.mechanics.relative_tolerance,
+                    .position = scene.mechanics.relative_tolerance * smallest,
+                    .momentum = {}};
+  const std::vector<double> drag = drag_coefficients(model);
+  for (int i = 0; i < bodies.size(); ++i)
+    accuracy.momentum.push_back(std::max(drag[i], bodies.mass[i] / scene.mechanics.largest_step) * accuracy.position);
+  return Cvode(model, accuracy);
+}
+
+std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec2> force,
+                                   double dt) {
+  std::vector<double> travel;
+  for (int i = 0; i < model.bodies.size(); ++i) {
+    const double f = norm(force[i]), inertial = f * dt / model.bodies.mass[i];
+    const double gained = drag[i] > 0 ? std::min(inertial, f / drag[i]) : inertial;
+    travel.push_back(dt * (norm(velocity(model.bodies, i)) + gained));
+  }
+  return travel;
+}
+
+}  // namespace lichtenberg::mechanics

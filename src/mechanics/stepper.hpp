@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "src/mechanics/counters.hpp"
+#include "src/mechanics/cvode.hpp"
+#include "src/mechanics/electrics.hpp"
+#include "src/model/frame.hpp"
+#include "src/model/model.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::mechanics {
+
+/// What a stepper works on. All of it outlives the stepper.
+struct Workplace {
+  const Scene& scene;
+  Model& model;
+  Electrics* electrics;  ///< null in a neutral scene
+  Counters& counters;
+};
+
+/// A way to carry a scene forward in time: mechanics, field and contacts together.
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  /// Called once the field of `time` is solved and settled, at the start and after every checkpoint.
+  virtual void begin(double time) = 0;
+  /// Carries the scene from `time` to `end` (s). Contacts are up to date and the field is solved at both ends.
+  virtual void advance(double time, double end) = 0;
+  /// What it knows beyond the bodies and the electrics.
+  virtual void save(Checkpoint&) const {}
+  virtual void restore(const Checkpoint&) {}
+};
+
+/// The one that the scene's [mechanics] asks for.
+std::unique_ptr<Stepper> make_stepper(Workplace workplace);
+
+/// Drag coefficient of each body (kg/s), 0 without stokes_drag.
+std::vector<double> drag_coefficients(const Model& model);
+
+/// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to the
+/// same fraction of themselves, but no finer than what carries a body that far before drag stops it (without drag:
+/// in one largest step).
+Cvode make_cvode(const Scene& scene, Model& model);
+
+/// How far each body can move within `dt` (m), if `force` acts on it: it cannot become faster than it is now or than the
+/// force can drive it, against inertia in that time or against drag.
+std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec2> force,
+                                   double dt);
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "src/model/bodies.hpp"
+#include "src/model/neighbours.hpp"
+
+namespace lichtenberg {
+
+/// What an effect must be given. Only what some effect of the scene needs is allocated and computed.
+struct Needs {
+  bool charges = false;                   ///< Bodies::charge
+  bool field = false;                     ///< Laplace's equation, and with it a field solver
+  std::optional<double> neighbour_range;  ///< m, surface to surface: State::neighbours up to this gap
+  /// How far a body may move in one step of an integrator, in units of the smallest radius; farther, and it could pass
+  /// through what the effect would have it bounce off.
+  std::optional<double> largest_move;
+};
+
+/// The instant at which an effect is asked for its share.
+struct State {
+  double time = 0;  ///< s
+  const Bodies& bodies;
+  std::span<const Pair> neighbours;  ///< empty unless an effect needs them; may hold pairs beyond the range
+};
+
+/// How forces change with positions and momenta, as a sum of blocks, for implicit integrators. Force component k on
+/// body i is row i * dimension + k; columns count position or momentum components in the same way.
+class ForceJacobian {
+ public:
+  struct Entry {
+    int row = 0, column = 0;
+    double value = 0;
+  };
+
+  explicit ForceJacobian(int dimension) : dimension_(dimension) {}
+  void clear() { by_position.clear(), by_momentum.clear(); }
+
+  /// Adds along * n n' + across * (1 - n n') to d(force on i) / d(position of j) (N/m); n is a unit vector with
+  /// `dimension` components. Every force that acts along a line between two surfaces has this form.
+  void add_central(int i, int j, std::span<const double> n, double along, double across);
+  /// Adds `rate` (1/s) to d(force on i) / d(momentum of i), the same for each component.
+  void add_drag(int i, double rate);
+
+  std::vector<Entry> by_position, by_momentum;  ///< entries of one place add up
+
+ private:
+  int dimension_;
+};
+
+/// One kind of physics. It is in a run only if its table stands in the scene.
+class Effect {
+ public:
+  virtual ~Effect() = default;
+  virtual std::string_view name() const = 0;  ///< of its table in the scene
+  virtual Needs needs() const { return {}; }
+
+  /// Adds its forces (N, [N * dimension]).
+  virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
+  /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
+  /// does not change where it converges to.
+  virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
+  /// Adds the currents (A, [N]) that it feeds into the bodies.
+  virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
+};
+
+}  // namespace lichtenberg

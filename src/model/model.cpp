@@ -1,0 +1,61 @@
+#include "src/model/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg {
+
+void ForceJacobian::add_central(int i, int j, std::span<const double> n, double along, double across) {
+  for (int k = 0; k < dimension_; ++k)
+    for (int l = 0; l < dimension_; ++l)
+      by_position.push_back({i * dimension_ + k, j * dimension_ + l, (along - across) * n[k] * n[l] + (k == l) * across});
+}
+
+void ForceJacobian::add_drag(int i, double rate) {
+  for (int k = 0; k < dimension_; ++k) by_momentum.push_back({i * dimension_ + k, i * dimension_ + k, rate});
+}
+
+Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
+    : bodies(std::move(b)), effects(std::move(e)) {
+  std::optional<double> range;
+  for (const auto& effect : effects) {
+    const Needs needs = effect->needs();
+    if (needs.charges) bodies.charge = charge;
+    if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
+  }
+  // The skin trades the number of searches against the number of pairs looked at in vain.
+  constexpr double skin = 0.3;  // of the largest radius
+  if (range && bodies.size() > 0) neighbours.emplace(*range, skin * *std::ranges::max_element(bodies.radius));
+}
+
+double Model::largest_move() const {
+  double radii = INFINITY;
+  for (const auto& effect : effects) radii = std::min(radii, effect->needs().largest_move.value_or(INFINITY));
+  return bodies.size() == 0 ? INFINITY : radii * *std::ranges::min_element(bodies.radius);
+}
+
+State Model::state(double time) {
+  if (!neighbours) return {time, bodies, {}};
+  neighbours->update(bodies);
+  return {time, bodies, neighbours->pairs()};
+}
+
+void Model::forces(double time, std::span<double> force) {
+  std::ranges::fill(force, 0.0);
+  const State now = state(time);
+  for (const auto& effect : effects) effect->add_forces(now, force);
+}
+
+void Model::jacobian(double time, ForceJacobian& jacobian) {
+  jacobian.clear();
+  const State now = state(time);
+  for (const auto& effect : effects) effect->add_jacobian(now, jacobian);
+}
+
+void Model::currents(double time, std::span<double> current) {
+  std::ranges::fill(current, 0.0);
+  const State now = state(time);
+  for (const auto& effect : effects) effect->add_currents(now, current);
+}
+
+}  // namespace lichtenberg

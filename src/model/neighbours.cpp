@@ -1,0 +1,112 @@
+#include "src/model/neighbours.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace lichtenberg {
+namespace {
+
+double distance(const Bodies& bodies, int i, int j) {
+  double sum = 0;
+  for (int k = 0; k < bodies.dimension; ++k) {
+    const double d = bodies.position[i * bodies.dimension + k] - bodies.position[j * bodies.dimension + k];
+    sum += d * d;
+  }
+  return std::sqrt(sum);
+}
+
+/// Bodies sorted into square or cubic cells at least `reach` wide: partners stand in the same or an adjacent cell.
+class Cells {
+ public:
+  Cells(const Bodies& bodies, double reach) : bodies_(bodies) {
+    const int n = bodies.size();
+    // No more cells than bodies, or a body that flew far away would cost memory for nothing.
+    const int most = std::max(1, static_cast<int>(std::pow(n, 1.0 / bodies.dimension)));
+    for (int k = 0; k < bodies.dimension; ++k) {
+      double high = low_[k] = bodies.position[k];
+      for (int i = 0; i < n; ++i) {
+        low_[k] = std::min(low_[k], coordinate(i, k));
+        high = std::max(high, coordinate(i, k));
+      }
+      side_[k] = std::max(reach, (high - low_[k]) / most * (1 + 1e-12));
+      count_[k] = static_cast<int>((high - low_[k]) / side_[k]) + 1;
+    }
+    sort();
+  }
+
+  /// Calls visit(j) for every body j in the cells around body i.
+  template <class Visit>
+  void for_each_near(int i, Visit visit) const {
+    std::array<int, 3> first{}, last{};
+    for (int k = 0; k < bodies_.dimension; ++k) {
+      first[k] = std::max(column(i, k) - 1, 0);
+      last[k] = std::min(column(i, k) + 1, count_[k] - 1);
+    }
+    for (int z = first[2]; z <= last[2]; ++z)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int x = first[0]; x <= last[0]; ++x) {
+          const int c = index(x, y, z);
+          for (int s = start_[c]; s < start_[c + 1]; ++s) visit(order_[s]);
+        }
+  }
+
+ private:
+  double coordinate(int i, int k) const { return bodies_.position[i * bodies_.dimension + k]; }
+  int column(int i, int k) const { return static_cast<int>((coordinate(i, k) - low_[k]) / side_[k]); }
+  int index(int x, int y, int z) const { return (z * count_[1] + y) * count_[0] + x; }
+  int cell_of(int i) const {
+    return index(column(i, 0), column(i, 1), bodies_.dimension == 3 ? column(i, 2) : 0);
+  }
+
+  /// Counting sort: cell c holds order_[start_[c]] ... order_[start_[c + 1] - 1].
+  void sort() {
+    const int n = bodies_.size();
+    start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
+    for (int i = 0; i < n; ++i) ++start_[cell_of(i) + 1];
+    for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    std::vector<int> next(start_.begin(), start_.end() - 1);
+    order_.resize(n);
+    for (int i = 0; i < n; ++i) order_[next[cell_of(i)]++] = i;
+  }
+
+  const Bodies& bodies_;
+  std::array<double, 3> low_{}, side_{};
+  std::array<int, 3> count_{1, 1, 1};
+  std::vector<int> start_, order_;
+};
+
+}  // namespace
+
+std::vector<Pair> pairs_closer_than(const Bodies& bodies, double range) {
+  std::vector<Pair> pairs;
+  if (bodies.size() == 0) return pairs;
+  const double reach = 2 * *std::ranges::max_element(bodies.radius) + range;
+  if (!(reach > 0)) return pairs;
+  const Cells cells(bodies, reach);
+  for (int i = 0; i < bodies.size(); ++i)
+    cells.for_each_near(i, [&](int j) {
+      if (j > i && distance(bodies, i, j) - bodies.radius[i] - bodies.radius[j] < range) pairs.push_back({i, j});
+    });
+  std::ranges::sort(pairs);
+  return pairs;
+}
+
+void NeighbourList::update(const Bodies& bodies) {
+  if (searches_ > 0 && !moved_too_far(bodies)) return;
+  pairs_ = pairs_closer_than(bodies, range_ + skin_);
+  searched_at_ = bodies.position;
+  ++searches_;
+}
+
+bool NeighbourList::moved_too_far(const Bodies& bodies) const {
+  const int d = bodies.dimension;
+  for (int i = 0; i < bodies.size(); ++i) {
+    double moved = 0;
+    for (int k = 0; k < d; ++k) moved += std::pow(bodies.position[i * d + k] - searched_at_[i * d + k], 2);
+    if (moved > 0.25 * skin_ * skin_) return true;
+  }
+  return false;
+}
+
+}  // namespace lichtenberg

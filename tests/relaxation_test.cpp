@@ -397,6 +397,11 @@ TEST_CASE("options out of range are refused") {
   CHECK_THROWS_AS(RelaxationSolver({.largest_iterations = 0}), InputError);
 }
 
+TEST_CASE("there is no field before the first solve") {
+  RelaxationSolver solver({.sites = 64});
+  CHECK_THROWS_AS(solver.field(), Failure);
+}
+
 TEST_CASE("too few iterations end in a failure that says so") {
   RelaxationSolver solver({.sites = 64, .largest_iterations = 2});
   CHECK_THROWS_AS(solver.solve(neutral_quartet()), Failure);

@@ -32,7 +32,10 @@ void Lattice::find_runs(const std::vector<int>& fixed) {
       for (int i = (colour + j) & 1; i < nx_; i += 2) {
         const bool relaxed = fixed[j * nx_ + i] == fluid;
         if (relaxed && !in_run) runs_.push_back({slot(i, j), slot(i - 1, j), 0});
-        if (relaxed) ++runs_.back().count, ++fluid_sites_;
+        if (relaxed) {
+          ++runs_.back().count;
+          ++fluid_sites_;
+        }
         in_run = relaxed;
       }
     }
@@ -53,6 +56,7 @@ void Lattice::relax_row(int colour, int j, double omega) {
     for (std::ptrdiff_t k = 0; k < run.count; ++k)
       own[k] += w * (side[k] + side[k + 1] + below[k] + above[k] - 4 * own[k]);
   }
+  mirror_row(colour, j);
 }
 
 void Lattice::mirror_row(int colour, int j) {
@@ -78,8 +82,8 @@ void Lattice::relax(int sweeps, double omega) {
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     // The black row below follows as soon as the red rows around it are new: one pass over memory for both colours.
     for (int j = 0; j <= ny_; ++j) {
-      if (j < ny_) relax_row(0, j, omega), mirror_row(0, j);
-      if (j > 0) relax_row(1, j - 1, omega), mirror_row(1, j - 1);
+      if (j < ny_) relax_row(0, j, omega);
+      if (j > 0) relax_row(1, j - 1, omega);
     }
   }
 }

@@ -67,8 +67,7 @@ class Lattice {
   std::array<bool, 4> insulating_{};
   std::vector<double> value_;
   std::vector<Run> runs_;
-  std::array<std::vector<std::size_t>, 2>
-      first_run_;  ///< by colour and row: where its runs begin, and one past the end
+  std::array<std::vector<std::size_t>, 2> first_run_;  ///< by colour and row: its first run; one more for the end
   long fluid_sites_ = 0;
 };
 

@@ -192,7 +192,10 @@ double RelaxationSolver::side_potential(int i, int j) const {
   double sum = 0;
   int sides = 0;  // two electrodes meet in a corner: no relaxed site sees it, the interpolation takes their mean
   for (int side = 0; side < 4; ++side)
-    if (on[side] && is_electrode(problem_.sides[side])) sum += problem_.sides[side].potential_at(p), ++sides;
+    if (on[side] && is_electrode(problem_.sides[side])) {
+      sum += problem_.sides[side].potential_at(p);
+      ++sides;
+    }
   return sum / sides;
 }
 
@@ -300,6 +303,7 @@ Vec2 RelaxationSolver::body_force(std::size_t body) const {
 }
 
 Field RelaxationSolver::field() const {
+  if (lattice_.cells_x() < 0) throw Failure("relaxation: no field before the first solve");
   const int nx = lattice_.cells_x(), ny = lattice_.cells_y();
   const double h = lattice_.spacing();
   Field field{.nx = nx, .ny = ny, .h = h, .value = {}, .body = paint_bodies(problem_, {0.5 * h, 0.5 * h}, h, nx, ny)};

@@ -45,6 +45,7 @@ class RelaxationSolver : public LaplaceSolver {
   /// Throws InputError also for a box that is not a whole number of spacings wide and high, and for a body that covers
   /// no site; Failure if the charges are not reached in `largest_iterations` solves.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
+  /// Throws Failure before the first solve and after `forget`.
   Field field() const override;
   void forget() override;
 

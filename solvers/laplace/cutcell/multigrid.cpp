@@ -96,6 +96,8 @@ void Multigrid::Grid::build(const LaplaceProblem& problem, const Level& level) {
   const std::size_t groups = problem.groups.size();
   for (std::ptrdiff_t slot = 0; slot < layout.size(); ++slot)
     inverse_diagonal[slot] = level.diagonal[slot] > 0 ? static_cast<float>(1.0 / level.diagonal[slot]) : 0.0f;
+  // The coarsest grid's solve sets unknowns only: cells that a grounded conductor covers now would keep what they had.
+  std::fill(v.begin(), v.end(), 0.0f);
   link_cell.clear();
   link_group.clear();
   link_conductance.clear();

@@ -6,7 +6,6 @@
 
 #include <random>
 
-#include "src/analysis/close_pairs.hpp"
 #include "src/analysis/network.hpp"
 
 using namespace lichtenberg;
@@ -18,9 +17,10 @@ const Ground bottom{{30, 30}, {false, false, true, false}, {}};
 
 std::vector<double> ones(size_t n) { return std::vector<double>(n, 1.0); }
 
-Network network_on_bottom(const std::vector<Vec2>& position) {
-  return network(position, ones(position.size()), 1, bottom);
+Network network_on(const Ground& ground, const std::vector<Vec2>& position) {
+  return network(contacts(position, ones(position.size()), 1, ground), position);
 }
+Network network_on_bottom(const std::vector<Vec2>& position) { return network_on(bottom, position); }
 
 }  // namespace
 
@@ -28,15 +28,24 @@ TEST_CASE("conductors are in contact when the gap between their surfaces is less
   const Ground none{{30, 30}, {}, {}};
   const auto in_contact = [&](double distance, double r1, double r2, double gap) {
     const std::vector<Vec2> position{{5, 5}, {5 + distance, 5}};
-    const ContactGraph graph = contact_graph(position, std::vector<double>{r1, r2}, gap, none);
-    CHECK_EQ(graph.neighbours[0].size(), graph.neighbours[1].size());
-    return !graph.neighbours[0].empty();
+    return contacts(position, std::vector<double>{r1, r2}, gap, none) == std::vector<Contact>{{0, 1}};
   };
   CHECK(in_contact(2.999, 1, 1, 1));
   CHECK_FALSE(in_contact(3.001, 1, 1, 1));
   CHECK(in_contact(5.499, 1, 4, 0.5));  // 1 + 4 + 0.5
   CHECK_FALSE(in_contact(5.501, 1, 4, 0.5));
   CHECK(in_contact(1.5, 1, 1, 1));  // overlapping, as Hertz contacts are
+}
+
+TEST_CASE("contacts are listed once, in ascending order, the ground before conductors") {
+  const std::vector<Vec2> position{{5, 4}, {5, 1.5}, {20, 1.5}};
+  CHECK_EQ(contacts(position, ones(3), 1, bottom), std::vector<Contact>{{0, 1}, {1, to_ground}, {2, to_ground}});
+}
+
+TEST_CASE("a graph can be made from contacts that somebody else found") {
+  const ContactGraph graph = contact_graph(3, std::vector<Contact>{{0, 2}, {2, to_ground}});
+  CHECK_EQ(graph.neighbours, std::vector<std::vector<int>>{{2}, {}, {0}});
+  CHECK_EQ(graph.grounded, std::vector<bool>{false, false, true});
 }
 
 TEST_CASE("ground is whatever drains: sides of the box, disks, bars and rings") {
@@ -129,13 +138,13 @@ TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
 }
 
 TEST_CASE("without any ground nobody is connected and all fractions are zero") {
-  const Network none = network(rounds, ones(rounds.size()), 1, Ground{{30, 30}, {}, {}});
+  const Network none = network_on(Ground{{30, 30}, {}, {}}, rounds);
   CHECK_EQ(none.successor, std::vector<int>(rounds.size(), unconnected));
   CHECK_EQ(none.degrees.connected, 0);
   CHECK_EQ(none.degrees.endpoints(), 0);
   CHECK_EQ(none.degrees.fraction(1), 0);
   CHECK_EQ(none.degrees.branching(), 0);
-  CHECK(network({}, {}, 1, bottom).successor.empty());
+  CHECK(network_on_bottom({}).successor.empty());
 }
 
 TEST_CASE("a long chain takes as many rounds as it has links") {
@@ -151,9 +160,8 @@ TEST_CASE("on random networks the sum rule holds and every successor is one cont
   std::vector<Vec2> position(400);
   for (Vec2& p : position) p = {uniform(random), uniform(random)};
   const Ground ground{{60, 60}, {true, false, true, false}, {}};
-  const std::vector<double> radius = ones(position.size());
-  const ContactGraph graph = contact_graph(position, radius, 1, ground);
-  const Network net = network(position, radius, 1, ground);
+  const Network net = network_on(ground, position);
+  const ContactGraph graph = contact_graph(static_cast<int>(position.size()), net.contacts);
   REQUIRE_GT(net.degrees.connected, 100);
   REQUIRE_GT(net.degrees.grounded, 1);
 
@@ -175,23 +183,4 @@ TEST_CASE("on random networks the sum rule holds and every successor is one cont
       CHECK_LE(steps(static_cast<int>(i)), steps(j) + 1);
     }
   }
-}
-
-TEST_CASE("close pairs are those of a double loop") {
-  std::mt19937_64 random(3);
-  const auto brute_force = [](const std::vector<Vec2>& points, double reach) {
-    std::vector<std::pair<int, int>> pairs;
-    for (int i = 0; i < static_cast<int>(points.size()); ++i)
-      for (int j = i + 1; j < static_cast<int>(points.size()); ++j)
-        if (norm2(points[i] - points[j]) < reach * reach) pairs.emplace_back(i, j);
-    return pairs;
-  };
-  for (const Vec2 extent : {Vec2{1, 1}, Vec2{100, 0.1}, Vec2{0.1, 100}, Vec2{0, 50}, Vec2{0, 0}})
-    for (const double reach : {0.01, 0.5, 300.0}) {
-      std::vector<Vec2> points(300);
-      std::uniform_real_distribution<double> unit(0, 1);
-      for (Vec2& p : points) p = {-3 + extent.x * unit(random), 8 + extent.y * unit(random)};
-      CHECK_EQ(close_pairs(points, reach), brute_force(points, reach));
-    }
-  CHECK(close_pairs({}, 1).empty());
 }

@@ -81,6 +81,7 @@ Frame frame(double time) {
 
 analysis::Network network_of_two() {
   analysis::Network net;
+  net.contacts = {{0, analysis::to_ground}, {0, 1}};
   net.successor = {analysis::to_ground, 0};
   net.degrees.connected = 2;
   net.degrees.number = {0, 1, 1};
@@ -232,6 +233,18 @@ TEST_CASE("the scene stands in the file, with the geometry that a picture needs"
   CHECK_EQ(hdf5::get<double>(file, "parameters/vmd_structure/radius"), std::vector<double>{0.0005, 0.001});
 }
 
+TEST_CASE("the network stands in the file frame by frame, its contacts for the last") {
+  const Folder folder;
+  Recorder recorder = saved_run(folder / "run.h5", 2);
+  recorder.add(frame(2), analysis::Network{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}});
+  recorder.save(milestone(2));
+  const hdf5::Handle file = hdf5::load(folder / "run.h5");
+  CHECK_EQ(hdf5::get<std::int32_t>(file, "particles/conductors/successor/value"),
+           std::vector<std::int32_t>{-1, 0, -1, 0, -2, -1});
+  CHECK_EQ(hdf5::get<std::int64_t>(file, "observables/endpoints/value"), std::vector<std::int64_t>{1, 1, 0});
+  CHECK_EQ(hdf5::get<std::int32_t>(file, "network/contacts"), std::vector<std::int32_t>{1, -1});
+}
+
 TEST_CASE("a neutral scene without contacts has neither charges nor a network") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
@@ -251,6 +264,7 @@ TEST_CASE("frames reach the disk with the checkpoint, not before") {
   Recorder recorder = saved_run(folder / "run.h5", 2);
   CHECK_EQ(recorder.saved_time(), 1);
   recorder.add(frame(2), network_of_two());
+  CHECK_EQ(recorder.frames(), 3);
   CHECK_EQ(hdf5::shape(hdf5::load(folder / "run.h5"), "observables/energy/value"), hdf5::Shape{2});
   recorder.save(milestone(2));
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -285,6 +299,7 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   saved_run(folder / "run.h5", 2);
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
   CHECK_EQ(resumed.saved_time(), 1);
+  CHECK_EQ(resumed.frames(), 2);
   resumed.add(frame(2), network_of_two());
   Milestone last = milestone(2);
   last.summary = {{"energy", 2.5, "J"}};

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "src/analysis/close_pairs.hpp"
+#include "src/model/neighbours.hpp"
 
 namespace lichtenberg::analysis {
 
@@ -27,18 +27,29 @@ double gap(const Disk& disk, const Ground& ground) {
   return smallest;
 }
 
-ContactGraph contact_graph(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
-                           const Ground& ground) {
-  const size_t n = position.size();
-  ContactGraph graph{std::vector<std::vector<int>>(n), std::vector<bool>(n)};
-  if (n == 0) return graph;
-  const double reach = 2 * *std::max_element(radius.begin(), radius.end()) + contact_gap;
-  for (const auto& [i, j] : close_pairs(position, reach)) {
-    if (norm(position[i] - position[j]) - radius[i] - radius[j] >= contact_gap) continue;
-    graph.neighbours[i].push_back(j);
-    graph.neighbours[j].push_back(i);
+std::vector<Contact> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                              const Ground& ground) {
+  Bodies bodies;
+  for (const Vec2 p : position) bodies.position.insert(bodies.position.end(), {p.x, p.y});
+  bodies.radius.assign(radius.begin(), radius.end());
+  std::vector<Contact> found;
+  for (int i = 0; i < bodies.size(); ++i)
+    if (gap(Disk{position[i], radius[i]}, ground) < contact_gap) found.emplace_back(i, to_ground);
+  for (const auto [i, j] : pairs_closer_than(bodies, contact_gap)) found.emplace_back(i, j);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+ContactGraph contact_graph(int conductors, std::span<const Contact> contacts) {
+  ContactGraph graph{std::vector<std::vector<int>>(conductors), std::vector<bool>(conductors)};
+  for (const auto& [i, j] : contacts) {
+    if (j == to_ground) {
+      graph.grounded[i] = true;
+    } else {
+      graph.neighbours[i].push_back(j);
+      graph.neighbours[j].push_back(i);
+    }
   }
-  for (size_t i = 0; i < n; ++i) graph.grounded[i] = gap(Disk{position[i], radius[i]}, ground) < contact_gap;
   return graph;
 }
 
@@ -101,10 +112,10 @@ DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<cons
   return result;
 }
 
-Network network(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
-                const Ground& ground) {
-  const ContactGraph graph = contact_graph(position, radius, contact_gap, ground);
+Network network(std::vector<Contact> contacts, std::span<const Vec2> position) {
   Network result;
+  result.contacts = std::move(contacts);
+  const ContactGraph graph = contact_graph(static_cast<int>(position.size()), result.contacts);
   result.successor = successors(graph, position);
   result.degrees = degree_distribution(graph, result.successor);
   return result;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "solvers/geometry/shape.hpp"
@@ -21,19 +22,25 @@ Ground ground_of(const Scene& scene);
 /// Smallest surface-to-surface gap between the disk and the ground (m); infinite without any ground.
 double gap(const Disk& disk, const Ground& ground);
 
-/// The undirected network G of electrical contacts (D 7.1).
+constexpr int to_ground = -1;    ///< in place of a conductor's index: the ground
+constexpr int unconnected = -2;  ///< in place of a successor: no path to the ground
+
+/// A conductor, and what it is in direct electrical contact with: a conductor of larger index, or `to_ground`.
+using Contact = std::pair<int, int>;
+
+/// All contacts, in ascending order, by the criterion D 7.1: those whose surface-to-surface gap is less than
+/// `contact_gap` (m). D asks for centres closer than 3R, which for equal radii is a contact gap of R. A run also remembers
+/// which contacts it made; its own list is the better one.
+std::vector<Contact> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                              const Ground& ground);
+
+/// The undirected network G of contacts.
 struct ContactGraph {
-  std::vector<std::vector<int>> neighbours;  ///< of each conductor, in ascending order
+  std::vector<std::vector<int>> neighbours;  ///< of each conductor: the conductors in contact with it
   std::vector<bool> grounded;                ///< in contact with the ground
 };
 
-/// Contacts between all conductors, and between them and the ground, whose surface-to-surface gap is less than
-/// `contact_gap` (m). D 7.1 asks for centres closer than 3R, which for equal radii is a contact gap of R.
-ContactGraph contact_graph(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
-                           const Ground& ground);
-
-constexpr int to_ground = -1;    ///< the direct successor is the ground
-constexpr int unconnected = -2;  ///< no path to the ground
+ContactGraph contact_graph(int conductors, std::span<const Contact> contacts);
 
 /// Direct successors, the anti-arborescence A rooted at the ground (D 7.2): conductors in contact with the ground have
 /// it as successor; then, round by round, each conductor without one takes the nearest (centre to centre; of equally
@@ -62,12 +69,12 @@ DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<cons
 
 /// The network at one instant: what a run records and a picture shows.
 struct Network {
+  std::vector<Contact> contacts;
   std::vector<int> successor;  ///< see successors()
   DegreeDistribution degrees;
 };
 
-/// Contact graph, arborescence and degrees in one go. Arguments as for contact_graph().
-Network network(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
-                const Ground& ground);
+/// Successors and degrees in one go.
+Network network(std::vector<Contact> contacts, std::span<const Vec2> position);
 
 }  // namespace lichtenberg::analysis

@@ -207,6 +207,12 @@ void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optio
   if (network) append_network(file, *network);
 }
 
+void put_contacts(const hdf5::Handle& file, const analysis::Network& network) {
+  std::vector<std::int32_t> pairs;
+  for (const auto& [i, j] : network.contacts) pairs.insert(pairs.end(), {i, j});
+  hdf5::put<std::int32_t>(hdf5::open_group(file, "network"), "contacts", pairs, {network.contacts.size(), 2}, "1");
+}
+
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {
   const hdf5::Handle group = hdf5::open_group(file, "checkpoint");
   put_arrays(group, "reals", checkpoint.reals);
@@ -217,10 +223,10 @@ Checkpoint get_checkpoint(const hdf5::Handle& file) {
   return {get_arrays<double>(file, "checkpoint/reals"), get_arrays<std::int64_t>(file, "checkpoint/integers")};
 }
 
-double last_time(const hdf5::Handle& file) {
-  const std::vector<double> times = hdf5::get<double>(file, time);
+std::vector<double> frame_times(const hdf5::Handle& file) {
+  std::vector<double> times = hdf5::get<double>(file, time);
   if (times.empty()) throw hdf5::Error("no frames");
-  return times.back();
+  return times;
 }
 
 }  // namespace lichtenberg

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "src/analysis/network.hpp"
 #include "src/model/frame.hpp"
@@ -28,11 +29,14 @@ void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<cons
 /// Appends a frame to /particles/conductors and /observables.
 void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network);
 
+/// /network: the contacts of the last frame, over those of an earlier one.
+void put_contacts(const hdf5::Handle& file, const analysis::Network& network);
+
 /// /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);
 Checkpoint get_checkpoint(const hdf5::Handle& file);
 
-/// s, of the last frame.
-double last_time(const hdf5::Handle& file);
+/// s, at least one.
+std::vector<double> frame_times(const hdf5::Handle& file);
 
 }  // namespace lichtenberg

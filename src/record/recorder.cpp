@@ -83,7 +83,9 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene) {
     check_scene(file, path, scene);
     Recorder recorder(path, scene, {});
     recorder.checkpoint_ = get_checkpoint(file);
-    recorder.saved_time_ = last_time(file);
+    const std::vector<double> times = frame_times(file);
+    recorder.saved_time_ = times.back();
+    recorder.saved_frames_ = static_cast<std::int64_t>(times.size());
     while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
     return recorder;
   } catch (const hdf5::Error& error) {
@@ -97,19 +99,20 @@ void Recorder::add(Frame frame, std::optional<analysis::Network> network) {
 
 void Recorder::save(const Milestone& milestone) {
   try {
-    const hdf5::Handle file = saved_time_ ? hdf5::load(path_) : new_file();
+    const hdf5::Handle file = saved_frames_ > 0 ? hdf5::load(path_) : new_file();
     put_frames(file);
     put_checkpoint(file, milestone.checkpoint);
     if (milestone.field) put_vtkhdf(file, *milestone.field);
     put_session(file, milestone.seconds);
     put_summary(file, milestone.summary);
     write_atomically(path_, hdf5::image(file));
-    saved_time_ = last_time(file);
   } catch (const hdf5::Error& error) {
     throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
   } catch (const Failure& failure) {
     throw Failure(fmt::format("{}; {}", failure.what(), what_stands()));
   }
+  saved_frames_ = frames();
+  if (!waiting_.empty()) saved_time_ = waiting_.back().frame.time;
   waiting_.clear();
 }
 
@@ -123,6 +126,7 @@ hdf5::Handle Recorder::new_file() const {
 
 void Recorder::put_frames(const hdf5::Handle& file) const {
   for (const Record& record : waiting_) append_frame(file, record.frame, record.network);
+  if (!waiting_.empty() && waiting_.back().network) put_contacts(file, *waiting_.back().network);
 }
 
 void Recorder::put_session(const hdf5::Handle& file, const std::map<std::string, double>& seconds) const {

@@ -49,6 +49,8 @@ class Recorder {
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// s, of the last frame on disk; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
+  /// All frames of the run so far, those that wait for the next save among them.
+  std::int64_t frames() const { return saved_frames_ + static_cast<std::int64_t>(waiting_.size()); }
 
   /// Keeps a frame for the next save; a scene without electrical contacts has no network.
   void add(Frame frame, std::optional<analysis::Network> network);
@@ -75,6 +77,7 @@ class Recorder {
   int session_ = 0;  ///< 0: the start of the run, then one more for each time it was resumed
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
+  std::int64_t saved_frames_ = 0;
   std::vector<Record> waiting_;
 };
 

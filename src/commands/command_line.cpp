@@ -38,7 +38,9 @@ void declare(CLI::App& program) {
   program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
   program.require_subcommand(1);
   program.footer("Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
+  add_run(program);
   add_solve(program);
+  add_explain(program);
   add_plot(program);
   add_help(program);
 }

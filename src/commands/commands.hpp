@@ -9,7 +9,9 @@ namespace lichtenberg {
 // One function a subcommand: it declares the subcommand's arguments and what to do once they are read. Errors leave it
 // as InputError or Failure.
 
+void add_run(CLI::App& program);
 void add_solve(CLI::App& program);
+void add_explain(CLI::App& program);
 void add_plot(CLI::App& program);
 void add_help(CLI::App& program);
 

@@ -17,14 +17,16 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
 TO_GROUND, UNCONNECTED = -1, -2
-STEEL, INK, LOOSE, ELECTRODE = "#e8e8e8", "#1a1a1a", "#d95f02", "#8c8c8c"
+STEEL, INK, LOOSE, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 MM = 1e3  # millimetres a metre: all drawings are in millimetres
 
 
@@ -57,7 +59,8 @@ class Snapshot:
     radius: np.ndarray  # [N]
     contact_gap: float  # nan without contacts
     successor: np.ndarray | None  # [N]
-    potential: np.ndarray | None  # [ny, nx] V, at the centres of the cells; of the last frame only
+    potential: np.ndarray | None  # [N] V
+    field: np.ndarray | None  # [ny, nx] V, potential at the centres of the cells; of the last frame only
     sides: list
     electrodes: list
 
@@ -106,7 +109,7 @@ def read(path, frame=None):
 
 def read_snapshot(file, index, count):
     conductors, scene = file["particles/conductors"], file["scene"]
-    potential = file.get("VTKHDF/PointData/potential") if index == count - 1 else None
+    field = file.get("VTKHDF/PointData/potential") if index == count - 1 else None
     return Snapshot(
         title=scene.attrs["title"],
         time=conductors["position/time"][index],
@@ -115,7 +118,8 @@ def read_snapshot(file, index, count):
         radius=conductors["radius"][()] * MM,
         contact_gap=scene["contact_gap"][()] * MM if "contact_gap" in scene else np.nan,
         successor=conductors["successor/value"][index] if "successor" in conductors else None,
-        potential=potential[0] if potential is not None else None,
+        potential=conductors["potential/value"][index] if "potential" in conductors else None,
+        field=field[0] if field is not None else None,
         sides=read_sides(scene["domain"]),
         electrodes=[read_electrode(group) for group in scene["electrodes"].values()],
     )
@@ -150,53 +154,69 @@ def tree_edges(snapshot):
     return np.array(ends)
 
 
-def points_a_millimetre(axes):
-    """Scale of lines whose width is a length of the drawing."""
-    axes.figure.canvas.draw()
+def line_width(axes, snapshot, radii, points):
+    """A width of so many radii, but at most so many points."""
+    axes.figure.canvas.draw()  # decides how large a millimetre is
     (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
-    return (right - left) * 72 / axes.figure.dpi
+    points_a_millimetre = (right - left) * 72 / axes.figure.dpi
+    return min(radii * np.median(snapshot.radius) * points_a_millimetre, points)
 
 
-def draw_potential(axes, snapshot):
-    """White is 0 V; one colour for each sign. Draws nothing without a potential."""
-    if snapshot.potential is None:
-        return
-    low, high = min(snapshot.potential.min(), 0), max(snapshot.potential.max(), 0)
-    reach = max(high, -low) or 1
-    if low < -1e-3 * reach and high > 1e-3 * reach:
-        colours, low, high = "RdBu_r", -reach, reach
-    else:
-        colours = "Blues" if high > -low else "Reds_r"
-    image = axes.imshow(
-        snapshot.potential,
-        origin="lower",
-        extent=(0, snapshot.size[0], 0, snapshot.size[1]),
-        cmap=colours,
-        vmin=low,
-        vmax=high if high > low else low + 1,
-        interpolation="bilinear",
-    )
-    bar = axes.figure.colorbar(image, cax=axes.inset_axes([1.03, 0, 0.03, 1]), label="potential (V)")
+def potential_colours(values):
+    """White is 0 V, with a colour for each sign, equally strong at equal potentials; None if all is at 0 V."""
+    low, high = min(values.min(), 0), max(values.max(), 0)
+    reach = max(high, -low)
+    if reach == 0:
+        return None
+    if min(high, -low) > 1e-3 * reach:
+        return {"cmap": "RdBu_r", "norm": Normalize(-reach, reach)}
+    return {"cmap": "Blues" if high > -low else "Reds_r", "norm": Normalize(low, high)}
+
+
+def draw_colour_bar(axes, colours, values):
+    bar = axes.figure.colorbar(ScalarMappable(**colours), cax=axes.inset_axes([1.03, 0, 0.03, 1]))
+    bar.ax.set_ylim(min(values.min(), 0), max(values.max(), 0))
+    bar.set_label("potential (V)")
     bar.outline.set_linewidth(0.6)
+
+
+def draw_field(axes, snapshot, colours):
+    extent = (0, snapshot.size[0], 0, snapshot.size[1])
+    axes.imshow(snapshot.field, origin="lower", extent=extent, interpolation="bilinear", **colours)
 
 
 def draw_disks(axes, snapshot, chosen, **style):
     diameter = 2 * snapshot.radius[chosen]
     place = {"units": "xy", "offsets": snapshot.position[chosen], "offset_transform": axes.transData}
+    style = {"edgecolor": INK, "linewidth": line_width(axes, snapshot, 0.1, 0.8), "zorder": 3, **style}
     axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
 
 
 def draw_conductors(axes, snapshot):
-    """Connected ones as steel, the others in colour."""
-    connected = snapshot.connected
-    outline = 0.12 * np.median(snapshot.radius) * points_a_millimetre(axes)
-    draw_disks(axes, snapshot, connected, facecolor=STEEL, edgecolor=INK, linewidth=outline, zorder=3)
-    draw_disks(axes, snapshot, ~connected, facecolor=LOOSE, edgecolor=INK, linewidth=outline, zorder=3)
+    """Connected ones as steel, the others in a colour that no potential has."""
+    draw_disks(axes, snapshot, snapshot.connected, facecolor=STEEL)
+    draw_disks(axes, snapshot, ~snapshot.connected, facecolor=LOOSE)
+
+
+def draw_potential(axes, snapshot):
+    """The field behind the conductors; where the file has none for the frame, the conductors' own potentials."""
+    values = snapshot.field if snapshot.field is not None else snapshot.potential
+    colours = potential_colours(values) if values is not None else None
+    if snapshot.field is not None or colours is None:
+        draw_conductors(axes, snapshot)
+        draw_legend(axes, snapshot)
+    else:
+        everyone = np.ones(len(snapshot.radius), bool)
+        draw_disks(axes, snapshot, everyone, array=snapshot.potential, **colours)
+    if colours is not None:
+        draw_colour_bar(axes, colours, values)
+        if snapshot.field is not None:
+            draw_field(axes, snapshot, colours)
 
 
 def draw_edges(axes, snapshot, edges, **style):
     if len(edges) > 0:
-        width = 0.35 * np.median(snapshot.radius) * points_a_millimetre(axes)
+        width = line_width(axes, snapshot, 0.3, 2.5)
         axes.add_collection(LineCollection(edges, linewidths=width, capstyle="round", zorder=4, **style))
 
 
@@ -280,10 +300,8 @@ def draw(snapshot):
     set_frame(axes, snapshot)
     draw_potential(axes, snapshot)
     draw_electrodes(axes, snapshot)
-    draw_conductors(axes, snapshot)
     draw_edges(axes, snapshot, tree_edges(snapshot), color=INK)
     draw_scale(axes, snapshot)
-    draw_legend(axes, snapshot)
     axes.set_title(f"{snapshot.title}\n{caption(snapshot)}" if snapshot.title else caption(snapshot))
     return figure
 
@@ -308,7 +326,7 @@ def main():
         figure = draw(read(request.file, request.frame))
         save(figure, request.out or Path(request.file).with_suffix(".png"))
     except InputError as error:
-        print(f"lichtenberg plot: {error}", file=sys.stderr)
+        print(f"lichtenberg: {error}", file=sys.stderr)
         return 2
     return 0
 

@@ -1,0 +1,56 @@
+#include "src/commands/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace lichtenberg {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr Seconds between_redraws{0.1};
+constexpr Seconds between_lines{30};  // where lines pile up: a log file
+
+}  // namespace
+
+std::string duration(double seconds) {
+  if (seconds < 60) return fmt::format("{:.2g} s", seconds);
+  const auto whole = std::llround(seconds);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+Progress::Progress(double start, double stop, bool quiet)
+    : start_(start), stop_(stop), quiet_(quiet), terminal_(isatty(STDERR_FILENO)) {}
+
+void Progress::end_line() {
+  if (std::exchange(unfinished_line_, false)) fmt::print(stderr, "\n");
+}
+
+void Progress::show(const Frame& frame, const std::optional<analysis::Network>& network) {
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || (shown_ && now - *shown_ < (terminal_ ? between_redraws : between_lines))) return;
+  shown_ = now;
+  if (terminal_)
+    fmt::print(stderr, "\r{}\033[K", line(frame, network));  // \033[K clears what is left of a longer line
+  else
+    fmt::print(stderr, "{}\n", line(frame, network));
+  unfinished_line_ = terminal_;
+}
+
+std::string Progress::line(const Frame& frame, const std::optional<analysis::Network>& network) const {
+  std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, stop_);
+  if (frame.field_solves > 0) text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
+  if (network) text += fmt::format(", {} of {} connected", network->degrees.connected, frame.position.size());
+  if (frame.time > start_) {
+    const double elapsed = Seconds(Clock::now() - began_).count();
+    text += fmt::format(", at most {} left", duration(elapsed * (stop_ - frame.time) / (frame.time - start_)));
+  }
+  return text;
+}
+
+}  // namespace lichtenberg

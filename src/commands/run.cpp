@@ -1,0 +1,164 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "src/commands/commands.hpp"
+#include "src/commands/draw.hpp"
+#include "src/commands/interruption.hpp"
+#include "src/commands/progress.hpp"
+#include "src/commands/summary.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/mechanics/simulation.hpp"
+#include "src/record/recorder.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+namespace {
+
+struct RunArguments {
+  std::string scene, file;
+  bool resume = false, overwrite = false, quiet = false;
+};
+
+Scene requested_scene(const RunArguments& request) {
+  Scene scene = read_scene(request.scene);
+  if (!request.file.empty()) scene.output.file = request.file;
+  return scene;
+}
+
+Recorder open_recorder(const RunArguments& request, const Scene& scene) {
+  if (request.resume) return Recorder::resume(scene.output.file, scene);
+  return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);
+}
+
+/// The network of the contacts that the simulation has made; none in a scene without contacts.
+std::optional<analysis::Network> network_of(const Simulation& simulation, const std::vector<Vec2>& position) {
+  const auto* discharge = simulation.model().find<effects::ContactDischarge>();
+  if (discharge == nullptr) return {};
+  std::vector<analysis::Contact> contacts;
+  for (const auto& [conductor, partner] : discharge->contacts())
+    contacts.emplace_back(conductor, partner < static_cast<int>(position.size()) ? partner : analysis::to_ground);
+  return analysis::network(std::move(contacts), position);
+}
+
+/// A scene's run, from its start or its last checkpoint to its end.
+///
+/// A checkpoint makes the simulation forget what it cannot hold, which changes the last digits of what follows. So
+/// checkpoints are made at the frames whose index says so, and at the end, and at no other time: then a resumed run
+/// forgets at the same instants as an uninterrupted one and gives the same bits.
+class Run {
+ public:
+  explicit Run(const RunArguments& request)
+      : request_(request), scene_(requested_scene(request)), recorder_(open_recorder(request, scene_)),
+        simulation_(scene_) {
+    if (recorder_.checkpoint()) simulation_.restore(*recorder_.checkpoint());
+  }
+
+  void go() {
+    advance_to_the_end();
+    if (scene_.output.picture) draw_picture();
+    if (!request_.quiet) print_summary(scene_.output.file, outcome_, simulation_.counters(), seconds());
+  }
+
+ private:
+  void advance_to_the_end() {
+    Progress progress(simulation_.time(), scene_.stop.time, request_.quiet);
+    look();
+    const Interruption interruption;  // after the first solve, which starts PETSc with handlers of its own
+    if (recorder_.frames() == 0) record();
+    while (!outcome_.over) {
+      simulation_.advance_to(next_frame());
+      look();
+      record();
+      progress.show(outcome_.frame, outcome_.network);
+      if (Interruption::requested() && nothing_unsaved_) stop_here(progress);
+    }
+  }
+
+  double next_frame() const {
+    const double every = scene_.output.every;
+    // The times of frames are multiples of `every`, to rounding.
+    return std::min(every * (std::floor(simulation_.time() / every + 1e-9) + 1), scene_.stop.time);
+  }
+
+  void look() {
+    outcome_.frame = simulation_.frame();
+    outcome_.network = network_of(simulation_, outcome_.frame.position);
+    outcome_.stationary = scene_.stop.stationary && simulation_.stationary();
+    outcome_.over = outcome_.stationary || simulation_.time() >= scene_.stop.time;
+  }
+
+  void record() {
+    const std::int64_t index = recorder_.frames();
+    recorder_.add(outcome_.frame, outcome_.network);
+    nothing_unsaved_ = outcome_.over || index % scene_.output.checkpoint_every == 0;
+    if (nothing_unsaved_) save();
+  }
+
+  void save() {
+    const Stopwatch stopwatch(recording_seconds_);
+    Milestone milestone;
+    if (scene_.effects.floating_conductors) milestone.field = simulation_.field();
+    milestone.checkpoint = simulation_.checkpoint();
+    milestone.seconds = seconds();
+    if (outcome_.over) milestone.summary = quantities(outcome_);
+    recorder_.save(milestone);
+  }
+
+  [[noreturn]] void stop_here(Progress& progress) {
+    progress.end_line();
+    fmt::print(stderr, "lichtenberg: stopped at t = {:.6g} s; the same command with --resume goes on from there\n",
+               simulation_.time());
+    Interruption::obey();
+  }
+
+  /// The result is safe, so a picture that cannot be drawn is no reason to fail.
+  void draw_picture() {
+    const Stopwatch stopwatch(picture_seconds_);
+    try {
+      draw({scene_.output.file});
+    } catch (const Failure& failure) {
+      fmt::print(stderr, "lichtenberg: {}\n", failure.what());
+    }
+  }
+
+  /// Wall time since this program started, by activity.
+  std::map<std::string, double> seconds() const {
+    const Counters& counters = simulation_.counters();
+    return {{"field", counters.field_seconds},
+            {"mechanics", counters.mechanics_seconds},
+            {"contacts", counters.contact_seconds},
+            {"recording", recording_seconds_},
+            {"picture", picture_seconds_}};
+  }
+
+  static double sum(const std::vector<double>& terms) { return std::accumulate(terms.begin(), terms.end(), 0.0); }
+
+  RunArguments request_;
+  Scene scene_;
+  Recorder recorder_;
+  Simulation simulation_;
+  Outcome outcome_{.initial_charge = sum(initial_charges(scene_))};
+  bool nothing_unsaved_ = true;
+  double recording_seconds_ = 0, picture_seconds_ = 0;
+};
+
+}  // namespace
+
+void add_run(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("run", "Carries a scene on in time and records it");
+  auto request = std::make_shared<RunArguments>();
+  command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
+  command->add_option("--out", request->file, "result file (default: output.file of the scene)");
+  CLI::Option* resume = command->add_flag("--resume", request->resume, "go on from the checkpoint in the result file");
+  command->add_flag("--overwrite", request->overwrite, "replace the result file if it exists")->excludes(resume);
+  command->add_flag("--quiet", request->quiet, "print nothing but errors");
+  command->callback([request] { Run(*request).go(); });
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,91 @@
+#include "src/commands/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/commands/progress.hpp"
+
+namespace lichtenberg {
+namespace {
+
+double connected_fraction(const Outcome& outcome) {
+  const double n = static_cast<double>(outcome.frame.position.size());
+  return n > 0 ? outcome.network->degrees.connected / n : 0;
+}
+
+void print_network(const Outcome& outcome) {
+  const analysis::DegreeDistribution& degrees = outcome.network->degrees;
+  fmt::print("connected      {} of {} ({:.3g} %)\n", degrees.connected, outcome.frame.position.size(),
+             100 * connected_fraction(outcome));
+  fmt::print("endpoints      {} ({:.3f} of the connected)\n", degrees.endpoints(), degrees.fraction(1));
+  fmt::print("branch points  {} ({:.3f} of the connected)\n", degrees.branch_points(), degrees.branching());
+  fmt::print("loops          {}\n", degrees.loops);
+}
+
+void print_electrics(const Outcome& outcome, const Counters& counters) {
+  const Frame& frame = outcome.frame;
+  fmt::print("energy         {:.6g} J\n", frame.energy);
+  fmt::print("charge         {:.6g} C held + {:.6g} C drained - {:.6g} C fed", frame.charge_held, frame.charge_drained,
+             frame.charge_fed);
+  if (outcome.initial_charge != 0) fmt::print(" - {:.6g} C at the start", outcome.initial_charge);
+  fmt::print(" = {:.1e} C (relative {:.1e})\n", charge_imbalance(outcome), relative_charge_imbalance(outcome));
+  fmt::print("field solves   {}, {:.3g} iterations each\n", counters.field_solves,
+             static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));
+  fmt::print("contacts       {} made, {} lost\n", counters.contacts_made, counters.contacts_lost);
+}
+
+void print_seconds(const std::map<std::string, double>& seconds) {
+  double total = 0;
+  for (const auto& [activity, value] : seconds) total += value;
+  fmt::print("time           {}:", duration(total));
+  const char* separator = " ";
+  for (const auto& [activity, value] : seconds) {
+    fmt::print("{}{} {}", separator, activity, duration(value));
+    separator = ", ";
+  }
+  fmt::print("\n");
+}
+
+}  // namespace
+
+double charge_imbalance(const Outcome& outcome) {
+  const Frame& frame = outcome.frame;
+  return frame.charge_held + frame.charge_drained - frame.charge_fed - outcome.initial_charge;
+}
+
+double relative_charge_imbalance(const Outcome& outcome) {
+  const Frame& frame = outcome.frame;
+  double largest = 0;
+  for (const double charge : {frame.charge_held, frame.charge_drained, frame.charge_fed, outcome.initial_charge})
+    largest = std::max(largest, std::abs(charge));
+  return largest > 0 ? charge_imbalance(outcome) / largest : 0;
+}
+
+std::vector<Quantity> quantities(const Outcome& outcome) {
+  std::vector<Quantity> result{{"time", outcome.frame.time, "s"},
+                               {"stationary", outcome.stationary ? 1.0 : 0.0, "1"},
+                               {"energy", outcome.frame.energy, "J"},
+                               {"charge_imbalance", charge_imbalance(outcome), "C"},
+                               {"relative_charge_imbalance", relative_charge_imbalance(outcome), "1"}};
+  if (outcome.network) {
+    const analysis::DegreeDistribution& degrees = outcome.network->degrees;
+    result.push_back({"connected_fraction", connected_fraction(outcome), "1"});
+    result.push_back({"endpoint_fraction", degrees.fraction(1), "1"});
+    result.push_back({"branch_fraction", degrees.branching(), "1"});
+    result.push_back({"loops", static_cast<double>(degrees.loops), "1"});
+  }
+  return result;
+}
+
+void print_summary(const std::string& file, const Outcome& outcome, const Counters& counters,
+                   const std::map<std::string, double>& seconds) {
+  fmt::print("{} holds the run up to t = {:.6g} s{}\n", file, outcome.frame.time,
+             outcome.stationary ? ", its stationary state" : "");
+  if (outcome.network) print_network(outcome);
+  if (!outcome.frame.charge.empty()) print_electrics(outcome, counters);
+  print_seconds(seconds);
+}
+
+}  // namespace lichtenberg

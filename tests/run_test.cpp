@@ -1,0 +1,343 @@
+// The command run, as a user meets it: in a process of its own, on a scene of six conductors that takes a moment.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <map>
+
+#include "src/analysis/network.hpp"
+#include "src/commands/command_line.hpp"
+#include "src/record/hdf5.hpp"
+#include "src/scene/scene.hpp"
+
+using namespace lichtenberg;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Six conductors that a source charges, and one electrode. 41 frames with a checkpoint at every fourth.
+const std::string scene_text = R"(
+title = "Six"
+seed = 3
+[domain]
+size = [8e-3, 8e-3]
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[electrode]]
+name = "ground"
+shape = "half-disk"
+side = "bottom"
+at = 4e-3
+radius = 1e-3
+potential = 0.0
+[[population]]
+count = 6
+radius = 0.775e-3
+min_gap = 0.1e-3
+[effects.floating_conductors]
+[effects.current_source]
+current = 0.2e-9
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+[field]
+cells = 64
+[output]
+every = 0.01
+checkpoint_every = 4
+picture = false
+[stop]
+time = 0.4
+stationary = false
+)";
+
+/// A folder with the scene in it, gone when the test is over.
+class Folder {
+ public:
+  Folder() : path_((fs::temp_directory_path() / "lichtenberg-run-test-XXXXXX").string()) {
+    REQUIRE(mkdtemp(path_.data()) != nullptr);
+    write("six.toml", scene_text);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  std::string operator/(const std::string& name) const { return (fs::path(path_) / name).string(); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(*this / name) << text; }
+
+ private:
+  std::string path_;
+};
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const size_t at = text.find(what);
+  REQUIRE_NE(at, std::string::npos);
+  return text.replace(at, what.size(), by);
+}
+
+/// `lichtenberg run six.toml --out <file> ...` in a child process whose output goes to files.
+class Child {
+ public:
+  Child(const Folder& folder, const std::string& file, std::vector<std::string> options = {},
+        const std::function<void()>& prepare = [] {})
+      : messages_(folder / "stderr"), summary_(folder / "stdout") {
+    std::vector<std::string> arguments{"run", folder / "six.toml", "--out", folder / file};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    std::fflush(nullptr);  // or the child would print what waits in our buffers again
+    process_ = fork();
+    if (process_ != 0) return;
+    for (const auto& [path, stream] : {std::pair{messages_, stderr}, std::pair{summary_, stdout}})
+      if (std::freopen(path.c_str(), "w", stream) == nullptr) _exit(99);
+    prepare();
+    const int status = run_command_line(arguments);
+    std::fflush(nullptr);
+    _exit(status);
+  }
+  Child(const Child&) = delete;
+  ~Child() { wait(); }
+
+  void send(int signal) const { kill(process_, signal); }
+  /// Exit status, or 128 and the number of the signal that ended it.
+  int wait() {
+    if (process_ != 0) waitpid(process_, &status_, 0);
+    process_ = 0;
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
+  }
+  std::string messages() const { return text_of(messages_); }
+  std::string summary() const { return text_of(summary_); }
+
+ private:
+  std::string messages_, summary_;
+  pid_t process_ = 0;
+  int status_ = 0;
+};
+
+int run(const Folder& folder, const std::string& file, const std::vector<std::string>& options = {"--quiet"}) {
+  return Child(folder, file, options).wait();
+}
+
+void collect(hid_t group, const std::string& path, std::map<std::string, std::vector<std::byte>>& bytes) {
+  for (const std::string& name : hdf5::names(group)) {
+    const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
+    if (H5Iget_type(object) == H5I_GROUP) {
+      collect(object, path + "/" + name, bytes);
+    } else if (const hdf5::Handle type(H5Dget_type(object)); H5Tget_class(type) != H5T_STRING) {
+      const hdf5::Handle space(H5Dget_space(object));
+      std::vector<std::byte>& data = bytes[path + "/" + name];
+      data.resize(static_cast<size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
+      hdf5::check(H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()));
+    }
+  }
+}
+
+/// All numbers of a result file but the provenance's, which are timings.
+std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
+  std::map<std::string, std::vector<std::byte>> bytes;
+  collect(hdf5::load(path), "", bytes);
+  std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });
+  return bytes;
+}
+
+void check_same_numbers(const std::string& path, const std::string& reference) {
+  const auto a = numbers(path), b = numbers(reference);
+  REQUIRE_EQ(a.size(), b.size());
+  for (const auto& [name, bytes] : a) {
+    CAPTURE(name);
+    CHECK(bytes == b.at(name));
+  }
+}
+
+size_t frames(const std::string& path) { return hdf5::shape(hdf5::load(path), "observables/energy/value")[0]; }
+double number(const std::string& path, const std::string& name) {
+  return hdf5::get<double>(hdf5::load(path), name).at(0);
+}
+
+}  // namespace
+
+TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
+  const Folder folder;
+  Child child(folder, "six.h5");
+  REQUIRE_EQ(child.wait(), 0);
+  const std::string path = folder / "six.h5";
+  CHECK_EQ(frames(path), 41);
+  const std::vector<double> time = hdf5::get<double>(hdf5::load(path), "observables/energy/time");
+  for (size_t k = 0; k < time.size(); ++k) CHECK_EQ(time[k], doctest::Approx(0.01 * static_cast<double>(k)));
+  // 6 conductors, 0.2 nA, 0.4 s: 4.8e-10 C, which something must have moved.
+  CHECK_EQ(hdf5::get<double>(hdf5::load(path), "observables/charge_fed/value").back(), doctest::Approx(4.8e-10));
+  CHECK_LT(std::abs(number(path, "summary/relative_charge_imbalance")), 1e-12);
+  for (const char* word : {"six.h5 holds the run up to t = 0.4 s", "connected", "endpoints", "branch points", "energy",
+                           "charge", "field solves", "time"})
+    CHECK_NE(child.summary().find(word), std::string::npos);
+  CHECK_NE(child.messages().find("of 0.4 s"), std::string::npos);
+}
+
+TEST_CASE("--quiet prints nothing") {
+  const Folder folder;
+  Child child(folder, "six.h5", {"--quiet"});
+  CHECK_EQ(child.wait(), 0);
+  CHECK_EQ(child.summary() + child.messages(), "");
+}
+
+// The contacts of a run are those closer than the contact gap, and of those closer than the release gap some.
+TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
+  const Folder folder;
+  REQUIRE_EQ(run(folder, "six.h5"), 0);
+  const Scene scene = read_scene(folder / "six.toml");
+  const hdf5::Handle file = hdf5::load(folder / "six.h5");
+  const std::vector<double> all = hdf5::get<double>(file, "particles/conductors/position/value");
+  std::vector<Vec2> position;
+  for (size_t k = all.size() - 3 * scene.conductors.size(); k < all.size(); k += 3)
+    position.push_back({all[k], all[k + 1]});
+  const std::vector<double> radius = hdf5::get<double>(file, "particles/conductors/radius");
+  const ContactDischarge& discharge = *scene.effects.contact_discharge;
+  const analysis::Ground ground = analysis::ground_of(scene);
+  const auto inner = analysis::contacts(position, radius, discharge.gap, ground);
+  const auto outer = analysis::contacts(position, radius, 1.001 * discharge.gap * (1 + discharge.hysteresis), ground);
+  const std::vector<std::int32_t> pairs = hdf5::get<std::int32_t>(file, "network/contacts");
+  std::vector<analysis::Contact> recorded;
+  for (size_t k = 0; k < pairs.size(); k += 2) recorded.emplace_back(pairs[k], pairs[k + 1]);
+  std::sort(recorded.begin(), recorded.end());
+  CHECK_GT(recorded.size(), 0);
+  CHECK(std::includes(recorded.begin(), recorded.end(), inner.begin(), inner.end()));
+  CHECK(std::includes(outer.begin(), outer.end(), recorded.begin(), recorded.end()));
+}
+
+// A run that stops at a frame that has a checkpoint anyway is an uninterrupted one up to there.
+TEST_CASE("a run resumed from any of its checkpoints equals an uninterrupted one bit for bit") {
+  const Folder folder;
+  REQUIRE_EQ(run(folder, "reference.h5"), 0);
+  for (int checkpoint = 4; checkpoint < 40; checkpoint += 4) {
+    CAPTURE(checkpoint);
+    folder.write("six.toml", replaced(scene_text, "time = 0.4", fmt::format("time = {:.2f}", 0.01 * checkpoint)));
+    REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--overwrite"}), 0);
+    folder.write("six.toml", scene_text);
+    REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
+    check_same_numbers(folder / "six.h5", folder / "reference.h5");
+  }
+}
+
+TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupted one bit for bit") {
+  const Folder folder;
+  const auto began = std::chrono::steady_clock::now();
+  REQUIRE_EQ(run(folder, "reference.h5"), 0);
+  const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - began;
+  int resumed = 0;
+  for (int trial = 0; trial < 6; ++trial) {
+    fs::remove(folder / "six.h5");
+    Child child(folder, "six.h5", {"--quiet"});
+    usleep(static_cast<useconds_t>(1e6 * whole.count() * (trial + 0.5) / 6));
+    child.send(SIGKILL);
+    child.wait();
+    const bool saved = fs::exists(folder / "six.h5");
+    resumed += saved && frames(folder / "six.h5") < 41;
+    REQUIRE_EQ(run(folder, "six.h5", {"--quiet", saved ? "--resume" : "--overwrite"}), 0);
+    check_same_numbers(folder / "six.h5", folder / "reference.h5");
+  }
+  CHECK_GT(resumed, 0);
+}
+
+TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be resumed") {
+  const Folder folder;
+  folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 4.0"));
+  for (const int signal : {SIGINT, SIGTERM}) {
+    fs::remove(folder / "six.h5");
+    Child child(folder, "six.h5");
+    while (!fs::exists(folder / "six.h5")) usleep(1000);
+    child.send(signal);
+    REQUIRE_EQ(child.wait(), 128 + signal);
+    CHECK_NE(child.messages().find("--resume goes on from there"), std::string::npos);
+    CHECK_EQ((frames(folder / "six.h5") - 1) % 4, 0);
+    CHECK_LT(frames(folder / "six.h5"), 401);
+  }
+  // The stop may be another one when a run is resumed.
+  folder.write("six.toml", scene_text);
+  REQUIRE_EQ(run(folder, "reference.h5"), 0);
+  REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
+  if (frames(folder / "six.h5") == 41) check_same_numbers(folder / "six.h5", folder / "reference.h5");
+}
+
+TEST_CASE("resuming a run that is over changes nothing") {
+  const Folder folder;
+  REQUIRE_EQ(run(folder, "six.h5"), 0);
+  const std::string before = text_of(folder / "six.h5");
+  CHECK_EQ(run(folder, "six.h5", {"--resume"}), 0);
+  CHECK_EQ(text_of(folder / "six.h5"), before);
+}
+
+TEST_CASE("a result file that exists is refused with status 2 and replaced only on request") {
+  const Folder folder;
+  folder.write("six.h5", "precious");
+  Child child(folder, "six.h5");
+  CHECK_EQ(child.wait(), 2);
+  CHECK_NE(child.messages().find("six.h5 exists: go on from it with --resume, replace it with --overwrite"),
+           std::string::npos);
+  CHECK_EQ(text_of(folder / "six.h5"), "precious");
+  CHECK_EQ(run(folder, "six.h5", {"--quiet", "--resume", "--overwrite"}), 2);
+  CHECK_EQ(text_of(folder / "six.h5"), "precious");
+  CHECK_EQ(run(folder, "six.h5", {"--quiet", "--overwrite"}), 0);
+  CHECK_EQ(frames(folder / "six.h5"), 41);
+}
+
+TEST_CASE("what cannot be resumed is refused: nothing, a truncated file, another scene") {
+  const Folder folder;
+  CHECK_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 2);
+  REQUIRE_EQ(run(folder, "six.h5"), 0);
+  const std::string whole = text_of(folder / "six.h5");
+
+  folder.write("cut.h5", whole.substr(0, whole.size() / 2));
+  Child cut(folder, "cut.h5", {"--resume"});
+  CHECK_EQ(cut.wait(), 1);
+  CHECK_NE(cut.messages().find("cut.h5 is damaged and cannot be resumed"), std::string::npos);
+
+  folder.write("six.toml", replaced(scene_text, "viscosity = 0.7", "viscosity = 0.8"));
+  Child other(folder, "six.h5", {"--resume"});
+  CHECK_EQ(other.wait(), 2);
+  CHECK_NE(other.messages().find("key `medium.viscosity` is not what it was"), std::string::npos);
+  CHECK_EQ(text_of(folder / "six.h5"), whole);
+}
+
+// A file-size limit fails a write as a full disk does, only with another error number. This one leaves room for the
+// first versions of the file, but not for the last.
+TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint, from which it goes on") {
+  const Folder folder;
+  REQUIRE_EQ(run(folder, "reference.h5"), 0);
+  folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 0.01"));
+  REQUIRE_EQ(run(folder, "start.h5"), 0);
+  folder.write("six.toml", scene_text);
+  const rlim_t room = (fs::file_size(folder / "start.h5") + fs::file_size(folder / "reference.h5")) / 2;
+  Child child(folder, "six.h5", {"--quiet"}, [room] {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit at_most{room, room};
+    setrlimit(RLIMIT_FSIZE, &at_most);
+  });
+  CHECK_EQ(child.wait(), 1);
+  CHECK_NE(child.messages().find("six.h5 cannot be written (File too large); what was saved up to t = "),
+           std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "six.h5.partial"));
+  CHECK_LT(frames(folder / "six.h5"), 41);
+  REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
+  check_same_numbers(folder / "six.h5", folder / "reference.h5");
+}
+
+TEST_CASE("a run that is asked for a picture leaves one") {
+  const Folder folder;
+  folder.write("six.toml", replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));
+  CHECK_EQ(run(folder, "six.h5"), 0);
+  CHECK_EQ(text_of(folder / "six.png").substr(1, 3), "PNG");
+}

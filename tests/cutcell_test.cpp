@@ -239,6 +239,14 @@ TEST_CASE("nothing grounded: the neutral box is solved, potentials have zero mea
     for (int k = 0; k < 4; ++k)
       CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-8));
     CHECK(solution.energy > 0);
+    // The constant that fixed the mean must not leak into the next first guess.
+    LaplaceProblem grounded = problem;
+    grounded.groups[3] = {false, 0, 0};
+    const LaplaceSolution after = solver.solve(grounded);
+    solver.forget();
+    const LaplaceSolution alone = solver.solve(grounded);
+    for (int k = 0; k < 4; ++k)
+      CHECK(after.group_potential[k] == doctest::Approx(alone.group_potential[k]).epsilon(1e-8));
   }
   problem.groups[0].charge = 1.1;
   CutCellSolver solver(options(64));

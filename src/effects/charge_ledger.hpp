@@ -8,7 +8,7 @@
 namespace lichtenberg::effects {
 
 /// A sum that keeps what rounding cuts off (Neumaier 1974): adding the same small current a hundred thousand times loses
-/// the same fraction of it each time, and a plain sum would drift by 1e-11.
+/// the same fraction of it each time, and a plain sum would drift by up to 1e-11 of itself.
 class CompensatedSum {
  public:
   CompensatedSum() = default;

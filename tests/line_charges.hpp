@@ -1,0 +1,106 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg {
+
+/// What a test wants to know about a solver that it has given away.
+struct SolverLog {
+  int solves = 0;
+  int forgets = 0;
+};
+
+/// A field solver small enough to check by hand: each disk is a line charge at its centre, and the potential of disk i is
+///   phi_i = -1/(2 pi eps) * (q_i ln(R_i / L) + sum_j q_j ln(d_ij / L)),   L = width of the box,
+/// as if the ground were a circle of radius L far away. Groups share their charge so that their potentials are equal.
+/// Forces are the exact derivative of the energy. Bodies must be disks; the box plays no other part.
+///
+/// Like an iterative solver it ends near its solution, where exactly depends on the solves before: the k-th one since it
+/// last forgot is off by a factor 1 + 1e-9 k.
+class LineCharges : public laplace::LaplaceSolver {
+ public:
+  explicit LineCharges(std::shared_ptr<SolverLog> log = std::make_shared<SolverLog>()) : log_(std::move(log)) {}
+
+  laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
+    ++log_->solves;
+    const Eigen::MatrixXd coefficients = potential_coefficients(problem);
+    const Eigen::VectorXd charge = share(problem, coefficients);
+    const Eigen::VectorXd potential = coefficients * charge;
+    const double off = 1 + 1e-9 * solves_since_forget_++;
+    laplace::LaplaceSolution solution;
+    solution.group_potential.resize(problem.groups.size());
+    solution.energy = 0.5 * charge.dot(potential);
+    solution.iterations = 1;
+    for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+      solution.group_potential[problem.bodies[b].group] = potential[static_cast<Eigen::Index>(b)] * off;
+      solution.body_charge.push_back(charge[static_cast<Eigen::Index>(b)] * off);
+      solution.body_force.push_back(off * force(problem, charge, b));
+    }
+    return solution;
+  }
+  laplace::Field field() const override { return {}; }
+  void forget() override {
+    ++log_->forgets;
+    solves_since_forget_ = 0;
+  }
+
+ private:
+  static const Disk& disk(const laplace::LaplaceProblem& problem, Eigen::Index b) {
+    return std::get<Disk>(problem.bodies[static_cast<std::size_t>(b)].shape);
+  }
+
+  static Eigen::MatrixXd potential_coefficients(const laplace::LaplaceProblem& problem) {
+    const auto n = static_cast<Eigen::Index>(problem.bodies.size());
+    const double unit = 1 / (2 * std::numbers::pi * problem.permittivity);
+    Eigen::MatrixXd p(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const Disk &a = disk(problem, i), &b = disk(problem, j);
+        p(i, j) = -unit * std::log((i == j ? a.radius : norm(a.centre - b.centre)) / problem.size.x);
+      }
+    return p;
+  }
+
+  /// Charges q and floating potentials u of P q - u = given potential, sum of q over a group = its charge.
+  static Eigen::VectorXd share(const laplace::LaplaceProblem& problem, const Eigen::MatrixXd& p) {
+    const auto n = static_cast<Eigen::Index>(problem.bodies.size());
+    const auto groups = static_cast<Eigen::Index>(problem.groups.size());
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(n + groups, n + groups);
+    matrix.topLeftCorner(n, n) = p;
+    Eigen::VectorXd rhs = Eigen::VectorXd::Zero(n + groups);
+    for (Eigen::Index g = 0; g < groups; ++g) {
+      const laplace::Group& group = problem.groups[static_cast<std::size_t>(g)];
+      rhs[n + g] = group.floating ? group.charge : group.potential;
+      if (group.floating) matrix(n + g, n + g) = 0;
+    }
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const int g = problem.bodies[static_cast<std::size_t>(b)].group;
+      matrix(b, n + g) = -1;
+      if (problem.groups[static_cast<std::size_t>(g)].floating) matrix(n + g, b) = 1;
+    }
+    return matrix.partialPivLu().solve(rhs).head(n);
+  }
+
+  static Vec2 force(const laplace::LaplaceProblem& problem, const Eigen::VectorXd& charge, std::size_t b) {
+    const auto i = static_cast<Eigen::Index>(b);
+    Vec2 sum;
+    for (Eigen::Index j = 0; j < charge.size(); ++j) {
+      if (j == i) continue;
+      const Vec2 r = disk(problem, i).centre - disk(problem, j).centre;
+      sum += charge[i] * charge[j] / (2 * std::numbers::pi * problem.permittivity * norm2(r)) * r;
+    }
+    return sum;
+  }
+
+  std::shared_ptr<SolverLog> log_;
+  int solves_since_forget_ = 0;
+};
+
+}  // namespace lichtenberg

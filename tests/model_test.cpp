@@ -1,0 +1,209 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <numbers>
+#include <random>
+
+#include "src/model/model.hpp"
+#include "src/scene/scene.hpp"
+
+// Every allocation of this program is counted.
+namespace {
+long allocations = 0;
+}
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+using namespace lichtenberg;
+using doctest::Approx;
+
+namespace {
+
+Bodies random_bodies(int n, int dimension, double width, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(0, width), radius(0.5, 1.5);
+  Bodies bodies{.dimension = dimension};
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < dimension; ++k) bodies.position.push_back(place(random));
+    bodies.radius.push_back(radius(random));
+    bodies.mass.push_back(1);
+  }
+  bodies.momentum.resize(bodies.position.size());
+  return bodies;
+}
+
+std::vector<Pair> all_pairs_closer_than(const Bodies& bodies, double range) {
+  std::vector<Pair> pairs;
+  for (int i = 0; i < bodies.size(); ++i)
+    for (int j = i + 1; j < bodies.size(); ++j) {
+      double d2 = 0;
+      for (int k = 0; k < bodies.dimension; ++k)
+        d2 += std::pow(bodies.position[i * bodies.dimension + k] - bodies.position[j * bodies.dimension + k], 2);
+      if (std::sqrt(d2) - bodies.radius[i] - bodies.radius[j] < range) pairs.push_back({i, j});
+    }
+  return pairs;
+}
+
+/// Counts what it is asked for; pushes every body by (1, 0, ...).
+struct Counting : Effect {
+  explicit Counting(Needs n) : wants(n) {}
+  std::string_view name() const override { return "counting"; }
+  Needs needs() const override { return wants; }
+  void add_forces(const State& state, std::span<double> force) const override {
+    ++forces;
+    neighbours = state.neighbours.size();
+    for (int i = 0; i < state.bodies.size(); ++i) force[i * state.bodies.dimension] += 1;
+  }
+  void add_currents(const State&, std::span<double> current) const override { current[0] += 2; }
+
+  Needs wants;
+  mutable int forces = 0;
+  mutable std::size_t neighbours = 0;
+};
+
+Model model_with(Bodies bodies, std::initializer_list<Needs> needs) {
+  std::vector<std::unique_ptr<Effect>> effects;
+  for (const Needs& n : needs) effects.push_back(std::make_unique<Counting>(n));
+  const std::vector<double> charge(bodies.radius.size(), 7);
+  return Model(std::move(bodies), std::move(effects), charge);
+}
+
+}  // namespace
+
+TEST_CASE("a scene's conductors become spheres") {
+  Scene scene;
+  scene.material.density = 8050;
+  scene.conductors = {{.position = {1, 2}, .velocity = {3, 4}, .radius = 0.775e-3}, {.position = {5, 6}, .radius = 1e-3}};
+  const Bodies bodies = make_bodies(scene);
+  REQUIRE(bodies.size() == 2);
+  // 4/3 pi 8050 0.775^3 1e-9 = 1.56959e-5 kg: pi * 4/3 * 8050 = 33719.8, 0.775^3 = 0.465484
+  CHECK(bodies.mass[0] == Approx(1.56959e-5).epsilon(1e-5));
+  CHECK(position(bodies, 1) == Vec2{5, 6});
+  CHECK(bodies.momentum[1] == Approx(4 * bodies.mass[0]));
+  CHECK(norm(velocity(bodies, 0)) == Approx(5));
+  CHECK(bodies.charge.empty());
+}
+
+TEST_CASE("a wired group's charge is spread over its members") {
+  Scene scene;
+  scene.groups = {{.name = "pair", .charge = 6e-12}};
+  scene.conductors = {{.radius = 1, .group = 0}, {.radius = 1, .charge = 5e-12}, {.radius = 1, .group = 0}};
+  CHECK(initial_charges(scene) == std::vector<double>{3e-12, 5e-12, 3e-12});
+}
+
+TEST_CASE("the cell list finds the pairs that a look at all pairs finds, in the same order") {
+  for (const int dimension : {2, 3})
+    for (const double range : {-0.5, 0.0, 0.7, 3.0, 40.0}) {
+      const Bodies bodies = random_bodies(150, dimension, 20, 1);
+      CHECK(pairs_closer_than(bodies, range) == all_pairs_closer_than(bodies, range));
+    }
+}
+
+TEST_CASE("the cell list takes bodies that flew far away, coinciding ones, and none") {
+  Bodies bodies = random_bodies(30, 2, 5, 2);
+  bodies.position[0] = 1e12;
+  bodies.position[2] = bodies.position[4], bodies.position[3] = bodies.position[5];
+  CHECK(pairs_closer_than(bodies, 0.1) == all_pairs_closer_than(bodies, 0.1));
+  CHECK(pairs_closer_than(Bodies{}, 1).empty());
+}
+
+TEST_CASE("a neighbour list never misses a pair, and searches only when a body has moved half the skin") {
+  Bodies bodies = random_bodies(60, 2, 15, 3);
+  const double range = 0.3, skin = 0.4;
+  NeighbourList list(range, skin);
+  std::mt19937 random(4);
+  std::normal_distribution<double> step(0, 0.02);
+  int walks = 0;
+  for (; walks < 200; ++walks) {
+    list.update(bodies);
+    const auto listed = list.pairs();
+    for (const Pair pair : all_pairs_closer_than(bodies, range))
+      REQUIRE(std::binary_search(listed.begin(), listed.end(), pair));
+    for (double& x : bodies.position) x += step(random);
+  }
+  CHECK(list.searches() > 1);
+  // Half a skin of 0.2 is 10 standard deviations of one step: a search every few steps at most.
+  CHECK(list.searches() < walks / 4);
+
+  const auto before = list.searches();
+  bodies.position[0] += 0.45 * skin;
+  NeighbourList still(range, skin);
+  still.update(bodies);
+  bodies.position[1] += 0.49 * skin;
+  still.update(bodies);
+  CHECK(still.searches() == 1);
+  bodies.position[1] += 0.02 * skin;
+  still.update(bodies);
+  CHECK(still.searches() == 2);
+  CHECK(list.searches() == before);
+}
+
+TEST_CASE("charges and the neighbour list exist only if an effect needs them") {
+  const Bodies bodies = random_bodies(10, 2, 5, 5);
+  const Model bare = model_with(bodies, {Needs{}});
+  CHECK(bare.bodies.charge.empty());
+  CHECK(!bare.neighbours);
+  const Model charged = model_with(bodies, {Needs{}, Needs{.charges = true}});
+  CHECK(charged.bodies.charge == std::vector<double>(10, 7.0));
+  CHECK(!charged.neighbours);
+  CHECK(model_with(bodies, {Needs{.neighbour_range = 0.0}}).neighbours);
+}
+
+TEST_CASE("the neighbour list reaches as far as the effect that reaches farthest") {
+  Bodies bodies = random_bodies(2, 2, 1, 6);
+  bodies.radius = {1, 1};
+  bodies.position = {0, 0, 4.5, 0};  // a gap of 2.5, more than range 1 and the skin of 0.3 together
+  std::vector<double> force(4);
+  Model near = model_with(bodies, {Needs{.neighbour_range = 1.0}});
+  near.forces(0, force);
+  CHECK(near.neighbours->pairs().empty());
+  Model far = model_with(bodies, {Needs{.neighbour_range = 1.0}, Needs{.neighbour_range = 2.6}});
+  far.forces(0, force);
+  CHECK(far.neighbours->pairs().size() == 1);
+}
+
+TEST_CASE("forces are the sum over the effects, each asked once, and evaluating them allocates nothing") {
+  Model model = model_with(random_bodies(20, 2, 5, 7), {Needs{}, Needs{.neighbour_range = 0.0}});
+  std::vector<double> force(40, 99.0), current(20, 99.0);
+  model.forces(0, force);  // searches for neighbours
+  const long before = allocations;
+  model.forces(1, force);
+  CHECK(allocations == before);
+  CHECK(force[0] == 2);
+  CHECK(force[1] == 0);
+  const auto* first = static_cast<const Counting*>(model.effects[0].get());
+  CHECK(first->forces == 2);
+  CHECK(model.neighbours->searches() == 1);
+  model.currents(0, current);
+  CHECK(current[0] == 4);
+  CHECK(current[1] == 0);
+}
+
+TEST_CASE("an integrator's longest move is the strictest effect's, in smallest radii") {
+  Bodies bodies = random_bodies(2, 2, 5, 8);
+  bodies.radius = {3, 2};
+  CHECK(std::isinf(model_with(bodies, {Needs{}}).largest_move()));
+  CHECK(model_with(bodies, {Needs{.largest_move = 0.5}, Needs{.largest_move = 0.7}, Needs{}}).largest_move() == 1);
+}
+
+TEST_CASE("a central block has its stiffness along the normal and across it") {
+  ForceJacobian jacobian(2);
+  const std::vector<double> n = {0.6, 0.8};
+  jacobian.add_central(1, 0, n, 5, 2);
+  // (5 - 2) n n' + 2 = [[3.08, 1.44], [1.44, 3.92]], rows 2 and 3, columns 0 and 1
+  REQUIRE(jacobian.by_position.size() == 4);
+  CHECK(jacobian.by_position[0].row == 2);
+  CHECK(jacobian.by_position[3].column == 1);
+  CHECK(jacobian.by_position[0].value == Approx(3.08));
+  CHECK(jacobian.by_position[1].value == Approx(1.44));
+  CHECK(jacobian.by_position[2].value == Approx(1.44));
+  CHECK(jacobian.by_position[3].value == Approx(3.92));
+}

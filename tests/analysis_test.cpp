@@ -103,7 +103,8 @@ TEST_CASE("of two equally near conductors the first is the successor") {
 
 TEST_CASE("degrees count contacts within the network, the ground among them, and leave the unconnected out") {
   const DegreeDistribution degrees = network_on_bottom(rounds).degrees;
-  // a: ground, b, c; b: a, c, d; c: a, b, d; d: b, c. Contacts: 5 and one with the ground, two more than a tree of 4 has.
+  // a: ground, b, c; b: a, c, d; c: a, b, d; d: b, c. Contacts: 5 and one with the ground, two more than a tree of 4
+  // has.
   CHECK_EQ(degrees.connected, 4);
   CHECK_EQ(degrees.grounded, 1);
   CHECK_EQ(degrees.number, std::vector<int>{0, 0, 1, 3});
@@ -129,8 +130,8 @@ TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
     weighted += (j - 2) * degrees.fraction(j);
   }
   const double m = 6, f1 = degrees.fraction(1), b = degrees.branching();
-  CHECK_EQ(sum, doctest::Approx(1));                // 7.6
-  CHECK_EQ(weighted + 1 / m, doctest::Approx(0));   // 7.7
+  CHECK_EQ(sum, doctest::Approx(1));               // 7.6
+  CHECK_EQ(weighted + 1 / m, doctest::Approx(0));  // 7.7
   // 7.9 follows from both; for finite M the 1/M of 7.7 stays in f3 and f4.
   CHECK_EQ(degrees.fraction(2), doctest::Approx(1 - (f1 + b)));
   CHECK_EQ(degrees.fraction(3), doctest::Approx(2 * b - f1 + 1 / m));

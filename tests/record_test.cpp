@@ -1,4 +1,5 @@
-// Result files: what stands in them, and that neither a kill, a full disk nor a damaged file costs more than one sentence.
+// Result files: what stands in them, and that neither a kill, a full disk nor a damaged file costs more than one
+// sentence.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <signal.h>
@@ -236,7 +237,8 @@ TEST_CASE("the scene stands in the file, with the geometry that a picture needs"
 TEST_CASE("the network stands in the file frame by frame, its contacts for the last") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
-  recorder.add(frame(2), analysis::Network{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}});
+  recorder.add(frame(2),
+               analysis::Network{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}});
   recorder.save(milestone(2));
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
   CHECK_EQ(hdf5::get<std::int32_t>(file, "particles/conductors/successor/value"),
@@ -341,8 +343,8 @@ TEST_CASE("a place that cannot be written is refused before any work starts") {
   CHECK_THROWS_AS(Recorder::start(folder / "run.h5", two_conductors(), masses, true), InputError);
 }
 
-// A file-size limit fails a write just as a full disk does, only with another error number. The limit is set so low that
-// nothing fits, that half of the new version fits, and that all but its last byte fits.
+// A file-size limit fails a write just as a full disk does, only with another error number. The limit is set so low
+// that nothing fits, that half of the new version fits, and that all but its last byte fits.
 TEST_CASE("a full disk costs one sentence and leaves the last good version") {
   const Folder folder;
   const std::string path = folder / "run.h5";
@@ -447,12 +449,15 @@ TEST_CASE("a run is resumed with the scene it was started with") {
 TEST_CASE("the first change of a scene is named; comments, order, [stop] and [output] do not count") {
   const std::string scene = "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[stop]\ntime = 1\n";
   CHECK_EQ(first_change(scene, scene), "");
-  CHECK_EQ(first_change(scene, "# new\n[output]\nevery = 3\n[medium]\nviscosity = 0.7 # same\n[[conductor]]\nx = 1\n"
-                               "[stop]\ntime = 2\n"),
+  CHECK_EQ(first_change(scene,
+                        "# new\n[output]\nevery = 3\n[medium]\nviscosity = 0.7 # same\n[[conductor]]\nx = 1\n"
+                        "[stop]\ntime = 2\n"),
            "a");
-  CHECK_EQ(first_change(scene, "a = 1\n[output]\nevery = 3\n[[conductor]]\nx = 1\n[medium]\nviscosity = 0.7 # same\n"), "");
+  CHECK_EQ(first_change(scene, "a = 1\n[output]\nevery = 3\n[[conductor]]\nx = 1\n[medium]\nviscosity = 0.7 # same\n"),
+           "");
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.8\n[[conductor]]\nx = 1\n"), "medium.viscosity");
-  CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[[conductor]]\nx = 2\n"), "conductor");
+  CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[[conductor]]\nx = 2\n"),
+           "conductor");
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
 }
 

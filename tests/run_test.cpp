@@ -94,8 +94,9 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 /// `lichtenberg run six.toml --out <file> ...` in a child process whose output goes to files.
 class Child {
  public:
-  Child(const Folder& folder, const std::string& file, std::vector<std::string> options = {},
-        const std::function<void()>& prepare = [] {})
+  Child(
+      const Folder& folder, const std::string& file, std::vector<std::string> options = {},
+      const std::function<void()>& prepare = [] {})
       : messages_(folder / "stderr"), summary_(folder / "stdout") {
     std::vector<std::string> arguments{"run", folder / "six.toml", "--out", folder / file};
     arguments.insert(arguments.end(), options.begin(), options.end());
@@ -337,7 +338,8 @@ TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint
 
 TEST_CASE("a run that is asked for a picture leaves one") {
   const Folder folder;
-  folder.write("six.toml", replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));
+  folder.write("six.toml",
+               replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));
   CHECK_EQ(run(folder, "six.h5"), 0);
   CHECK_EQ(text_of(folder / "six.png").substr(1, 3), "PNG");
 }

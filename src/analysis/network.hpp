@@ -29,8 +29,8 @@ constexpr int unconnected = -2;  ///< in place of a successor: no path to the gr
 using Contact = std::pair<int, int>;
 
 /// All contacts, in ascending order, by the criterion D 7.1: those whose surface-to-surface gap is less than
-/// `contact_gap` (m). D asks for centres closer than 3R, which for equal radii is a contact gap of R. A run also remembers
-/// which contacts it made; its own list is the better one.
+/// `contact_gap` (m). D asks for centres closer than 3R, which for equal radii is a contact gap of R. A run also
+/// remembers which contacts it made; its own list is the better one.
 std::vector<Contact> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
                               const Ground& ground);
 
@@ -56,9 +56,9 @@ struct DegreeDistribution {
   std::vector<int> number;  ///< Delta_j (D 7.3): conductors of degree j
 
   int endpoints() const { return number.size() > 1 ? number[1] : 0; }  ///< Delta_1
-  int branch_points() const;                                          ///< sum of Delta_j over j > 2
-  double fraction(int degree) const;                                  ///< f_j = Delta_j / M (D 7.4); 0 if M = 0
-  double branching() const;                                           ///< B (D 7.5); 0 if M = 0
+  int branch_points() const;                                           ///< sum of Delta_j over j > 2
+  double fraction(int degree) const;                                   ///< f_j = Delta_j / M (D 7.4); 0 if M = 0
+  double branching() const;                                            ///< B (D 7.5); 0 if M = 0
 };
 
 /// A conductor's degree counts its contacts with other conductors, and the ground as one more: D's sum (7.2) starts at

@@ -216,8 +216,8 @@ def draw_potential(axes, snapshot):
 
 def draw_edges(axes, snapshot, edges, **style):
     if len(edges) > 0:
-        width = line_width(axes, snapshot, 0.3, 2.5)
-        axes.add_collection(LineCollection(edges, linewidths=width, capstyle="round", zorder=4, **style))
+        style = {"linewidths": line_width(axes, snapshot, 0.3, 2.5), "capstyle": "round", "zorder": 4, **style}
+        axes.add_collection(LineCollection(edges, **style))
 
 
 def bar_patch(axes, geometry, **style):

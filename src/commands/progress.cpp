@@ -44,7 +44,8 @@ void Progress::show(const Frame& frame, const std::optional<analysis::Network>& 
 
 std::string Progress::line(const Frame& frame, const std::optional<analysis::Network>& network) const {
   std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, stop_);
-  if (frame.field_solves > 0) text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
+  if (frame.field_solves > 0)
+    text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
   if (network) text += fmt::format(", {} of {} connected", network->degrees.connected, frame.position.size());
   if (frame.time > start_) {
     const double elapsed = Seconds(Clock::now() - began_).count();

@@ -54,7 +54,9 @@ std::optional<analysis::Network> network_of(const Simulation& simulation, const 
 class Run {
  public:
   explicit Run(const RunArguments& request)
-      : request_(request), scene_(requested_scene(request)), recorder_(open_recorder(request, scene_)),
+      : request_(request),
+        scene_(requested_scene(request)),
+        recorder_(open_recorder(request, scene_)),
         simulation_(scene_) {
     if (recorder_.checkpoint()) simulation_.restore(*recorder_.checkpoint());
   }

@@ -31,8 +31,9 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
              frame.charge_fed);
   if (outcome.initial_charge != 0) fmt::print(" - {:.6g} C at the start", outcome.initial_charge);
   fmt::print(" = {:.1e} C (relative {:.1e})\n", charge_imbalance(outcome), relative_charge_imbalance(outcome));
-  fmt::print("field solves   {}, {:.3g} iterations each\n", counters.field_solves,
-             static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));
+  fmt::print(
+      "field solves   {}, {:.3g} iterations each\n", counters.field_solves,
+      static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));
   fmt::print("contacts       {} made, {} lost\n", counters.contacts_made, counters.contacts_lost);
 }
 

@@ -7,25 +7,20 @@
 namespace lichtenberg::hdf5 {
 namespace {
 
-constexpr hsize_t rows_a_chunk = 256;      // of a series of single numbers
-constexpr unsigned compression = 4;        // deflate; higher levels cost time and gain a percent or two
+constexpr hsize_t rows_a_chunk = 256;     // of a series of single numbers
+constexpr unsigned compression = 4;       // deflate, 0 ... 9
 constexpr size_t memory_step = 1u << 20;  // bytes by which a file in memory grows
 
 /// HDF5 prints its error stack unless told not to; here it becomes an exception.
 void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 template <class Number>
-hid_t native();
-template <>
-hid_t native<double>() { return H5T_NATIVE_DOUBLE; }
-template <>
-hid_t native<float>() { return H5T_NATIVE_FLOAT; }
-template <>
-hid_t native<std::int32_t>() { return H5T_NATIVE_INT32; }
-template <>
-hid_t native<std::int64_t>() { return H5T_NATIVE_INT64; }
-template <>
-hid_t native<std::uint64_t>() { return H5T_NATIVE_UINT64; }
+hid_t native() {
+  if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<Number, std::int32_t>) return H5T_NATIVE_INT32;
+  if constexpr (std::is_same_v<Number, std::int64_t>) return H5T_NATIVE_INT64;
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
+}
 
 Handle text_type(size_t size) {
   Handle type(H5Tcopy(H5T_C_S1));
@@ -235,13 +230,12 @@ Shape shape(hid_t parent, const std::string& name) {
   return dataset_shape(Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)));
 }
 
-#define FOR_NUMBER(Number)                                                                                            \
-  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                      \
-  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);            \
-  template void append(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);         \
+#define FOR_NUMBER(Number)                                                                                    \
+  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);              \
+  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);    \
+  template void append(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&); \
   template std::vector<Number> get(hid_t, const std::string&);
 FOR_NUMBER(double)
-FOR_NUMBER(float)
 FOR_NUMBER(std::int32_t)
 FOR_NUMBER(std::int64_t)
 FOR_NUMBER(std::uint64_t)

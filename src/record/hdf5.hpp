@@ -78,7 +78,7 @@ void put_fixed_attribute(hid_t object, const std::string& name, const std::strin
 template <class Number>
 void put_attribute(hid_t object, const std::string& name, std::span<const Number> numbers, const Shape& shape);
 template <class Number>
-  requires std::is_arithmetic_v<Number>
+requires std::is_arithmetic_v<Number>
 void put_attribute(hid_t object, const std::string& name, Number number) {
   put_attribute(object, name, std::span<const Number>(&number, 1), {});
 }
@@ -91,7 +91,7 @@ template <class Number>
 void put(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
          const std::string& unit);
 template <class Number>
-  requires std::is_arithmetic_v<Number>
+requires std::is_arithmetic_v<Number>
 void put(hid_t parent, const std::string& name, Number number, const std::string& unit) {
   put(parent, name, std::span<const Number>(&number, 1), {}, unit);
 }
@@ -102,7 +102,7 @@ template <class Number>
 void append(hid_t parent, const std::string& name, std::span<const Number> row, const Shape& shape,
             const std::string& unit);
 template <class Number>
-  requires std::is_arithmetic_v<Number>
+requires std::is_arithmetic_v<Number>
 void append(hid_t parent, const std::string& name, Number number, const std::string& unit) {
   append(parent, name, std::span<const Number>(&number, 1), {}, unit);
 }

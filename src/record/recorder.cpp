@@ -17,7 +17,8 @@ namespace {
 
 void check_is_hdf5(const std::string& path) {
   if (!std::filesystem::exists(path))
-    throw InputError(fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
+    throw InputError(
+        fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
   if (!hdf5::is_hdf5(path))
     throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be resumed", path));
 }
@@ -25,18 +26,20 @@ void check_is_hdf5(const std::string& path) {
 void check_format(const hdf5::Handle& file, const std::string& path) {
   const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
   if (!format)
-    throw InputError(fmt::format("{} was not written by `lichtenberg run`: only its result files can be resumed", path));
+    throw InputError(
+        fmt::format("{} was not written by `lichtenberg run`: only its result files can be resumed", path));
   if (*format != result_format)
-    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg resumes format {} only", path,
-                                 *format, result_format));
+    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg resumes format {} only",
+                                 path, *format, result_format));
 }
 
 void check_scene(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
   const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
   if (!change.empty())
-    throw InputError(fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop] and "
-                                 "[output] may change",
-                                 scene.path, change, path));
+    throw InputError(
+        fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop] and "
+                    "[output] may change",
+                    scene.path, change, path));
 }
 
 std::string session_group(int session) { return fmt::format("provenance/session-{}", session); }
@@ -68,9 +71,10 @@ Recorder::Recorder(std::string path, const Scene& scene, std::vector<double> mas
 Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite) {
   check_writable(path);
   if (std::filesystem::exists(path) && !overwrite)
-    throw InputError(fmt::format("{} exists: go on from it with --resume, replace it with --overwrite, or name another "
-                                 "file with --out",
-                                 path));
+    throw InputError(
+        fmt::format("{} exists: go on from it with --resume, replace it with --overwrite, or name another "
+                    "file with --out",
+                    path));
   return Recorder(path, scene, {mass.begin(), mass.end()});
 }
 

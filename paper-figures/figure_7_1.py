@@ -1,0 +1,28 @@
+#!/usr/bin/python3
+"""Figure 7.1: the stationary state of 324 conductors, beside its network of electrical contacts.
+
+The source has a photograph of the experiment where this has the network.
+"""
+
+import matplotlib.pyplot as plt
+
+import networks
+import plot
+from figures import save
+
+
+def main():
+    snapshot, contacts = networks.last_state(__doc__.splitlines()[0])
+    plot.set_style()
+    figure, (state, graph) = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained")
+    networks.panel(state, snapshot, plot.caption(snapshot))
+    plot.draw_conductors(state, snapshot)
+    plot.draw_scale(state, snapshot)
+    networks.panel(graph, snapshot, f"{len(contacts)} contacts")
+    plot.draw_edges(graph, snapshot, networks.contact_edges(snapshot, contacts), color=plot.INK, linewidths=1)
+    networks.draw_nodes(graph, snapshot, slice(None), plot.INK)
+    save(figure, "figure_7_1")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+#!/usr/bin/python3
+"""Figure 7.2: the network graph G of a state (left) and its anti-arborescence A (right).
+
+G: contacts (D 7.1); those that A leaves out, one a loop, in blue. A: each conductor's successor on the way to the
+ground; endpoints (degree 1) in red, branch points (degree above 2) in green, with their fractions.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+
+import networks
+import plot
+from figures import save
+
+ENDPOINT, BRANCH, LEFT_OUT = "#d62728", "#2ca02c", "#1f77b4"
+
+
+def in_tree(snapshot, contacts):
+    """Which contacts join a conductor and its successor."""
+    successor = snapshot.successor
+    return np.array([successor[i] == j or (j >= 0 and successor[j] == i) for i, j in contacts])
+
+
+def draw_arrows(axes, snapshot):
+    for start, end in plot.tree_edges(snapshot):
+        axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>,head_width=0.12,head_length=0.25", "shrinkA": 0,
+                                                  "shrinkB": 0, "linewidth": 0.8, "color": plot.INK}, zorder=4)
+
+
+def draw_kinds(axes, snapshot, degree):
+    kinds = [("endpoint", ENDPOINT, degree == 1), ("branch point", BRANCH, degree > 2)]
+    kinds.append(("other", plot.INK, degree == 2))
+    handles = []
+    for name, colour, chosen in kinds:
+        chosen = chosen & snapshot.connected
+        networks.draw_nodes(axes, snapshot, chosen, colour)
+        label = f"{name}, {chosen.sum() / max(snapshot.connected.sum(), 1):.3f}"
+        handles.append(Line2D([], [], linestyle="", marker="o", markersize=4, color=colour, label=label))
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=3, frameon=False, handletextpad=0)
+
+
+def main():
+    snapshot, contacts = networks.last_state(__doc__.splitlines()[0])
+    plot.set_style()
+    figure, (graph, tree) = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained")
+    networks.panel(graph, snapshot, f"graph: N = {len(snapshot.radius)}, {len(contacts)} contacts")
+    edges, kept = networks.contact_edges(snapshot, contacts), in_tree(snapshot, contacts)
+    plot.draw_edges(graph, snapshot, edges[kept], color=plot.INK, linewidths=1)
+    plot.draw_edges(graph, snapshot, edges[~kept], color=LEFT_OUT, linewidths=1)
+    networks.draw_nodes(graph, snapshot, slice(None), plot.INK)
+    plot.draw_scale(graph, snapshot)
+    networks.panel(tree, snapshot, f"anti-arborescence: M = {snapshot.connected.sum()}")
+    draw_arrows(tree, snapshot)
+    draw_kinds(tree, snapshot, networks.degrees(snapshot, contacts))
+    save(figure, "figure_7_2")
+
+
+if __name__ == "__main__":
+    main()

@@ -20,11 +20,11 @@ Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
 
 void Electrics::connect() {
   if (discharge_) counters_.contacts_made += discharge_->update(model_.bodies).made;
-  regroup();
+  groups_ = groups_of(discharge_);
 }
 
-void Electrics::regroup() {
-  groups_ = effects::electrical_groups(scene_, discharge_ ? discharge_->contacts() : std::vector<effects::Contact>{});
+effects::ElectricalGroups Electrics::groups_of(const effects::ContactDischarge* discharge) const {
+  return effects::electrical_groups(scene_, discharge ? discharge->contacts() : std::vector<effects::Contact>{});
 }
 
 void Electrics::charge_bodies(double time) {
@@ -53,6 +53,18 @@ void Electrics::settle(double time) {
   }
 }
 
+bool Electrics::about_to_part() const {
+  if (!discharge_) return false;
+  const Stopwatch watch(counters_.contact_seconds);
+  effects::ContactDischarge tried = *discharge_;
+  if (tried.update(model_.bodies).lost == 0) return false;
+  try {
+    return effects::parts(groups_, groups_of(&tried));
+  } catch (const InputError&) {
+    return false;  // a short circuit: `reconnect` says so
+  }
+}
+
 bool Electrics::reconnect(double time) {
   if (!discharge_) return false;
   const effects::ElectricalGroups before = groups_;
@@ -63,13 +75,14 @@ bool Electrics::reconnect(double time) {
     counters_.contacts_made += changes.made;
     counters_.contacts_lost += changes.lost;
     try {
-      regroup();
+      groups_ = groups_of(discharge_);
     } catch (const InputError& error) {
       throw Failure(fmt::format("at t = {:.6g} s {}", time, error.what()));
     }
   }
   if (groups_ == before) return false;
   ++counters_.regroupings;
+  if (!effects::parts(groups_, before)) return false;
   solve(time);
   settle(time);
   return true;
@@ -119,7 +132,7 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
       contacts.push_back({static_cast<int>(ends[k]), static_cast<int>(ends[k + 1])});
     discharge_->set_contacts(std::move(contacts));
   }
-  regroup();
+  groups_ = groups_of(discharge_);
 }
 
 }  // namespace lichtenberg::mechanics

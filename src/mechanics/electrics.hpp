@@ -26,8 +26,13 @@ class Electrics {
   const effects::Electrostatics& solve(double time);
   /// Books the charges fed until `time`, the instant of the last solve, and shares them as that field does.
   void settle(double time);
-  /// Makes and loses contacts where the bodies are now. If that changes the groups, charges move: solves and settles
-  /// again and returns true. Throws Failure for a short circuit.
+  /// Whether contacts made and lost where the bodies are now would part a group: its members keep the charges they have
+  /// at this instant, so the field must be solved and settled before `reconnect`. A merger alone needs no such solve:
+  /// the charges are pooled.
+  bool about_to_part() const;
+  /// Makes and loses contacts where the bodies are now. If groups merge, charges move: solves and settles again and
+  /// returns true. Groups that only part keep charges, potentials and so the field as it was settled: returns false.
+  /// Throws Failure for a short circuit.
   bool reconnect(double time);
 
   /// Contacts that may change while body i moves by travel[i] (m), as events. Empty without contact_discharge.
@@ -48,7 +53,7 @@ class Electrics {
   void restore(const Checkpoint& checkpoint, double time);
 
  private:
-  void regroup();
+  effects::ElectricalGroups groups_of(const effects::ContactDischarge* discharge) const;
   void charge_bodies(double time);
 
   const Scene& scene_;

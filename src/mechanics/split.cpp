@@ -28,17 +28,18 @@ void Split::advance(double time, double end) {
 
 /// Returns the time reached: `time` itself if the step was rejected.
 double Split::try_step(double time, double end) {
-  // A rest shorter than two steps is halved: a sliver at the end would cost as much as a whole step.
+  // A rest shorter than two steps is halved: a sliver at the end would cost as much as a whole step. The rounding of
+  // times must not make one, either.
   const double room = end - time;
-  const double target = step_ >= room ? end : time + std::min(step_, 0.5 * room);
+  const double target = step_ > 0.999 * room ? end : time + std::min(step_, 0.5 * room);
   Bodies& bodies = at_.model.bodies;
   const std::vector<double> position = bodies.position, momentum = bodies.momentum;
 
   const double reached = move(time, target);
   const double dt = reached - time;
-  // Half the step that the error control allows has an eighth of the error: no need to see it, and the charges' shares
-  // are as good as the forces. One solve, with the new groups, will do.
-  if (reached < target && dt < 0.5 * step_ && at_.electrics->reconnect(reached)) {
+  // A merger ended the step before the error control would have: no need to see its error, and the field of the old
+  // groups is of no more use. One solve, with the new ones, will do.
+  if (reached < target && !at_.electrics->about_to_part() && at_.electrics->reconnect(reached)) {
     ++at_.counters.steps;
     restart(held_forces(reached));
     return reached;

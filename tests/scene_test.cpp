@@ -202,7 +202,7 @@ TEST_CASE("defaults are filled in") {
   CHECK(s.medium.permittivity == doctest::Approx(2 * 8.8541878128e-12).epsilon(1e-15));  // one rounding
   CHECK(s.medium.depth == 2 * 0.002);                                                    // two of the largest radius
   CHECK(s.effects.contact_discharge->gap == 0.001);                                      // the smallest radius
-  CHECK(s.effects.contact_discharge->hysteresis == 0.01);
+  CHECK(s.effects.contact_discharge->hysteresis == 0.05);
   CHECK(s.mechanics.position_tolerance == 1e-3 * 0.001);
   CHECK(s.mechanics.largest_step == 0.2);
   CHECK(s.output.file == "name.h5");

@@ -37,4 +37,7 @@ struct ElectricalGroups {
 /// with a given potential or of a terminal in it. Throws InputError for a short circuit between two potentials.
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts);
 
+/// Whether `after` parts what is one in `before`: conductors of one group, or a group and the potential that holds it.
+bool parts(const ElectricalGroups& before, const ElectricalGroups& after);
+
 }  // namespace lichtenberg::effects

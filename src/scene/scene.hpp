@@ -79,7 +79,7 @@ struct WallContact {
 /// Conductors closer than `gap`, surface to surface, are one electrically (D 6.40).
 struct ContactDischarge {
   double gap = 0;            ///< m: contact is made when the surfaces come closer than this
-  double hysteresis = 0.01;  ///< contact is lost at gap * (1 + hysteresis)
+  double hysteresis = 0.05;  ///< contact is lost at gap * (1 + hysteresis)
 };
 
 struct Effects {

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """Figure 7.2: the network graph G of a state (left) and its anti-arborescence A (right).
 
-G: contacts (D 7.1); those that A leaves out, one a loop, in blue. A: each conductor's successor on the way to the
-ground; endpoints (degree 1) in red, branch points (degree above 2) in green, with their fractions.
+G: contacts (D 7.1); in blue those that A leaves out: one a loop, and all without a path to the ground. A: each
+conductor's successor on the way to the ground; endpoints (degree 1) in red, branch points (degree above 2) in green,
+with their fractions.
 """
 
 import matplotlib.pyplot as plt

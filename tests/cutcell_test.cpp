@@ -167,7 +167,9 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   CutCellOperator op;
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted);
-  multigrid.build(problem, level);
+  multigrid.prepare(problem, level.layout);
+  multigrid.build_coarse(problem);
+  multigrid.build_finest(problem, level);
   REQUIRE(multigrid.levels() > 2);
   Random random;
   std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());

@@ -265,32 +265,38 @@ Multigrid::~Multigrid() = default;
 int Multigrid::levels() const { return static_cast<int>(grids_.size()); }
 long Multigrid::coarse_unknowns() const { return coarse_solver_->unknowns(); }
 
-void Multigrid::build(const LaplaceProblem& problem, const Level& finest) {
-  if (grids_.empty()) {
-    // Coarsen until the smallest conductor has a radius of about a cell: beyond half a cell conductors lose the shape
-    // that couples them, and CG needs hundreds of iterations. A factorization that is large all the same is worth
-    // the two or three more iterations of one level more.
-    double smallest = std::numeric_limits<double>::infinity();
-    for (const Body& body : problem.bodies)
-      if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
-    int nx = finest.layout.nx, ny = finest.layout.ny;
-    grids_.emplace_back(finest.layout);
-    const auto least_radius = [&] { return nx * ny > 10000 ? 0.4 : 0.6; };  // cells, on the next grid
-    while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > 8 &&
-           smallest / (problem.size.x / (nx / 2)) > least_radius()) {
-      nx /= 2;
-      ny /= 2;
-      coarse_levels_.push_back(std::make_unique<Level>(problem, nx, ny));
-      grids_.emplace_back(coarse_levels_.back()->layout);
-    }
-    coarse_solver_ = std::make_unique<CoarseSolver>();
+void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
+  if (!grids_.empty()) return;
+  // Coarsen until the smallest conductor has a radius of about a cell: beyond half a cell conductors lose the shape
+  // that couples them, and CG needs hundreds of iterations. A factorization that is large all the same is worth
+  // the two or three more iterations of one level more.
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Body& body : problem.bodies)
+    if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
+  int nx = finest.nx, ny = finest.ny;
+  grids_.emplace_back(finest);
+  const auto least_radius = [&] { return nx * ny > 10000 ? 0.4 : 0.6; };  // cells, on the next grid
+  while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > 8 &&
+         smallest / (problem.size.x / (nx / 2)) > least_radius()) {
+    nx /= 2;
+    ny /= 2;
+    coarse_levels_.push_back(std::make_unique<Level>(problem, nx, ny));
+    grids_.emplace_back(coarse_levels_.back()->layout);
   }
-  grids_[0].build(problem, finest);
+  coarse_solver_ = std::make_unique<CoarseSolver>();
+}
+
+void Multigrid::build_coarse(const LaplaceProblem& problem) {
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
     coarse_levels_[l]->build(problem, formula_);
     grids_[l + 1].build(problem, *coarse_levels_[l]);
   }
-  coarse_solver_->factorize(problem, coarse_levels_.empty() ? finest : *coarse_levels_.back());
+  if (!coarse_levels_.empty()) coarse_solver_->factorize(problem, *coarse_levels_.back());
+}
+
+void Multigrid::build_finest(const LaplaceProblem& problem, const Level& finest) {
+  grids_[0].build(problem, finest);
+  if (coarse_levels_.empty()) coarse_solver_->factorize(problem, finest);
 }
 
 void Multigrid::apply(const double* r, double* z) {

@@ -18,8 +18,12 @@ class Multigrid {
   explicit Multigrid(LinkFormula formula);
   ~Multigrid();
 
-  /// Discretizes the coarser levels of `problem` below the finest one and factorizes the coarsest.
-  void build(const LaplaceProblem& problem, const Level& finest);
+  /// Chooses the grids below `finest`, at the first call. Then the two builds, in any order or at the same time.
+  void prepare(const LaplaceProblem& problem, const Layout& finest);
+  /// Discretizes the coarser grids and factorizes the coarsest.
+  void build_coarse(const LaplaceProblem& problem);
+  /// Takes over the finest grid's system.
+  void build_finest(const LaplaceProblem& problem, const Level& finest);
 
   /// z = M r. Vectors in the finest level's layout, followed by one entry a group.
   void apply(const double* r, double* z);

@@ -12,13 +12,14 @@ constexpr double short_link = 1e6;
 
 /// Potential differences across the short links, by index of the link.
 std::map<std::size_t, double> short_link_differences(const LaplaceProblem& problem, const Level& level,
-                                                     const double* cell, const LaplaceSolution& solution) {
+                                                     const double* cell, double scale,
+                                                     const LaplaceSolution& solution) {
   std::map<std::size_t, double> difference;
   for (std::size_t m = 0; m < level.links.size(); ++m) {
     const Link& shortest = level.links[m];
     if (shortest.conductance < short_link) continue;
     const std::ptrdiff_t slot = shortest.cell;
-    const double v = cell[slot];
+    const double v = scale * cell[slot];
     const std::ptrdiff_t in_colour = slot % level.layout.colour_size();
     const int colour = slot >= level.layout.colour_size();
     const int j = static_cast<int>(in_colour / level.layout.stride) - 1;
@@ -28,7 +29,7 @@ std::map<std::size_t, double> short_link_differences(const LaplaceProblem& probl
     for (const std::ptrdiff_t neighbour :
          {level.layout.row(1 - colour, j) + k + parity - 1, level.layout.row(1 - colour, j) + k + parity,
           level.layout.row(1 - colour, j - 1) + k, level.layout.row(1 - colour, j + 1) + k})
-      if (level.diagonal[neighbour] > 0) inflow += cell[neighbour] - v;
+      if (level.diagonal[neighbour] > 0) inflow += scale * cell[neighbour] - v;
     bool only_one = true;
     for (std::size_t n = 0; n < level.links.size(); ++n) {
       const Link& link = level.links[n];
@@ -45,7 +46,8 @@ std::map<std::size_t, double> short_link_differences(const LaplaceProblem& probl
 
 }  // namespace
 
-void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, LaplaceSolution& solution) {
+void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, double scale,
+              LaplaceSolution& solution) {
   const double eps = problem.permittivity;
   const double stress = 0.5 * eps / level.h;
   solution.body_charge.assign(problem.bodies.size(), 0.0);
@@ -53,10 +55,10 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   solution.side_charge.fill(0.0);
   const auto potential = [&](int body) { return solution.group_potential[problem.bodies[body].group]; };
 
-  const std::map<std::size_t, double> short_links = short_link_differences(problem, level, cell, solution);
+  const std::map<std::size_t, double> short_links = short_link_differences(problem, level, cell, scale, solution);
   for (std::size_t m = 0; m < level.links.size(); ++m) {
     const Link& link = level.links[m];
-    double difference = potential(link.body) - cell[link.cell];
+    double difference = potential(link.body) - scale * cell[link.cell];
     if (link.conductance >= short_link)
       if (const auto found = short_links.find(m); found != short_links.end()) difference = found->second;
     solution.body_charge[link.body] += eps * link.conductance * difference;
@@ -64,7 +66,7 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   }
   for (const CrossGradient& cross : level.cross_gradients) {
     const Link& link = level.links[cross.link];
-    const double difference = potential(link.body) - cell[link.cell];
+    const double difference = potential(link.body) - scale * cell[link.cell];
     solution.body_force[cross.body] += (stress * difference * difference) * cross.gradient;
   }
   for (const PairLink& pair : level.pairs) {
@@ -77,7 +79,7 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   }
   double energy = 0;
   for (const SideLink& link : level.side_links) {
-    const double difference = link.potential - (link.cell >= 0 ? cell[link.cell] : potential(link.body));
+    const double difference = link.potential - (link.cell >= 0 ? scale * cell[link.cell] : potential(link.body));
     const double flux = eps * link.conductance * difference;
     solution.side_charge[link.side] += flux;
     energy += 0.5 * flux * link.potential;

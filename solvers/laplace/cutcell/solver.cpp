@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <future>
+#include <thread>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
@@ -78,7 +80,7 @@ struct CutCellSolver::Implementation {
   SparseSystem sparse;  // assembled only; the AIJ matrix borrows its arrays
   StopCriterion criterion;
   std::vector<double> b, x;  // layout + groups
-  double scale = 1;          // of b: x and b are worked with in units that suit single precision
+  double scale = 1;          // V: x, b and the past are in units of it
 
   // First guesses: the last potentials, newest first, covered cells filled with their conductor's.
   struct Past {
@@ -88,7 +90,9 @@ struct CutCellSolver::Implementation {
   static constexpr std::size_t history_length = 3;
 
   LaplaceSolution solve(const LaplaceProblem& problem);
+  void choose_scale();
   void prepare_grids(const LaplaceProblem& problem);
+  void discretize(const LaplaceProblem& problem);
   void prepare_system(const LaplaceProblem& problem);
   void make_matrix_free();
   void make_assembled();
@@ -152,12 +156,28 @@ void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem)
   smallest_radius = smallest;
 }
 
-void CutCellSolver::Implementation::prepare_system(const LaplaceProblem& problem) {
+/// Links and levels. The coarser grids know nothing of the finest: they are made beside it, on another core if there is
+/// one.
+void CutCellSolver::Implementation::discretize(const LaplaceProblem& problem) {
+  const bool matrix_free = options.linear_solver == CutCellOptions::LinearSolver::multigrid;
+  std::future<void> coarser;
+  if (matrix_free) {
+    multigrid->prepare(problem, level->layout);
+    const auto policy = std::thread::hardware_concurrency() > 1 ? std::launch::async : std::launch::deferred;
+    coarser = std::async(policy, [&] { multigrid->build_coarse(problem); });
+  }
+  level->build(problem, options.links);
   op.build(problem, *level);
+  if (matrix_free) {
+    multigrid->build_finest(problem, *level);
+    coarser.get();
+  }
+}
+
+void CutCellSolver::Implementation::prepare_system(const LaplaceProblem& problem) {
   x.resize(op.size());
   b.resize(op.size());
   if (options.linear_solver == CutCellOptions::LinearSolver::multigrid) {
-    multigrid->build(problem, *level);
     make_matrix_free();
   } else {
     system.release();
@@ -359,9 +379,20 @@ void CutCellSolver::Implementation::remember(const LaplaceProblem& problem, cons
   past.cell.assign(x.begin(), x.begin() + level->layout.size());
   past.body.resize(problem.bodies.size());
   for (std::size_t body = 0; body < problem.bodies.size(); ++body)
-    past.body[body] = solution.group_potential[problem.bodies[body].group];
+    past.body[body] = solution.group_potential[problem.bodies[body].group] / scale;
   for (const std::ptrdiff_t slot : level->covered) past.cell[slot] = past.body[level->cover[slot]];
   history.push_front(std::move(past));
+}
+
+/// Single precision holds 38 decades either way: enough for any right-hand side of about 1. The scale is kept while it
+/// is good enough, so that past solutions need no rescaling.
+void CutCellSolver::Implementation::choose_scale() {
+  double largest = 0;
+  for (const double value : b) largest = std::max(largest, std::abs(value));
+  const double ratio = largest / scale;
+  if (!history.empty() && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
+  history.clear();
+  scale = largest > 0 ? largest : 1;
 }
 
 LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
@@ -371,29 +402,18 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   auto start = std::chrono::steady_clock::now();
   prepare_grids(problem);
   if (!history.empty() && history.front().body.size() != problem.bodies.size()) history.clear();
-  level->build(problem, options.links);
+  discretize(problem);
   prepare_system(problem);
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
   op.right_hand_side(problem, b.data());
-  scale = 0;
-  for (const double value : b) scale = std::max(scale, std::abs(value));
-  if (scale == 0) scale = 1;
+  choose_scale();
   for (double& value : b) value /= scale;
-  for (Past& past : history) {
-    for (double& value : past.cell) value /= scale;
-    for (double& value : past.body) value /= scale;
-  }
   criterion = {options.tolerance, first_guess(problem), 0, 0};
   run_krylov(solution);
   op.balance_groups(b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
-  for (double& value : x) value *= scale;
-  for (Past& past : history) {
-    for (double& value : past.cell) value *= scale;
-    for (double& value : past.body) value *= scale;
-  }
   solution.seconds.solve = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
@@ -402,8 +422,8 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   solution.group_potential.resize(problem.groups.size());
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     solution.group_potential[g] =
-        problem.groups[g].floating ? x[level->layout.size() + g] : problem.groups[g].potential;
-  evaluate(problem, *level, x.data(), solution);
+        problem.groups[g].floating ? scale * x[level->layout.size() + g] : problem.groups[g].potential;
+  evaluate(problem, *level, x.data(), scale, solution);
   remember(problem, solution);
   solution.seconds.forces = seconds_since(start);
   return solution;
@@ -423,7 +443,7 @@ Field CutCellSolver::field() const {
   Field field{level.layout.nx, level.layout.ny, level.h, {}, {}};
   for (int j = 0; j < field.ny; ++j)
     for (int i = 0; i < field.nx; ++i) {
-      field.value.push_back(s.history.front().cell[level.layout(i, j)]);
+      field.value.push_back(s.scale * s.history.front().cell[level.layout(i, j)]);
       field.body.push_back(level.cover[level.layout(i, j)]);
     }
   return field;

@@ -1,0 +1,50 @@
+// Charge over a whole run, from the first instant of a tree to its stationary state: what is on the conductors and what
+// has drained to ground is what was fed, N J t, at every frame and through every contact made and lost.
+//
+//   charge_balance         the seedling, 36 conductors
+//   charge_balance long    the dendrite, 324 conductors, on S = 256
+
+#include "src/mechanics/simulation.hpp"
+#include "validation/harness.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::validation;
+
+namespace {
+
+void run(Report& report, Scene scene) {
+  Simulation simulation(scene);
+  const double current = scene.effects.current_source->current * static_cast<double>(scene.conductors.size());
+  std::vector<double> unbalanced, misfed;
+  Frame frame = simulation.frame();
+  while (!simulation.stationary() && frame.time < scene.stop.time) {
+    simulation.advance_to(frame.time + scene.output.every);
+    frame = simulation.frame();
+    const double fed = current * frame.time;
+    unbalanced.push_back((frame.charge_held + frame.charge_drained - frame.charge_fed) / fed);
+    misfed.push_back((frame.charge_fed - fed) / fed);
+  }
+  const Counters& counters = simulation.counters();
+  report.section(fmt::format("{}: {} conductors, {} frames to t = {:.3g} s; {} contacts made, {} lost", scene.title,
+                             scene.conductors.size(), unbalanced.size(), frame.time, counters.contacts_made,
+                             counters.contacts_lost));
+  // Sums are compensated, so a few roundings of 1e-16 are left of the 1e-11 a plain sum would lose.
+  report.at_most("held + drained - fed, fraction of fed", spread(unbalanced), 1e-12);
+  report.at_most("fed - N J t, fraction of it", spread(misfed), 1e-12);
+  report.at_least("contacts made and lost (or nothing was tested)",
+                  static_cast<double>(counters.contacts_made + counters.contacts_lost), 10);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Report report("Charge balance of whole runs");
+  const std::string scenes = LICHTENBERG_SOURCE_DIR "/scenes/";
+  run(report, read_scene(scenes + "seedling.toml"));
+  if (asked_for_long(argc, argv)) {
+    Scene dendrite = read_scene(scenes + "dendrite.toml");
+    dendrite.field.cells = 256;
+    run(report, std::move(dendrite));
+  }
+  return report.exit_status();
+}

@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/record/atomic_file.hpp"
 #include "src/record/vtkhdf.hpp"
 
 namespace lichtenberg {
@@ -104,7 +105,9 @@ void print_json(const Answer& answer) {
 
 /// Before the work, not after it.
 void check_output(const SolveArguments& request) {
-  if (!request.field.empty() && !request.overwrite && std::filesystem::exists(request.field))
+  if (request.field.empty()) return;
+  check_writable(request.field);
+  if (!request.overwrite && std::filesystem::exists(request.field))
     throw InputError(fmt::format("{} exists: give --field another name, or allow --overwrite", request.field));
 }
 

@@ -1,11 +1,12 @@
 #include "src/mechanics/monolithic.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lichtenberg::mechanics {
 
 Monolithic::Monolithic(Workplace workplace)
-    : at_(workplace), cvode_(make_cvode(at_.scene, at_.model)), drag_(drag_coefficients(at_.model)) {
+    : at_(workplace), cvode_(make_cvode(at_.scene, at_.model)) {
   if (at_.electrics) cvode_.before_forces = [this](double time) { solve_field(time); };
 }
 
@@ -25,20 +26,32 @@ void Monolithic::advance(double time, double end) {
   while (time < end) time = step(time, end);
 }
 
-/// To `end`, to the first contact made or lost, or as far as one largest step, over which contacts to watch are chosen.
+/// Contacts that may change while no body moves farther than its radius, and one event more, for the first that does:
+/// what forces will be is not known beforehand, so it is not either how far bodies will move.
+Events Monolithic::events() const {
+  const Bodies& bodies = at_.model.bodies;
+  Events events = at_.electrics->events(bodies.radius);
+  events.direction.push_back(+1);
+  events.values = [&bodies, start = bodies.position, contacts = events.values](std::span<double> value) {
+    if (contacts) contacts(value.first(value.size() - 1));
+    double farthest = -INFINITY;
+    for (int i = 0; i < bodies.size(); ++i)
+      farthest = std::max(farthest, norm(position(bodies, i) - Vec2{start[2 * i], start[2 * i + 1]}) - bodies.radius[i]);
+    value.back() = farthest;
+  };
+  return events;
+}
+
+/// To `end`, or to the first event.
 double Monolithic::step(double time, double end) {
-  end = std::min(end, time + at_.scene.mechanics.largest_step);
-  const Events events =
-      at_.electrics->events(longest_travel(at_.model, drag_, at_.electrics->last().force, end - time));
+  const Events ending = events();
+  const double field_before = at_.counters.field_seconds;
+  double elapsed = 0;
   {
-    const double field_before = at_.counters.field_seconds;
-    double elapsed = 0;
-    {
-      const Stopwatch watch(elapsed);
-      time = cvode_.advance(time, end, events);
-    }
-    at_.counters.mechanics_seconds += elapsed - (at_.counters.field_seconds - field_before);
+    const Stopwatch watch(elapsed);
+    time = cvode_.advance(time, end, ending);
   }
+  at_.counters.mechanics_seconds += elapsed - (at_.counters.field_seconds - field_before);
   ++at_.counters.steps;
   at_.electrics->solve(time);
   at_.electrics->settle(time);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "src/mechanics/stepper.hpp"
 
 namespace lichtenberg::mechanics {
@@ -17,11 +15,11 @@ class Monolithic : public Stepper {
 
  private:
   void solve_field(double time);
+  Events events() const;
   double step(double time, double end);
 
   Workplace at_;
   Cvode cvode_;
-  std::vector<double> drag_;  ///< kg/s
 };
 
 }  // namespace lichtenberg::mechanics

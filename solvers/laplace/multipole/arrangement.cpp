@@ -1,6 +1,7 @@
 #include "solvers/laplace/multipole/arrangement.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include "solvers/error.hpp"
 
@@ -10,6 +11,8 @@ namespace {
 
 /// Beyond this order products of powers and binomials leave the range of double precision.
 constexpr int largest_order = 1000;
+/// Multipoles alone do as long as no more than this many are needed.
+constexpr double few_terms = 40;
 /// A centre this close to a side, in units of the box, is meant to be on it.
 constexpr double on_side = 1e-12;
 
@@ -22,7 +25,8 @@ std::vector<Source> circles(const LaplaceProblem& problem) {
   for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
     const auto* disk = std::get_if<Disk>(&problem.bodies[b].shape);
     if (!disk) throw InputError(name(b) + " is no disk: the multipole method solves scenes of disks only");
-    disks.push_back({to_complex(disk->centre), disk->radius, 0});
+    const Complex centre = to_complex(disk->centre);
+    disks.push_back({centre, disk->radius, 0, {centre, centre}});
   }
   return disks;
 }
@@ -57,11 +61,54 @@ void put_on_side(Complex& p, int side, Vec2 size) {
   }
 }
 
+/// The bipolar coordinate alpha of the circle of radius `radius` that has another of radius `other` at a distance `gap`
+/// from surface to surface: images of charges in that other circle accumulate at radius exp(-alpha).
+double bipolar_coordinate(double radius, double other, double gap) {
+  const double t = gap * (gap + 2 * other) / (2 * (gap + radius + other) * radius);  // cosh(alpha) - 1
+  return std::log1p(t + std::sqrt(t * (t + 2)));
+}
+
+/// Radius over distance of the nearest corner in which electrodes of different potential meet: the field turns there.
+double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
+  double ratio = 0;
+  for (const int x : {left, right})
+    for (const int y : {bottom, top}) {
+      const Side &one = problem.sides[x], &other = problem.sides[y];
+      const bool electrodes = one.kind == Side::Kind::electrode && other.kind == Side::Kind::electrode;
+      if (!electrodes || one.potential == other.potential) continue;
+      const Complex corner{x == left ? 0 : problem.size.x, y == bottom ? 0 : problem.size.y};
+      ratio = std::max(ratio, disk.radius / std::abs(disk.centre - corner));
+    }
+  return ratio;
+}
+
+/// Terms for coefficients that fall off like exp(-alpha k).
+double geometric_order(double alpha, double digits) { return digits / alpha + 2; }
+
+/// Terms for two circles at the same potential, however close: the field on the first falls off like exp(-beta / theta)
+/// towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2 beta k)) (README.md).
+double contact_order(double radius, double other, double digits) {
+  return digits * digits * (1 + radius / other) / (4 * std::numbers::pi) + 2;
+}
+
+}  // namespace
+
+Arrangement::Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, double accuracy)
+    : disks(static_cast<int>(problem.bodies.size())),
+      sources(circles(problem)),
+      decay(disks, 0.0),
+      copies(disks, 1),
+      anchored(disks, false),
+      cells(mirrors, sources) {
+  if (mirrors.bounded) check_against_sides(problem);
+  find_orders(problem, accuracy);
+}
+
 /// Puts centres that are meant to be on a side exactly there.
-void check_against_sides(const LaplaceProblem& problem, Arrangement& arrangement) {
+void Arrangement::check_against_sides(const LaplaceProblem& problem) {
   const double tiny = on_side * std::max(problem.size.x, problem.size.y);
-  for (std::size_t b = 0; b < arrangement.disks.size(); ++b) {
-    Source& disk = arrangement.disks[b];
+  for (int b = 0; b < disks; ++b) {
+    Source& disk = sources[b];
     for (int s = 0; s < 4; ++s) {
       const double away = distance(disk.centre, s, problem.size);
       if (std::abs(away) > tiny) {
@@ -71,13 +118,14 @@ void check_against_sides(const LaplaceProblem& problem, Arrangement& arrangement
         continue;
       }
       put_on_side(disk.centre, s, problem.size);
-      arrangement.copies[b] *= 2;
+      disk.constant_on = {disk.centre, disk.centre};
+      copies[b] *= 2;
       if (problem.sides[s].kind == Side::Kind::insulating) continue;
-      if (arrangement.anchored[b])
+      if (anchored[b])
         throw InputError(name(b) +
-                         " is centred in a corner of two electrodes: the multipole method allows corners with at "
-                         "least one insulating side");
-      arrangement.anchored[b] = true;
+                         " is centred in a corner of two electrodes: the multipole method allows corners with " +
+                         "at least one insulating side");
+      anchored[b] = true;
       const Group& group = problem.groups[problem.bodies[b].group];
       if (group.floating || group.potential != problem.sides[s].potential)
         throw InputError(name(b) + " is centred on the " + side_name[s] +
@@ -86,43 +134,67 @@ void check_against_sides(const LaplaceProblem& problem, Arrangement& arrangement
   }
 }
 
-/// exp(-alpha), alpha being the bipolar coordinate of the circle of radius `radius` that has another of radius `other`
-/// at a distance `gap` from surface to surface: where the images of charges in that other circle accumulate.
-double decay_rate(double radius, double other, double gap) {
-  const double t = gap * (gap + 2 * other) / (2 * (gap + radius + other) * radius);  // cosh(alpha) - 1
-  return 1 / (1 + t + std::sqrt(t * (t + 2)));
-}
-
-}  // namespace
-
-Arrangement::Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, double accuracy)
-    : disks(circles(problem)),
-      decay(disks.size(), 0.0),
-      copies(disks.size(), 1),
-      anchored(disks.size(), false),
-      cells(mirrors, disks) {
-  if (mirrors.bounded) check_against_sides(problem, *this);
-  find_orders(accuracy);
-}
-
-void Arrangement::find_orders(double accuracy) {
-  for (std::size_t i = 0; i < disks.size(); ++i) {
-    Source& disk = disks[i];
+void Arrangement::find_orders(const LaplaceProblem& problem, double accuracy) {
+  const double digits = -std::log(accuracy);
+  for (int i = 0; i < disks; ++i) {
+    const Source disk = sources[i];
     // Whatever is not near is beyond the window.
-    decay[i] = disk.radius / (disk.radius + cells.window * std::min(cells.width, cells.height));
+    const double window = cells.window * std::min(cells.width, cells.height);
+    decay[i] = std::max(disk.radius / (disk.radius + window), nearest_jump(problem, disk));
+    double order = geometric_order(-std::log(decay[i]), digits);
+    std::vector<std::pair<int, std::pair<Image, Complex>>> close;
     cells.for_each_near(disk.centre, [&](int j, const Image& image, Complex shift) {
-      const double d = std::abs(disk.centre - image.centre(disks[j].centre) - shift);
-      if (static_cast<int>(i) == j && d < disk.radius) return;
-      const double gap = d - disk.radius - disks[j].radius;
+      if (j >= disks) return;
+      const double d = std::abs(disk.centre - image.centre(sources[j].centre) - shift);
+      if (i == j && d < disk.radius) return;
+      const double other = sources[j].radius, gap = d - disk.radius - other;
       if (!(gap > 0))
-        throw InputError(name(i) + " and " + name(j) +
-                         (i == static_cast<std::size_t>(j) ? "'s mirror image" : std::string()) +
+        throw InputError(name(i) + " and " + name(j) + (i == j ? "'s mirror image" : "") +
                          " touch or overlap: the multipole method needs a gap between disks");
-      decay[i] = std::max(decay[i], decay_rate(disk.radius, disks[j].radius, gap));
+      const double alpha = bipolar_coordinate(disk.radius, other, gap);
+      const double geometric = geometric_order(alpha, digits), contact = contact_order(disk.radius, other, digits);
+      decay[i] = std::max(decay[i], std::exp(-alpha));
+      order = std::max(order, std::min(geometric, std::max(few_terms, contact)));
+      const double alpha_other = bipolar_coordinate(other, disk.radius, gap);
+      const double geometric_other = geometric_order(alpha_other, digits);
+      if (geometric > std::max(few_terms, contact) ||
+          geometric_other > std::max(few_terms, contact_order(other, disk.radius, digits)))
+        close.push_back({j, {image, shift}});
     });
-    const double order = std::ceil(std::log(accuracy) / std::log(decay[i])) + 2;
-    disk.order = static_cast<int>(std::min<double>(order, largest_order));
+    sources[i].order = static_cast<int>(std::min<double>(order, largest_order));
+    for (const auto& [j, where] : close) add_close_pair(problem, i, j, where.first, where.second);
   }
+  decay.resize(sources.size(), 0.0);
+}
+
+/// Two disks are met twice, a disk and its image in a side too: once is enough. Images of other disks are no closer
+/// than the disks themselves.
+void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, const Image& image, Complex shift) {
+  const int group = problem.bodies[i].group;
+  ClosePair pair;
+  pair.first = i;
+  const Source one = sources[i];
+  const Complex other_centre = image.centre(sources[j].centre) + shift;
+  if (i == j) {
+    if (image.sign > 0 || image.across_x == image.across_y) return;  // its own potential, or round a corner
+    pair.side = image.across_x ? (shift.real() == 0 ? left : right) : (shift.imag() == 0 ? bottom : top);
+    const Group& own = problem.groups[group];
+    if (!own.floating && own.potential == problem.sides[pair.side].potential) return;
+  } else {
+    if (j < i || image.across_x || image.across_y || shift != 0.0 || problem.bodies[j].group == group) return;
+    pair.second = j;
+  }
+  const double other = sources[j].radius, gap = std::abs(one.centre - other_centre) - one.radius - other;
+  const Complex way = (other_centre - one.centre) / std::abs(other_centre - one.centre);
+  const auto add_charge = [&](Complex centre, double radius, Complex direction, double alpha) {
+    sources.push_back({centre + radius * std::exp(-alpha) * direction, 0, 0, {one.centre, other_centre}});
+    cells.add(static_cast<int>(sources.size()) - 1, sources.back());
+    pair.difference += alpha;
+    return static_cast<int>(sources.size()) - 1;
+  };
+  pair.first_charge = add_charge(one.centre, one.radius, way, bipolar_coordinate(one.radius, other, gap));
+  if (i != j) pair.second_charge = add_charge(other_centre, other, -way, bipolar_coordinate(other, one.radius, gap));
+  close_pairs.push_back(pair);
 }
 
 }  // namespace lichtenberg::laplace

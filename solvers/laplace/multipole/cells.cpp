@@ -13,11 +13,11 @@ int floor_divide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
 }  // namespace
 
-Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& sources)
+Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& disks)
     : bounded_(mirrors.bounded), size_(mirrors.size), side_sign_(mirrors.side_sign) {
   if (!bounded_) {
     double x_low = INFINITY, x_high = -INFINITY, y_low = INFINITY, y_high = -INFINITY;
-    for (const Source& s : sources) {
+    for (const Source& s : disks) {
       x_low = std::min(x_low, s.centre.real() - s.radius);
       x_high = std::max(x_high, s.centre.real() + s.radius);
       y_low = std::min(y_low, s.centre.imag() - s.radius);
@@ -26,19 +26,19 @@ Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& sources)
     origin = {x_low, y_low};
     size_ = {x_high - x_low, y_high - y_low};
   }
-  // About one source a cell.
-  const double step = std::sqrt(size_.x * size_.y / static_cast<double>(std::max<std::size_t>(1, sources.size())));
+  // About one disk a cell.
+  const double step = std::sqrt(size_.x * size_.y / static_cast<double>(std::max<std::size_t>(1, disks.size())));
   nx = std::max(1, static_cast<int>(std::lround(size_.x / step)));
   ny = std::max(1, static_cast<int>(std::lround(size_.y / step)));
   width = size_.x / nx;
   height = size_.y / ny;
 
   members_.resize(static_cast<std::size_t>(nx) * ny);
-  double reach = 0;
-  for (std::size_t s = 0; s < sources.size(); ++s) {
-    const int cell = cell_of(sources[s].centre);
+  double reach = 0.5 * std::hypot(width, height);  // of a point charge
+  for (std::size_t s = 0; s < disks.size(); ++s) {
+    const int cell = cell_of(disks[s].centre);
     members_[cell].push_back(static_cast<int>(s));
-    reach = std::max(reach, std::abs(sources[s].centre - centre(cell % nx, cell / nx)) + sources[s].radius);
+    reach = std::max(reach, std::abs(disks[s].centre - centre(cell % nx, cell / nx)) + disks[s].radius);
   }
   const auto distance = [&] { return (window + 1) * std::min(width, height) - reach; };
   while (reach > largest_separation * distance()) ++window;
@@ -49,6 +49,11 @@ int Cells::cell_of(Complex z) const {
   const int i = static_cast<int>((z.real() - origin.real()) / width);
   const int j = static_cast<int>((z.imag() - origin.imag()) / height);
   return std::clamp(j, 0, ny - 1) * nx + std::clamp(i, 0, nx - 1);
+}
+
+bool Cells::contains(Complex z) const {
+  const Complex p = z - origin;
+  return p.real() >= 0 && p.real() <= size_.x && p.imag() >= 0 && p.imag() <= size_.y;
 }
 
 Cells::Place Cells::place(int i, int n, double length, int sign_low, int period_sign) const {

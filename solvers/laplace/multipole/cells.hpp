@@ -6,19 +6,23 @@
 
 namespace lichtenberg::laplace {
 
-/// A circle that a field comes from and, if it is a disk, is felt on.
+/// What a field comes from: a disk with its charge and multipoles, or a point charge inside one.
 struct Source {
   Complex centre;
-  double radius = 0;  ///< m; coefficients are in powers of it
+  double radius = 0;  ///< m, of a disk; coefficients are in powers of it
   int order = 0;      ///< highest multipole
+  /// Centres of the circles on which its field (with its partner's, for a point charge) is constant: a disk's own
+  /// circle, or the two circles of a close pair.
+  std::array<Complex, 2> constant_on;
 };
 
 /// Square-like cells that sort the sources into near ones, which act on each other one by one, and far ones, which act
 /// cell on cell. The mirrors continue the grid: cell (i, j) with any integers is an image of one inside.
 class Cells {
  public:
-  /// Grid for the sources; `extent` bounds how far a source's singularities or a disk reach from the centre.
-  Cells(const Mirrors& mirrors, const std::vector<Source>& sources);
+  Cells(const Mirrors& mirrors, const std::vector<Source>& disks);
+  /// Sorts a point charge that is inside a disk into the grid.
+  void add(int index, const Source& point) { members_[cell_of(point.centre)].push_back(index); }
 
   int nx = 1, ny = 1;
   Complex origin;                ///< of the grid's lower left corner
@@ -28,6 +32,7 @@ class Cells {
 
   Complex centre(int i, int j) const { return origin + Complex{(i + 0.5) * width, (j + 0.5) * height}; }
   int cell_of(Complex z) const;
+  bool contains(Complex z) const;
   const std::vector<int>& members(int cell) const { return members_[cell]; }
   bool is_near(int i, int j) const { return std::abs(i) <= window && std::abs(j) <= window; }
 

@@ -21,9 +21,12 @@ FarField::FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cell
     : mirrors_(mirrors),
       nx_(cells.nx),
       ny_(cells.ny),
+      window_(cells.window),
       order_(order),
       columns_(2 * cells.nx),
       rows_(2 * cells.ny),
+      width_(cells.width),
+      height_(cells.height),
       scale_(std::max(cells.width, cells.height)),
       source_(static_cast<std::size_t>(nx_) * ny_ * (order + 1)),
       local_(source_.size()),
@@ -33,6 +36,12 @@ FarField::FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cell
   forward_ = plan(order_ + 1, FFTW_FORWARD);
   backward_ = plan(order_ + 1, FFTW_BACKWARD);
   make_kernel(lattice, cells);
+}
+
+bool FarField::fits(const Mirrors& mirrors, const Cells& cells, int order) const {
+  return mirrors.bounded == mirrors_.bounded && mirrors.size == mirrors_.size &&
+         mirrors.side_sign == mirrors_.side_sign && cells.nx == nx_ && cells.ny == ny_ && cells.width == width_ &&
+         cells.height == height_ && cells.window == window_ && order == order_;
 }
 
 /// Plan for the two-dimensional transforms, in place, of the first `count` planes. ESTIMATE: measuring would choose by

@@ -19,6 +19,8 @@ class FarField {
  public:
   FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
 
+  /// True if it is what the constructor would make of these, so that it can be used again.
+  bool fits(const Mirrors& mirrors, const Cells& cells, int order) const;
   int order() const { return order_; }
   double scale() const { return scale_; }  ///< h, m
   /// alpha_0 ... alpha_order of a cell, to be filled before `apply`.
@@ -46,8 +48,8 @@ class FarField {
   Complex* plane(int k) { return reinterpret_cast<Complex*>(data_.get()) + k * grid(); }
 
   Mirrors mirrors_;
-  int nx_, ny_, order_, columns_, rows_;
-  double scale_;
+  int nx_, ny_, window_, order_, columns_, rows_;
+  double width_, height_, scale_;
   std::vector<Complex> source_, local_;
   std::unique_ptr<double, Free> data_;
   Plan forward_, backward_;

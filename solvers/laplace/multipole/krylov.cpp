@@ -81,7 +81,9 @@ namespace lichtenberg::laplace {
 
 KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_hand_side, double tolerance,
                           Eigen::VectorXd& x) {
-  constexpr int restart = 200, most_iterations = 1000;
+  constexpr int most_iterations = 1000;
+  // Directions kept: 200, but no more than 512 MiB of them.
+  const int restart = static_cast<int>(std::clamp<Eigen::Index>((Eigen::Index{1} << 26) / system.size(), 20, 200));
   const double scale = system.precondition(right_hand_side).norm();
   if (scale == 0) {
     x.setZero();

@@ -15,6 +15,8 @@ constexpr Complex i_unit{0, 1};
 /// within `near_reach` aren't part of it. Their ratio 0.4 makes 40 terms enough for rounding (0.4^40 = 1e-16).
 constexpr double taylor_radius = 2, near_reach = 5;
 constexpr int taylor_terms = 40;
+/// The same within half the diagonal: 1 / 2.8^40 = 1e-18.
+constexpr double inner_reach = 2.8;
 constexpr int taylor_points = 4 * taylor_terms;  // what folds back from order 4 * 40 is 0.4^120
 
 Complex point_on_circle(double radius, int j) { return std::polar(radius, 2 * pi * j / taylor_points); }
@@ -37,7 +39,8 @@ Complex cosecant(Complex u) {
 
 LatticeSum::LatticeSum(const Mirrors& mirrors) : bounded_(mirrors.bounded) {
   if (!bounded_) {
-    near_ = {Vector{}};
+    near_ = inner_ = {Vector{}};
+    inner_series_ = {0};
     return;
   }
   period_ = 2 * mirrors.size;
@@ -52,6 +55,7 @@ LatticeSum::LatticeSum(const Mirrors& mirrors) : bounded_(mirrors.bounded) {
   const double half_diagonal = 0.5 * norm(period_);
   find_near(near_reach * half_diagonal);
   find_taylor(clear_radius(taylor_radius * half_diagonal));
+  find_inner_series();
 }
 
 void LatticeSum::find_near(double reach) {
@@ -102,7 +106,7 @@ double LatticeSum::clear_radius(double radius) const {
     double clearance = INFINITY;
     for (int j = 0; j < taylor_points; ++j)
       for (const Vector& w : near_)
-        clearance = std::min(clearance, std::abs(point_on_circle(factor * radius, j) - w.shift));
+        clearance = std::min(clearance, std::norm(point_on_circle(factor * radius, j) - w.shift));
     if (clearance <= largest_clearance) continue;
     largest_clearance = clearance;
     best = factor * radius;
@@ -125,6 +129,23 @@ void LatticeSum::find_taylor(double radius) {
     Complex sum = 0;
     for (int j = 0; j < points; ++j) sum += derivative[j] * std::polar(1.0, -2 * pi * ((n * j) % points) / points);
     taylor_[n + 1] = sum / (points * std::pow(radius, n) * (n + 1));
+  }
+}
+
+void LatticeSum::find_inner_series() {
+  inner_series_.resize(taylor_terms / 2 + 1);
+  for (std::size_t k = 0; k < inner_series_.size(); ++k) inner_series_[k] = taylor_[2 * k].real();
+  const double reach = inner_reach * 0.5 * norm(period_);
+  for (const Vector& w : near_) {
+    if (std::abs(w.shift) < reach) {
+      inner_.push_back(w);
+      continue;
+    }
+    // ln |z - w| = ln |w| - Re sum (z/w)^n / n
+    inner_series_[0] += w.sign * std::log(std::abs(w.shift));
+    for (std::size_t k = 1; k < inner_series_.size(); ++k)
+      inner_series_[k] -=
+          w.sign * std::pow(w.shift, -2.0 * static_cast<double>(k)).real() / (2.0 * static_cast<double>(k));
   }
 }
 
@@ -166,15 +187,17 @@ double LatticeSum::real_part(Complex z, double least) const {
   // One logarithm of a product costs less than many; in units of the period the product can't overflow.
   const double unit = bounded_ ? 1 / norm2(period_) : 1;
   double numerator = unit * std::max(std::norm(z), least * least), denominator = 1, charge = 1;
-  for (std::size_t v = 1; v < near_.size(); ++v) {
-    (near_[v].sign > 0 ? numerator : denominator) *= unit * std::norm(z - near_[v].shift);
-    charge += near_[v].sign;
+  for (std::size_t v = 1; v < inner_.size(); ++v) {
+    (inner_[v].sign > 0 ? numerator : denominator) *= unit * std::norm(z - inner_[v].shift);
+    charge += inner_[v].sign;
   }
+  const Complex square = multiply(z, z);
+  Complex series = 0;
+  for (std::size_t k = inner_series_.size(); k-- > 0;) series = multiply(series, square) + inner_series_[k];
+  std::array<Complex, 2> background{};
+  add_background(z, background.data());
   const double sum = 0.5 * (std::log(numerator / denominator) - charge * std::log(unit));
-  std::array<Complex, 2> far;
-  far_derivatives(z, 1, far.data());
-  add_background(z, far.data());
-  return sign * (sum + far[0].real());
+  return sign * (sum + series.real() + background[0].real());
 }
 
 }  // namespace lichtenberg::laplace

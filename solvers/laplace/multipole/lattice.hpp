@@ -42,6 +42,7 @@ class LatticeSum {
   void find_near(double reach);
   double clear_radius(double radius) const;
   void find_taylor(double radius);
+  void find_inner_series();
 
   bool bounded_ = false;
   Vec2 period_;
@@ -50,6 +51,9 @@ class LatticeSum {
   double background_ = 0;  ///< pi / (area of a period) where both signs are +
   std::vector<Vector> near_;
   std::vector<Complex> taylor_;
+  // For real_part: with |z| within half a diagonal, fewer vectors need to be taken one by one.
+  std::vector<Vector> inner_;
+  std::vector<double> inner_series_;  ///< of z^2: odd powers cancel, and so do imaginary parts
 };
 
 }  // namespace lichtenberg::laplace

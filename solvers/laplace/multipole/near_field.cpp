@@ -19,20 +19,24 @@ int terms(double q, double accuracy, int most) {
 
 }  // namespace
 
-NearField::NearField(const Cells& cells, const std::vector<Source>& sources, int disks,
-                     const std::vector<double>& decay, double accuracy) {
-  for (int i = 0; i < disks; ++i) {
-    const Source& disk = sources[i];
-    cells.for_each_near(disk.centre, [&](int j, const Image& image, Complex shift) {
-      const Source& source = sources[j];
+NearField::NearField(const Arrangement& arrangement, double accuracy) {
+  for (int i = 0; i < arrangement.disks; ++i) {
+    const Source& disk = arrangement.sources[i];
+    arrangement.cells.for_each_near(disk.centre, [&](int j, const Image& image, Complex shift) {
+      const Source& source = arrangement.sources[j];
       const Complex d = disk.centre - image.centre(source.centre) - shift;
       const double distance = std::abs(d);
-      if (distance < disk.radius) return;  // the disk itself, or an image that coincides with it
-      Pair pair{i, j, 0, 0, image.conjugates(), image.sign, -image.sign * std::log(distance), power_.size()};
-      // Seen from the nearest point of the other circle; a source's singularities end at `decay` of its radius.
-      const double reach = decay[j] * source.radius;
-      pair.source_order = terms(reach / (distance - disk.radius), accuracy, source.order);
-      pair.disk_order = terms(disk.radius / (distance - reach), accuracy, disk.order);
+      Pair pair{i, j, 0, 0, image.conjugates(), image.sign, 0, power_.size()};
+      pair.minus_log = -image.sign * std::log(std::max(distance, disk.radius));
+      const auto is_here = [&](Complex centre) {
+        return std::abs(image.centre(centre) + shift - disk.centre) < 1e-9 * disk.radius;
+      };
+      if (!is_here(source.constant_on[0]) && !is_here(source.constant_on[1])) {
+        // Seen from the nearest point of the other circle; a source's singularities end at `decay` of its radius.
+        const double reach = arrangement.decay[j] * source.radius;
+        pair.source_order = terms(reach / (distance - disk.radius), accuracy, source.order);
+        pair.disk_order = terms(disk.radius / (distance - reach), accuracy, disk.order);
+      }
       append(disk, source, image, d, pair);
     });
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/laplace/multipole/cells.hpp"
+#include "solvers/laplace/multipole/arrangement.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -11,6 +11,9 @@ struct Layout {
   }
   std::vector<int> start;  ///< of each source, and the end
   int size() const { return start.back(); }
+  int sources() const { return static_cast<int>(start.size()) - 1; }
+  /// Highest multipole of a source, -1 if there is no such source.
+  int order(int source) const { return source < sources() ? start[source + 1] - start[source] - 1 : -1; }
 };
 
 /// What sources do to disks nearby, one by one. The source is
@@ -20,10 +23,9 @@ struct Layout {
 /// (Greengard & Rokhlin 1987, Lemma 2.4).
 class NearField {
  public:
-  /// The first `disks` sources are the disks. Terms that change a field by less than `accuracy` of the source's
-  /// largest are left out; `decay[s]` bounds |a_(k+1) / a_k| of source s.
-  NearField(const Cells& cells, const std::vector<Source>& sources, int disks, const std::vector<double>& decay,
-            double accuracy);
+  /// Terms that change a field by less than `accuracy` of the source's largest are left out. Of a source whose field
+  /// is constant on a circle only the logarithm's mean over it counts there.
+  NearField(const Arrangement& arrangement, double accuracy);
 
   /// Adds the fields of all near sources to the local coefficients of the disks; both arrays laid out as the sources.
   void add(const Layout& layout, const Complex* coefficients, Complex* local) const;

@@ -1,5 +1,7 @@
 #include "solvers/laplace/multipole/results.hpp"
 
+#include <fftw3.h>
+
 #include <limits>
 #include <numbers>
 
@@ -35,13 +37,55 @@ Complex integral(int n, Arc arc) {
   return (std::polar(1.0, n * arc.to) - std::polar(1.0, n * arc.from)) / Complex(0, n);
 }
 
+/// A disk's multipoles with those of the point charges in it, about the same centre: sum lambda (z_0/R)^k / k each.
+/// They converge slowly, but what is summed over them costs no more than a term each.
+std::vector<std::vector<Complex>> all_multipoles(const Arrangement& arrangement, const Layout& layout,
+                                                 const std::vector<Complex>& coefficients) {
+  std::vector<std::vector<Complex>> multipoles(arrangement.disks);
+  for (int i = 0; i < arrangement.disks; ++i)
+    multipoles[i].assign(&coefficients[layout.start[i]], &coefficients[layout.start[i + 1]]);
+  const auto add = [&](int disk, int point) {
+    if (point < 0) return;
+    const Source &circle = arrangement.sources[disk], &source = arrangement.sources[point];
+    const Complex ratio = (source.centre - circle.centre) / circle.radius;
+    const double lambda = coefficients[layout.start[point]].real();
+    const auto terms = static_cast<std::size_t>(std::log(1e-17) / std::log(std::abs(ratio)));
+    std::vector<Complex>& a = multipoles[disk];
+    if (a.size() < terms + 1) a.resize(terms + 1);
+    a[0] += lambda;
+    Complex power = lambda;
+    for (std::size_t k = 1; k <= terms; ++k) a[k] += (power = multiply(power, ratio)) / static_cast<double>(k);
+  };
+  for (const ClosePair& pair : arrangement.close_pairs) {
+    add(pair.first, pair.first_charge);
+    add(pair.second, pair.second_charge);
+  }
+  return multipoles;
+}
+
+/// The multipoles of a disk centred on a side together with those of the images that coincide with it.
+void add_coinciding_images(const Mirrors& mirrors, const Source& disk, std::vector<Complex>& a) {
+  const std::vector<Complex> own = a;
+  const Vec2 size = mirrors.size;
+  for (const Image& image : mirrors.images) {
+    if (!image.across_x && !image.across_y) continue;
+    const bool beyond_x = image.across_x && disk.centre.real() == size.x;
+    const bool beyond_y = image.across_y && disk.centre.imag() == size.y;
+    const Complex shift{beyond_x ? 2 * size.x : 0, beyond_y ? 2 * size.y : 0};
+    if (image.centre(disk.centre) + shift != disk.centre) continue;
+    const double sign = (beyond_x ? mirrors.period_sign_x() : 1) * (beyond_y ? mirrors.period_sign_y() : 1);
+    for (std::size_t k = 0; k < a.size(); ++k) a[k] += sign * image.coefficient(static_cast<int>(k), own[k]);
+  }
+}
+
 /// R dV/dr = -sum_n c_n exp(i n theta) on the circle, from multipoles and local field together: c_0 = lambda,
 /// c_-k = k a_k = conj(c_k). Returns c_-order ... c_order.
-std::vector<Complex> surface_charge(const Complex* a, int order, int copies) {
+std::vector<Complex> surface_charge(const std::vector<Complex>& a) {
+  const int order = static_cast<int>(a.size()) - 1;
   std::vector<Complex> c(2 * order + 1);
-  c[order] = copies * a[0].real();
+  c[order] = a[0].real();
   for (int k = 1; k <= order; ++k) {
-    c[order - k] = static_cast<double>(k * copies) * a[k];
+    c[order - k] = static_cast<double>(k) * a[k];
     c[order + k] = std::conj(c[order - k]);
   }
   return c;
@@ -54,23 +98,39 @@ double charge_on_arc(const std::vector<Complex>& c, Arc arc) {
   return sum;
 }
 
+/// Fourier coefficients of the square of a real function, from those of the function (-order ... order), by sampling.
+std::vector<Complex> square(const std::vector<Complex>& c) {
+  const int order = static_cast<int>(c.size()) / 2;
+  const int points = 4 * order + 2;
+  std::vector<Complex> data(points), squared(4 * order + 1);
+  for (int n = -order; n <= order; ++n) data[(n + points) % points] = c[n + order];
+  auto* values = reinterpret_cast<fftw_complex*>(data.data());
+  const auto transform = [&](int direction) {
+    fftw_plan plan = fftw_plan_dft_1d(points, values, values, direction, FFTW_ESTIMATE);
+    fftw_execute(plan);
+    fftw_destroy_plan(plan);
+  };
+  transform(FFTW_BACKWARD);
+  for (Complex& value : data) value = multiply(value, value) / static_cast<double>(points);
+  transform(FFTW_FORWARD);
+  for (int n = -2 * order; n <= 2 * order; ++n) squared[n + 2 * order] = data[(n + points) % points];
+  return squared;
+}
+
 /// integral of (R dV/dr)^2 exp(i theta) over the arc
 Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
-  const int order = static_cast<int>(c.size()) / 2;
+  const std::vector<Complex> squared = square(c);
+  const int order = static_cast<int>(squared.size()) / 2;
   Complex sum = 0;
-  for (int n = -2 * order; n <= 2 * order; ++n) {
-    Complex square = 0;
-    for (int k = std::max(-order, n - order); k <= std::min(order, n + order); ++k)
-      square += multiply(c[k + order], c[n - k + order]);
-    sum += multiply(square, integral(n + 1, arc));
-  }
+  for (int n = -order; n <= order; ++n) sum += multiply(squared[n + order], integral(n + 1, arc));
   return sum;
 }
 
 /// The same over the whole circle (Blasius' theorem).
-Complex pull_on_circle(const Complex* a, int order) {
-  Complex sum = order > 0 ? a[0].real() * a[1] : 0;
-  for (int k = 1; k < order; ++k) sum += static_cast<double>(k) * (k + 1) * multiply(std::conj(a[k]), a[k + 1]);
+Complex pull_on_circle(const std::vector<Complex>& a) {
+  Complex sum = 0;
+  for (std::size_t k = 0; k + 1 < a.size(); ++k)
+    sum += (k == 0 ? 1.0 : static_cast<double>(k) * (k + 1.0)) * multiply(std::conj(a[k]), a[k + 1]);
   return 4 * pi * sum;
 }
 
@@ -79,8 +139,8 @@ double induced_charge(const WallField& side_at_one, const Arrangement& arrangeme
                       const std::vector<Complex>& coefficients) {
   double sum = 0;
   std::vector<Complex> field;
-  for (std::size_t i = 0; i < arrangement.disks.size(); ++i) {
-    const Source& disk = arrangement.disks[i];
+  for (std::size_t i = 0; i < arrangement.sources.size(); ++i) {
+    const Source& disk = arrangement.sources[i];
     field.resize(disk.order + 1);
     side_at_one.local(disk.centre, disk.radius, disk.order + 1, field.data());
     const Complex* a = &coefficients[layout.start[i]];
@@ -93,7 +153,7 @@ double induced_charge(const WallField& side_at_one, const Arrangement& arrangeme
 /// The electrode side that takes the body's charge if it is centred on one.
 int anchor(const Arrangement& arrangement, std::size_t body, const Mirrors& mirrors) {
   if (!arrangement.anchored[body]) return -1;
-  const Complex c = arrangement.disks[body].centre;
+  const Complex c = arrangement.sources[body].centre;
   const std::array<bool, 4> on{c.real() == 0, c.real() == mirrors.size.x, c.imag() == 0, c.imag() == mirrors.size.y};
   for (int s = 0; s < 4; ++s)
     if (on[s] && mirrors.side_sign[s] < 0) return s;
@@ -122,20 +182,22 @@ void find_side_charges(const LaplaceProblem& problem, const Mirrors& mirrors, co
 void evaluate(const LaplaceProblem& problem, const Mirrors& mirrors, const LatticeSum& lattice, const WallField& wall,
               const Arrangement& arrangement, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
   const double eps = problem.permittivity;
-  const Layout layout(arrangement.disks);
+  const Layout layout(arrangement.sources);
+  std::vector<std::vector<Complex>> multipoles = all_multipoles(arrangement, layout, coefficients);
   solution.body_charge.resize(problem.bodies.size());
   solution.body_force.resize(problem.bodies.size());
   for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
-    const Source& disk = arrangement.disks[b];
-    const Complex* a = &coefficients[layout.start[b]];
+    const Source& disk = arrangement.sources[b];
+    std::vector<Complex>& a = multipoles[b];
     Complex pull;
     solution.body_charge[b] = 2 * pi * eps * a[0].real();
     if (arrangement.copies[b] == 1) {
-      pull = pull_on_circle(a, disk.order);
+      pull = pull_on_circle(a);
     } else {
       const Arc arc = arc_in_box(disk.centre, problem.size);
-      const std::vector<Complex> c = surface_charge(a, disk.order, arrangement.copies[b]);
-      if (arrangement.anchored[b]) solution.body_charge[b] = eps * charge_on_arc(c, arc);
+      add_coinciding_images(mirrors, disk, a);
+      const std::vector<Complex> c = surface_charge(a);
+      solution.body_charge[b] = eps * charge_on_arc(c, arc);
       pull = pull_on_arc(c, arc);
     }
     pull *= 0.5 * eps / disk.radius;

@@ -17,8 +17,9 @@ struct MultipoleOptions {
 /// two electrodes of different potential meet in a corner, their charges and the energy are infinite, and are
 /// reported so.
 ///
-/// `residual` estimates the relative error: the largest of the Krylov solver's relative residual and the last
-/// multipoles of any disk over the largest.
+/// `residual` estimates the relative error: the larger of ten times GMRES's relative residual and what the multipoles
+/// left out add up to, extrapolated from the last ones, for the worst disk over the largest coefficient of all. It
+/// exceeds `tolerance` where order 1000 is not enough: a disk beside one 50 times smaller, or less.
 class MultipoleSolver : public LaplaceSolver {
  public:
   explicit MultipoleSolver(MultipoleOptions options = {});

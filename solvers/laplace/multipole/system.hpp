@@ -10,11 +10,12 @@
 namespace lichtenberg::laplace {
 
 /// The linear system. Unknown are the multipole coefficients a_k of every disk and, after them, the charges that the
-/// problem doesn't give (as lambda = Q / 2 pi eps, V), the potentials of floating groups with several members, and the
-/// level of the potential if no wall fixes it. Equations: on each circle the terms cos k theta and sin k theta vanish,
+/// problem doesn't give (as lambda = Q / 2 pi eps, V; less what is in point charges), the potentials of floating groups
+/// with several members, the level of the potential if no wall fixes it, and the point charges of close pairs.
+/// Equations: on each circle the terms cos k theta and sin k theta vanish,
 ///   a_k + conj(b_k) = 0   (k >= 1),
-/// the disks whose charge is unknown have their group's potential, members' charges add up to their group's, and all
-/// charges to zero where no wall takes any.
+/// the disks whose charge is unknown have their group's potential, members' charges add up to their group's, all
+/// charges to zero where no wall takes any, and a close pair's potential difference is that of its point charges.
 class System {
  public:
   System(const LaplaceProblem& problem, const Arrangement& arrangement, const LatticeSum& lattice,
@@ -26,7 +27,11 @@ class System {
   /// Approximate inverse: identity for the multipoles, the other unknowns by the charges' direct interaction.
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
 
-  const Layout& layout() const { return layout_; }
+  /// x with the multipoles of another solution, as far as it has them, and its other unknowns if they are as many.
+  Eigen::VectorXd first_guess(const Layout& past_layout, const std::vector<Complex>& past_coefficients,
+                              const Eigen::VectorXd& past_extra) const;
+  /// The unknowns of x other than multipoles.
+  Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(extra_unknowns_); }
   /// Coefficients of every disk, the given charges included.
   std::vector<Complex> coefficients(const Eigen::VectorXd& x) const;
   struct Potentials {
@@ -41,7 +46,8 @@ class System {
   void factorize(const Mirrors& mirrors, const LatticeSum& lattice);
   std::vector<Complex> local_field(const std::vector<Complex>& coefficients) const;
   void spread(const Eigen::VectorXd& x, std::vector<Complex>& coefficients) const;
-  double disk_potential(int disk, const std::vector<Complex>& coefficients, const std::vector<Complex>& local) const;
+  void balance(const Eigen::VectorXd& x, const std::vector<double>& mean_potential, Eigen::VectorXd& y) const;
+  std::vector<double> mean_potentials(const std::vector<Complex>& local) const;
   int group_of(int disk) const { return problem_->bodies[disk].group; }
 
   const LaplaceProblem* problem_;
@@ -56,6 +62,7 @@ class System {
   int multipole_unknowns_ = 0, extra_unknowns_ = 0;
   std::vector<int> charge_unknown_;     ///< of each disk, -1 if given
   std::vector<int> potential_unknown_;  ///< of each group, -1 if given or found afterwards
+  std::vector<int> pair_unknown_;       ///< of each close pair
   int level_ = -1;
   Eigen::PartialPivLU<Eigen::MatrixXd> extra_;
 };

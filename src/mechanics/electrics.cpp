@@ -42,11 +42,16 @@ const effects::Electrostatics& Electrics::solve(double time) {
   return field_.last();
 }
 
-void Electrics::settle(double time) {
+void Electrics::share(double time, std::span<const double> by_field) {
+  model_.currents(time, current_);
   ledger_.feed(current_, time - booked_until_);
   booked_until_ = time;
-  ledger_.settle(groups_, field_.last().charge);
+  ledger_.settle(groups_, by_field);
   charge_bodies(time);
+}
+
+void Electrics::settle(double time) {
+  share(time, field_.last().charge);
   for (int i = 0; i < ledger_.size(); ++i) {
     largest_force_ = std::max(largest_force_, norm(field_.last().force[i]));
     largest_speed_ = std::max(largest_speed_, norm(velocity(model_.bodies, i)));

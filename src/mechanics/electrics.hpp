@@ -26,9 +26,11 @@ class Electrics {
   const effects::Electrostatics& solve(double time);
   /// Books the charges fed until `time`, the instant of the last solve, and shares them as that field does.
   void settle(double time);
+  /// The same at an instant without a solve, with charges `by_field` (C) that are known otherwise.
+  void share(double time, std::span<const double> by_field);
   /// Whether contacts made and lost where the bodies are now would part a group: its members keep the charges they have
-  /// at this instant, so the field must be solved and settled before `reconnect`. A merger alone needs no such solve:
-  /// the charges are pooled.
+  /// at this instant, so charges must be settled or shared before `reconnect`. For a merger alone they need not: they
+  /// are pooled.
   bool about_to_part() const;
   /// Makes and loses contacts where the bodies are now. If groups merge, charges move: solves and settles again and
   /// returns true. Groups that only part keep charges, potentials and so the field as it was settled: returns false.

@@ -15,59 +15,72 @@ Split::Split(Workplace workplace)
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-6 * largest_step_),
       force_(at_.model.bodies.size()),
-      rate_(at_.model.bodies.size()) {}
+      force_rate_(at_.model.bodies.size()),
+      charge_(at_.model.bodies.size()),
+      charge_rate_(at_.model.bodies.size()) {}
 
-void Split::begin(double) {
-  if (step_ == 0) return restart(force_);
-  force_ = at_.electrics->last().force;
+void Split::begin(double time) {
+  if (step_ == 0) return restart(time, force_);
+  remember_field(time);
 }
 
 void Split::advance(double time, double end) {
   while (time < end) time = try_step(time, end);
 }
 
-/// Returns the time reached: `time` itself if the step was rejected.
+/// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step was
+/// rejected.
 double Split::try_step(double time, double end) {
   // A rest shorter than two steps is halved: a sliver at the end would cost as much as a whole step. The rounding of
   // times must not make one, either.
-  const double room = end - time;
-  const double target = step_ > 0.999 * room ? end : time + std::min(step_, 0.5 * room);
+  const double room = end - time, allowed = std::max(solved_at_ + step_ - time, shortest_step_);
+  const double target = allowed > 0.999 * room ? end : time + std::min(allowed, 0.5 * room);
   Bodies& bodies = at_.model.bodies;
   const std::vector<double> position = bodies.position, momentum = bodies.momentum;
 
   const double reached = move(time, target);
-  const double dt = reached - time;
-  // A merger ended the step before the error control would have: no need to see its error, and the field of the old
-  // groups is of no more use. One solve, with the new ones, will do.
-  if (reached < target && !at_.electrics->about_to_part() && at_.electrics->reconnect(reached)) {
-    ++at_.counters.steps;
-    restart(held_forces(reached));
-    return reached;
-  }
+  if (reached < target && pass_event(reached)) return reached;
   at_.electrics->solve(reached);
-  const double wrong_by = error(reached, dt);
-  if (wrong_by > 1 && dt > shortest_step_) {
+  const double wrong_by = error(reached);
+  if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     bodies.position = position;
     bodies.momentum = momentum;
-    reject(dt, wrong_by);
+    reject(time, reached, wrong_by);
     return time;
   }
-  accept(dt, wrong_by, dt < step_);
+  const std::vector<Vec2> before = wrong_by > 1 ? held_forces(reached) : at_.electrics->last().force;
+  accept(reached, wrong_by);
   at_.electrics->settle(reached);
-  if (at_.electrics->reconnect(reached)) restart(force_);
+  // What is wrong even after the shortest step has not moved there but jumped.
+  if (wrong_by > 1) step_ = 0;
+  if (at_.electrics->reconnect(reached) || wrong_by > 1) restart(reached, before);
   return reached;
 }
 
 /// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way.
 double Split::move(double time, double target) {
-  at_.electrics->field().hold(time, force_, rate_);
   const double dt = target - time;
-  std::vector<Vec2> largest_force = force_;
+  std::vector<Vec2> largest_force = held_forces(time);
   for (std::size_t i = 0; i < force_.size(); ++i)
-    largest_force[i] += std::copysign(dt, dot(force_[i], rate_[i])) * rate_[i];
+    largest_force[i] += std::copysign(dt, dot(largest_force[i], force_rate_[i])) * force_rate_[i];
   const Events events = at_.electrics->events(longest_travel(at_.model, drag_, largest_force, dt));
   const Stopwatch watch(at_.counters.mechanics_seconds);
   return cvode_.advance(time, target, events);
+}
+
+/// Contacts made or lost before the step's end. A merger needs one solve, with the new groups: its step was within what
+/// the error control allows. Groups that part need none, because they part with the charges and potentials that they
+/// have, which leaves the field as it is; but these charges must be known. Half a step has an eighth of a step's error:
+/// so far the extrapolation will do. Returns false if the old groups' field is needed after all.
+bool Split::pass_event(double time) {
+  const bool charges_known = time - solved_at_ < 0.5 * step_;
+  if (!charges_known && at_.electrics->about_to_part()) return false;
+  if (charges_known) at_.electrics->share(time, extrapolated_charges(time));
+  const std::vector<Vec2> before = held_forces(time);
+  if (!at_.electrics->reconnect(time)) return charges_known;
+  ++at_.counters.steps;
+  restart(time, before);
+  return true;
 }
 
 std::vector<Vec2> Split::held_forces(double time) const {
@@ -76,8 +89,23 @@ std::vector<Vec2> Split::held_forces(double time) const {
   return held;
 }
 
+std::vector<double> Split::extrapolated_charges(double time) const {
+  std::vector<double> charge = charge_;
+  for (std::size_t i = 0; i < charge.size(); ++i) charge[i] += (time - solved_at_) * charge_rate_[i];
+  return charge;
+}
+
+/// The last solve becomes the base of the extrapolation.
+void Split::remember_field(double time) {
+  solved_at_ = time;
+  force_ = at_.electrics->last().force;
+  charge_ = at_.electrics->last().charge;
+  at_.electrics->field().hold(time, force_, force_rate_);
+}
+
 /// The worst body's displacement by the extrapolation's defect, in tolerances.
-double Split::error(double time, double dt) const {
+double Split::error(double time) const {
+  const double dt = time - solved_at_;
   double worst = 0;
   for (int i = 0; i < at_.model.bodies.size(); ++i) {
     const Vec2 defect = at_.electrics->last().force[i] - at_.electrics->field().held_force(i, time);
@@ -86,53 +114,68 @@ double Split::error(double time, double dt) const {
   return worst / at_.scene.mechanics.position_tolerance;
 }
 
-void Split::accept(double dt, double error, bool cut_short) {
+void Split::accept(double time, double error) {
   ++at_.counters.steps;
-  const double proposed = next_step(dt, error, rate_known_ ? 3 : 2);
+  const double dt = time - solved_at_, proposed = next_step(dt, error, rates_known_ ? 3 : 2);
+  const bool cut_short = dt < step_;  // by an event or the end: no reason to make the next one shorter
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
-  const std::vector<Vec2>& force = at_.electrics->last().force;
   if (dt > shortest_step_) {
-    for (std::size_t i = 0; i < force.size(); ++i) rate_[i] = (force[i] - force_[i]) / dt;
-    rate_known_ = true;
+    const effects::Electrostatics& field = at_.electrics->last();
+    for (std::size_t i = 0; i < force_.size(); ++i) {
+      force_rate_[i] = (field.force[i] - force_[i]) / dt;
+      charge_rate_[i] = (field.charge[i] - charge_[i]) / dt;
+    }
+    rates_known_ = true;
   }
-  force_ = force;
+  remember_field(time);
 }
 
-void Split::reject(double dt, double error) {
+/// The bodies are back at `time`; the step that failed went on to `reached`.
+void Split::reject(double time, double reached, double error) {
   ++at_.counters.rejected_steps;
-  step_ = std::max(std::min(next_step(dt, error, rate_known_ ? 3 : 2), 0.5 * dt), shortest_step_);
+  const double dt = reached - solved_at_;
+  step_ = std::max(std::min(next_step(dt, error, rates_known_ ? 3 : 2), 0.5 * dt), shortest_step_);
+  if (solved_at_ == time) return;
+  // Groups have parted since the last solve, and there is no way back behind that.
+  const std::vector<Vec2> before = held_forces(time);
+  at_.electrics->solve(time);
+  at_.electrics->settle(time);
+  restart(time, before);
 }
 
-/// The groups have changed, and forces have jumped: what is known of their rates no longer holds. A body that a force
-/// jump drives at jump/drag through a field that varies over one radius sees its force change at the rate below.
-void Split::restart(const std::vector<Vec2>& force_before) {
+/// Groups have merged, and forces have jumped: what is known of their rates no longer holds. A body that a force jump
+/// drives at jump/drag through a field that varies over one radius sees its force change at the rate below.
+void Split::restart(double time, const std::vector<Vec2>& force_before) {
   const std::vector<Vec2>& force = at_.electrics->last().force;
   const Bodies& bodies = at_.model.bodies;
   double step = largest_step_;
   for (int i = 0; i < bodies.size(); ++i) {
     const double jump = norm(force[i] - force_before[i]);
     const double speed = std::max(norm(velocity(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
-    const double rate = norm(rate_[i]) + jump * speed / bodies.radius[i];
+    const double rate = norm(force_rate_[i]) + jump * speed / bodies.radius[i];
     step = std::min(step, time_to_displace(at_.scene.mechanics.position_tolerance, rate, bodies.mass[i], drag_[i]));
   }
   step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
-  force_ = force;
-  std::ranges::fill(rate_, Vec2{});
-  rate_known_ = false;
+  std::ranges::fill(force_rate_, Vec2{});
+  std::ranges::fill(charge_rate_, 0.0);
+  rates_known_ = false;
+  remember_field(time);
 }
 
 void Split::save(Checkpoint& checkpoint) const {
   checkpoint.reals["coupling_step"] = {step_};
+  checkpoint.reals["charge_rate"] = charge_rate_;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
-  for (const Vec2 r : rate_) rate.insert(rate.end(), {r.x, r.y});
-  checkpoint.integers["force_rate_known"] = {rate_known_};
+  for (const Vec2 r : force_rate_) rate.insert(rate.end(), {r.x, r.y});
+  checkpoint.integers["rates_known"] = {rates_known_};
 }
 
 void Split::restore(const Checkpoint& checkpoint) {
   step_ = reals(checkpoint, "coupling_step", 1).front();
-  const std::vector<double>& rate = reals(checkpoint, "force_rate", 2 * rate_.size());
-  for (std::size_t i = 0; i < rate_.size(); ++i) rate_[i] = {rate[2 * i], rate[2 * i + 1]};
-  rate_known_ = integers(checkpoint, "force_rate_known").at(0) != 0;
+  charge_rate_ = reals(checkpoint, "charge_rate", charge_rate_.size());
+  const std::vector<double>& rate = reals(checkpoint, "force_rate", 2 * force_rate_.size());
+  for (std::size_t i = 0; i < force_rate_.size(); ++i) force_rate_[i] = {rate[2 * i], rate[2 * i + 1]};
+  rates_known_ = integers(checkpoint, "rates_known").at(0) != 0;
 }
 
 }  // namespace lichtenberg::mechanics

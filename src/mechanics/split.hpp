@@ -6,9 +6,10 @@
 
 namespace lichtenberg::mechanics {
 
-/// Mechanics by CVODE, the field once a coupling step (see README.md). Within a step the electric force is extrapolated
-/// linearly in time from the last two solves; at its end the field is solved, and the force's defect, turned into a
-/// displacement, decides whether the step stands and how long the next one is. Contacts end a step where they happen.
+/// Mechanics by CVODE, the field once a coupling step (see README.md). Between solves the electric force is extrapolated
+/// linearly in time from the last two; at a step's end the field is solved, and the force's defect, turned into a
+/// displacement, decides whether the step stands and how long the next one is. Contacts are located as events: mergers of
+/// groups end a step, partings need no solve.
 class Split : public Stepper {
  public:
   explicit Split(Workplace workplace);
@@ -20,20 +21,25 @@ class Split : public Stepper {
  private:
   double try_step(double time, double end);
   double move(double time, double target);
+  bool pass_event(double time);
   std::vector<Vec2> held_forces(double time) const;
-  double error(double time, double dt) const;
-  void accept(double dt, double error, bool cut_short);
-  void reject(double dt, double error);
-  void restart(const std::vector<Vec2>& force_before);
+  std::vector<double> extrapolated_charges(double time) const;
+  void remember_field(double time);
+  double error(double time) const;
+  void accept(double time, double error);
+  void reject(double time, double reached, double error);
+  void restart(double time, const std::vector<Vec2>& force_before);
 
   Workplace at_;
   Cvode cvode_;
-  std::vector<double> drag_;     ///< kg/s
+  std::vector<double> drag_;  ///< kg/s
   double largest_step_, shortest_step_;
-  double step_ = 0;              ///< s, the next one; 0: to be estimated
-  std::vector<Vec2> force_;      ///< N, at the step's start
-  std::vector<Vec2> rate_;       ///< N/s, of the extrapolation
-  bool rate_known_ = false;      ///< the rate is that of the last step; if not it is 0
+  double step_ = 0;  ///< s, allowed by the error control, from solve to solve; 0: to be estimated
+  // The extrapolation: what the last solve found, and its rate of change.
+  double solved_at_ = 0;  ///< s
+  std::vector<Vec2> force_, force_rate_;     ///< N, N/s
+  std::vector<double> charge_, charge_rate_; ///< C, by the field (D 5.4), and A
+  bool rates_known_ = false;                 ///< from the last two solves; if not they are 0
 };
 
 }  // namespace lichtenberg::mechanics

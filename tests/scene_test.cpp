@@ -337,11 +337,12 @@ TEST_CASE("edit distance") {
 
 TEST_CASE("wrong unit or type") {
   check_refused("domain.size = [\"5.12 cm\", \"5.12 cm\"]\n",
-                {"test.toml:1:", "domain.size = [", "\"5.12 cm\"", "wrong unit or type", "two numbers [x, y] in m"});
+                {"test.toml:1:", "domain.size = [\"5.12 cm\", \"5.12 cm\"]", "wrong unit or type",
+                 "two numbers [x, y] in m", "without the unit"});
   check_refused("[domain]\nsize = [1, 1]\n[medium]\nviscosity = \"0.7 Pa s\"\n",
                 {"test.toml:4:", "medium.viscosity = \"0.7 Pa s\"", "wrong unit or type", "a number in Pa s",
                  "without the unit"});
-  check_refused("domain.size = 0.04\n", {"domain.size = 0.04", "wrong unit or type", "two numbers"});
+  check_refused("domain.size = 0.017\n", {"domain.size = 0.017 has the wrong unit or type", "two numbers"});
   check_refused("domain.size = [0.04, 0.02, 0.01]\n", {"domain.size", "wrong unit or type", "two numbers"});
   check_refused(box + "field.cells = 64.5\n", {"field.cells = 64.5", "wrong unit or type", "an integer"});
   check_refused(box + "seed = \"lucky\"\n", {"seed = \"lucky\"", "wrong unit or type", "an integer"});
@@ -429,6 +430,8 @@ TEST_CASE("groups") {
   check_refused(start + group + "potential = 5\n" + disk("[0.01, 0.01]", "group = \"wire\"\ncharge = 1e-10\n"),
                 {"conductor.charge = 1e-10 C is not allowed", "\"wire\""});
   check_refused(start + group + "potential = 5\n" + member + disk("[0.03, 0.01]", "group = \"wier\"\n"),
+                {"conductor.group = \"wier\" is unknown", "\"wire\""});
+  check_refused(start + group + "potential = 5\n" + disk("[0.03, 0.01]", "group = \"wier\"\n"),
                 {"conductor.group = \"wier\" is unknown", "\"wire\""});
   check_refused(start + member, {"conductor.group = \"wire\" is unknown", "no [[group]]"});
   check_refused(start + group + "potential = 5\n" + disk("[0.01, 0.01]"), {"\"wire\" has no conductors"});
@@ -547,7 +550,7 @@ TEST_CASE("populations") {
     // which raises it: between 0.50 and 0.60 of 8e-4 m^2 / (pi 1e-6 m^2), hence 127 to 153.
     const int fit = std::stoi(sentence.substr(sentence.find("found for ") + 10));
     CHECK((fit >= 127 && fit <= 153));
-    check_refused(start + "[[population]]\ncount = 1\nradius = 0.011\n", {"places were found for 0 of them"});
+    check_refused(start + "[[population]]\ncount = 1\nradius = 0.011\n", {"no room for even one of radius 0.011 m"});
   }
   SUBCASE("bad intervals and regions") {
     check_refused(start + "[[population]]\ncount = 1\nradius = [0.002, 0.001]\n",

@@ -68,7 +68,21 @@ void check_resolution(const Draft& draft, double smallest_radius, double h) {
             least, smallest_radius, std::ceil(draft.scene.field.cells * least / smallest_radius)));
 }
 
+int group_index(const Draft& draft, const ConductorDraft& conductor) {
+  const auto found = std::ranges::find(draft.groups, *conductor.group, &GroupDraft::name);
+  if (found != draft.groups.end()) return static_cast<int>(found - draft.groups.begin());
+  std::vector<std::string> names;
+  for (const GroupDraft& group : draft.groups) names.push_back(group.name);
+  refuse(draft.scene.path, conductor.line,
+         fmt::format("conductor.group = \"{}\" is unknown: {}", *conductor.group,
+                     names.empty() ? "the scene has no [[group]]"
+                                   : fmt::format("the nearest [[group]] is \"{}\"", nearest(*conductor.group, names))));
+}
+
 std::vector<PrescribedGroup> build_groups(const Draft& draft) {
+  // First, so that a misspelt name is said to be unknown, and not the group that it meant to be without conductors.
+  for (const ConductorDraft& conductor : draft.conductors)
+    if (conductor.group) group_index(draft, conductor);
   std::vector<PrescribedGroup> groups;
   std::set<std::string> names;
   for (const GroupDraft& group : draft.groups) {
@@ -86,24 +100,13 @@ std::vector<PrescribedGroup> build_groups(const Draft& draft) {
   return groups;
 }
 
-int group_index(const Draft& draft, const ConductorDraft& conductor, const std::vector<PrescribedGroup>& groups) {
-  const auto found = std::ranges::find(groups, *conductor.group, &PrescribedGroup::name);
-  if (found != groups.end()) return static_cast<int>(found - groups.begin());
-  std::vector<std::string> names;
-  for (const PrescribedGroup& group : groups) names.push_back(group.name);
-  refuse(draft.scene.path, conductor.line,
-         fmt::format("conductor.group = \"{}\" is unknown: {}", *conductor.group,
-                     names.empty() ? "the scene has no [[group]]"
-                                   : fmt::format("the nearest [[group]] is \"{}\"", nearest(*conductor.group, names))));
-}
-
 /// Gives the conductors listed one by one, which come first, their charges and groups.
 void assign_groups(const Draft& draft, Scene& scene) {
   for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
     const ConductorDraft& conductor = draft.conductors[i];
     scene.conductors[i].charge = conductor.charge.value_or(0);
     if (!conductor.group) continue;
-    scene.conductors[i].group = group_index(draft, conductor, scene.groups);
+    scene.conductors[i].group = group_index(draft, conductor);
     if (conductor.charge)
       refuse(draft.scene.path, conductor.line,
              fmt::format("conductor.charge = {:g} C is not allowed for a member of the group \"{}\": the charge is the "

@@ -136,6 +136,11 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
     for (int placed = 0; placed < population.count; ++placed) {
       const double radius = smallest < largest ? random.between(smallest, largest) : smallest;
       const std::optional<Vec2> place = find_place(radius, population, draft, electrodes, grid, random);
+      if (!place && placed == 0)
+        refuse(draft.scene.path, population.line,
+               fmt::format("population.count = {} is impossible: there is no room for even one of radius {:g} m with "
+                           "population.min_gap = {:g} m; smaller ones or a larger domain or region are allowed",
+                           population.count, radius, population.min_gap));
       if (!place)
         refuse(
             draft.scene.path, population.line,

@@ -17,15 +17,30 @@ namespace {
 
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
-/// The value as written, if that is short.
-std::string found(const toml::node& node) {
-  constexpr std::size_t longest = 60;
-  if (const toml::table* table = node.as_table(); table && !table->is_inline()) return "a table";
+/// A value in the fewest digits that mean the same, as in [0.04, 0.02] or { potential = "18 kV" }.
+std::string shown(const toml::node& node) {
+  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
+  std::vector<std::string> parts;
+  if (const toml::array* array = node.as_array()) {
+    for (const toml::node& element : *array) parts.push_back(shown(element));
+    return fmt::format("[{}]", fmt::join(parts, ", "));
+  }
+  if (const toml::table* table = node.as_table()) {
+    for (const auto& [name, value] : *table) parts.push_back(fmt::format("{} = {}", name.str(), shown(value)));
+    return fmt::format("{{ {} }}", fmt::join(parts, ", "));
+  }
   std::ostringstream out;
   out << toml::toml_formatter{
       node, toml::toml_formatter::default_flags &
                 ~(toml::format_flags::allow_literal_strings | toml::format_flags::allow_multi_line_strings)};
-  std::string text = out.str();
+  return out.str();
+}
+
+/// What a message says was found: the value, if that is short.
+std::string found(const toml::node& node) {
+  constexpr std::size_t longest = 60;
+  if (const toml::table* table = node.as_table(); table && !table->is_inline()) return "a table";
+  const std::string text = shown(node);
   if (text.size() <= longest && text.find('\n') == std::string::npos) return text;
   return node.is_array() ? "an array" : text.substr(0, longest) + "...";
 }
@@ -121,7 +136,9 @@ class Reader {
 
   [[noreturn]] void refuse_value(const std::string& path, const Key& key, const toml::node& node,
                                  const std::string& fault) const {
-    const bool united = node.is_string() && !key.unit.empty();
+    const toml::array* several = node.as_array();
+    const bool text = node.is_string() || (several && !several->empty() && several->front().is_string());
+    const bool united = text && !key.unit.empty();
     refuse(line_of(node), fmt::format("{} = {} {}: it must be {}{}", path, found(node), fault, key.allowed(),
                                       united ? ", written without the unit" : ""));
   }

@@ -227,6 +227,18 @@ TEST_CASE("explain names every effect, the unknowns that solve has, and does not
   CHECK(contains(result.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
 }
 
+TEST_CASE("explain of a grid beyond this machine's memory says what it would take") {
+  const Folder folder;
+  // 2^30 cells, some 100 bytes each.
+  write(folder.path / "huge.toml",
+        "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [5e-3, 5e-3]\n"
+        "radius = 1e-7\n[effects.floating_conductors]\n[field]\ncells = 32768\n");
+  const Result result = run(folder, "explain huge.toml");
+  CHECK(result.status == 0);
+  CHECK(contains(result.out, "at most 1073741824"));
+  CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768)
+}
+
 TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
   const Folder folder;
   write(folder.path / "neutral.toml",

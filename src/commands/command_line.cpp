@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <new>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
@@ -79,6 +80,11 @@ int run_command_line(std::vector<std::string> arguments) {
     return 0;
   } catch (const InputError& error) {
     return report(error, 2);
+  } catch (const std::bad_alloc&) {
+    return report(
+        Failure("this machine has too little memory for that; `lichtenberg explain SCENE` says how much a scene "
+                "takes, and a smaller field.cells takes less"),
+        1);
   } catch (const std::exception& error) {
     return report(error, 1);
   }

@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "solvers/laplace/cutcell/level.hpp"
 #include "src/commands/commands.hpp"
@@ -61,25 +63,49 @@ std::string method_in_words(const FieldOptions& field) {
                                                         : "assembled matrix with a preconditioner of PETSc's");
 }
 
-laplace::Level make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
+struct Grid {
+  int nx, ny;
+  double h;  ///< m
+  /// Not counted on a grid so large that counting would take a share of the memory that is to be explained.
+  std::optional<std::int64_t> fluid_cells;
+
+  double cells() const { return static_cast<double>(nx) * ny; }
+};
+
+Grid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
+  constexpr double most_to_count = 1 << 24;
   const double h = std::max(problem.size.x, problem.size.y) / scene.field.cells;
-  laplace::Level grid(problem, static_cast<int>(std::lround(problem.size.x / h)),
-                      static_cast<int>(std::lround(problem.size.y / h)));
-  grid.build(problem, laplace::LinkFormula::log_fitted);
+  Grid grid{
+      static_cast<int>(std::lround(problem.size.x / h)), static_cast<int>(std::lround(problem.size.y / h)), h, {}};
+  if (grid.cells() > most_to_count) return grid;
+  laplace::Level level(problem, grid.nx, grid.ny);
+  level.build(problem, laplace::LinkFormula::log_fitted);
+  grid.fluid_cells = level.fluid_cells;
   return grid;
 }
 
-void explain_field(const Scene& scene, const laplace::LaplaceProblem& problem, const laplace::Level& grid) {
+void explain_unknowns(const Grid& grid, std::int64_t floating) {
+  if (grid.fluid_cells)
+    fmt::print(
+        "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of "
+        "conductors\n",
+        *grid.fluid_cells + floating, *grid.fluid_cells, floating);
+  else
+    fmt::print("  unknowns             at most {:.0f}, one a cell, and the potentials of {} floating group(s)\n",
+               grid.cells(), floating);
+}
+
+void explain_field(const Scene& scene, const laplace::LaplaceProblem& problem, const Grid& grid) {
   const auto floating = std::count_if(problem.groups.begin(), problem.groups.end(),
                                       [](const laplace::Group& group) { return group.floating; });
   fmt::print("\nfield\n");
   fmt::print("  method               {}\n", method_in_words(scene.field));
   fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field.tolerance,
              scene.field.moving_tolerance);
-  fmt::print("  grid                 {} x {} cells of {:.4g} m\n", grid.layout.nx, grid.layout.ny, grid.h);
-  fmt::print(
-      "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of conductors\n",
-      grid.fluid_cells + floating, grid.fluid_cells, floating);
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  fmt::print("  grid                 {} x {} cells of {:.4g} m; the smallest radius is {:.3g} cells{}\n", grid.nx,
+             grid.ny, grid.h, radius / grid.h, radius < grid.h ? ", less than one: unresolved" : "");
+  explain_unknowns(grid, floating);
 }
 
 void explain_cost(const Scene& scene, double cells) {
@@ -102,9 +128,9 @@ void explain(const Scene& scene) {
   if (!scene.effects.floating_conductors) return;
   const FieldProblem field = make_field_problem(scene);
   field.problem.check();
-  const laplace::Level grid = make_grid(scene, field.problem);
+  const Grid grid = make_grid(scene, field.problem);
   explain_field(scene, field.problem, grid);
-  explain_cost(scene, static_cast<double>(grid.layout.nx) * grid.layout.ny);
+  explain_cost(scene, grid.cells());
 }
 
 }  // namespace

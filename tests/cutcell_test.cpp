@@ -6,6 +6,7 @@
 #include <random>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
@@ -322,6 +323,27 @@ TEST_CASE("hard geometry: centres on a surface, a disk smaller than a cell, cond
   for (const Vec2 f : solution.body_force) CHECK(std::isfinite(norm(f)));
   // Touching: one potential.
   CHECK(solution.group_potential[1] == doctest::Approx(solution.group_potential[2]).epsilon(1e-2));
+}
+
+TEST_CASE("a cell centre that lies on a surface has a finite link, whatever rounding does") {
+  // 13 = sqrt(5^2 + 12^2) and 5 = sqrt(3^2 + 4^2): twelve centres lie on the circle, but lengths in metres round.
+  for (const double side : {0.03, 0.0512, 0.07, 0.1})
+    for (const double radius : {5.0, 13.0})
+      for (int column = 20; column < 60; ++column)
+        for (const LinkFormula formula : {LinkFormula::log_fitted, LinkFormula::plain}) {
+          const double h = side / 100;
+          LaplaceProblem problem;
+          problem.size = {side, side};
+          problem.bodies = {{Disk{{(column + 0.5) * h, 30.5 * h}, radius * h}, 0}};
+          problem.groups = {{true, 1, 0}};
+          Level level(problem, 100, 100);
+          level.build(problem, formula);
+          bool positive = true;
+          for (const Link& link : level.links)
+            positive = positive && link.conductance > 0 && std::isfinite(link.conductance) &&
+                       std::isfinite(norm(link.gradient));
+          CHECK(positive);
+        }
 }
 
 TEST_CASE("a disk smaller than a cell has the potential of its radius") {

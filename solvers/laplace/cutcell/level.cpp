@@ -75,7 +75,7 @@ Conductance fluid_link(const Shape& shape, Vec2 p, Vec2 e, LinkFormula formula) 
       return log_fitted_link(p, corner_a, corner_b, ring->centre, ring->radius, true);
   }
   const Hit surface = hit(shape, p, e);
-  return plain_link(surface.length, e, surface.normal);
+  return plain_link(std::max(surface.length, smallest_cut), e, surface.normal);
 }
 
 /// Length of a link's part inside a body, from the covered centre p in direction e to where it leaves the body, and

@@ -20,6 +20,10 @@ struct Conductance {
   Vec2 gradient;  ///< per cell
 };
 
+/// Cuts below this many cells are rounding, which can even put a cell centre on the other side of the surface that
+/// it lies on: a link shorter than this would be infinite or negative.
+inline constexpr double smallest_cut = 1e-14;
+
 /// Fluid cell centre p to a circle, log-fitted: the field near a round conductor goes like ln r, so the potential
 /// difference is q ln(r/R) / 2 pi and the flux through the face q dtheta / 2 pi, with dtheta the angle under which the
 /// centre sees the face from `corner_a` to `corner_b`. Exact for the isolated circle; tends to 1 / (cut length) as
@@ -34,7 +38,7 @@ inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 ce
   const double distance = norm(r);
   const double outside_log = std::log1p((norm2(r) - radius * radius) / ((distance + radius) * radius));
   const double sign = inside ? -1.0 : 1.0;
-  const double log_ratio = sign * outside_log;
+  const double log_ratio = std::max(sign * outside_log, smallest_cut / radius);
   const Vec2 log_gradient = (-sign / norm2(r)) * r;
   const double c = theta / log_ratio;
   return {c, (theta_gradient - c * log_gradient) / log_ratio};

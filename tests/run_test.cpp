@@ -188,6 +188,14 @@ TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
   CHECK_NE(child.messages().find("of 0.4 s"), std::string::npos);
 }
 
+TEST_CASE("a last frame that rounding puts in front of the end is the end") {
+  const Folder folder;
+  const std::string every = replaced(scene_text, "every = 0.01", "every = 0.03");  // 11 * 0.03 < 0.33
+  folder.write("six.toml", replaced(every, "time = 0.4", "time = 0.33"));
+  REQUIRE_EQ(run(folder, "six.h5"), 0);
+  CHECK_EQ(frames(folder / "six.h5"), 12);
+}
+
 TEST_CASE("--quiet prints nothing") {
   const Folder folder;
   Child child(folder, "six.h5", {"--quiet"});

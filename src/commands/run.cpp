@@ -83,9 +83,11 @@ class Run {
   }
 
   double next_frame() const {
-    const double every = scene_.output.every;
-    // The times of frames are multiples of `every`, to rounding.
-    return std::min(every * (std::floor(simulation_.time() / every + 1e-9) + 1), scene_.stop.time);
+    // The times of frames are multiples of `every`, to rounding: 11 * 0.03 is less than 0.33, but no frame before the end.
+    constexpr double rounding = 1e-9;
+    const double every = scene_.output.every, stop = scene_.stop.time;
+    const double next = every * (std::floor(simulation_.time() / every + rounding) + 1);
+    return next < stop - rounding * every ? next : stop;
   }
 
   void look() {

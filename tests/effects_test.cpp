@@ -229,6 +229,15 @@ TEST_CASE("contact with an electrode or an electrode side holds a group; all hel
                        InputError);
 }
 
+TEST_CASE("a group parts when its members do, when it is let go and when another potential takes it") {
+  const ElectricalGroups held = {{0, 0, 2}, {5.0, 5.0, {}}};
+  CHECK(!parts(held, held));
+  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));          // a merger
+  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));           // one leaves
+  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));            // both leave the electrode together
+  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));          // for another electrode, at once
+}
+
 TEST_CASE("contacts are made at the gap and lost a little beyond it") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   effects::ContactDischarge discharge(scene);

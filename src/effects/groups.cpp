@@ -114,7 +114,8 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
 bool parts(const ElectricalGroups& before, const ElectricalGroups& after) {
   // A group's id is its first conductor: all others must have stayed with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)
-    if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && !after.potential[i])) return true;
+    if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && after.potential[i] != before.potential[i]))
+      return true;
   return false;
 }
 

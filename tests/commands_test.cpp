@@ -48,14 +48,14 @@ struct Result {
   std::string out, err;
 };
 
-/// Runs the program in the folder; `arguments` as in a shell.
-Result run(const Folder& folder, const std::string& arguments) {
-  const auto out = folder.path / "out", err = folder.path / "err";
+/// Runs the program in the folder; `arguments` as in a shell. What goes to another file than `out` is not read back.
+Result run(const Folder& folder, const std::string& arguments, const std::string& output = "out") {
+  const auto out = folder.path / output, err = folder.path / "err";
   const int status = std::system(fmt::format("cd '{}' && '{}' {} >'{}' 2>'{}' </dev/null", folder.path.string(),
                                              LICHTENBERG_BINARY, arguments, out.string(), err.string())
                                      .c_str());
   REQUIRE(WIFEXITED(status));
-  return {WEXITSTATUS(status), contents(out), contents(err)};
+  return {WEXITSTATUS(status), contents(folder.path / "out"), contents(err)};
 }
 
 Result run(const std::string& arguments) { return run(Folder(), arguments); }
@@ -211,6 +211,28 @@ TEST_CASE("solve --field writes a file, and replaces one only if told") {
   CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
   CHECK(is_hdf5());
   check_refused(run(folder, "solve small.toml --field no/such/folder/field.vtkhdf"), "no/such/folder");
+}
+
+TEST_CASE("output that cannot be written is a failure") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  for (const std::string arguments : {"solve small.toml --json", "explain small.toml", "help scene"}) {
+    const Result result = run(folder, arguments, "/dev/full");
+    CHECK(result.status == 1);
+    CHECK(contains(result.err, "No space left on device"));  // in the words of whoever noticed: {fmt} or we
+  }
+}
+
+TEST_CASE("a run whose conductor leaves the domain is one sentence and status 1") {
+  const Folder folder;
+  // 1 m/s through 7 mm of fluid, nothing that holds it back.
+  write(folder.path / "lost.toml",
+        "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [3e-3, 5e-3]\n"
+        "radius = 1e-3\nvelocity = [1, 0]\n[effects.floating_conductors]\n[field]\ncells = 32\n[stop]\ntime = 0.1\n");
+  const Result result = run(folder, "run lost.toml --quiet");
+  CHECK(result.status == 1);
+  CHECK(contains(result.err, "conductor 0 has left the domain"));
+  CHECK(contains(result.err, "[effects.wall_contact]"));
 }
 
 TEST_CASE("explain names every effect, the unknowns that solve has, and does not start PETSc") {

@@ -4,7 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <new>
 
 #include "solvers/error.hpp"
@@ -67,6 +69,13 @@ void dispatch(std::vector<std::string> arguments) {
   }
 }
 
+/// What was printed may still wait in memory, and a full disk behind stdout shows only when it is written.
+void finish_output() {
+  errno = 0;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw Failure(fmt::format("the output could not be written ({})", std::strerror(errno != 0 ? errno : EIO)));
+}
+
 int report(const std::exception& error, int status) {
   fmt::print(stderr, "lichtenberg: {}\n", error.what());
   return status;
@@ -77,6 +86,7 @@ int report(const std::exception& error, int status) {
 int run_command_line(std::vector<std::string> arguments) {
   try {
     dispatch(std::move(arguments));
+    finish_output();
     return 0;
   } catch (const InputError& error) {
     return report(error, 2);

@@ -1,5 +1,8 @@
 #include "src/effects/floating_conductors.hpp"
 
+#include <fmt/format.h>
+
+#include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 
@@ -44,6 +47,20 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
       .linear_solver = options.linear_solver == "assembled" ? LinearSolver::assembled : LinearSolver::multigrid});
 }
 
+namespace {
+
+/// Outside there is no field to solve for.
+void check_inside(const Scene& scene, const Bodies& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) {
+    const Vec2 p = position(bodies, i), size = scene.domain.size;
+    if (p.x >= 0 && p.y >= 0 && p.x <= size.x && p.y <= size.y) continue;
+    throw Failure(fmt::format("conductor {} has left the domain and is at [{:g}, {:g}] m{}", i, p.x, p.y,
+                              scene.effects.wall_contact ? "" : ": [effects.wall_contact] in the scene would hold it"));
+  }
+}
+
+}  // namespace
+
 FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver)
     : scene_(scene), solver_(std::move(solver)) {}
 
@@ -56,6 +73,7 @@ void FloatingConductors::add_forces(const State& state, std::span<double> force)
 }
 
 const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups) {
+  check_inside(scene_, bodies);
   const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups);
   const laplace::LaplaceSolution solution = solver_->solve(problem);
   ++solves_;

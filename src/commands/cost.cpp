@@ -3,17 +3,43 @@
 #include <cmath>
 
 namespace lichtenberg {
+namespace {
 
-FieldCost estimate_field_cost(const FieldOptions&, double cells) {
-  return {45e6 + 100 * cells, 0.15e-6 * cells, 0.08e-6 * cells};
+/// What was measured on one core (README.md of this folder).
+struct Figures {
+  double bytes;                ///< a cell
+  double setup;                ///< s, a cell
+  double iteration;            ///< s, a cell and iteration
+  double iterations_a_decade;  ///< of the tolerance
+};
+
+Figures figures_of(const FieldOptions& options) {
+  // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
+  if (options.method == "relaxation") return {16, 0, 3.5e-10 * options.cells, 100};
+  if (options.linear_solver == "assembled") return {373, 1.3e-6, 4.5e-8, 2.25};
+  return {100, 2.5e-8, 8.5e-9, 1.25};
+}
+
+constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
+constexpr double share_in_motion = 0.8;  // of the iterations: earlier solutions are a good first guess
+
+}  // namespace
+
+FieldCost estimate_field_cost(const FieldOptions& options, double cells) {
+  const Figures a = figures_of(options);
+  const auto seconds = [&](double tolerance, double share) {
+    return cells * (a.setup + share * a.iterations_a_decade * -std::log10(tolerance) * a.iteration);
+  };
+  return {.bytes = bytes_at_start + a.bytes * cells,
+          .single_seconds = seconds(options.tolerance, 1),
+          .moving_seconds = seconds(options.moving_tolerance, share_in_motion)};
 }
 
 std::optional<double> estimate_field_solves(const Scene& scene) {
   if (scene.mechanics.integrator == "euler") return scene.stop.time / scene.mechanics.euler_field_step;
   const Effects& effects = scene.effects;
   if (!effects.current_source || !effects.stokes_drag || !effects.contact_discharge) return std::nullopt;
-  const double n = static_cast<double>(scene.conductors.size());
-  return 0.18 * n * n;
+  return 0.4 * std::pow(static_cast<double>(scene.conductors.size()), 1.6);
 }
 
 }  // namespace lichtenberg

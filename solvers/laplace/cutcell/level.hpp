@@ -12,7 +12,7 @@ namespace lichtenberg::laplace {
 
 /// How a fluid cell is coupled to a conductor's surface.
 enum class LinkFormula {
-  log_fitted,  ///< exact for an isolated circle (FIELD-SOLVER.md, "G-L")
+  log_fitted,  ///< exact for an isolated circle (link.hpp)
   plain,       ///< 1 / cut length
 };
 

@@ -206,6 +206,13 @@ void CutCellSolver::Implementation::make_matrix_free() {
     check_petsc(PCShellSetContext(pc, multigrid.get()));
     check_petsc(PCShellSetName(pc, "cut-cell multigrid"));
     set_defaults();
+    PCType type = nullptr;
+    check_petsc(PCGetType(pc, &type));
+    if (const std::string chosen = type; chosen != PCSHELL && chosen != PCNONE) {
+      system.release();
+      throw InputError("-field_pc_type " + chosen +
+                       " needs a matrix: set field.linear_solver = \"assembled\" in the scene, or leave the option out");
+    }
   }
   check_petsc(KSPSetOperators(system.ksp, system.matrix, system.matrix));
 }

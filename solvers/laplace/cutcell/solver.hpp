@@ -17,7 +17,7 @@ struct CutCellOptions {
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
 };
 
-/// The direct scheme (FIELD-SOLVER.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
+/// The direct scheme (README.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
 /// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding, forces
 /// are the exact derivative of the discrete energy (virtual work). All KSP options have the prefix "field_".
 class CutCellSolver : public LaplaceSolver {

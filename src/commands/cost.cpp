@@ -15,7 +15,7 @@ struct Figures {
 
 Figures figures_of(const FieldOptions& options) {
   // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
-  if (options.method == "relaxation") return {16, 0, 3.5e-10 * options.cells, 100};
+  if (options.method == "relaxation") return {16, 0, 3.5e-10 * options.cells, 60};
   if (options.linear_solver == "assembled") return {373, 1.3e-6, 4.5e-8, 2.25};
   return {100, 2.5e-8, 8.5e-9, 1.25};
 }

@@ -20,9 +20,11 @@ struct Conductance {
   Vec2 gradient;  ///< per cell
 };
 
-/// Cuts below this many cells are rounding, which can even put a cell centre on the other side of the surface that
-/// it lies on: a link shorter than this would be infinite or negative.
-inline constexpr double smallest_cut = 1e-14;
+/// Cuts below this many cells are taken as this. The surface is then where it is to that fraction of a cell, and the
+/// single precision of the preconditioner is not lost in differences of fluxes a million times larger than all others:
+/// from 1e-10 on potentials are wrong in the third digit if many cell centres lie on surfaces (conductors on a
+/// lattice), and rounding can even put a centre on the other side of the surface that it lies on.
+inline constexpr double smallest_cut = 1e-7;
 
 /// Fluid cell centre p to a circle, log-fitted: the field near a round conductor goes like ln r, so the potential
 /// difference is q ln(r/R) / 2 pi and the flux through the face q dtheta / 2 pi, with dtheta the angle under which the
@@ -38,7 +40,7 @@ inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 ce
   const double distance = norm(r);
   const double outside_log = std::log1p((norm2(r) - radius * radius) / ((distance + radius) * radius));
   const double sign = inside ? -1.0 : 1.0;
-  const double log_ratio = std::max(sign * outside_log, smallest_cut / radius);
+  const double log_ratio = std::max(sign * outside_log, smallest_cut / distance);
   const Vec2 log_gradient = (-sign / norm2(r)) * r;
   const double c = theta / log_ratio;
   return {c, (theta_gradient - c * log_gradient) / log_ratio};

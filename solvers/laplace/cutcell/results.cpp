@@ -10,37 +10,51 @@ namespace {
 /// taken from the balance of its cell instead: what comes in through the other faces.
 constexpr double short_link = 1e6;
 
-/// Potential differences across the short links, by index of the link.
+/// What flows into a fluid cell through its four faces with other fluid cells.
+double inflow_from_fluid(const Level& level, const double* cell, double scale, std::ptrdiff_t slot) {
+  const Layout& at = level.layout;
+  const int colour = slot >= at.colour_size();
+  const int j = static_cast<int>(slot % at.colour_size() / at.stride) - 1;
+  const std::ptrdiff_t k = slot - at.row(colour, j), beside = at.row(1 - colour, j) + k + Layout::parity(colour, j);
+  double inflow = 0;
+  const std::ptrdiff_t below = at.row(1 - colour, j - 1) + k, above = at.row(1 - colour, j + 1) + k;
+  for (const std::ptrdiff_t neighbour : {beside - 1, beside, below, above})
+    if (level.diagonal[neighbour] > 0) inflow += scale * cell[neighbour] - scale * cell[slot];
+  return inflow;
+}
+
+/// Potential differences across the short links, by index of the link; of a cell with two of them, none.
 std::map<std::size_t, double> short_link_differences(const LaplaceProblem& problem, const Level& level,
                                                      const double* cell, double scale,
                                                      const LaplaceSolution& solution) {
-  std::map<std::size_t, double> difference;
+  struct Balance {
+    std::size_t link = 0;  // the short one
+    int short_links = 0;
+    double inflow = 0;  // through all others
+  };
+  std::map<std::ptrdiff_t, Balance> balances;  // of the cells with short links
   for (std::size_t m = 0; m < level.links.size(); ++m) {
-    const Link& shortest = level.links[m];
-    if (shortest.conductance < short_link) continue;
-    const std::ptrdiff_t slot = shortest.cell;
-    const double v = scale * cell[slot];
-    const std::ptrdiff_t in_colour = slot % level.layout.colour_size();
-    const int colour = slot >= level.layout.colour_size();
-    const int j = static_cast<int>(in_colour / level.layout.stride) - 1;
-    const std::ptrdiff_t k = slot - level.layout.row(colour, j);
-    const int parity = Layout::parity(colour, j);
-    double inflow = 0;
-    for (const std::ptrdiff_t neighbour :
-         {level.layout.row(1 - colour, j) + k + parity - 1, level.layout.row(1 - colour, j) + k + parity,
-          level.layout.row(1 - colour, j - 1) + k, level.layout.row(1 - colour, j + 1) + k})
-      if (level.diagonal[neighbour] > 0) inflow += scale * cell[neighbour] - v;
-    bool only_one = true;
-    for (std::size_t n = 0; n < level.links.size(); ++n) {
-      const Link& link = level.links[n];
-      if (n == m || link.cell != slot) continue;
-      only_one = only_one && link.conductance < short_link;
-      inflow += link.conductance * (solution.group_potential[problem.bodies[link.body].group] - v);
-    }
-    for (const SideLink& link : level.side_links)
-      if (link.cell == slot) inflow += link.conductance * (link.potential - v);
-    if (only_one) difference[m] = -inflow / shortest.conductance;
+    if (level.links[m].conductance < short_link) continue;
+    const std::ptrdiff_t slot = level.links[m].cell;
+    const auto [balance, is_new] = balances.try_emplace(slot);
+    if (is_new) balance->second.inflow = inflow_from_fluid(level, cell, scale, slot);
+    balance->second.link = m;
+    ++balance->second.short_links;
   }
+  if (balances.empty()) return {};
+  const auto flow_in = [&](std::ptrdiff_t slot, double conductance, double potential) {
+    const auto balance = balances.find(slot);
+    if (balance != balances.end()) balance->second.inflow += conductance * (potential - scale * cell[slot]);
+  };
+  for (const Link& link : level.links)
+    if (link.conductance < short_link)
+      flow_in(link.cell, link.conductance, solution.group_potential[problem.bodies[link.body].group]);
+  for (const SideLink& link : level.side_links) flow_in(link.cell, link.conductance, link.potential);
+
+  std::map<std::size_t, double> difference;
+  for (const auto& [slot, balance] : balances)
+    if (balance.short_links == 1)
+      difference[balance.link] = -balance.inflow / level.links[balance.link].conductance;
   return difference;
 }
 

@@ -27,7 +27,9 @@ using std::numbers::pi;
 namespace {
 
 /// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
-doctest::Approx near(double value, double tolerance = 1e-9) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
+doctest::Approx near(double value, double tolerance = 1e-9) {
+  return doctest::Approx(value).epsilon(tolerance).scale(0);
+}
 
 constexpr double radius = 1e-3;
 
@@ -43,9 +45,7 @@ Scene scene_of(std::vector<Vec2> places) {
   return scene;
 }
 
-Electrode electrode_of(std::string name, Shape shape, double potential) {
-  return {std::move(name), shape, potential};
-}
+Electrode electrode_of(std::string name, Shape shape, double potential) { return {std::move(name), shape, potential}; }
 
 std::vector<double> forces_of(const Effect& effect, const Bodies& bodies, const std::vector<Pair>& pairs = {}) {
   std::vector<double> force(bodies.position.size());
@@ -93,8 +93,9 @@ TEST_CASE("surfaces: distance as the field's geometry has it, its gradient, and 
       CHECK(seen.distance == near(signed_distance(shape, p)));
       if (seen.distance < 1e-4) continue;  // the bar's medial axis, where the gradient jumps, is inside
       const double h = 1e-8;
-      const Vec2 gradient = {(signed_distance(shape, p + Vec2{h, 0}) - signed_distance(shape, p - Vec2{h, 0})) / (2 * h),
-                             (signed_distance(shape, p + Vec2{0, h}) - signed_distance(shape, p - Vec2{0, h})) / (2 * h)};
+      const Vec2 gradient = {
+          (signed_distance(shape, p + Vec2{h, 0}) - signed_distance(shape, p - Vec2{h, 0})) / (2 * h),
+          (signed_distance(shape, p + Vec2{0, h}) - signed_distance(shape, p - Vec2{0, h})) / (2 * h)};
       CHECK(norm(gradient - seen.normal) < 1e-6);  // rounding: 1e-2 * 1e-16 / 1e-8
       const Vec2 side = perpendicular(seen.normal);
       const Vec2 turned = view(surface_of(shape), p + h * side).normal - seen.normal;
@@ -167,11 +168,12 @@ TEST_CASE("walls push along their normals, with the radius that both surfaces ma
 TEST_CASE("walls: derivatives agree with central differences") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.wall_contact = lichtenberg::WallContact{.young = 1e9, .poisson = 0.3};
-  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 2e-3}, 0), electrode_of("ring", Ring{{0.05, 0.05}, 8e-3}, 0),
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 2e-3}, 0),
+                      electrode_of("ring", Ring{{0.05, 0.05}, 8e-3}, 0),
                       electrode_of("bar", Bar{{0.02, 0.02}, {0.03, 0.02}, 2e-3}, 0)};
   // In turn: side, ball, ring, the bar's face, its corner; overlaps of some 10 um as for the spheres.
-  for (const Vec2 p : {Vec2{0.99e-3, 0.06}, Vec2{0.0521, 0.0521}, Vec2{0.0532, 0.05626}, Vec2{0.025, 0.02199},
-                       Vec2{0.0307, 0.0217}}) {
+  for (const Vec2 p :
+       {Vec2{0.99e-3, 0.06}, Vec2{0.0521, 0.0521}, Vec2{0.0532, 0.05626}, Vec2{0.025, 0.02199}, Vec2{0.0307, 0.0217}}) {
     Bodies bodies = make_bodies(scene);
     bodies.position = {p.x, p.y};
     CHECK(jacobian_error(effects::WallContact(scene), bodies, 1e-10) < 1e-5);
@@ -225,19 +227,20 @@ TEST_CASE("contact with an electrode or an electrode side holds a group; all hel
   scene.domain.sides[2].potential = 6;
   CHECK(electrical_groups(scene, contacts).id == std::vector<int>{0, 0, 2, 3});
   const std::vector<Contact> shorted = {{0, 1}, {0, 4}, {1, 5}};
-  CHECK_THROWS_WITH_AS(electrical_groups(scene, shorted),
-                       "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
-                       "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed",
-                       InputError);
+  CHECK_THROWS_WITH_AS(
+      electrical_groups(scene, shorted),
+      "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
+      "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed",
+      InputError);
 }
 
 TEST_CASE("a group parts when its members do, when it is let go and when another potential takes it") {
   const ElectricalGroups held = {{0, 0, 2}, {5.0, 5.0, {}}};
   CHECK(!parts(held, held));
-  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));          // a merger
-  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));           // one leaves
-  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));            // both leave the electrode together
-  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));          // for another electrode, at once
+  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));  // a merger
+  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));   // one leaves
+  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));    // both leave the electrode together
+  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // for another electrode, at once
 }
 
 TEST_CASE("contacts are made at the gap and lost a little beyond it") {
@@ -278,7 +281,7 @@ TEST_CASE("a contact within a tolerance of its threshold comes along if it is on
 TEST_CASE("unequal radii, electrodes and electrode sides count surface to surface") {
   Scene scene = scene_of({{0.03, 0.0021}, {0.03, 0.0021}});
   scene.conductors[1].radius = 3e-3;
-  scene.conductors[1].position.y += 5.01e-3;  // gap 1.01 mm
+  scene.conductors[1].position.y += 5.01e-3;                                           // gap 1.01 mm
   scene.electrodes = {electrode_of("ball", Disk{{0.03 + 3.99e-3, 0.0021}, 2e-3}, 0)};  // gap to conductor 0: 0.99 mm
   scene.domain.sides[2] = {.electrode = true, .potential = 0};                         // gap 1.1 mm
   effects::ContactDischarge discharge(scene);
@@ -315,7 +318,7 @@ TEST_CASE("only contacts that can change are watched") {
     const std::vector<double> all(4, travel);
     return discharge.watch(bodies, electrical_groups(scene, discharge.contacts()), all);
   };
-  CHECK(watched(0.09e-3).empty());                   // 0.1 mm each to meet, 0.1 mm each to part
+  CHECK(watched(0.09e-3).empty());  // 0.1 mm each to meet, 0.1 mm each to part
   REQUIRE(watched(0.11e-3).size() == 3);
   CHECK(watched(0.11e-3)[0].contact == Contact{0, 1});
   CHECK(!watched(0.11e-3)[0].made);
@@ -493,7 +496,8 @@ TEST_CASE("effects can be listed with what they are and what they need") {
     CHECK(effect.needs.field == (effect.name == "contact_discharge"));
     CHECK(effect.needs.neighbour_range.has_value() == (effect.name == "hertz_contact"));
   }
-  scene.effects = {{}, {}, {}, lichtenberg::HertzContact{}, lichtenberg::WallContact{}, lichtenberg::ContactDischarge{}};
+  scene.effects = {
+      {}, {}, {}, lichtenberg::HertzContact{}, lichtenberg::WallContact{}, lichtenberg::ContactDischarge{}};
   scene.effects.floating_conductors.emplace();
   scene.effects.current_source.emplace();
   scene.effects.stokes_drag.emplace();

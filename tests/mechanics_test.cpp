@@ -23,12 +23,14 @@ using std::numbers::pi;
 namespace {
 
 /// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
-doctest::Approx near(double value, double tolerance = 1e-9) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
+doctest::Approx near(double value, double tolerance = 1e-9) {
+  return doctest::Approx(value).epsilon(tolerance).scale(0);
+}
 
 constexpr double radius = 0.775e-3;
 const double mass = 4.0 / 3.0 * pi * 8050 * radius * radius * radius;  // 1.57e-5 kg
-const double drag = 6 * pi * 0.7 * radius;                              // 1.02e-2 kg/s
-const double relaxation = mass / drag;                                  // 1.53 ms
+const double drag = 6 * pi * 0.7 * radius;                             // 1.02e-2 kg/s
+const double relaxation = mass / drag;                                 // 1.53 ms
 
 /// Spheres of D's size and material in a box of 10 cm of castor oil; no effects yet.
 Scene scene_of(const std::vector<Vec2>& places) {
@@ -61,9 +63,9 @@ Scene crowd() {
   std::uniform_real_distribution<double> place(0.042, 0.058);
   while (scene.conductors.size() < 12) {
     const Vec2 p = {place(random), place(random)};
-    const bool free = norm(p - Vec2{0.05, 0.05}) > 2.2 * radius &&
-                      std::ranges::all_of(scene.conductors,
-                                          [&](const Conductor& c) { return norm(p - c.position) > 2.2 * radius; });
+    const bool free =
+        norm(p - Vec2{0.05, 0.05}) > 2.2 * radius &&
+        std::ranges::all_of(scene.conductors, [&](const Conductor& c) { return norm(p - c.position) > 2.2 * radius; });
     if (free) scene.conductors.push_back({.position = p, .radius = radius, .charge = 2e-12});
   }
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
@@ -73,8 +75,8 @@ Scene crowd() {
   return scene;
 }
 
-/// A field solver whose forces (N, for the scenes' depth) are any function of the problem. Members of a group share their
-/// charge evenly; what is held is empty.
+/// A field solver whose forces (N, for the scenes' depth) are any function of the problem. Members of a group share
+/// their charge evenly; what is held is empty.
 class Scripted : public laplace::LaplaceSolver {
  public:
   using Forces = std::function<std::vector<Vec2>(const laplace::LaplaceProblem&)>;
@@ -144,8 +146,7 @@ TEST_CASE("the displacement's limits: inertia for short steps, drag for long one
   CHECK(displacement(2, 3, mass, 0) == near(2 * 9 / (6 * mass)));
   CHECK(displacement(2, 100, mass, drag) == near(2 * 100 / (2 * drag), 1e-4));
   const double seam = 0.01 * relaxation;  // series and closed form meet here; the former's next term is 2e-9
-  CHECK(displacement(1, seam * (1 - 1e-12), mass, drag) ==
-        near(displacement(1, seam * (1 + 1e-12), mass, drag), 1e-8));
+  CHECK(displacement(1, seam * (1 - 1e-12), mass, drag) == near(displacement(1, seam * (1 + 1e-12), mass, drag), 1e-8));
 }
 
 TEST_CASE("the time to displace is one in which the displacement stays within the tolerance") {
@@ -460,8 +461,8 @@ TEST_CASE("a pair that is driven together and apart by its own contact neither s
       CHECK(changes >= 80);
       CHECK(changes <= 129);
     } else {
-      // The thresholds are one tolerance, 0.775 um, apart, far less than the way of turning round: each change takes a few
-      // relaxation times all the same.
+      // The thresholds are one tolerance, 0.775 um, apart, far less than the way of turning round: each change takes a
+      // few relaxation times all the same.
       CHECK(changes >= 129);
       CHECK(changes <= 1 / relaxation);
     }
@@ -653,6 +654,7 @@ TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the on
     Scene scene = crowd();
     scene.mechanics.integrator = integrator;
     scene.mechanics.coupling = coupling;
+    scene.mechanics.position_tolerance = 1e-5 * radius;  // strict, so that the error control has a say in the steps
     const auto log = std::make_shared<SolverLog>();
     Simulation whole(scene, std::make_unique<LineCharges>(log));
     std::vector<Checkpoint> checkpoints;

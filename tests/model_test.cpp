@@ -27,7 +27,9 @@ using namespace lichtenberg;
 namespace {
 
 /// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
-doctest::Approx near(double value, double tolerance = 1e-9) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
+doctest::Approx near(double value, double tolerance = 1e-9) {
+  return doctest::Approx(value).epsilon(tolerance).scale(0);
+}
 
 Bodies random_bodies(int n, int dimension, double width, std::uint32_t seed) {
   std::mt19937 random(seed);
@@ -83,7 +85,8 @@ Model model_with(Bodies bodies, std::initializer_list<Needs> needs) {
 TEST_CASE("a scene's conductors become spheres") {
   Scene scene;
   scene.material.density = 8050;
-  scene.conductors = {{.position = {1, 2}, .velocity = {3, 4}, .radius = 0.775e-3}, {.position = {5, 6}, .radius = 1e-3}};
+  scene.conductors = {{.position = {1, 2}, .velocity = {3, 4}, .radius = 0.775e-3},
+                      {.position = {5, 6}, .radius = 1e-3}};
   const Bodies bodies = make_bodies(scene);
   REQUIRE(bodies.size() == 2);
   // 4/3 pi 8050 0.775^3 1e-9 = 1.56959e-5 kg: pi * 4/3 * 8050 = 33719.8, 0.775^3 = 0.465484

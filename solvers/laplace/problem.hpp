@@ -14,7 +14,8 @@ struct Side {
   enum class Kind { insulating, electrode } kind = Kind::insulating;
   double potential = 0;  ///< V, of an electrode
   /// If set, the potential along the side, V(p): an electrode whose potential varies. Validation puts the exact
-  /// field of an unbounded problem on the walls with it, so that no box error hides the scheme's.
+  /// field of an unbounded problem on the walls with it, so that no box error hides the scheme's. Called from several
+  /// threads at once.
   std::function<double(Vec2)> profile;
 
   double potential_at(Vec2 p) const { return profile ? profile(p) : potential; }
@@ -55,9 +56,9 @@ struct LaplaceProblem {
 
 /// Seconds spent by one solve.
 struct Timings {
-  double setup = 0;  ///< links, levels, coarse factorization
-  double solve = 0;  ///< Krylov or relaxation iterations
-  double forces = 0; ///< charges, forces, energy
+  double setup = 0;   ///< links, levels, coarse factorization
+  double solve = 0;   ///< Krylov or relaxation iterations
+  double forces = 0;  ///< charges, forces, energy
 };
 
 struct LaplaceSolution {
@@ -75,7 +76,7 @@ struct LaplaceSolution {
 /// Potential on cell centres: value[j * nx + i] at ((i + 0.5) h, (j + 0.5) h), the conductor's potential inside it.
 struct Field {
   int nx = 0, ny = 0;
-  double h = 0;  ///< m
+  double h = 0;               ///< m
   std::vector<double> value;  ///< V
   std::vector<int> body;      ///< index of the body that covers the centre, -1 in the fluid
 };

@@ -83,7 +83,8 @@ class Run {
   }
 
   double next_frame() const {
-    // The times of frames are multiples of `every`, to rounding: 11 * 0.03 is less than 0.33, but no frame before the end.
+    // The times of frames are multiples of `every`, to rounding: 11 * 0.03 is less than 0.33, but no frame before the
+    // end.
     constexpr double rounding = 1e-9;
     const double every = scene_.output.every, stop = scene_.stop.time;
     const double next = every * (std::floor(simulation_.time() / every + rounding) + 1);

@@ -7,8 +7,8 @@
 
 namespace lichtenberg::effects {
 
-/// A sum that keeps what rounding cuts off (Neumaier 1974): adding the same small current a hundred thousand times loses
-/// the same fraction of it each time, and a plain sum would drift by up to 1e-11 of itself.
+/// A sum that keeps what rounding cuts off (Neumaier 1974): adding the same small current a hundred thousand times
+/// loses the same fraction of it each time, and a plain sum would drift by up to 1e-11 of itself.
 class CompensatedSum {
  public:
   CompensatedSum() = default;
@@ -25,8 +25,8 @@ class CompensatedSum {
   double value_ = 0, lost_ = 0;
 };
 
-/// Who holds how much charge, and what came and went. held + drained - fed stays what it was at the start, to rounding of
-/// the last digit, whatever the field solver's accuracy is: the field only says how a group's charge is shared.
+/// Who holds how much charge, and what came and went. held + drained - fed stays what it was at the start, to rounding
+/// of the last digit, whatever the field solver's accuracy is: the field only says how a group's charge is shared.
 class ChargeLedger {
  public:
   /// `initial`: C, a conductor.

@@ -65,8 +65,7 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies) {
   return changes;
 }
 
-std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies,
-                                                             const ElectricalGroups& groups,
+std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies, const ElectricalGroups& groups,
                                                              std::span<const double> travel) const {
   const int n = bodies.size();
   const auto one_already = [&](Contact c) {

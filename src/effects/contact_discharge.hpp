@@ -34,8 +34,8 @@ class ContactDischarge : public Effect {
   struct Changes {
     int made = 0, lost = 0;
   };
-  /// Makes and loses the contacts that these positions ask for. Those within a position tolerance of their threshold and
-  /// on their way to it come along, so that events at all but the same time are one.
+  /// Makes and loses the contacts that these positions ask for. Those within a position tolerance of their threshold
+  /// and on their way to it come along, so that events at all but the same time are one.
   Changes update(const Bodies& bodies);
 
   /// A contact that may be made or lost soon.

@@ -37,11 +37,11 @@ const std::array<Kind, 6> kinds = {{
      [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
        return std::make_unique<CurrentSource>(s.effects.current_source->current);
      }},
-    {"stokes_drag", "drag of spheres in a viscous fluid",
-     [](const Effects& e) { return e.stokes_drag.has_value(); },
-     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> { return std::make_unique<StokesDrag>(s.medium.viscosity); }},
-    {"hertz_contact", "elastic contact between spheres",
-     [](const Effects& e) { return e.hertz_contact.has_value(); },
+    {"stokes_drag", "drag of spheres in a viscous fluid", [](const Effects& e) { return e.stokes_drag.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
+       return std::make_unique<StokesDrag>(s.medium.viscosity);
+     }},
+    {"hertz_contact", "elastic contact between spheres", [](const Effects& e) { return e.hertz_contact.has_value(); },
      [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
        return std::make_unique<HertzContact>(*s.effects.hertz_contact);
      }},

@@ -18,7 +18,7 @@ struct EffectSummary {
   std::string_view name;         ///< of its table in the scene
   std::string_view description;  ///< one line
   bool in_scene = false;
-  Needs needs;                   ///< of one that is in the scene
+  Needs needs;  ///< of one that is in the scene
 };
 
 /// Every effect that there is, in the order in which make_model takes them.

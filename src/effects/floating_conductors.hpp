@@ -12,8 +12,8 @@
 namespace lichtenberg::effects {
 
 /// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the
-/// electrodes. Groups: the electrical groups in ascending order of id, then one an electrode. Charges become charges per
-/// metre of depth.
+/// electrodes. Groups: the electrical groups in ascending order of id, then one an electrode. Charges become charges
+/// per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups);
 
 /// The solver that a scene asks for, at the tolerance of a single solve.

@@ -92,7 +92,8 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   for (int i = 0; i < n; ++i) {
     const int wire = scene.conductors[i].group;
     if (wire < 0 || !scene.groups[wire].potential) continue;
-    holders.add(sets.find(i), {fmt::format("the group \"{}\"", scene.groups[wire].name), *scene.groups[wire].potential});
+    holders.add(sets.find(i),
+                {fmt::format("the group \"{}\"", scene.groups[wire].name), *scene.groups[wire].potential});
   }
   const std::vector<Terminal> terminals = terminals_of(scene);
   for (const Contact& contact : contacts)

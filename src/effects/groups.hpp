@@ -20,7 +20,8 @@ struct Terminal {
 /// The electrodes in the scene's order, then those sides of the domain that are electrodes.
 std::vector<Terminal> terminals_of(const Scene& scene);
 
-/// An electrical contact. The partner is a conductor with a larger index, or, from the number of conductors on, a terminal.
+/// An electrical contact. The partner is a conductor with a larger index, or, from the number of conductors on, a
+/// terminal.
 struct Contact {
   int conductor = 0, partner = 0;
   friend auto operator<=>(const Contact&, const Contact&) = default;

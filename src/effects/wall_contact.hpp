@@ -8,8 +8,8 @@
 
 namespace lichtenberg::effects {
 
-/// The elastic contact of spheres with what does not move: the sides of the domain, which are flat, and the electrodes (a ring
-/// pushes inward). Two dimensions.
+/// The elastic contact of spheres with what does not move: the sides of the domain, which are flat, and the electrodes
+/// (a ring pushes inward). Two dimensions.
 class WallContact : public Effect {
  public:
   explicit WallContact(const Scene& scene);

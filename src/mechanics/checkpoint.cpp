@@ -11,8 +11,9 @@ const std::vector<double>& reals(const Checkpoint& checkpoint, const std::string
   if (found == checkpoint.reals.end())
     throw Failure(fmt::format("the checkpoint has no \"{}\": another version of the program wrote it", name));
   if (found->second.size() != size)
-    throw Failure(fmt::format("the checkpoint holds {} values of \"{}\", but this scene needs {}: it is of another scene",
-                              found->second.size(), name, size));
+    throw Failure(
+        fmt::format("the checkpoint holds {} values of \"{}\", but this scene needs {}: it is of another scene",
+                    found->second.size(), name, size));
   return found->second;
 }
 

@@ -12,7 +12,7 @@ struct Counters {
   std::int64_t steps = 0;           ///< coupling steps accepted
   std::int64_t rejected_steps = 0;  ///< coupling steps repeated because of their error
   std::int64_t contacts_made = 0, contacts_lost = 0;
-  std::int64_t regroupings = 0;     ///< times that made or lost contacts changed who is one with whom
+  std::int64_t regroupings = 0;  ///< times that made or lost contacts changed who is one with whom
   double field_seconds = 0, mechanics_seconds = 0, contact_seconds = 0;  ///< wall time since the program started
 };
 

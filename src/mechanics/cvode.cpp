@@ -189,7 +189,8 @@ void Cvode::Implementation::assemble() {
     add(k, n + k, 1 / bodies.mass[k / bodies.dimension]);
   }
   for (const ForceJacobian::Entry& entry : force_jacobian.by_position) add(n + entry.row, entry.column, entry.value);
-  for (const ForceJacobian::Entry& entry : force_jacobian.by_momentum) add(n + entry.row, n + entry.column, entry.value);
+  for (const ForceJacobian::Entry& entry : force_jacobian.by_momentum)
+    add(n + entry.row, n + entry.column, entry.value);
   jacobian.setFromTriplets(triplets.begin(), triplets.end());
 }
 
@@ -226,8 +227,7 @@ double Cvode::advance(double start, double end, const Events& events) {
   self.thrown = nullptr;
   check(CVodeReInit(self.memory, start, self.y));
   check(CVodeRootInit(self.memory, static_cast<int>(events.direction.size()), event_values));
-  if (!events.direction.empty())
-    check(CVodeSetRootDirection(self.memory, const_cast<int*>(events.direction.data())));
+  if (!events.direction.empty()) check(CVodeSetRootDirection(self.memory, const_cast<int*>(events.direction.data())));
   check(CVodeSetStopTime(self.memory, end));
 
   double time = start;

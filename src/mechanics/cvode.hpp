@@ -12,8 +12,8 @@ namespace lichtenberg::mechanics {
 
 /// Quantities of the model's bodies whose change of sign ends an integration.
 struct Events {
-  std::vector<int> direction;                    ///< one an event: -1 it must fall through zero, +1 rise
-  std::function<void(std::span<double>)> values; ///< their values for the bodies as they are
+  std::vector<int> direction;                     ///< one an event: -1 it must fall through zero, +1 rise
+  std::function<void(std::span<double>)> values;  ///< their values for the bodies as they are
 };
 
 /// What one step of the integrator may be wrong by.
@@ -23,18 +23,18 @@ struct Accuracy {
   std::vector<double> momentum;  ///< kg m/s, a body: added to the relative part
 };
 
-/// Newton's equations dx/dt = p/m, dp/dt = F(x, p, t) (D 5.7) of a model, by CVODE: backward differentiation formulas of
-/// variable order and step (Cohen & Hindmarsh 1996), Newton's iteration with the effects' analytic Jacobian, factored
-/// by KLU. Contacts are stiff (1e5 rad/s for steel), drag relaxes in milliseconds, and both are implicit.
+/// Newton's equations dx/dt = p/m, dp/dt = F(x, p, t) (D 5.7) of a model, by CVODE: backward differentiation formulas
+/// of variable order and step (Cohen & Hindmarsh 1996), Newton's iteration with the effects' analytic Jacobian,
+/// factored by KLU. Contacts are stiff (1e5 rad/s for steel), drag relaxes in milliseconds, and both are implicit.
 class Cvode {
  public:
   /// The model must outlive this.
   Cvode(Model& model, Accuracy accuracy);
   ~Cvode();
 
-  /// Moves the model's bodies from time `start` to time `end` (s) or, if that is earlier, to the first event; returns the
-  /// time reached. Starts anew each time: the result depends on the bodies and the times alone.
-  /// Throws Failure if the accuracy cannot be reached, and what the callbacks throw.
+  /// Moves the model's bodies from time `start` to time `end` (s) or, if that is earlier, to the first event; returns
+  /// the time reached. Starts anew each time: the result depends on the bodies and the times alone. Throws Failure if
+  /// the accuracy cannot be reached, and what the callbacks throw.
   double advance(double start, double end, const Events& events = {});
 
   /// Called with the time before forces are evaluated, for what depends on the bodies as they are.

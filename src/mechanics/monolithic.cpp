@@ -5,8 +5,7 @@
 
 namespace lichtenberg::mechanics {
 
-Monolithic::Monolithic(Workplace workplace)
-    : at_(workplace), cvode_(make_cvode(at_.scene, at_.model)) {
+Monolithic::Monolithic(Workplace workplace) : at_(workplace), cvode_(make_cvode(at_.scene, at_.model)) {
   if (at_.electrics) cvode_.before_forces = [this](double time) { solve_field(time); };
 }
 
@@ -36,7 +35,8 @@ Events Monolithic::events() const {
     if (contacts) contacts(value.first(value.size() - 1));
     double farthest = -INFINITY;
     for (int i = 0; i < bodies.size(); ++i)
-      farthest = std::max(farthest, norm(position(bodies, i) - Vec2{start[2 * i], start[2 * i + 1]}) - bodies.radius[i]);
+      farthest =
+          std::max(farthest, norm(position(bodies, i) - Vec2{start[2 * i], start[2 * i + 1]}) - bodies.radius[i]);
     value.back() = farthest;
   };
   return events;

@@ -4,9 +4,9 @@
 
 namespace lichtenberg::mechanics {
 
-/// CVODE with everything inside: the field is solved each time forces are asked for, and its derivatives are left out of
-/// Newton's iteration. Exact but for CVODE's own error, and dear: the reference for Split. In a scene without a field it
-/// is plain CVODE.
+/// CVODE with everything inside: the field is solved each time forces are asked for, and its derivatives are left out
+/// of Newton's iteration. Exact but for CVODE's own error, and dear: the reference for Split. In a scene without a
+/// field it is plain CVODE.
 class Monolithic : public Stepper {
  public:
   explicit Monolithic(Workplace workplace);

@@ -27,8 +27,8 @@ class Simulation {
   Frame frame();
   /// The potential now. Throws Failure in a neutral scene.
   laplace::Field field();
-  /// Every conductor is connected to an electrode, and forces and speeds are at most stop.force times the largest of the
-  /// run (D 7.1). Never true in a neutral scene.
+  /// Every conductor is connected to an electrode, and forces and speeds are at most stop.force times the largest of
+  /// the run (D 7.1). Never true in a neutral scene.
   bool stationary();
 
   /// All there is. Also makes this very simulation forget what a new one could not know (the field solver's first

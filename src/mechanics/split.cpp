@@ -28,8 +28,8 @@ void Split::advance(double time, double end) {
   while (time < end) time = try_step(time, end);
 }
 
-/// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step was
-/// rejected.
+/// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step
+/// was rejected.
 double Split::try_step(double time, double end) {
   // A rest shorter than two steps is halved: a sliver at the end would cost as much as a whole step. The rounding of
   // times must not make one, either.

@@ -6,10 +6,10 @@
 
 namespace lichtenberg::mechanics {
 
-/// Mechanics by CVODE, the field once a coupling step (see README.md). Between solves the electric force is extrapolated
-/// linearly in time from the last two; at a step's end the field is solved, and the force's defect, turned into a
-/// displacement, decides whether the step stands and how long the next one is. Contacts are located as events: mergers of
-/// groups end a step, partings need no solve.
+/// Mechanics by CVODE, the field once a coupling step (see README.md). Between solves the electric force is
+/// extrapolated linearly in time from the last two; at a step's end the field is solved, and the force's defect, turned
+/// into a displacement, decides whether the step stands and how long the next one is. Contacts are located as events:
+/// mergers of groups end a step, partings need no solve.
 class Split : public Stepper {
  public:
   explicit Split(Workplace workplace);
@@ -36,10 +36,10 @@ class Split : public Stepper {
   double largest_step_, shortest_step_;
   double step_ = 0;  ///< s, allowed by the error control, from solve to solve; 0: to be estimated
   // The extrapolation: what the last solve found, and its rate of change.
-  double solved_at_ = 0;  ///< s
-  std::vector<Vec2> force_, force_rate_;     ///< N, N/s
-  std::vector<double> charge_, charge_rate_; ///< C, by the field (D 5.4), and A
-  bool rates_known_ = false;                 ///< from the last two solves; if not they are 0
+  double solved_at_ = 0;                      ///< s
+  std::vector<Vec2> force_, force_rate_;      ///< N, N/s
+  std::vector<double> charge_, charge_rate_;  ///< C, by the field (D 5.4), and A
+  bool rates_known_ = false;                  ///< from the last two solves; if not they are 0
 };
 
 }  // namespace lichtenberg::mechanics

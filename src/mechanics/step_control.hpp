@@ -2,8 +2,8 @@
 
 namespace lichtenberg::mechanics {
 
-/// How far a force error that grows linearly from 0 to `error` (N) during `dt` (s) displaces a body (m) of `mass` (kg) and
-/// drag coefficient `drag` (kg/s; 0: none), with m dv/dt = F - drag v:
+/// How far a force error that grows linearly from 0 to `error` (N) during `dt` (s) displaces a body (m) of `mass` (kg)
+/// and drag coefficient `drag` (kg/s; 0: none), with m dv/dt = F - drag v:
 ///   error dt / drag * psi(dt drag / m),   psi(z) = 1/2 - 1/z + (1 - exp(-z)) / z^2,
 /// which is error dt / (2 drag) where drag rules (z >> 1) and error dt^2 / (6 m) where inertia does (z << 1).
 double displacement(double error, double dt, double mass, double drag);

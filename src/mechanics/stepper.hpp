@@ -39,13 +39,13 @@ std::unique_ptr<Stepper> make_stepper(Workplace workplace);
 /// Drag coefficient of each body (kg/s), 0 without stokes_drag.
 std::vector<double> drag_coefficients(const Model& model);
 
-/// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to the
-/// same fraction of themselves, but no finer than what carries a body that far before drag stops it (without drag:
+/// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to
+/// the same fraction of themselves, but no finer than what carries a body that far before drag stops it (without drag:
 /// in one largest step).
 Cvode make_cvode(const Scene& scene, Model& model);
 
-/// How far each body can move within `dt` (m), if `force` acts on it: it cannot become faster than it is now or than the
-/// force can drive it, against inertia in that time or against drag.
+/// How far each body can move within `dt` (m), if `force` acts on it: it cannot become faster than it is now or than
+/// the force can drive it, against inertia in that time or against drag.
 std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec2> force,
                                    double dt);
 

@@ -1,6 +1,5 @@
 #include "src/model/bodies.hpp"
 
-#include <algorithm>
 #include <numbers>
 
 #include "src/scene/scene.hpp"
@@ -21,13 +20,13 @@ Bodies make_bodies(const Scene& scene) {
 }
 
 std::vector<double> initial_charges(const Scene& scene) {
+  std::vector<int> members(scene.groups.size(), 0);
+  for (const Conductor& conductor : scene.conductors)
+    if (conductor.group >= 0) ++members[conductor.group];
   std::vector<double> charge;
-  for (const Conductor& conductor : scene.conductors) {
-    charge.push_back(conductor.charge);
-    if (conductor.group < 0) continue;
-    const auto members = std::ranges::count(scene.conductors, conductor.group, &Conductor::group);
-    charge.back() = scene.groups[conductor.group].charge / static_cast<double>(members);
-  }
+  for (const Conductor& conductor : scene.conductors)
+    charge.push_back(conductor.group < 0 ? conductor.charge
+                                         : scene.groups[conductor.group].charge / members[conductor.group]);
   return charge;
 }
 

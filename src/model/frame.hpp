@@ -11,19 +11,19 @@ namespace lichtenberg {
 
 /// What a run shows of itself at one instant: the recorder writes it, analysis and plots read it.
 struct Frame {
-  double time = 0;                 ///< s
-  std::vector<Vec2> position;      ///< m
-  std::vector<Vec2> velocity;      ///< m/s
-  std::vector<Vec2> force;         ///< N, electric
-  std::vector<double> charge;      ///< C; empty in a neutral scene
-  std::vector<double> potential;   ///< V; empty in a neutral scene
-  std::vector<int> group;          ///< smallest index of the conductors in electrical contact; -1: connected to an electrode
-  double energy = 0;               ///< J, of the field
-  double charge_held = 0;          ///< C, on the conductors
-  double charge_fed = 0;           ///< C, by the source since the start
-  double charge_drained = 0;       ///< C, to the electrodes since the start
+  double time = 0;                ///< s
+  std::vector<Vec2> position;     ///< m
+  std::vector<Vec2> velocity;     ///< m/s
+  std::vector<Vec2> force;        ///< N, electric
+  std::vector<double> charge;     ///< C; empty in a neutral scene
+  std::vector<double> potential;  ///< V; empty in a neutral scene
+  std::vector<int> group;     ///< smallest index of the conductors in electrical contact; -1: connected to an electrode
+  double energy = 0;          ///< J, of the field
+  double charge_held = 0;     ///< C, on the conductors
+  double charge_fed = 0;      ///< C, by the source since the start
+  double charge_drained = 0;  ///< C, to the electrodes since the start
   std::int64_t field_solves = 0;
-  std::int64_t iterations = 0;     ///< of the linear solver, all solves together
+  std::int64_t iterations = 0;  ///< of the linear solver, all solves together
 };
 
 /// All that a run needs to go on from an instant as if it had never stopped, as named arrays.

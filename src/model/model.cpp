@@ -8,7 +8,8 @@ namespace lichtenberg {
 void ForceJacobian::add_central(int i, int j, std::span<const double> n, double along, double across) {
   for (int k = 0; k < dimension_; ++k)
     for (int l = 0; l < dimension_; ++l)
-      by_position.push_back({i * dimension_ + k, j * dimension_ + l, (along - across) * n[k] * n[l] + (k == l) * across});
+      by_position.push_back(
+          {i * dimension_ + k, j * dimension_ + l, (along - across) * n[k] * n[l] + (k == l) * across});
 }
 
 void ForceJacobian::add_drag(int i, double rate) {

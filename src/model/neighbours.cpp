@@ -55,9 +55,7 @@ class Cells {
   double coordinate(int i, int k) const { return bodies_.position[i * bodies_.dimension + k]; }
   int column(int i, int k) const { return static_cast<int>((coordinate(i, k) - low_[k]) / side_[k]); }
   int index(int x, int y, int z) const { return (z * count_[1] + y) * count_[0] + x; }
-  int cell_of(int i) const {
-    return index(column(i, 0), column(i, 1), bodies_.dimension == 3 ? column(i, 2) : 0);
-  }
+  int cell_of(int i) const { return index(column(i, 0), column(i, 1), bodies_.dimension == 3 ? column(i, 2) : 0); }
 
   /// Counting sort: cell c holds order_[start_[c]] ... order_[start_[c + 1] - 1].
   void sort() {

@@ -19,7 +19,7 @@ class CoarseSolver {
 
   /// Throws Failure if the matrix is not positive definite to working precision.
   void factorize(const LaplaceProblem& problem, const Level& level);
-  /// v (by slot) and phi (by group) from f and charge; fixed groups and covered cells get 0.
+  /// v (by slot) and phi (by group) from f and charge; entries of fixed groups and covered cells are left as they are.
   void solve(const float* f, const float* charge, float* v, float* phi);
   long unknowns() const { return static_cast<long>(slot_.size() + group_.size()); }
 

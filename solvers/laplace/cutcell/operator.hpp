@@ -19,7 +19,8 @@ class CutCellOperator {
   void apply(const double* x, double* y) const;
   /// Right-hand side: charges / eps, and what groups and sides of given potential bring.
   void right_hand_side(const LaplaceProblem& problem, double* b) const;
-  /// Each floating group's potential from its own balance, so that its charge is exact for the cells' potentials.
+  /// Each floating group's potential from its own balance: its charge is then exact for the cells' potentials, to
+  /// rounding, or to the solver's tolerance where groups are linked to each other directly.
   void balance_groups(const double* b, double* x) const;
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;

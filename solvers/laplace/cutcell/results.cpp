@@ -53,8 +53,7 @@ std::map<std::size_t, double> short_link_differences(const LaplaceProblem& probl
 
   std::map<std::size_t, double> difference;
   for (const auto& [slot, balance] : balances)
-    if (balance.short_links == 1)
-      difference[balance.link] = -balance.inflow / level.links[balance.link].conductance;
+    if (balance.short_links == 1) difference[balance.link] = -balance.inflow / level.links[balance.link].conductance;
   return difference;
 }
 

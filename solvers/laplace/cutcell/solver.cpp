@@ -210,8 +210,9 @@ void CutCellSolver::Implementation::make_matrix_free() {
     check_petsc(PCGetType(pc, &type));
     if (const std::string chosen = type; chosen != PCSHELL && chosen != PCNONE) {
       system.release();
-      throw InputError("-field_pc_type " + chosen +
-                       " needs a matrix: set field.linear_solver = \"assembled\" in the scene, or leave the option out");
+      throw InputError(
+          "-field_pc_type " + chosen +
+          " needs a matrix: set field.linear_solver = \"assembled\" in the scene, or leave the option out");
     }
   }
   check_petsc(KSPSetOperators(system.ksp, system.matrix, system.matrix));

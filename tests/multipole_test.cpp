@@ -551,6 +551,15 @@ TEST_CASE("the last solution shortens the next solve and doesn't change it; forg
   }
 }
 
+TEST_CASE("options out of range are refused") {
+  CHECK_THROWS_AS(MultipoleSolver(options(0)), InputError);
+  CHECK_THROWS_AS(MultipoleSolver(options(1e-15)), InputError);
+  CHECK_THROWS_AS(MultipoleSolver(options(NAN)), InputError);
+  MultipoleOptions none;
+  none.cells = 0;
+  CHECK_THROWS_AS(MultipoleSolver{none}, InputError);
+}
+
 TEST_CASE("there is no field before a solve") {
   MultipoleSolver solver;
   CHECK_THROWS_AS(solver.field(), Failure);

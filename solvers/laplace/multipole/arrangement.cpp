@@ -5,12 +5,10 @@
 
 #include "solvers/error.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-/// Beyond this order products of powers and binomials leave the range of double precision.
-constexpr int largest_order = 1000;
 /// Multipoles alone do as long as no more than this many are needed.
 constexpr double few_terms = 40;
 /// A centre this close to a side, in units of the box, is meant to be on it.
@@ -197,4 +195,4 @@ void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, co
   close_pairs.push_back(pair);
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -3,7 +3,10 @@
 #include "solvers/laplace/multipole/cells.hpp"
 #include "solvers/laplace/problem.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
+
+/// Beyond this order products of powers and binomials leave the range of double precision.
+constexpr int largest_order = 1000;
 
 /// Two disks of different potential, or a disk and an electrode side, so close that multipoles alone would take very
 /// many terms: the field in the gap is that of two opposite point charges, one inside each circle at its limit point
@@ -36,4 +39,4 @@ struct Arrangement {
   void check_against_sides(const LaplaceProblem& problem);
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

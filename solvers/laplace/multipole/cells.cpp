@@ -1,8 +1,9 @@
 #include "solvers/laplace/multipole/cells.hpp"
 
 #include <algorithm>
+#include <limits>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -16,7 +17,8 @@ int floor_divide(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& disks)
     : bounded_(mirrors.bounded), size_(mirrors.size), side_sign_(mirrors.side_sign) {
   if (!bounded_) {
-    double x_low = INFINITY, x_high = -INFINITY, y_low = INFINITY, y_high = -INFINITY;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    double x_low = infinity, x_high = -infinity, y_low = infinity, y_high = -infinity;
     for (const Source& s : disks) {
       x_low = std::min(x_low, s.centre.real() - s.radius);
       x_high = std::max(x_high, s.centre.real() + s.radius);
@@ -38,7 +40,7 @@ Cells::Cells(const Mirrors& mirrors, const std::vector<Source>& disks)
   for (std::size_t s = 0; s < disks.size(); ++s) {
     const int cell = cell_of(disks[s].centre);
     members_[cell].push_back(static_cast<int>(s));
-    reach = std::max(reach, std::abs(disks[s].centre - centre(cell % nx, cell / nx)) + disks[s].radius);
+    reach = std::max(reach, std::abs(disks[s].centre - centre(cell)) + disks[s].radius);
   }
   const auto distance = [&] { return (window + 1) * std::min(width, height) - reach; };
   while (reach > largest_separation * distance()) ++window;
@@ -64,4 +66,4 @@ Cells::Place Cells::place(int i, int n, double length, int sign_low, int period_
   return {2 * n - 1 - r, true, 2 * length * (period + 1), sign_low * sign(period + 1)};
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

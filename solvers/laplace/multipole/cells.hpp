@@ -4,7 +4,7 @@
 
 #include "solvers/laplace/multipole/mirrors.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 /// What a field comes from: a disk with its charge and multipoles, or a point charge inside one.
 struct Source {
@@ -31,6 +31,7 @@ class Cells {
   double separation = 0;         ///< reach of a source from its cell's centre over its distance from a far disk
 
   Complex centre(int i, int j) const { return origin + Complex{(i + 0.5) * width, (j + 0.5) * height}; }
+  Complex centre(int cell) const { return centre(cell % nx, cell / nx); }
   int cell_of(Complex z) const;
   bool contains(Complex z) const;
   const std::vector<int>& members(int cell) const { return members_[cell]; }
@@ -70,4 +71,4 @@ void Cells::for_each_near(Complex z, Visit visit) const {
   }
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

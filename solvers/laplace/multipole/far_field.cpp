@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -54,34 +54,41 @@ FarField::Plan FarField::plan(int count, int direction) {
                                  direction, FFTW_ESTIMATE));
 }
 
-/// G_n for every distance of two cells, the near images left out.
+/// G_0 ... G_(2 order) for two cells (di, dj) apart, less than half a period, where the lattice's Taylor series holds.
+/// Near images are left out.
+void FarField::cell_interaction(const LatticeSum& lattice, const Cells& cells, int di, int dj,
+                                std::vector<Complex>& value) const {
+  const int count = static_cast<int>(value.size());
+  const Complex distance{di * cells.width, dj * cells.height};
+  lattice.far_derivatives(distance, count, value.data());
+  lattice.add_background(distance, value.data());
+  double power = 1;
+  for (int n = 1; n < count; ++n) value[n] *= power *= scale_;
+  for (const LatticeSum::Vector& w : lattice.near()) {
+    if (cells.is_near(di - columns_ * w.n, dj - rows_ * w.m)) continue;
+    const Complex inverse = -scale_ / (distance - w.shift);
+    value[0] += w.sign * std::log(std::abs(distance - w.shift));
+    Complex term = -w.sign * inverse;  // (-1)^(n-1) (n-1)! (h / (distance - w))^n
+    for (int n = 1; n < count; ++n) {
+      value[n] += term;
+      term = multiply(term, inverse) * static_cast<double>(n);
+    }
+  }
+  value[0] = value[0].real();
+}
+
+/// Spectra of G_n over all distances of two cells.
 void FarField::make_kernel(const LatticeSum& lattice, const Cells& cells) {
   const int count = 2 * order_ + 1;
   std::vector<Complex> value(count);
   for (int j = 0; j < rows_; ++j)
     for (int i = 0; i < columns_; ++i) {
-      // The same distance within half a period, where the lattice's Taylor series holds.
       const int di = i < nx_ ? i : i - columns_, dj = j < ny_ ? j : j - rows_;
       double sign = 1;
       if (di != i) sign *= mirrors_.period_sign_x();
       if (dj != j) sign *= mirrors_.period_sign_y();
-      const Complex distance{di * cells.width, dj * cells.height};
-      lattice.far_derivatives(distance, count, value.data());
-      lattice.add_background(distance, value.data());
-      double power = 1;
-      for (int n = 1; n < count; ++n) value[n] *= power *= scale_;
-      for (const LatticeSum::Vector& w : lattice.near()) {
-        if (cells.is_near(di - columns_ * w.n, dj - rows_ * w.m)) continue;
-        const Complex inverse = -scale_ / (distance - w.shift);
-        value[0] += w.sign * std::log(std::abs(distance - w.shift));
-        Complex term = -w.sign * inverse;  // (-1)^(n-1) (n-1)! (h / (distance - w))^n
-        for (int n = 1; n < count; ++n) {
-          value[n] += term;
-          term = multiply(term, inverse) * static_cast<double>(n);
-        }
-      }
-      value[0] = value[0].real();
-      for (int n = 0; n < count; ++n) plane(n)[j * columns_ + i] = sign * multiply(value[n], twist(i, j));
+      cell_interaction(lattice, cells, di, dj, value);
+      for (int n = 0; n < count; ++n) plane(n)[at(i, j)] = sign * multiply(value[n], twist(i, j));
     }
   const Plan transform = plan(count, FFTW_FORWARD);
   fftw_execute(transform.get());
@@ -116,7 +123,7 @@ void FarField::spread() {
         const Complex* from = source(j * nx_ + i);
         const int column = image.across_x ? columns_ - 1 - i : i, row = image.across_y ? rows_ - 1 - j : j;
         const Complex factor = shifted * twist(column, row);
-        Complex* to = plane(0) + row * columns_ + column;
+        Complex* to = plane(0) + at(column, row);
         for (int k = 0; k <= order_; ++k) to[k * grid()] = multiply(factor, image.coefficient(k, from[k]));
       }
   }
@@ -125,24 +132,24 @@ void FarField::spread() {
 /// beta_m = sum_k G_(m+k) alpha_k, frequency by frequency, in blocks that stay in the cache.
 void FarField::multiply_spectra() {
   constexpr int block = 16;
+  using Block = std::array<double, block>;
   const int count = order_ + 1;
-  std::vector<double> re(count * block), im(count * block);
+  std::vector<Block> re(count), im(count);
   for (std::size_t start = 0; start < grid(); start += block) {
     const int size = static_cast<int>(std::min<std::size_t>(block, grid() - start));
     for (int k = 0; k < count; ++k)
       for (int f = 0; f < size; ++f) {
-        re[k * block + f] = plane(k)[start + f].real();
-        im[k * block + f] = plane(k)[start + f].imag();
+        re[k][f] = plane(k)[start + f].real();
+        im[k][f] = plane(k)[start + f].imag();
       }
     for (int m = 0; m < count; ++m) {
-      std::array<double, block> sum_re{}, sum_im{};
+      Block sum_re{}, sum_im{};
       for (int k = 0; k < count; ++k) {
         const double* g_re = &kernel_re_[(m + k) * grid() + start];
         const double* g_im = &kernel_im_[(m + k) * grid() + start];
-        const double *a_re = &re[k * block], *a_im = &im[k * block];
         for (int f = 0; f < size; ++f) {
-          sum_re[f] += g_re[f] * a_re[f] - g_im[f] * a_im[f];
-          sum_im[f] += g_re[f] * a_im[f] + g_im[f] * a_re[f];
+          sum_re[f] += g_re[f] * re[k][f] - g_im[f] * im[k][f];
+          sum_im[f] += g_re[f] * im[k][f] + g_im[f] * re[k][f];
         }
       }
       for (int f = 0; f < size; ++f) plane(m)[start + f] = {sum_re[f], sum_im[f]};
@@ -154,9 +161,9 @@ void FarField::collect() {
   for (int j = 0; j < ny_; ++j)
     for (int i = 0; i < nx_; ++i) {
       const Complex factor = std::conj(twist(i, j));
-      Complex* to = &local_[static_cast<std::size_t>(j * nx_ + i) * (order_ + 1)];
-      for (int m = 0; m <= order_; ++m) to[m] = multiply(factor, plane(m)[j * columns_ + i]);
+      Complex* to = &local_[(static_cast<std::size_t>(j) * nx_ + i) * (order_ + 1)];
+      for (int m = 0; m <= order_; ++m) to[m] = multiply(factor, plane(m)[at(i, j)]);
     }
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

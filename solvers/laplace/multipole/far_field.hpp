@@ -7,7 +7,7 @@
 #include "solvers/laplace/multipole/cells.hpp"
 #include "solvers/laplace/multipole/lattice.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 /// What cells do to each other beyond the near ones, with all images: a convolution over the grid, done by FFT. Sources
 /// of a cell are moved to its centre, the field they make arrives as a Taylor series about each cell's centre.
@@ -39,11 +39,14 @@ class FarField {
   };
 
   Plan plan(int count, int direction);
+  void cell_interaction(const LatticeSum& lattice, const Cells& cells, int di, int dj,
+                        std::vector<Complex>& value) const;
   void make_kernel(const LatticeSum& lattice, const Cells& cells);
   void spread();
   void multiply_spectra();
   void collect();
   Complex twist(int i, int j) const { return multiply(twist_x_[i], twist_y_[j]); }
+  std::size_t at(int i, int j) const { return static_cast<std::size_t>(j) * columns_ + i; }
   std::size_t grid() const { return static_cast<std::size_t>(columns_) * rows_; }
   Complex* plane(int k) { return reinterpret_cast<Complex*>(data_.get()) + k * grid(); }
 
@@ -57,4 +60,4 @@ class FarField {
   std::vector<Complex> twist_x_, twist_y_;     ///< make what changes sign from period to period periodic
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -1,18 +1,19 @@
 #include "solvers/laplace/multipole/krylov.hpp"
 
+#include <sstream>
 #include <unsupported/Eigen/IterativeSolvers>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/multipole/system.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 class SystemMatrix;
-}
+}  // namespace lichtenberg::laplace::multipole
 
 template <>
-struct Eigen::internal::traits<lichtenberg::laplace::SystemMatrix> : traits<Eigen::SparseMatrix<double>> {};
+struct Eigen::internal::traits<lichtenberg::laplace::multipole::SystemMatrix> : traits<Eigen::SparseMatrix<double>> {};
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 /// What Eigen's solvers ask of a matrix that is known by its product only.
 class SystemMatrix : public Eigen::EigenBase<SystemMatrix> {
@@ -60,16 +61,16 @@ class SystemPreconditioner {
 };
 
 }  // namespace
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole
 
 namespace Eigen::internal {
 
 template <class Right>
-struct generic_product_impl<lichtenberg::laplace::SystemMatrix, Right, SparseShape, DenseShape, GemvProduct>
-    : generic_product_impl_base<lichtenberg::laplace::SystemMatrix, Right,
-                                generic_product_impl<lichtenberg::laplace::SystemMatrix, Right>> {
+struct generic_product_impl<lichtenberg::laplace::multipole::SystemMatrix, Right, SparseShape, DenseShape, GemvProduct>
+    : generic_product_impl_base<lichtenberg::laplace::multipole::SystemMatrix, Right,
+                                generic_product_impl<lichtenberg::laplace::multipole::SystemMatrix, Right>> {
   template <class Result>
-  static void scaleAndAddTo(Result& result, const lichtenberg::laplace::SystemMatrix& matrix, const Right& x,
+  static void scaleAndAddTo(Result& result, const lichtenberg::laplace::multipole::SystemMatrix& matrix, const Right& x,
                             double alpha) {
     result.noalias() += alpha * (matrix.system() * x);
   }
@@ -77,20 +78,20 @@ struct generic_product_impl<lichtenberg::laplace::SystemMatrix, Right, SparseSha
 
 }  // namespace Eigen::internal
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_hand_side, double tolerance,
                           Eigen::VectorXd& x) {
   constexpr int most_iterations = 1000;
-  // Directions kept: 200, but no more than 512 MiB of them.
-  const int restart = static_cast<int>(std::clamp<Eigen::Index>((Eigen::Index{1} << 26) / system.size(), 20, 200));
   const double scale = system.precondition(right_hand_side).norm();
   if (scale == 0) {
     x.setZero();
     return {};
   }
-  const double first = system.precondition(right_hand_side - system * x).norm();
+  const double first = x.isZero(0) ? scale : system.precondition(right_hand_side - system * x).norm();
   if (first <= tolerance * scale) return {0, first / scale};
+  // Directions kept: 200, but no more than 512 MiB of them.
+  const int restart = std::clamp((1 << 26) / system.size(), 20, 200);
   Eigen::GMRES<SystemMatrix, SystemPreconditioner> gmres;
   const SystemMatrix matrix(system);
   gmres.compute(matrix);
@@ -98,10 +99,12 @@ KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_han
   gmres.setMaxIterations(most_iterations);
   gmres.setTolerance(tolerance * scale / first);  // Eigen measures against the first residual
   x = gmres.solveWithGuess(right_hand_side, x);
-  if (gmres.info() != Eigen::Success)
-    throw Failure("the multipole method's iteration reached a relative residual of " +
-                  std::to_string(gmres.error() * first / scale) + " only");
-  return {static_cast<int>(gmres.iterations()), gmres.error() * first / scale};
+  const KrylovResult result{static_cast<int>(gmres.iterations()), gmres.error() * first / scale};
+  if (gmres.info() == Eigen::Success) return result;
+  std::ostringstream message;
+  message << "the multipole method's iteration stopped at a relative residual of " << result.residual << " after "
+          << result.iterations << " steps, short of " << tolerance;
+  throw Failure(message.str());
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

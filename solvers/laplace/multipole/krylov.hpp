@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 class System;
 
@@ -15,4 +15,4 @@ struct KrylovResult {
 KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_hand_side, double tolerance,
                           Eigen::VectorXd& x);
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -102,8 +103,9 @@ double LatticeSum::constant() const {
 /// A radius near the given one on which no point comes close to a lattice vector: its pole is subtracted there.
 double LatticeSum::clear_radius(double radius) const {
   double best = radius, largest_clearance = 0;
-  for (double factor = 0.9; factor < 1.1; factor += 0.02) {
-    double clearance = INFINITY;
+  for (int step = -5; step <= 5; ++step) {
+    const double factor = 1 + 0.02 * step;
+    double clearance = std::numeric_limits<double>::infinity();
     for (int j = 0; j < taylor_points; ++j)
       for (const Vector& w : near_)
         clearance = std::min(clearance, std::norm(point_on_circle(factor * radius, j) - w.shift));
@@ -200,4 +202,4 @@ double LatticeSum::real_part(Complex z, double least) const {
   return sign * (sum + series.real() + background[0].real());
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

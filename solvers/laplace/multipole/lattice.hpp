@@ -4,7 +4,7 @@
 
 #include "solvers/laplace/multipole/mirrors.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 /// Lambda(z) = sum over the lattice vectors w = 2 n Lx + 2 i m Ly of s_x^n s_y^m ln(z - w), s being the mirrors' signs
 /// of a period: what a charge and its repetitions make, up to the factor -charge / (2 pi eps). A multipole's
@@ -56,4 +56,4 @@ class LatticeSum {
   std::vector<double> inner_series_;  ///< of z^2: odd powers cancel, and so do imaginary parts
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

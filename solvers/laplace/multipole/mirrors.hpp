@@ -6,7 +6,7 @@
 
 #include "solvers/laplace/problem.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 /// Points, multipole coefficients and fields of the plane as complex numbers.
 using Complex = std::complex<double>;
@@ -56,4 +56,4 @@ struct Mirrors {
   bool grounded() const { return side_sign != std::array<int, 4>{1, 1, 1, 1}; }
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

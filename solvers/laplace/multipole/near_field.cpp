@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -43,7 +43,7 @@ NearField::NearField(const Arrangement& arrangement, double accuracy) {
   make_binomials();
 }
 
-void NearField::append(const Source& disk, const Source& source, Image image, Complex d, Pair pair) {
+void NearField::append(const Source& disk, const Source& source, const Image& image, Complex d, const Pair& pair) {
   const Complex u = 2 * source.radius / d, v = -2 * disk.radius / d;
   Complex power = 1;
   for (int k = 1; k <= pair.source_order; ++k) {
@@ -76,10 +76,9 @@ void NearField::add(const Layout& layout, const Complex* coefficients, Complex* 
 }
 
 void NearField::add_pair(const Pair& pair, const Complex* coefficients, Complex* local) const {
-  const Complex* source_power = &power_[pair.power];
+  const Complex* source_power = power_.data() + pair.power;
   const Complex* disk_power = source_power + pair.source_order;
-  constexpr int most = 2048;
-  std::array<double, most> re, im;  // (2 R_c/d)^k a_k
+  std::array<double, largest_order + 1> re, im;  // (2 R_c/d)^k a_k
   re[0] = pair.charge_factor * coefficients[0].real();
   im[0] = 0;
   const double turn = pair.conjugates ? -1 : 1;
@@ -105,4 +104,4 @@ void NearField::add_pair(const Pair& pair, const Complex* coefficients, Complex*
   }
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -1,20 +1,8 @@
 #pragma once
 
-#include "solvers/laplace/multipole/arrangement.hpp"
+#include "solvers/laplace/multipole/setting.hpp"
 
-namespace lichtenberg::laplace {
-
-/// Where the coefficients of each source lie in one array: the logarithm's (real) first, then a_1 ... a_order.
-struct Layout {
-  explicit Layout(const std::vector<Source>& sources) : start{0} {
-    for (const Source& s : sources) start.push_back(start.back() + s.order + 1);
-  }
-  std::vector<int> start;  ///< of each source, and the end
-  int size() const { return start.back(); }
-  int sources() const { return static_cast<int>(start.size()) - 1; }
-  /// Highest multipole of a source, -1 if there is no such source.
-  int order(int source) const { return source < sources() ? start[source + 1] - start[source] - 1 : -1; }
-};
+namespace lichtenberg::laplace::multipole {
 
 /// What sources do to disks nearby, one by one. The source is
 ///   -lambda ln(z - c) + sum_k a_k (R_c / (z - c))^k,
@@ -36,18 +24,19 @@ class NearField {
     int source_order = 0, disk_order = 0;
     bool conjugates = false;
     double charge_factor = 0;  ///< sign of the image's charge
-    double minus_log = 0;      ///< -ln |d|, with that sign
+    double minus_log = 0;      ///< minus the mean of ln |z - c| over the circle, with that sign
     std::size_t power = 0;     ///< where its powers begin
   };
-  void add_pair(const Pair& pair, const Complex* coefficients, Complex* local) const;
-  void append(const Source& disk, const Source& source, Image image, Complex d, Pair pair);
+  void append(const Source& disk, const Source& source, const Image& image, Complex d, const Pair& pair);
   void make_binomials();
+  void add_pair(const Pair& pair, const Complex* coefficients, Complex* local) const;
 
   int largest_order_ = 0, stride_ = 0;
   std::vector<Pair> pairs_;
-  std::vector<Complex>
-      power_;  ///< of each pair: (2 R_c/d)^k, k = 1 ... source_order, then (-2 R/d)^m, m = 1 ... disk_order
-  std::vector<double> binomial_;  ///< row k, column m: C(k+m-1, m) / 2^(k+m), row 0: 1 / (m 2^m)
+  /// Of each pair: (2 R_c/d)^k, k = 1 ... source_order, then (-2 R/d)^m, m = 1 ... disk_order.
+  std::vector<Complex> power_;
+  /// Row k, column m: C(k+m-1, m) / 2^(k+m), row 0: 1 / (m 2^m). The powers of two keep both factors in range.
+  std::vector<double> binomial_;
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

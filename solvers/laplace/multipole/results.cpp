@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -39,16 +39,18 @@ Complex integral(int n, Arc arc) {
 
 /// A disk's multipoles with those of the point charges in it, about the same centre: sum lambda (z_0/R)^k / k each.
 /// They converge slowly, but what is summed over them costs no more than a term each.
-std::vector<std::vector<Complex>> all_multipoles(const Arrangement& arrangement, const Layout& layout,
-                                                 const std::vector<Complex>& coefficients) {
-  std::vector<std::vector<Complex>> multipoles(arrangement.disks);
+std::vector<std::vector<Complex>> all_multipoles(const Setting& setting, const std::vector<Complex>& coefficients) {
+  const Arrangement& arrangement = setting.arrangement;
+  const std::vector<int>& start = setting.layout.start;
+  std::vector<std::vector<Complex>> multipoles;
+  multipoles.reserve(arrangement.disks);
   for (int i = 0; i < arrangement.disks; ++i)
-    multipoles[i].assign(&coefficients[layout.start[i]], &coefficients[layout.start[i + 1]]);
+    multipoles.emplace_back(coefficients.begin() + start[i], coefficients.begin() + start[i + 1]);
   const auto add = [&](int disk, int point) {
     if (point < 0) return;
     const Source &circle = arrangement.sources[disk], &source = arrangement.sources[point];
     const Complex ratio = (source.centre - circle.centre) / circle.radius;
-    const double lambda = coefficients[layout.start[point]].real();
+    const double lambda = coefficients[start[point]].real();
     const auto terms = static_cast<std::size_t>(std::log(1e-17) / std::log(std::abs(ratio)));
     std::vector<Complex>& a = multipoles[disk];
     if (a.size() < terms + 1) a.resize(terms + 1);
@@ -128,92 +130,85 @@ Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
 
 /// The same over the whole circle (Blasius' theorem).
 Complex pull_on_circle(const std::vector<Complex>& a) {
+  const int order = static_cast<int>(a.size()) - 1;
   Complex sum = 0;
-  for (std::size_t k = 0; k + 1 < a.size(); ++k)
-    sum += (k == 0 ? 1.0 : static_cast<double>(k) * (k + 1.0)) * multiply(std::conj(a[k]), a[k + 1]);
+  for (int k = 0; k < order; ++k) sum += (k == 0 ? 1.0 : k * (k + 1.0)) * multiply(std::conj(a[k]), a[k + 1]);
   return 4 * pi * sum;
 }
 
-/// Charges induced on an electrode side: by reciprocity, what the field has at the disks when that side is at 1 V.
-double induced_charge(const WallField& side_at_one, const Arrangement& arrangement, const Layout& layout,
-                      const std::vector<Complex>& coefficients) {
+/// Charge induced on an electrode side over the permittivity: by reciprocity, what the field has at the disks when that
+/// side is at 1 V.
+double induced_flux(const WallField& side_at_one, const Setting& setting, const std::vector<Complex>& coefficients) {
   double sum = 0;
   std::vector<Complex> field;
-  for (std::size_t i = 0; i < arrangement.sources.size(); ++i) {
-    const Source& disk = arrangement.sources[i];
-    field.resize(disk.order + 1);
-    side_at_one.local(disk.centre, disk.radius, disk.order + 1, field.data());
-    const Complex* a = &coefficients[layout.start[i]];
+  for (int s = 0; s < setting.layout.sources(); ++s) {
+    const Source& source = setting.arrangement.sources[s];
+    field.resize(source.order + 1);
+    side_at_one.local(source.centre, source.radius, source.order + 1, field.data());
+    const Complex* a = &coefficients[setting.layout.start[s]];
     sum -= a[0].real() * field[0].real();
-    for (int k = 1; k <= disk.order; ++k) sum -= k * multiply(a[k], field[k]).real();
+    for (int k = 1; k <= source.order; ++k) sum -= k * multiply(a[k], field[k]).real();
   }
   return 2 * pi * sum;
 }
 
-/// The electrode side that takes the body's charge if it is centred on one.
-int anchor(const Arrangement& arrangement, std::size_t body, const Mirrors& mirrors) {
-  if (!arrangement.anchored[body]) return -1;
-  const Complex c = arrangement.sources[body].centre;
-  const std::array<bool, 4> on{c.real() == 0, c.real() == mirrors.size.x, c.imag() == 0, c.imag() == mirrors.size.y};
+/// The electrode side that a disk is centred on, -1: none.
+int anchor(const Setting& setting, int disk) {
+  if (!setting.arrangement.anchored[disk]) return -1;
+  const Complex c = setting.arrangement.sources[disk].centre;
+  const Vec2 size = setting.mirrors.size;
+  const std::array<bool, 4> on{c.real() == 0, c.real() == size.x, c.imag() == 0, c.imag() == size.y};
   for (int s = 0; s < 4; ++s)
-    if (on[s] && mirrors.side_sign[s] < 0) return s;
+    if (on[s] && setting.mirrors.side_sign[s] < 0) return s;
   return -1;
 }
 
-void find_side_charges(const LaplaceProblem& problem, const Mirrors& mirrors, const LatticeSum& lattice,
-                       const WallField& wall, const Arrangement& arrangement, const Layout& layout,
-                       const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
+void find_side_charges(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
   solution.side_charge.fill(0);
   for (const SideIndex s : {left, right, bottom, top}) {
-    if (mirrors.side_sign[s] > 0) continue;
-    std::array<double, 4> unit{};
-    unit[s] = 1;
-    const WallField side_at_one(mirrors, lattice, unit);
+    if (setting.mirrors.side_sign[s] > 0) continue;
+    std::array<Side, 4> unit;
+    unit[s].potential = 1;
+    const WallField side_at_one(setting.mirrors, setting.lattice, unit);
     solution.side_charge[s] =
-        problem.permittivity * (wall.side_flux(s) + induced_charge(side_at_one, arrangement, layout, coefficients));
+        setting.problem.permittivity * (setting.wall.side_flux(s) + induced_flux(side_at_one, setting, coefficients));
   }
   // What a half-disk covers of its side is no surface of the box: its curved side has taken that charge.
-  for (std::size_t b = 0; b < problem.bodies.size(); ++b)
-    if (const int s = anchor(arrangement, b, mirrors); s >= 0) solution.side_charge[s] -= solution.body_charge[b];
+  for (int i = 0; i < setting.arrangement.disks; ++i)
+    if (const int s = anchor(setting, i); s >= 0) solution.side_charge[s] -= solution.body_charge[i];
+}
+
+double field_energy(const Setting& setting, const LaplaceSolution& solution) {
+  if (setting.wall.singular()) return std::numeric_limits<double>::infinity();
+  double energy = 0;
+  for (int i = 0; i < setting.arrangement.disks; ++i)
+    energy += 0.5 * solution.body_charge[i] * solution.group_potential[setting.problem.bodies[i].group];
+  for (int s = 0; s < 4; ++s) energy += 0.5 * solution.side_charge[s] * setting.problem.sides[s].potential;
+  return energy;
 }
 
 }  // namespace
 
-void evaluate(const LaplaceProblem& problem, const Mirrors& mirrors, const LatticeSum& lattice, const WallField& wall,
-              const Arrangement& arrangement, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
-  const double eps = problem.permittivity;
-  const Layout layout(arrangement.sources);
-  std::vector<std::vector<Complex>> multipoles = all_multipoles(arrangement, layout, coefficients);
-  solution.body_charge.resize(problem.bodies.size());
-  solution.body_force.resize(problem.bodies.size());
-  for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
-    const Source& disk = arrangement.sources[b];
-    std::vector<Complex>& a = multipoles[b];
-    Complex pull;
-    solution.body_charge[b] = 2 * pi * eps * a[0].real();
-    if (arrangement.copies[b] == 1) {
-      pull = pull_on_circle(a);
-    } else {
-      const Arc arc = arc_in_box(disk.centre, problem.size);
-      add_coinciding_images(mirrors, disk, a);
+void evaluate(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
+  const double eps = setting.problem.permittivity;
+  std::vector<std::vector<Complex>> multipoles = all_multipoles(setting, coefficients);
+  for (int i = 0; i < setting.arrangement.disks; ++i) {
+    const Source& disk = setting.arrangement.sources[i];
+    std::vector<Complex>& a = multipoles[i];
+    double flux = 2 * pi * a[0].real();
+    Complex pull = pull_on_circle(a);
+    if (setting.arrangement.copies[i] > 1) {
+      const Arc arc = arc_in_box(disk.centre, setting.problem.size);
+      add_coinciding_images(setting.mirrors, disk, a);
       const std::vector<Complex> c = surface_charge(a);
-      solution.body_charge[b] = eps * charge_on_arc(c, arc);
+      flux = charge_on_arc(c, arc);
       pull = pull_on_arc(c, arc);
     }
-    pull *= 0.5 * eps / disk.radius;
-    solution.body_force[b] = {pull.real(), pull.imag()};
+    solution.body_charge.push_back(eps * flux);
+    solution.body_force.push_back(0.5 * eps / disk.radius * Vec2{pull.real(), pull.imag()});
   }
-  find_side_charges(problem, mirrors, lattice, wall, arrangement, layout, coefficients, solution);
-
-  if (wall.singular()) {
-    solution.energy = std::numeric_limits<double>::infinity();
-    return;
-  }
-  solution.energy = 0;
-  for (std::size_t b = 0; b < problem.bodies.size(); ++b)
-    solution.energy += 0.5 * solution.body_charge[b] * solution.group_potential[problem.bodies[b].group];
-  for (int s = 0; s < 4; ++s)
-    if (mirrors.side_sign[s] < 0) solution.energy += 0.5 * solution.side_charge[s] * problem.sides[s].potential;
+  find_side_charges(setting, coefficients, solution);
+  solution.energy = field_energy(setting, solution);
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -1,14 +1,11 @@
 #pragma once
 
-#include "solvers/laplace/multipole/arrangement.hpp"
-#include "solvers/laplace/multipole/near_field.hpp"
-#include "solvers/laplace/multipole/wall_field.hpp"
+#include "solvers/laplace/multipole/setting.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
-/// Charges, forces and energy from the multipole coefficients of each body and, already in the solution, the groups'
+/// Charges, forces and energy from the coefficients of all sources and, already in the solution, the groups'
 /// potentials.
-void evaluate(const LaplaceProblem& problem, const Mirrors& mirrors, const LatticeSum& lattice, const WallField& wall,
-              const Arrangement& arrangement, const std::vector<Complex>& coefficients, LaplaceSolution& solution);
+void evaluate(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution);
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -4,13 +4,25 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/multipole/krylov.hpp"
+#include "solvers/laplace/multipole/potential.hpp"
 #include "solvers/laplace/multipole/results.hpp"
 #include "solvers/laplace/multipole/system.hpp"
 
 namespace lichtenberg::laplace {
 
+using multipole::Cells;
+using multipole::Complex;
+using multipole::FarField;
+using multipole::Setting;
+using multipole::Solved;
+using multipole::System;
+
 namespace {
 
+/// Beyond this rounding stops GMRES.
+constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
+/// What is left out of the interactions, and of GMRES's residual, in units of the tolerance.
+constexpr double interaction_share = 0.1, krylov_share = 0.01;
 /// Errors of potentials and forces are up to this many times GMRES's residual (measured; gaps down to 1e-4 R).
 constexpr double krylov_error = 10;
 
@@ -18,183 +30,134 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void check(const LaplaceProblem& problem, const MultipoleOptions& options) {
+void check(const MultipoleOptions& options) {
+  if (!(options.tolerance >= finest_tolerance && options.tolerance <= coarsest_tolerance))
+    throw InputError("the multipole method's tolerance must be between 1e-13 and 0.1");
+  if (options.cells < 1) throw InputError("the multipole method's field must have at least one cell");
+}
+
+void check(const LaplaceProblem& problem, bool unbounded) {
   problem.check();
   for (const Side& side : problem.sides) {
     if (side.profile) throw InputError("the multipole method needs sides of constant potential, not a profile");
-    if (options.unbounded && side.kind == Side::Kind::electrode)
+    if (unbounded && side.kind == Side::Kind::electrode)
       throw InputError("an unbounded problem has no electrode sides: all sides must be insulating");
   }
 }
 
-std::array<double, 4> side_potentials(const LaplaceProblem& problem) {
-  std::array<double, 4> potential;
-  for (int s = 0; s < 4; ++s) potential[s] = problem.sides[s].potential;
-  return potential;
-}
-
-}  // namespace
-
-struct MultipoleSolver::Implementation {
-  explicit Implementation(MultipoleOptions o) : options(o) {}
-
-  /// Everything that belongs to the last problem.
-  struct State {
-    State(const LaplaceProblem& p, const MultipoleOptions& options)
-        : problem(p),
-          mirrors(options.unbounded ? Mirrors() : Mirrors(problem)),
-          lattice(mirrors),
-          wall(mirrors, lattice, side_potentials(problem)),
-          arrangement(problem, mirrors, options.tolerance),
-          layout(arrangement.sources) {}
-    State(const State&) = delete;
-    State& operator=(const State&) = delete;
-
-    LaplaceProblem problem;
-    Mirrors mirrors;
-    LatticeSum lattice;
-    WallField wall;
-    Arrangement arrangement;
-    Layout layout;
-    std::unique_ptr<FarField> far;
-    std::vector<Complex> coefficients;
-    Eigen::VectorXd extra;  ///< unknowns other than multipoles
-    std::vector<double> group_potential;
-    double level = 0;
-  };
-
-  MultipoleOptions options;
-  std::unique_ptr<State> state;
-
-  LaplaceSolution solve(const LaplaceProblem& problem);
-  double tail(const State& s) const;
-  double potential(Complex z, int& body) const;
-};
-
-LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& problem) {
-  const auto start = std::chrono::steady_clock::now();
-  auto next = std::make_unique<State>(problem, options);
-  State& s = *next;
-  const Cells& cells = s.arrangement.cells;
-  const int far_order = static_cast<int>(std::ceil(std::log(0.1 * options.tolerance) / std::log(cells.separation))) + 1;
-  if (state && state->far && state->far->fits(s.mirrors, cells, far_order))
-    s.far = std::move(state->far);
-  else
-    s.far = std::make_unique<FarField>(s.mirrors, s.lattice, cells, far_order);
-  const System system(s.problem, s.arrangement, s.lattice, s.wall, *s.far, s.mirrors, 0.1 * options.tolerance);
-  LaplaceSolution solution;
-  solution.unknowns = system.size();
-  solution.seconds.setup = seconds_since(start);
-
-  const auto solve_start = std::chrono::steady_clock::now();
-  Eigen::VectorXd x = state ? system.first_guess(state->layout, state->coefficients, state->extra)
-                            : Eigen::VectorXd(Eigen::VectorXd::Zero(system.size()));
-  state.reset();
-  const KrylovResult krylov = solve_krylov(system, system.right_hand_side(), 0.01 * options.tolerance, x);
-  solution.iterations = krylov.iterations;
-  solution.seconds.solve = seconds_since(solve_start);
-
-  const auto results_start = std::chrono::steady_clock::now();
-  s.coefficients = system.coefficients(x);
-  s.extra = system.extra(x);
-  System::Potentials potentials = system.potentials(x, s.coefficients);
-  s.level = potentials.level;
-  s.group_potential = solution.group_potential = std::move(potentials.group);
-  solution.residual = std::max(krylov_error * krylov.residual, tail(s));
-  evaluate(s.problem, s.mirrors, s.lattice, s.wall, s.arrangement, s.coefficients, solution);
-  solution.seconds.forces = seconds_since(results_start);
-  state = std::move(next);
-  return solution;
-}
-
 /// Estimates what the multipoles beyond the order of some disk add up to, over the largest coefficient of all: a
 /// geometric series from the last ones, with the ratio at which they fell off in the second half.
-double MultipoleSolver::Implementation::tail(const State& s) const {
+double multipoles_left_out(const Solved& solved) {
   constexpr double largest_ratio = 0.999;
   double worst = 0, largest = 0;
-  for (const Complex& a : s.coefficients) largest = std::max(largest, std::abs(a));
-  for (int i = 0; i < s.arrangement.disks; ++i) {
-    const Complex* a = &s.coefficients[s.layout.start[i]];
-    const int order = s.layout.order(i), half = order / 2;
+  for (const Complex& a : solved.coefficients) largest = std::max(largest, std::abs(a));
+  for (int i = 0; i < solved.setting->arrangement.disks; ++i) {
+    const Complex* a = &solved.coefficients[solved.setting->layout.start[i]];
+    const int order = solved.setting->layout.order(i), half = order / 2;
     if (half < 2) continue;
     // By symmetry every other one may vanish.
     const double last = std::max(std::abs(a[order]), std::abs(a[order - 1]));
     const double middle = std::max(std::abs(a[half]), std::abs(a[half - 1]));
     if (last == 0) continue;
-    const double ratio =
-        middle > last ? std::min(largest_ratio, std::pow(last / middle, 1.0 / (order - half))) : largest_ratio;
-    worst = std::max(worst, last * ratio / (1 - ratio));
+    const double ratio = middle > last ? std::pow(last / middle, 1.0 / (order - half)) : 1.0;
+    worst = std::max(worst, last / (1 - std::min(ratio, largest_ratio)));
   }
   return largest > 0 ? worst / largest : 0.0;
 }
 
-/// Far cells by the local series of the point's cell, near disks one by one. Sets `body` to the disk that covers z.
-double MultipoleSolver::Implementation::potential(Complex z, int& body) const {
-  if (!state) throw Failure("the multipole method has no field yet: nothing has been solved");
-  const State& s = *state;
-  body = -1;
-  const double negligible = 1e-4 * options.tolerance * options.tolerance;  // of the power's square
-  double sum = s.level + (s.mirrors.bounded ? s.wall.potential(z) : 0.0);
-  const auto add = [&](int i, const Image& image, Complex shift) {
-    const Source& disk = s.arrangement.sources[i];
-    const Complex d = z - image.centre(disk.centre) - shift;
-    if (std::abs(d) < disk.radius) body = i;
-    const Complex* a = &s.coefficients[s.layout.start[i]];
-    const Complex ratio = disk.radius / d;
-    Complex power = 1;
-    sum -= image.sign * a[0].real() * std::log(std::abs(d));
-    for (int k = 1; k <= disk.order && std::norm(power) > negligible; ++k) {
-      power = multiply(power, ratio);
-      sum += multiply(image.coefficient(k, a[k]), power).real();
-    }
-  };
-  const Cells& cells = s.arrangement.cells;
-  if (s.mirrors.bounded || cells.contains(z)) {
-    cells.for_each_near(z, add);
-    const int cell = cells.cell_of(z);
-    const Complex t = (z - cells.centre(cell % cells.nx, cell / cells.nx)) / s.far->scale();
-    Complex power = 1;
-    for (int m = 0; m <= s.far->order(); ++m) {
-      sum += multiply(s.far->local(cell)[m], power).real();
-      power = multiply(power, t) / (m + 1.0);
-    }
-  } else {
-    for (std::size_t i = 0; i < s.arrangement.sources.size(); ++i) add(static_cast<int>(i), Image{}, 0);
-  }
-  return body < 0 ? sum : s.group_potential[s.problem.bodies[body].group];
+}  // namespace
+
+struct MultipoleSolver::Implementation {
+  MultipoleOptions options;
+  Solved last;  ///< without a setting until something has been solved
+
+  LaplaceSolution solve(const LaplaceProblem& problem);
+  void make_far_field(Solved& next);
+  const Solved& solved() const;
+};
+
+/// Takes over the last one, with its kernel, if it fits.
+void MultipoleSolver::Implementation::make_far_field(Solved& next) {
+  const Cells& cells = next.setting->arrangement.cells;
+  const double terms = std::log(interaction_share * options.tolerance) / std::log(cells.separation);
+  const int order = static_cast<int>(std::ceil(terms)) + 1;
+  if (last.far && last.far->fits(next.setting->mirrors, cells, order))
+    next.far = std::move(last.far);
+  else
+    next.far = std::make_unique<FarField>(next.setting->mirrors, next.setting->lattice, cells, order);
 }
 
-MultipoleSolver::MultipoleSolver(MultipoleOptions options)
-    : implementation_(std::make_unique<Implementation>(options)) {}
+LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& problem) {
+  auto start = std::chrono::steady_clock::now();
+  Solved next;
+  next.setting = std::make_unique<Setting>(problem, options.unbounded, options.tolerance);
+  make_far_field(next);
+  const System system(*next.setting, *next.far, interaction_share * options.tolerance);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(system.size());
+  if (last.setting) x = system.first_guess(last.setting->layout, last.coefficients, last.extra);
+  last = {};
+  LaplaceSolution solution;
+  solution.unknowns = system.size();
+  solution.seconds.setup = seconds_since(start);
+
+  start = std::chrono::steady_clock::now();
+  const multipole::KrylovResult krylov =
+      solve_krylov(system, system.right_hand_side(), krylov_share * options.tolerance, x);
+  solution.iterations = krylov.iterations;
+  solution.seconds.solve = seconds_since(start);
+
+  start = std::chrono::steady_clock::now();
+  next.coefficients = system.coefficients(x);
+  next.extra = system.extra(x);
+  const System::Potentials potentials = system.potentials(x, next.coefficients);
+  next.level = potentials.level;
+  next.group_potential = solution.group_potential = potentials.group;
+  solution.residual = std::max(krylov_error * krylov.residual, multipoles_left_out(next));
+  evaluate(*next.setting, next.coefficients, solution);
+  solution.seconds.forces = seconds_since(start);
+  last = std::move(next);
+  return solution;
+}
+
+const Solved& MultipoleSolver::Implementation::solved() const {
+  if (!last.setting) throw Failure("the multipole method has no field yet: nothing has been solved");
+  return last;
+}
+
+MultipoleSolver::MultipoleSolver(MultipoleOptions options) : implementation_(std::make_unique<Implementation>()) {
+  check(options);
+  implementation_->options = options;
+}
 MultipoleSolver::~MultipoleSolver() = default;
 
 LaplaceSolution MultipoleSolver::solve(const LaplaceProblem& problem) {
-  check(problem, implementation_->options);
+  check(problem, implementation_->options.unbounded);
   return implementation_->solve(problem);
 }
 
 double MultipoleSolver::potential(Vec2 p) const {
-  int body = -1;
-  return implementation_->potential(to_complex(p), body);
+  return potential_at(multipole::to_complex(p), implementation_->solved(), 0.01 * implementation_->options.tolerance)
+      .value;
 }
 
 Field MultipoleSolver::field() const {
-  if (!implementation_->state) throw Failure("the multipole method has no field yet: nothing has been solved");
-  const Vec2 size = implementation_->state->problem.size;
+  const Solved& solved = implementation_->solved();
+  const MultipoleOptions& options = implementation_->options;
+  const Vec2 size = solved.setting->problem.size;
   Field field;
-  field.h = std::max(size.x, size.y) / implementation_->options.cells;
+  field.h = std::max(size.x, size.y) / options.cells;
   field.nx = static_cast<int>(std::lround(size.x / field.h));
   field.ny = static_cast<int>(std::lround(size.y / field.h));
-  field.value.resize(static_cast<std::size_t>(field.nx) * field.ny);
-  field.body.resize(field.value.size());
   for (int j = 0; j < field.ny; ++j)
     for (int i = 0; i < field.nx; ++i) {
-      const std::size_t at = static_cast<std::size_t>(j) * field.nx + i;
-      field.value[at] = implementation_->potential({(i + 0.5) * field.h, (j + 0.5) * field.h}, field.body[at]);
+      const auto [value, body] =
+          potential_at({(i + 0.5) * field.h, (j + 0.5) * field.h}, solved, 0.01 * options.tolerance);
+      field.value.push_back(value);
+      field.body.push_back(body);
     }
   return field;
 }
 
-void MultipoleSolver::forget() { implementation_->state.reset(); }
+void MultipoleSolver::forget() { implementation_->last = {}; }
 
 }  // namespace lichtenberg::laplace

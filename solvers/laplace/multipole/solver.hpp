@@ -7,7 +7,7 @@
 namespace lichtenberg::laplace {
 
 struct MultipoleOptions {
-  double tolerance = 1e-10;  ///< error wanted of potentials, charges and forces, relative to the largest
+  double tolerance = 1e-10;  ///< error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
   bool unbounded = false;    ///< no box: the plane, V bounded at infinity. `sides` must be insulating.
   int cells = 512;           ///< cells of `field()` along the longer side of the box
 };
@@ -22,13 +22,15 @@ struct MultipoleOptions {
 /// exceeds `tolerance` where order 1000 is not enough: a disk beside one 50 times smaller, or less.
 class MultipoleSolver : public LaplaceSolver {
  public:
+  /// Throws InputError for options out of range.
   explicit MultipoleSolver(MultipoleOptions options = {});
   ~MultipoleSolver() override;
 
   /// Throws InputError also for bodies that are no disks, disks without a gap between them or cut by a side off their
   /// centre, and sides of varying potential.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Potential of the last solve anywhere in the box (anywhere in the unbounded plane), V.
+  /// Potential of the last solve anywhere in the box (anywhere in the unbounded plane), V. Like `field`, throws Failure
+  /// if nothing has been solved.
   double potential(Vec2 p) const;
   Field field() const override;
   void forget() override;

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -12,150 +12,159 @@ constexpr int most_factorized = 4000;
 
 }  // namespace
 
-System::System(const LaplaceProblem& problem, const Arrangement& arrangement, const LatticeSum& lattice,
-               const WallField& wall, FarField& far, const Mirrors& mirrors, double accuracy)
-    : problem_(&problem),
-      arrangement_(&arrangement),
-      far_(&far),
-      layout_(arrangement.sources),
-      near_(arrangement, accuracy),
-      wall_(layout_.size()) {
-  const Cells& cells = arrangement.cells;
-  const int terms = far.order() + 1;
-  shifts_.resize(arrangement.sources.size() * terms);
-  for (std::size_t s = 0; s < arrangement.sources.size(); ++s) {
-    const Source& source = arrangement.sources[s];
-    const int cell = cells.cell_of(source.centre);
-    const Complex shift = (cells.centre(cell % cells.nx, cell / cells.nx) - source.centre) / far.scale();
-    Complex* power = &shifts_[s * terms];
-    power[0] = 1;
-    for (int j = 1; j < terms; ++j) power[j] = multiply(power[j - 1], shift) / static_cast<double>(j);
+System::System(const Setting& setting, FarField& far, double accuracy)
+    : setting_(&setting), far_(&far), near_(setting.arrangement, accuracy), wall_(setting.layout.size()) {
+  make_shifts();
+  for (int i = 0; i < disks() && setting.mirrors.grounded(); ++i) {
+    const Source& disk = setting.arrangement.sources[i];
+    setting.wall.local(disk.centre, disk.radius, disk.order + 1, &wall_[setting.layout.start[i]]);
   }
-  for (int i = 0; i < arrangement.disks && mirrors.grounded(); ++i)
-    wall.local(arrangement.sources[i].centre, arrangement.sources[i].radius, arrangement.sources[i].order + 1,
-               &wall_[layout_.start[i]]);
-  number_unknowns(mirrors);
-  factorize(mirrors, lattice);
+  number_unknowns();
+  if (extra_unknowns_ > 0 && extra_unknowns_ <= most_factorized) factorize();
 }
 
-void System::number_unknowns(const Mirrors& mirrors) {
-  const int disks = arrangement_->disks;
-  std::vector<int> members(problem_->groups.size());
-  for (const Body& body : problem_->bodies) ++members[body.group];
-  charge_unknown_.assign(disks, -1);
-  potential_unknown_.assign(problem_->groups.size(), -1);
-  given_.assign(disks, 0.0);
+void System::make_shifts() {
+  const Cells& cells = setting_->arrangement.cells;
+  const int terms = far_->order() + 1;
+  shifts_.reserve(setting_->arrangement.sources.size() * terms);
+  for (const Source& source : setting_->arrangement.sources) {
+    const Complex shift = (cells.centre(cells.cell_of(source.centre)) - source.centre) / far_->scale();
+    Complex power = 1;
+    for (int j = 0; j < terms; ++j) {
+      shifts_.push_back(power);
+      power = multiply(power, shift) / (j + 1.0);
+    }
+  }
+}
+
+void System::number_unknowns() {
+  const LaplaceProblem& problem = setting_->problem;
+  const Arrangement& arrangement = setting_->arrangement;
+  std::vector<int> members(problem.groups.size());
+  for (const Body& body : problem.bodies) ++members[body.group];
+  charge_unknown_.assign(disks(), -1);
+  potential_unknown_.assign(problem.groups.size(), -1);
+  given_.assign(disks(), 0.0);
   int next = 0;
-  for (int i = 0; i < disks; ++i) next += 2 * arrangement_->sources[i].order;
+  for (int i = 0; i < disks(); ++i) next += 2 * arrangement.sources[i].order;
   multipole_unknowns_ = next;
-  for (int i = 0; i < disks; ++i) {
-    const Group& group = problem_->groups[group_of(i)];
+  for (int i = 0; i < disks(); ++i) {
+    const Group& group = problem.groups[group_of(i)];
     if (group.floating && members[group_of(i)] == 1)
-      given_[i] = group.charge / (2 * std::numbers::pi * problem_->permittivity);
-    else if (!arrangement_->anchored[i])
+      given_[i] = lambda(group.charge);
+    else if (!arrangement.anchored[i])
       charge_unknown_[i] = next++;
   }
-  for (std::size_t g = 0; g < problem_->groups.size(); ++g)
-    if (problem_->groups[g].floating && members[g] > 1) potential_unknown_[g] = next++;
-  if (!mirrors.grounded() && problem_->has_ground()) level_ = next++;
-  for (std::size_t p = 0; p < arrangement_->close_pairs.size(); ++p) pair_unknown_.push_back(next++);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+    if (problem.groups[g].floating && members[g] > 1) potential_unknown_[g] = next++;
+  if (!setting_->mirrors.grounded() && problem.has_ground()) level_unknown_ = next++;
+  for (std::size_t p = 0; p < arrangement.close_pairs.size(); ++p) pair_unknown_.push_back(next++);
   extra_unknowns_ = next - multipole_unknowns_;
 }
 
-/// The unknowns other than multipoles among themselves: the matrix that would be all if the disks had no multipoles.
-void System::factorize(const Mirrors& mirrors, const LatticeSum& lattice) {
-  if (extra_unknowns_ == 0 || extra_unknowns_ > most_factorized) return;
-  // Sources that an unknown charges, and their mean potentials on the disks that have an equation.
-  std::vector<int> charged, needed;
-  std::vector<bool> involved(arrangement_->sources.size(), false);
-  for (int i = 0; i < arrangement_->disks; ++i) involved[i] = charge_unknown_[i] >= 0;
-  for (const ClosePair& pair : arrangement_->close_pairs)
+double System::lambda(double charge) const { return charge / (2 * std::numbers::pi * setting_->problem.permittivity); }
+
+/// Sources that an unknown charges, or a close pair takes charge from; disks first.
+std::vector<int> System::charged_sources() const {
+  std::vector<bool> charged(setting_->arrangement.sources.size(), false);
+  for (int i = 0; i < disks(); ++i) charged[i] = charge_unknown_[i] >= 0;
+  for (const ClosePair& pair : setting_->arrangement.close_pairs)
     for (const int s : {pair.first, pair.second, pair.first_charge, pair.second_charge})
-      if (s >= 0) involved[s] = true;
-  for (std::size_t s = 0; s < involved.size(); ++s)
-    if (involved[s]) {
-      charged.push_back(static_cast<int>(s));
-      if (s < given_.size()) needed.push_back(static_cast<int>(s));
-    }
-  Eigen::MatrixXd potential(needed.size(), charged.size());
-  for (std::size_t row = 0; row < needed.size(); ++row)
-    for (std::size_t column = 0; column < charged.size(); ++column) {
-      // Disks come first in both lists, and act on each other symmetrically.
-      if (column < row) {
+      if (s >= 0) charged[s] = true;
+  std::vector<int> sources;
+  for (int s = 0; s < static_cast<int>(charged.size()); ++s)
+    if (charged[s]) sources.push_back(s);
+  return sources;
+}
+
+/// Mean potential on each of the disks, which `sources` must begin with, for lambda = 1 on each of the sources.
+Eigen::MatrixXd System::interaction(const std::vector<int>& on, const std::vector<int>& of) const {
+  const std::vector<Source>& sources = setting_->arrangement.sources;
+  Eigen::MatrixXd potential(on.size(), of.size());
+  for (Eigen::Index row = 0; row < potential.rows(); ++row)
+    for (Eigen::Index column = 0; column < potential.cols(); ++column) {
+      if (column < row) {  // disks act on each other symmetrically
         potential(row, column) = potential(column, row);
         continue;
       }
-      const Source &disk = arrangement_->sources[needed[row]], &source = arrangement_->sources[charged[column]];
+      const Source &disk = sources[on[row]], &source = sources[of[column]];
       double sum = 0;
-      for (const Image& image : mirrors.images)
-        sum -= image.sign * lattice.real_part(disk.centre - image.centre(source.centre), disk.radius);
+      for (const Image& image : setting_->mirrors.images)
+        sum -= image.sign * setting_->lattice.real_part(disk.centre - image.centre(source.centre), disk.radius);
       potential(row, column) = sum;
     }
+  return potential;
+}
 
+/// The unknowns other than multipoles among themselves: the matrix that would be all if the disks had no multipoles.
+void System::factorize() {
+  const std::vector<int> charged = charged_sources();
+  const std::vector<int> needed(charged.begin(), std::lower_bound(charged.begin(), charged.end(), disks()));
+  const Eigen::MatrixXd potential = interaction(needed, charged);
   Eigen::MatrixXd matrix(extra_unknowns_, extra_unknowns_);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(size()), y = x, value(needed.size());
-  std::vector<double> mean(given_.size());
-  std::vector<Complex> coefficients(layout_.size());
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(size()), y = x, value(potential.rows());
+  std::vector<double> mean(disks());
+  std::vector<Complex> coefficients(setting_->layout.size());
   for (int u = 0; u < extra_unknowns_; ++u) {
     x[multipole_unknowns_ + u] = 1;
     std::fill(coefficients.begin(), coefficients.end(), Complex{0});
     spread(x, coefficients);
     value.setZero();
-    for (std::size_t s = 0; s < charged.size(); ++s)
-      if (const double lambda = coefficients[layout_.start[charged[s]]].real(); lambda != 0)
-        value += lambda * potential.col(s);
-    for (std::size_t row = 0; row < needed.size(); ++row) mean[needed[row]] = value[row];
+    for (Eigen::Index s = 0; s < potential.cols(); ++s)
+      if (const double charge = coefficients[setting_->layout.start[charged[s]]].real(); charge != 0)
+        value += charge * potential.col(s);
+    for (Eigen::Index row = 0; row < value.size(); ++row) mean[needed[row]] = value[row];
     y.tail(extra_unknowns_).setZero();
     balance(x, mean, y);
     matrix.col(u) = y.tail(extra_unknowns_);
     x[multipole_unknowns_ + u] = 0;
   }
-  extra_.compute(matrix);
+  extra_inverse_.compute(matrix);
 }
 
 /// Adds what the unknowns make of the coefficients. Point charges come out of the disk that they are in, unless its
-/// charge is unknown anyway.
+/// charge is unknown anyway or an electrode's.
 void System::spread(const Eigen::VectorXd& x, std::vector<Complex>& coefficients) const {
+  const std::vector<int>& start = setting_->layout.start;
   int next = 0;
-  for (int i = 0; i < arrangement_->disks; ++i) {
-    Complex* a = &coefficients[layout_.start[i]];
-    if (charge_unknown_[i] >= 0) a[0] += x[charge_unknown_[i]];
-    for (int k = 1; k <= arrangement_->sources[i].order; ++k, next += 2) a[k] = {x[next], x[next + 1]};
+  for (int i = 0; i < disks(); ++i) {
+    if (charge_unknown_[i] >= 0) coefficients[start[i]] += x[charge_unknown_[i]];
+    for (int k = start[i] + 1; k < start[i + 1]; ++k, next += 2) coefficients[k] = {x[next], x[next + 1]};
   }
+  const auto charge = [&](int disk, int point, double amount) {
+    if (point < 0) return;
+    coefficients[start[point]] += amount;
+    if (charge_unknown_[disk] < 0 && !setting_->arrangement.anchored[disk]) coefficients[start[disk]] -= amount;
+  };
   for (std::size_t p = 0; p < pair_unknown_.size(); ++p) {
-    const ClosePair& pair = arrangement_->close_pairs[p];
-    const auto charge = [&](int disk, int point, double lambda) {
-      if (point < 0) return;
-      coefficients[layout_.start[point]] += lambda;
-      if (charge_unknown_[disk] < 0 && !arrangement_->anchored[disk]) coefficients[layout_.start[disk]] -= lambda;
-    };
+    const ClosePair& pair = setting_->arrangement.close_pairs[p];
     charge(pair.first, pair.first_charge, x[pair_unknown_[p]]);
     charge(pair.second, pair.second_charge, -x[pair_unknown_[p]]);
   }
 }
 
 std::vector<Complex> System::coefficients(const Eigen::VectorXd& x) const {
-  std::vector<Complex> all(layout_.size());
-  for (std::size_t i = 0; i < given_.size(); ++i) all[layout_.start[i]] = given_[i];
+  std::vector<Complex> all(setting_->layout.size());
+  for (int i = 0; i < disks(); ++i) all[setting_->layout.start[i]] = given_[i];
   spread(x, all);
   return all;
 }
 
-/// The field at each disk of all others and of its own images; of sources that are constant on it, their constant.
-std::vector<Complex> System::local_field(const std::vector<Complex>& coefficients) const {
-  const std::vector<Source>& sources = arrangement_->sources;
-  const Cells& cells = arrangement_->cells;
+/// Moves the sources to the centres of their cells, in FarField's units.
+void System::gather_in_cells(const std::vector<Complex>& coefficients) const {
   const int terms = far_->order() + 1;
-  std::vector<Complex> scaled(terms), local(layout_.size());
+  std::vector<Complex> scaled(terms);
+  const Complex* shift = shifts_.data();
   far_->clear_sources();
-  for (std::size_t s = 0; s < sources.size(); ++s) {
-    const Complex *a = &coefficients[layout_.start[s]], *shift = &shifts_[s * terms];
-    Complex* alpha = far_->source(cells.cell_of(sources[s].centre));
-    const int count = std::min(sources[s].order + 1, terms);
+  for (int s = 0; s < setting_->layout.sources(); ++s, shift += terms) {
+    const Source& source = setting_->arrangement.sources[s];
+    const Complex* a = &coefficients[setting_->layout.start[s]];
+    Complex* alpha = far_->source(setting_->arrangement.cells.cell_of(source.centre));
+    const int count = std::min(source.order + 1, terms);
     scaled[0] = -a[0];
     double power = -1;  // (-1)^(k-1) (R/h)^k / (k-1)!
     for (int k = 1; k < count; ++k) {
-      power *= -sources[s].radius / far_->scale() / std::max(1, k - 1);
+      power *= -source.radius / far_->scale() / std::max(1, k - 1);
       scaled[k] = power * a[k];
     }
     for (int l = 0; l < terms; ++l) {
@@ -164,67 +173,80 @@ std::vector<Complex> System::local_field(const std::vector<Complex>& coefficient
       alpha[l] += sum;
     }
   }
-  far_->apply();
-  for (int i = 0; i < arrangement_->disks; ++i) {
-    const Complex* beta = far_->local(cells.cell_of(sources[i].centre));
-    const Complex* shift = &shifts_[i * terms];
-    Complex* b = &local[layout_.start[i]];
-    const int count = std::min(sources[i].order + 1, terms);
-    double power = 1;  // (R/h)^m / m!
-    for (int m = 0; m < count; ++m) {
-      Complex sum = 0;  // shift has the sign of the way to the cell's centre
-      for (int l = m; l < terms; ++l) {
-        const Complex term = multiply(beta[l], shift[l - m]);
-        sum += (l - m) % 2 == 0 ? term : -term;
-      }
+}
+
+/// Moves the cells' local fields to the centres of their disks.
+void System::bring_to_disks(std::vector<Complex>& local) const {
+  const int terms = far_->order() + 1;
+  const Complex* shift = shifts_.data();
+  std::vector<Complex> away(terms);
+  for (int i = 0; i < disks(); ++i, shift += terms) {
+    const Source& disk = setting_->arrangement.sources[i];
+    const Complex* beta = far_->local(setting_->arrangement.cells.cell_of(disk.centre));
+    Complex* b = &local[setting_->layout.start[i]];
+    for (int j = 0; j < terms; ++j) away[j] = j % 2 == 0 ? shift[j] : -shift[j];  // from the cell's centre
+    double power = 1;                                                             // (R/h)^m / m!
+    for (int m = 0; m < std::min(disk.order + 1, terms); ++m) {
+      Complex sum = 0;
+      for (int l = m; l < terms; ++l) sum += multiply(beta[l], away[l - m]);
       b[m] = power * sum;
-      power *= sources[i].radius / far_->scale() / (m + 1);
+      power *= disk.radius / far_->scale() / (m + 1);
     }
   }
-  near_.add(layout_, coefficients.data(), local.data());
+}
+
+/// The field at each disk of all others and of its own images; of sources that are constant on it, their constant.
+std::vector<Complex> System::local_field(const std::vector<Complex>& coefficients) const {
+  std::vector<Complex> local(setting_->layout.size());
+  gather_in_cells(coefficients);
+  far_->apply();
+  bring_to_disks(local);
+  near_.add(setting_->layout, coefficients.data(), local.data());
   return local;
 }
 
 /// Mean over each circle of the potential that sources make, the disk's own included.
 std::vector<double> System::mean_potentials(const std::vector<Complex>& local) const {
-  std::vector<double> mean(given_.size());
-  for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = local[layout_.start[i]].real();
+  std::vector<double> mean(disks());
+  for (int i = 0; i < disks(); ++i) mean[i] = local[setting_->layout.start[i]].real();
   return mean;
 }
 
 /// Adds the left-hand sides of all equations but the multipoles'.
 void System::balance(const Eigen::VectorXd& x, const std::vector<double>& mean_potential, Eigen::VectorXd& y) const {
-  const auto add_to_sums = [&](int disk, double lambda) {
+  const auto add_to_sums = [&](int disk, double amount) {
     if (charge_unknown_[disk] < 0) return;
-    if (const int potential = potential_unknown_[group_of(disk)]; potential >= 0) y[potential] += lambda;
-    if (level_ >= 0) y[level_] += lambda;
+    if (const int potential = potential_unknown_[group_of(disk)]; potential >= 0) y[potential] += amount;
+    if (level_unknown_ >= 0) y[level_unknown_] += amount;
   };
-  for (int i = 0; i < arrangement_->disks; ++i) {
+  for (int i = 0; i < disks(); ++i) {
     const int unknown = charge_unknown_[i], potential = potential_unknown_[group_of(i)];
     if (unknown < 0) continue;
-    y[unknown] += mean_potential[i] + (level_ < 0 ? 0.0 : x[level_]) - (potential < 0 ? 0.0 : x[potential]);
+    y[unknown] += mean_potential[i];
+    if (level_unknown_ >= 0) y[unknown] += x[level_unknown_];
+    if (potential >= 0) y[unknown] -= x[potential];
     add_to_sums(i, x[unknown]);
   }
   for (std::size_t p = 0; p < pair_unknown_.size(); ++p) {
-    const ClosePair& pair = arrangement_->close_pairs[p];
-    const double lambda = x[pair_unknown_[p]];
-    y[pair_unknown_[p]] += mean_potential[pair.first] - pair.difference * lambda;
-    add_to_sums(pair.first, lambda);
+    const ClosePair& pair = setting_->arrangement.close_pairs[p];
+    const double amount = x[pair_unknown_[p]];
+    y[pair_unknown_[p]] += mean_potential[pair.first] - pair.difference * amount;
+    add_to_sums(pair.first, amount);
     if (pair.second < 0) continue;
     y[pair_unknown_[p]] -= mean_potential[pair.second];
-    add_to_sums(pair.second, -lambda);
+    add_to_sums(pair.second, -amount);
   }
 }
 
 Eigen::VectorXd System::operator*(const Eigen::VectorXd& x) const {
-  std::vector<Complex> a(layout_.size());
+  std::vector<Complex> a(setting_->layout.size());
   spread(x, a);
   const std::vector<Complex> local = local_field(a);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(size());
   int next = 0;
-  for (std::size_t i = 0; i < given_.size(); ++i) {
-    const double share = 1.0 / arrangement_->copies[i];
-    for (int k = layout_.start[i] + 1; k < layout_.start[i + 1]; ++k, next += 2) {
+  for (int i = 0; i < disks(); ++i) {
+    const double share = 1.0 / setting_->arrangement.copies[i];
+    for (int k = setting_->layout.start[i] + 1; k < setting_->layout.start[i + 1]; ++k, next += 2) {
       y[next] = x[next] + share * local[k].real();
       y[next + 1] = x[next + 1] - share * local[k].imag();
     }
@@ -234,72 +256,73 @@ Eigen::VectorXd System::operator*(const Eigen::VectorXd& x) const {
 }
 
 Eigen::VectorXd System::right_hand_side() const {
+  const LaplaceProblem& problem = setting_->problem;
   std::vector<Complex> local = local_field(coefficients(Eigen::VectorXd::Zero(size())));
   for (std::size_t k = 0; k < local.size(); ++k) local[k] += wall_[k];
   const std::vector<double> mean = mean_potentials(local);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(size());
   int next = 0;
-  for (std::size_t i = 0; i < given_.size(); ++i) {
-    const double share = 1.0 / arrangement_->copies[i];
-    for (int k = layout_.start[i] + 1; k < layout_.start[i + 1]; ++k, next += 2) {
+  for (int i = 0; i < disks(); ++i) {
+    const double share = 1.0 / setting_->arrangement.copies[i];
+    for (int k = setting_->layout.start[i] + 1; k < setting_->layout.start[i + 1]; ++k, next += 2) {
       y[next] = -share * local[k].real();
       y[next + 1] = share * local[k].imag();
     }
-    if (level_ >= 0) y[level_] -= given_[i];
+    if (level_unknown_ >= 0) y[level_unknown_] -= given_[i];
     if (charge_unknown_[i] < 0) continue;
-    const Group& group = problem_->groups[group_of(i)];
+    const Group& group = problem.groups[group_of(i)];
     y[charge_unknown_[i]] = (group.floating ? 0.0 : group.potential) - mean[i];
-    if (group.floating)
-      y[potential_unknown_[group_of(i)]] = group.charge / (2 * std::numbers::pi * problem_->permittivity);
+    if (group.floating) y[potential_unknown_[group_of(i)]] = lambda(group.charge);
   }
   for (std::size_t p = 0; p < pair_unknown_.size(); ++p) {
-    const ClosePair& pair = arrangement_->close_pairs[p];
-    y[pair_unknown_[p]] =
-        (pair.second < 0 ? problem_->sides[pair.side].potential : mean[pair.second]) - mean[pair.first];
+    const ClosePair& pair = setting_->arrangement.close_pairs[p];
+    const double across = pair.second < 0 ? problem.sides[pair.side].potential : mean[pair.second];
+    y[pair_unknown_[p]] = across - mean[pair.first];
   }
   return y;
+}
+
+Eigen::VectorXd System::precondition(const Eigen::VectorXd& residual) const {
+  Eigen::VectorXd z = residual;
+  if (extra_inverse_.rows() > 0) z.tail(extra_unknowns_) = extra_inverse_.solve(residual.tail(extra_unknowns_));
+  return z;
 }
 
 Eigen::VectorXd System::first_guess(const Layout& past_layout, const std::vector<Complex>& past_coefficients,
                                     const Eigen::VectorXd& past_extra) const {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(size());
   int next = 0;
-  for (int i = 0; i < arrangement_->disks; ++i) {
-    const int past_order = past_layout.order(i);
-    for (int k = 1; k <= arrangement_->sources[i].order; ++k, next += 2) {
-      if (k > past_order) continue;
+  for (int i = 0; i < disks(); ++i) {
+    const int order = setting_->layout.order(i);
+    for (int k = 1; k <= std::min(order, past_layout.order(i)); ++k) {
       const Complex a = past_coefficients[past_layout.start[i] + k];
-      x[next] = a.real();
-      x[next + 1] = a.imag();
+      x[next + 2 * k - 2] = a.real();
+      x[next + 2 * k - 1] = a.imag();
     }
+    next += 2 * order;
   }
   if (past_extra.size() == extra_unknowns_) x.tail(extra_unknowns_) = past_extra;
   return x;
 }
 
-Eigen::VectorXd System::precondition(const Eigen::VectorXd& residual) const {
-  Eigen::VectorXd z = residual;
-  if (extra_.rows() > 0) z.tail(extra_unknowns_) = extra_.solve(residual.tail(extra_unknowns_));
-  return z;
-}
-
 System::Potentials System::potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const {
+  const std::vector<Group>& groups = setting_->problem.groups;
   const std::vector<double> mean_potential = mean_potentials(local_field(coefficients));
-  Potentials potentials{std::vector<double>(problem_->groups.size()), level_ < 0 ? 0.0 : x[level_]};
+  Potentials potentials{std::vector<double>(groups.size()), level_unknown_ < 0 ? 0.0 : x[level_unknown_]};
   std::vector<double>& group = potentials.group;
-  for (std::size_t g = 0; g < group.size(); ++g) {
-    if (!problem_->groups[g].floating) group[g] = problem_->groups[g].potential;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (!groups[g].floating) group[g] = groups[g].potential;
     if (potential_unknown_[g] >= 0) group[g] = x[potential_unknown_[g]];
   }
-  for (std::size_t i = 0; i < given_.size(); ++i)
-    if (const int g = group_of(i); problem_->groups[g].floating && potential_unknown_[g] < 0)
-      group[g] = mean_potential[i] + wall_[layout_.start[i]].real() + potentials.level;
-  if (problem_->has_ground()) return potentials;
+  for (int i = 0; i < disks(); ++i)
+    if (const int g = group_of(i); groups[g].floating && potential_unknown_[g] < 0)
+      group[g] = mean_potential[i] + wall_[setting_->layout.start[i]].real() + potentials.level;
+  if (setting_->problem.has_ground()) return potentials;
   double mean = 0;
-  for (std::size_t i = 0; i < given_.size(); ++i) mean += group[group_of(i)] / static_cast<double>(given_.size());
+  for (int i = 0; i < disks(); ++i) mean += group[group_of(i)] / disks();
   for (double& phi : group) phi -= mean;
   potentials.level = -mean;
   return potentials;
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -2,12 +2,10 @@
 
 #include <Eigen/Dense>
 
-#include "solvers/laplace/multipole/arrangement.hpp"
 #include "solvers/laplace/multipole/far_field.hpp"
 #include "solvers/laplace/multipole/near_field.hpp"
-#include "solvers/laplace/multipole/wall_field.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 /// The linear system. Unknown are the multipole coefficients a_k of every disk and, after them, the charges that the
 /// problem doesn't give (as lambda = Q / 2 pi eps, V; less what is in point charges), the potentials of floating groups
@@ -18,10 +16,9 @@ namespace lichtenberg::laplace {
 /// charges to zero where no wall takes any, and a close pair's potential difference is that of its point charges.
 class System {
  public:
-  System(const LaplaceProblem& problem, const Arrangement& arrangement, const LatticeSum& lattice,
-         const WallField& wall, FarField& far, const Mirrors& mirrors, double accuracy);
+  System(const Setting& setting, FarField& far, double accuracy);
 
-  Eigen::Index size() const { return multipole_unknowns_ + extra_unknowns_; }
+  int size() const { return multipole_unknowns_ + extra_unknowns_; }
   Eigen::VectorXd right_hand_side() const;
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
   /// Approximate inverse: identity for the multipoles, the other unknowns by the charges' direct interaction.
@@ -32,7 +29,7 @@ class System {
                               const Eigen::VectorXd& past_extra) const;
   /// The unknowns of x other than multipoles.
   Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(extra_unknowns_); }
-  /// Coefficients of every disk, the given charges included.
+  /// Coefficients of every source, the given charges included.
   std::vector<Complex> coefficients(const Eigen::VectorXd& x) const;
   struct Potentials {
     std::vector<double> group;  ///< V
@@ -42,20 +39,25 @@ class System {
   Potentials potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const;
 
  private:
-  void number_unknowns(const Mirrors& mirrors);
-  void factorize(const Mirrors& mirrors, const LatticeSum& lattice);
-  std::vector<Complex> local_field(const std::vector<Complex>& coefficients) const;
+  void make_shifts();
+  void number_unknowns();
+  std::vector<int> charged_sources() const;
+  Eigen::MatrixXd interaction(const std::vector<int>& disks, const std::vector<int>& sources) const;
+  void factorize();
   void spread(const Eigen::VectorXd& x, std::vector<Complex>& coefficients) const;
-  void balance(const Eigen::VectorXd& x, const std::vector<double>& mean_potential, Eigen::VectorXd& y) const;
+  void gather_in_cells(const std::vector<Complex>& coefficients) const;
+  void bring_to_disks(std::vector<Complex>& local) const;
+  std::vector<Complex> local_field(const std::vector<Complex>& coefficients) const;
   std::vector<double> mean_potentials(const std::vector<Complex>& local) const;
-  int group_of(int disk) const { return problem_->bodies[disk].group; }
+  void balance(const Eigen::VectorXd& x, const std::vector<double>& mean_potential, Eigen::VectorXd& y) const;
+  int disks() const { return setting_->arrangement.disks; }
+  int group_of(int disk) const { return setting_->problem.bodies[disk].group; }
+  double lambda(double charge) const;
 
-  const LaplaceProblem* problem_;
-  const Arrangement* arrangement_;
+  const Setting* setting_;
   FarField* far_;
-  Layout layout_;
   NearField near_;
-  std::vector<Complex> shifts_;  ///< of each disk: ((centre of its cell - centre) / h)^j / j!
+  std::vector<Complex> shifts_;  ///< of each source: ((centre of its cell - centre) / h)^j / j!
   std::vector<Complex> wall_;    ///< local coefficients of the electrodes' field, laid out as the sources
   std::vector<double> given_;    ///< lambda of each disk as far as given, else 0
 
@@ -63,8 +65,8 @@ class System {
   std::vector<int> charge_unknown_;     ///< of each disk, -1 if given
   std::vector<int> potential_unknown_;  ///< of each group, -1 if given or found afterwards
   std::vector<int> pair_unknown_;       ///< of each close pair
-  int level_ = -1;
-  Eigen::PartialPivLU<Eigen::MatrixXd> extra_;
+  int level_unknown_ = -1;
+  Eigen::PartialPivLU<Eigen::MatrixXd> extra_inverse_;
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::laplace::multipole {
 
 namespace {
 
@@ -13,31 +13,31 @@ constexpr Complex i_unit{0, 1};
 
 }  // namespace
 
-WallField::WallField(const Mirrors& mirrors, const LatticeSum& lattice, const std::array<double, 4>& side_potential)
+WallField::WallField(const Mirrors& mirrors, const LatticeSum& lattice, const std::array<Side, 4>& sides)
     : mirrors_(&mirrors), lattice_(&lattice) {
   if (!mirrors.grounded()) return;
-  find_corners(side_potential);
-  find_linear(side_potential);
+  find_corners(sides);
+  find_linear(sides);
 }
 
-void WallField::find_corners(const std::array<double, 4>& side_potential) {
+void WallField::find_corners(const std::array<Side, 4>& sides) {
   const double x = mirrors_->size.x, y = mirrors_->size.y;
   for (const Corner& corner : {Corner{{0, 0}, 0, bottom, left}, Corner{{x, 0}, 0, right, bottom},
                                Corner{{x, y}, 0, top, right}, Corner{{0, y}, 0, left, top}}) {
     if (mirrors_->side_sign[corner.before] > 0 || mirrors_->side_sign[corner.after] > 0) continue;
-    const double difference = side_potential[corner.after] - side_potential[corner.before];
+    const double difference = sides[corner.after].potential - sides[corner.before].potential;
     if (difference != 0) corners_.push_back({corner.at, 2 / pi * difference, corner.before, corner.after});
   }
 }
 
-void WallField::find_linear(const std::array<double, 4>& side_potential) {
+void WallField::find_linear(const std::array<Side, 4>& sides) {
   const auto& sign = mirrors_->side_sign;
   const double x = mirrors_->size.x, y = mirrors_->size.y;
   const std::array<Complex, 4> middle{Complex{0, y / 2}, {x, y / 2}, {x / 2, 0}, {x / 2, y}};
   if (sign[bottom] > 0 && sign[top] > 0 && sign[left] < 0 && sign[right] < 0) {
-    slope_ = (side_potential[right] - side_potential[left]) / x;
+    slope_ = (sides[right].potential - sides[left].potential) / x;
   } else if (sign[left] > 0 && sign[right] > 0 && sign[bottom] < 0 && sign[top] < 0) {
-    slope_ = -i_unit * (side_potential[top] - side_potential[bottom]) / y;
+    slope_ = -i_unit * (sides[top].potential - sides[bottom].potential) / y;
   } else {
     // No field along an electrode, none across an insulating side.
     const auto field_at = [&](SideIndex side) {
@@ -51,7 +51,7 @@ void WallField::find_linear(const std::array<double, 4>& side_potential) {
   }
   for (const SideIndex side : {left, right, bottom, top})
     if (sign[side] < 0) {
-      constant_ += side_potential[side] - potential(middle[side]);
+      constant_ += sides[side].potential - potential(middle[side]);
       break;
     }
 }
@@ -124,4 +124,4 @@ double WallField::side_flux(SideIndex side) const {
   }
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::laplace::multipole

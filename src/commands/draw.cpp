@@ -18,7 +18,8 @@ constexpr const char* python = "/usr/bin/python3";  // Debian's, which sees Debi
 
 /// Beside an installed program first, so that an installation does not depend on the source it came from.
 std::filesystem::path plot_script() {
-  const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe");
+  // Not `canonical`: a program that was rebuilt while it ran is no longer there, and its link says so.
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   for (const char* place : {PLOT_SCRIPT_FROM_BINARY, PLOT_SCRIPT_IN_SOURCE}) {
     const std::filesystem::path script = program.parent_path() / place;
     if (std::filesystem::exists(script)) return script.lexically_normal();

@@ -1,0 +1,66 @@
+#include "solvers/laplace/cutcell/krylov.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+PetscErrorCode stop_test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
+  auto& criterion = *static_cast<StopCriterion*>(context);
+  if (iteration == 0) criterion.scale = std::hypot(criterion.energy_norm, norm);
+  criterion.last = criterion.scale > 0 ? norm / criterion.scale : 0.0;
+  *reason = KSP_CONVERGED_ITERATING;
+  if (!(std::isfinite(norm)))
+    *reason = KSP_DIVERGED_NANORINF;
+  else if (norm <= criterion.tolerance * criterion.scale)
+    *reason = iteration == 0 ? KSP_CONVERGED_ATOL : KSP_CONVERGED_RTOL;
+  return 0;
+}
+
+}  // namespace
+
+void Krylov::release() {
+  if (!petsc_started()) return;
+  KSPDestroy(&ksp);
+  MatDestroy(&matrix);
+  VecDestroy(&x);
+  VecDestroy(&b);
+  MatNullSpaceDestroy(&null_space);
+}
+
+void Krylov::set_options(double tolerance) {
+  check_petsc(KSPSetOptionsPrefix(ksp, "field_"));
+  check_petsc(KSPSetType(ksp, KSPCG));
+  check_petsc(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  check_petsc(KSPSetTolerances(ksp, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+  check_petsc(KSPSetConvergenceTest(ksp, stop_test, &criterion, nullptr));
+  check_petsc(KSPSetFromOptions(ksp));
+}
+
+void Krylov::set_null_space(MatNullSpace space) {
+  check_petsc(MatNullSpaceDestroy(&null_space));
+  null_space = space;
+  check_petsc(MatSetNullSpace(matrix, null_space));
+}
+
+void Krylov::solve(LaplaceSolution& solution) {
+  check_petsc(KSPSolve(ksp, b, x));
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscInt iterations = 0;
+  check_petsc(KSPGetConvergedReason(ksp, &reason));
+  check_petsc(KSPGetIterationNumber(ksp, &iterations));
+  if (reason < 0)
+    throw Failure(std::string("field solver: no convergence after ") + std::to_string(iterations) + " iterations (" +
+                  KSPConvergedReasons[reason] + ", relative error estimate " + std::to_string(criterion.last) +
+                  "); a larger field.tolerance may be all that rounding allows");
+  solution.iterations = static_cast<int>(iterations);
+  solution.residual = criterion.last;
+}
+
+}  // namespace lichtenberg::laplace

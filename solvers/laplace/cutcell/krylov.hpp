@@ -1,0 +1,40 @@
+#pragma once
+
+#include <petscksp.h>
+
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::laplace {
+
+/// The stop criterion: CG's natural norm sqrt(r' M r) estimates the energy norm of the error, and it is compared with
+/// the energy norm of the solution. The plain residual would be useless here: a short link (a cell centre that all
+/// but touches a conductor) makes it as large as it likes.
+struct StopCriterion {
+  double tolerance = 0;
+  double energy_norm = 0;  ///< of the first guess; what the first residual adds is part of the solution's as well
+  double scale = 0, last = 0;
+};
+
+/// A KSP with its matrix and vectors.
+struct Krylov {
+  KSP ksp = nullptr;
+  Mat matrix = nullptr;
+  Vec x = nullptr, b = nullptr;
+  MatNullSpace null_space = nullptr;
+  StopCriterion criterion;
+
+  Krylov() = default;
+  Krylov(const Krylov&) = delete;
+  Krylov& operator=(const Krylov&) = delete;
+  ~Krylov() { release(); }
+  void release();
+
+  /// CG with the criterion above, then what the options with prefix "field_" say.
+  void set_options(double tolerance);
+  /// Takes over `space`; null: the matrix is regular.
+  void set_null_space(MatNullSpace space);
+  /// Solves from the guess in x; sets iterations and residual of `solution`. Throws Failure without convergence.
+  void solve(LaplaceSolution& solution);
+};
+
+}  // namespace lichtenberg::laplace

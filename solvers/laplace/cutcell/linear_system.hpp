@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/laplace/cutcell/krylov.hpp"
+#include "solvers/laplace/cutcell/operator.hpp"
+
+namespace lichtenberg::laplace {
+
+/// How the cut-cell system is held and preconditioned: without a matrix (matrix_free.hpp) or assembled
+/// (assembled.hpp). Vectors are the operator's: a level's layout followed by one entry a group.
+class LinearSystem {
+ public:
+  virtual ~LinearSystem() = default;
+  /// Discretizes the problem on `level`, in `op` and in whatever the preconditioner needs; both must outlive this.
+  virtual void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) = 0;
+  /// Solves op x = b from the guess in x until `criterion` is met; sets iterations and residual of `solution`. Throws
+  /// Failure without convergence.
+  virtual void solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
+                     LaplaceSolution& solution) = 0;
+};
+
+}  // namespace lichtenberg::laplace

@@ -27,9 +27,13 @@ struct Ring {
 
 using Shape = std::variant<Disk, Bar, Ring>;
 
-inline double signed_distance(const Disk& disk, Vec2 p) { return norm(p - disk.centre) - disk.radius; }
-inline double signed_distance(const Ring& ring, Vec2 p) { return ring.radius - norm(p - ring.centre); }
-inline double signed_distance(const Bar& bar, Vec2 p) {
+LICHTENBERG_HOST_DEVICE inline double signed_distance(const Disk& disk, Vec2 p) {
+  return norm(p - disk.centre) - disk.radius;
+}
+LICHTENBERG_HOST_DEVICE inline double signed_distance(const Ring& ring, Vec2 p) {
+  return ring.radius - norm(p - ring.centre);
+}
+LICHTENBERG_HOST_DEVICE inline double signed_distance(const Bar& bar, Vec2 p) {
   const double length = norm(bar.to - bar.from);
   const Vec2 axis = (bar.to - bar.from) / length;
   const Vec2 r = p - 0.5 * (bar.from + bar.to);

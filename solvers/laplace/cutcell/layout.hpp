@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "solvers/geometry/host_device.hpp"
+
 namespace lichtenberg::laplace {
 
 /// Where the cells of a grid lie in memory: split by colour (checkerboard), so that a sweep over one colour reads and
@@ -16,15 +18,17 @@ struct Layout {
   Layout() = default;
   Layout(int nx_, int ny_) : nx(nx_), ny(ny_), stride(pad + ((nx_ + 1) / 2 + pad) / pad * pad) {}
 
-  std::ptrdiff_t size() const { return 2 * colour_size(); }
-  std::ptrdiff_t colour_size() const { return (ny + 2) * stride + pad; }
+  LICHTENBERG_HOST_DEVICE std::ptrdiff_t size() const { return 2 * colour_size(); }
+  LICHTENBERG_HOST_DEVICE std::ptrdiff_t colour_size() const { return (ny + 2) * stride + pad; }
   /// Slot of the first cell of `colour` in row j (j = -1 and ny are padding).
-  std::ptrdiff_t row(int colour, int j) const { return colour * colour_size() + (j + 1) * stride + pad; }
-  std::ptrdiff_t operator()(int i, int j) const { return row((i + j) & 1, j) + (i >> 1); }
+  LICHTENBERG_HOST_DEVICE std::ptrdiff_t row(int colour, int j) const {
+    return colour * colour_size() + (j + 1) * stride + pad;
+  }
+  LICHTENBERG_HOST_DEVICE std::ptrdiff_t operator()(int i, int j) const { return row((i + j) & 1, j) + (i >> 1); }
   /// Parity of i for cells of `colour` in row j.
-  static int parity(int colour, int j) { return (colour + j) & 1; }
+  LICHTENBERG_HOST_DEVICE static int parity(int colour, int j) { return (colour + j) & 1; }
   /// Number of cells of `colour` in row j.
-  int row_length(int colour, int j) const { return (nx - parity(colour, j) + 1) / 2; }
+  LICHTENBERG_HOST_DEVICE int row_length(int colour, int j) const { return (nx - parity(colour, j) + 1) / 2; }
 };
 
 }  // namespace lichtenberg::laplace

@@ -5,16 +5,10 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/layout.hpp"
-#include "solvers/laplace/cutcell/link.hpp"
+#include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
-
-/// How a fluid cell is coupled to a conductor's surface.
-enum class LinkFormula {
-  log_fitted,  ///< exact for an isolated circle (link.hpp)
-  plain,       ///< 1 / cut length
-};
 
 /// Fluid cell to conductor.
 struct Link {
@@ -24,7 +18,7 @@ struct Link {
   Vec2 gradient;  ///< with respect to the body's position, per cell
 };
 
-/// What a link's conductance gains when a body other than its own moves (see Level::squeeze).
+/// What a link's conductance gains when a body other than its own moves (see squeeze).
 struct CrossGradient {
   int link;  ///< index of the link
   int body;
@@ -80,22 +74,19 @@ class Level {
   struct Lodger {
     int body, host;
   };
-  void cover_cells(const LaplaceProblem& problem);
-  void cover_body(const Shape& shape, int body);
+  void cover_cells();
+  bool claim(Cell cell, int body);
   void link_cells(const LaplaceProblem& problem, LinkFormula formula);
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body);
-  void squeeze(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c);
+  void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c);
   void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);
-  Vec2 centre(Cell c) const { return {c.i + 0.5, c.j + 0.5}; }
+  Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
 
   std::vector<Cell> covered_cells_;  // the same as `covered`, by row and column
   std::vector<Lodger> lodgers_;
-  std::vector<Shape> shapes_;  // of the bodies, lengths in cells
+  std::vector<Outline> outlines_;  // of the bodies
 };
-
-/// The shape with every length divided by h.
-Shape in_cells(const Shape& shape, double h);
 
 }  // namespace lichtenberg::laplace

@@ -6,7 +6,6 @@
 // respect to a displacement of the conductor, from which the forces follow (virtual work).
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -30,8 +29,8 @@ inline constexpr double smallest_cut = 1e-7;
 /// difference is q ln(r/R) / 2 pi and the flux through the face q dtheta / 2 pi, with dtheta the angle under which the
 /// centre sees the face from `corner_a` to `corner_b`. Exact for the isolated circle; tends to 1 / (cut length) as
 /// R -> infinity. `inside` is for a ring, whose fluid lies within the circle.
-inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre, double radius,
-                                   bool inside = false) {
+LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre,
+                                                           double radius, bool inside = false) {
   const Vec2 a = corner_a - centre, b = corner_b - centre, r = p - centre;
   const double turn = cross(a, b) < 0 ? -1.0 : 1.0;
   const double theta = std::atan2(turn * cross(a, b), dot(a, b));
@@ -48,7 +47,9 @@ inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 ce
 
 /// Fluid cell centre to a flat surface at distance `cut` along the link (direction e, outward normal n of the
 /// conductor, n.e < 0): 1 / cut.
-inline Conductance plain_link(double cut, Vec2 e, Vec2 n) { return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n}; }
+LICHTENBERG_HOST_DEVICE inline Conductance plain_link(double cut, Vec2 e, Vec2 n) {
+  return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n};
+}
 
 /// Where a line in direction e through a point inside a circle leaves it.
 struct Exit {
@@ -59,7 +60,7 @@ struct Exit {
 };
 
 /// `offset` shifts the line sideways by offset * perpendicular(e).
-inline Exit circle_exit(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset = 0) {
+LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset = 0) {
   const Vec2 w = p - centre;
   const double across = cross(e, w) + offset;
   // A line that misses the circle by the half width of a face grazes it: keep the root off zero.
@@ -69,7 +70,7 @@ inline Exit circle_exit(Vec2 p, Vec2 e, Vec2 centre, double radius, double offse
 }
 
 /// Whether the line shifted sideways by `offset` meets the circle at all.
-inline bool circle_met(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset) {
+LICHTENBERG_HOST_DEVICE inline bool circle_met(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset) {
   return std::abs(cross(e, p - centre) + offset) < radius;
 }
 
@@ -87,11 +88,10 @@ struct PairConductance {
 /// [-1/2, 1/2] from the link's line, which runs from p (inside a) a distance `length` in direction e to q (inside b).
 /// For a wide gap it is 1 / gap. The substitution s = s0 + w tan u makes the integrand all but constant for a narrow
 /// channel, whose gap is a parabola, so that eight Gauss points do for any gap.
-inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, double radius_a, Vec2 centre_b,
-                               double radius_b) {
-  constexpr std::array<double, 4> node{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
-  constexpr std::array<double, 4> weight{0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
-                                         0.1012285362903763};
+LICHTENBERG_HOST_DEVICE inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, double radius_a,
+                                                       Vec2 centre_b, double radius_b) {
+  constexpr double node[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
+  constexpr double weight[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
   const Vec2 q = p + length * e;
   const Exit a = circle_exit(p, e, centre_a, radius_a);
   const Exit b = circle_exit(q, -e, centre_b, radius_b);
@@ -124,7 +124,8 @@ inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, dou
 
 /// Two circles too small for the grid to tell apart: their conductance in the open plane, 2 pi / arccosh u with
 /// u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b) (D 6.37 for unequal radii).
-inline PairConductance circle_pair(Vec2 centre_a, double radius_a, Vec2 centre_b, double radius_b) {
+LICHTENBERG_HOST_DEVICE inline PairConductance circle_pair(Vec2 centre_a, double radius_a, Vec2 centre_b,
+                                                           double radius_b) {
   const Vec2 d = centre_a - centre_b;
   const double touching = 1 + smallest_gap * (radius_a + radius_b) / (radius_a * radius_b);
   const double u =

@@ -135,7 +135,10 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   return solution;
 }
 
-CutCellSolver::CutCellSolver(CutCellOptions options) : implementation_(std::make_unique<Implementation>(options)) {}
+CutCellSolver::CutCellSolver(CutCellOptions options) : implementation_(std::make_unique<Implementation>(options)) {
+  if (options.device == CutCellOptions::Device::cuda)
+    throw InputError("device = \"cuda\": this program was built without CUDA; configure it with -DLICHTENBERG_CUDA=ON");
+}
 CutCellSolver::~CutCellSolver() = default;
 
 LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) { return implementation_->solve(problem); }

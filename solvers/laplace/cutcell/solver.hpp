@@ -15,6 +15,8 @@ struct CutCellOptions {
   /// multigrid: matrix-free, geometric multigrid as preconditioner. assembled: the same system as an AIJ matrix, for
   /// any PETSc preconditioner (default GAMG; -field_pc_type chooses).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
+  /// Where the solves run. cuda: InputError from the solver's constructor if the program was built without CUDA.
+  enum class Device { cpu, cuda } device = Device::cpu;
 };
 
 /// The direct scheme (README.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as

@@ -93,15 +93,16 @@ LICHTENBERG_HOST_DEVICE inline PairConductance channel(Vec2 p, Vec2 e, double le
   constexpr double node[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
   constexpr double weight[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
   const Vec2 q = p + length * e;
-  const Exit a = circle_exit(p, e, centre_a, radius_a);
-  const Exit b = circle_exit(q, -e, centre_b, radius_b);
-  const double gap = std::max(length - a.length - b.length, smallest_gap);
+  // The narrowest place, where the slopes of both surfaces agree: at offset s the line is s + cross(e, p - centre) off
+  // a centre, and the two circles' angles there are equal. A gap far below a cell is a sharp peak: it must be met
+  // exactly.
+  const double off_a = cross(e, p - centre_a), off_b = cross(e, q - centre_b);
+  const double s0 = -(off_a * radius_b + off_b * radius_a) / (radius_a + radius_b);
   // perpendicular(-e) = -perpendicular(e): an offset s of the line is -s as seen from b.
-  const double slope = -a.slope + b.slope;
-  const double curvature = -a.curvature - b.curvature;
-  const double s0 = -slope / curvature;
-  const double least = std::max(gap - 0.5 * slope * slope / curvature, 1e-3 * gap);
-  const double w = std::sqrt(2.0 * least / curvature);
+  const Exit a = circle_exit(p, e, centre_a, radius_a, s0);
+  const Exit b = circle_exit(q, -e, centre_b, radius_b, -s0);
+  const double least = std::max(length - a.length - b.length, smallest_gap);
+  const double w = std::sqrt(2.0 * least / (-a.curvature - b.curvature));
   const double from = std::atan((-0.5 - s0) / w), to = std::atan((0.5 - s0) / w);
   PairConductance result;
   for (int k = 0; k < 8; ++k) {

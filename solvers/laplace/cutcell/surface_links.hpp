@@ -165,12 +165,16 @@ LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, V
 /// electrode side (`other` null).
 LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& body, Vec2 p, Vec2 e, double length,
                                                                const Outline* other) {
-  // A flat surface is a circle too, if it is large enough (and small enough for its centre's rounding).
+  // A flat surface is a circle too, if it is large enough (and small enough for its centre's rounding). Its pole lies
+  // opposite the disk: half a cell beside, its bulge would be a gap of 1e-6 cell.
   constexpr double flat_radius = 1e5;
   const Vec2 q = p + length * e;
   const bool disk = body.kind == Outline::Kind::disk, to_disk = other && other->kind == Outline::Kind::disk;
   if (disk && to_disk) return channel(p, e, length, body.centre, body.size, other->centre, other->size);
-  if (disk && !other) return channel(p, e, length, body.centre, body.size, q + flat_radius * e, flat_radius);
+  if (disk && !other) {
+    const Vec2 pole = q + cross(e, body.centre - q) * perpendicular(e);
+    return channel(p, e, length, body.centre, body.size, pole + flat_radius * e, flat_radius);
+  }
   const Conductance in_a = covered_length(body, p, e);
   const Conductance in_b = other ? covered_length(*other, q, -e) : Conductance{};
   const double c = 1.0 / std::max(length - in_a.value - in_b.value, smallest_gap);

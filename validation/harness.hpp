@@ -44,14 +44,16 @@ class Report {
   void section(const std::string& heading) {
     fmt::print("\n{}\n{:<58}{:>10}{:>10}{:>13}\n", heading, "", "mean", "worst", "bound");
   }
-  /// Passes if the worst of the sample is at most `bound`; without a bound it is for the reader only.
-  void at_most(const std::string& what, const Spread& sample, std::optional<double> bound) {
+  /// Passes if the worst of the sample is at most `bound`; without a bound it is for the reader only. A note follows
+  /// the verdict.
+  void at_most(const std::string& what, const Spread& sample, std::optional<double> bound,
+               const std::string& note = {}) {
     fmt::print("{:<58}{:>10.3g}{:>10.3g}", what, sample.mean, sample.worst);
-    verdict("<=", bound, bound && sample.worst <= *bound);
+    verdict("<=", bound, bound && sample.worst <= *bound, note);
   }
-  void at_most(const std::string& what, double value, std::optional<double> bound) {
+  void at_most(const std::string& what, double value, std::optional<double> bound, const std::string& note = {}) {
     fmt::print("{:<58}{:>10}{:>10.3g}", what, "", value);
-    verdict("<=", bound, bound && value <= *bound);
+    verdict("<=", bound, bound && value <= *bound, note);
   }
   void at_least(const std::string& what, double value, std::optional<double> bound) {
     fmt::print("{:<58}{:>10}{:>10.3g}", what, "", value);
@@ -65,12 +67,13 @@ class Report {
   }
 
  private:
-  void verdict(const char* relation, std::optional<double> bound, bool kept) {
+  void verdict(const char* relation, std::optional<double> bound, bool kept, const std::string& note = {}) {
     if (bound) {
       ++checked_;
       failed_ += !kept;
       fmt::print("{:>4}{:>9.3g}  {}", relation, *bound, kept ? "PASS" : "FAIL");
     }
+    if (!note.empty()) fmt::print("  {}", note);
     fmt::print("\n");
     std::fflush(stdout);
   }

@@ -140,6 +140,63 @@ TEST_CASE("close pairs cost no more than distant ones, down to gaps of 1e-7 R") 
   }
 }
 
+TEST_CASE("disks of one potential may touch and overlap a little") {
+  // The union of two circles of radius 1 that intersect at +-i s is mapped to the outside of a wedge by
+  // ((z - i s) / (z + i s))^p with p = pi / 2 beta, beta = 2 atan(s / (1 + c)), c = sqrt(1 - s^2): its logarithmic
+  // capacity is s p, and pi / 2 if the circles only touch. A far disk takes the opposite charge: phi_1 - phi_2 = Q
+  // (ln(D / s p) + ln D) / 2 pi up to (1/D)^2.
+  const double far = 1e4;
+  for (const double depth : {0.0, 1e-8, 1e-4, 9e-3}) {
+    CAPTURE(depth);
+    const double c = 1 - depth / 2, s = std::sqrt(1 - c * c);
+    const double capacity = s > 0 ? s * pi / (4 * std::atan(s / (1 + c))) : pi / 2;
+    LaplaceProblem problem;
+    problem.size = {1, 1};
+    problem.bodies = {{Disk{{-c, 0}, 1}, 0}, {Disk{{c, 0}, 1}, 0}, {Disk{{0, far}, 1}, 1}};
+    problem.groups = {{true, 1, 0}, {true, -1, 0}};
+    const LaplaceSolution solution = MultipoleSolver(options(1e-8, true)).solve(problem);
+    const double expected = (std::log(far / capacity) + std::log(far)) / (2 * pi);
+    // Solver and (1/D)^2.
+    CHECK(solution.group_potential[0] - solution.group_potential[1] == doctest::Approx(expected).epsilon(2e-8));
+    CHECK(solution.body_charge[0] == doctest::Approx(0.5).epsilon(1e-7));
+  }
+}
+
+TEST_CASE("a disk of one potential with a side may touch it") {
+  // The plane's half that an insulating side bounds, with touching image: as above, half of everything. Beside an
+  // electrode at the disk's own potential nothing happens, and what is continuous in the gap goes on being so.
+  for (const Side::Kind kind : {Side::Kind::insulating, Side::Kind::electrode}) {
+    std::vector<double> potential, charge;
+    for (const double gap : {1e-9, 0.0, -1e-9}) {
+      LaplaceProblem problem;
+      problem.size = {3, 2};
+      problem.sides[left].kind = kind;
+      problem.sides[right].kind = Side::Kind::electrode;
+      problem.bodies = {{Disk{{0.5 + gap, 1.1}, 0.5}, 0}, {Disk{{2, 0.7}, 0.3}, 1}};
+      problem.groups = {{kind == Side::Kind::insulating, 1, 0}, {true, -2, 0}};
+      const LaplaceSolution solution = MultipoleSolver(options(1e-10)).solve(problem);
+      potential.push_back(solution.group_potential[1]);
+      charge.push_back(solution.body_charge[0]);
+    }
+    for (const int k : {1, 2}) {
+      CHECK(potential[k] == doctest::Approx(potential[0]).epsilon(1e-8));
+      CHECK(charge[k] == doctest::Approx(charge[0]).epsilon(1e-8));
+    }
+  }
+}
+
+TEST_CASE("unknowns can be counted without solving") {
+  LaplaceProblem problem = crowd(12, {2, 1}, 0.08, 0.002);
+  problem.bodies[3].group = problem.bodies[4].group;
+  problem.groups[7] = {false, 0, 0.5};
+  problem.groups[3] = {false, 0, 0};  // nobody's
+  for (const int walls : {0, 5}) {
+    set_walls(problem, walls, {});
+    const MultipoleOptions o = options(1e-8);
+    CHECK(multipole_unknowns(problem, o) == MultipoleSolver(o).solve(problem).unknowns);
+  }
+}
+
 TEST_CASE("a disk close to an electrode side is one of a close pair with its mirror image") {
   for (const double gap : {0.3, 1e-2, 1e-5}) {
     CAPTURE(gap);
@@ -596,8 +653,16 @@ TEST_CASE("scenes that the method can't solve are refused") {
   SUBCASE("overlap") {
     problem.bodies[0].shape = Disk{std::get<Disk>(problem.bodies[1].shape).centre + Vec2{0.1, 0}, 0.05};
   }
+  SUBCASE("overlap of one group by more than 1 %") {
+    problem.bodies[0].shape = Disk{std::get<Disk>(problem.bodies[1].shape).centre + Vec2{0.197, 0}, 0.1};
+    problem.bodies[1].group = 0;
+    problem.groups.pop_back();
+  }
   SUBCASE("disk across a side") { problem.bodies[0].shape = Disk{{0.5, 0.02}, 0.05}; }
-  SUBCASE("disk that touches a side") { problem.bodies[0].shape = Disk{{0.5, 0.05}, 0.05}; }
+  SUBCASE("disk that touches a side of another potential") {
+    problem.bodies[0].shape = Disk{{0.5, 0.05}, 0.05};
+    problem.sides[bottom] = {Side::Kind::electrode, 1, {}};
+  }
   SUBCASE("disk outside") { problem.bodies[0].shape = Disk{{0.5, -2}, 0.05}; }
   SUBCASE("half-disk at another potential than its electrode") {
     problem.bodies[0].shape = Disk{{0.5, 0}, 0.05};

@@ -13,6 +13,9 @@ namespace {
 constexpr double few_terms = 40;
 /// A centre this close to a side, in units of the box, is meant to be on it.
 constexpr double on_side = 1e-12;
+/// Circles at one potential may overlap by this fraction of the smaller radius: what happens in an overlap deeper than
+/// that is no longer below the resolution of the highest order.
+constexpr double deepest_overlap = 0.01;
 
 constexpr std::array<const char*, 4> side_name{"left", "right", "bottom", "top"};
 
@@ -66,6 +69,18 @@ double bipolar_coordinate(double radius, double other, double gap) {
   return std::log1p(t + std::sqrt(t * (t + 2)));
 }
 
+/// Whether two groups are known to have one potential before anything is solved.
+bool same_potential(const LaplaceProblem& problem, int a, int b) {
+  const Group &one = problem.groups[a], &other = problem.groups[b];
+  return a == b || (!one.floating && !other.floating && one.potential == other.potential);
+}
+
+/// Whether a disk is known to be on the side's potential, or the side insulates and shows it its own image.
+bool same_potential(const LaplaceProblem& problem, int group, const Side& side) {
+  const Group& own = problem.groups[group];
+  return side.kind == Side::Kind::insulating || (!own.floating && own.potential == side.potential);
+}
+
 /// Radius over distance of the nearest corner in which electrodes of different potential meet: the field turns there.
 double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
   double ratio = 0;
@@ -110,8 +125,10 @@ void Arrangement::check_against_sides(const LaplaceProblem& problem) {
     for (int s = 0; s < 4; ++s) {
       const double away = distance(disk.centre, s, problem.size);
       if (std::abs(away) > tiny) {
-        if (away <= disk.radius)
-          throw InputError(name(b) + " touches or crosses the " + side_name[s] +
+        // Twice the gap to the side is the gap to the image.
+        const bool may_touch = same_potential(problem, problem.bodies[b].group, problem.sides[s]);
+        if (may_touch ? away < (1 - 0.5 * deepest_overlap) * disk.radius : away <= disk.radius)
+          throw InputError(name(b) + " " + (may_touch ? "crosses" : "touches or crosses") + " the " + side_name[s] +
                            " side: the multipole method allows disks inside the box and disks centred on a side");
         continue;
       }
@@ -132,6 +149,18 @@ void Arrangement::check_against_sides(const LaplaceProblem& problem) {
   }
 }
 
+/// Centres inside the box are no farther from each other than from each other's images, and sides are checked before:
+/// an image that overlaps has nothing new to say.
+void Arrangement::check_overlap(const LaplaceProblem& problem, int i, int j, double depth) const {
+  const std::string pair = name(i) + " and " + name(j);
+  if (!same_potential(problem, problem.bodies[i].group, problem.bodies[j].group))
+    throw InputError(pair + " touch or overlap: the multipole method needs a gap between disks of different groups");
+  if (depth > deepest_overlap)
+    throw InputError(pair +
+                     " overlap by more than a hundredth of the smaller radius: the multipole method needs disks "
+                     "of one group apart or in contact");
+}
+
 void Arrangement::find_orders(const LaplaceProblem& problem, double accuracy) {
   const double digits = -std::log(accuracy);
   for (int i = 0; i < disks; ++i) {
@@ -145,10 +174,12 @@ void Arrangement::find_orders(const LaplaceProblem& problem, double accuracy) {
       if (j >= disks) return;
       const double d = std::abs(disk.centre - image.centre(sources[j].centre) - shift);
       if (i == j && d < disk.radius) return;
-      const double other = sources[j].radius, gap = d - disk.radius - other;
-      if (!(gap > 0))
-        throw InputError(name(i) + " and " + name(j) + (i == j ? "'s mirror image" : "") +
-                         " touch or overlap: the multipole method needs a gap between disks");
+      const double other = sources[j].radius;
+      double gap = d - disk.radius - other;
+      if (!(gap > 0)) {
+        if (i != j) check_overlap(problem, i, j, -gap / std::min(disk.radius, other));
+        gap = 0;  // as if they touched: an overlap is below the resolution
+      }
       const double alpha = bipolar_coordinate(disk.radius, other, gap);
       const double geometric = geometric_order(alpha, digits), contact = contact_order(disk.radius, other, digits);
       decay[i] = std::max(decay[i], std::exp(-alpha));
@@ -176,10 +207,11 @@ void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, co
   if (i == j) {
     if (image.sign > 0 || image.across_x == image.across_y) return;  // its own potential, or round a corner
     pair.side = image.across_x ? (shift.real() == 0 ? left : right) : (shift.imag() == 0 ? bottom : top);
-    const Group& own = problem.groups[group];
-    if (!own.floating && own.potential == problem.sides[pair.side].potential) return;
+    if (same_potential(problem, group, problem.sides[pair.side])) return;
   } else {
-    if (j < i || image.across_x || image.across_y || shift != 0.0 || problem.bodies[j].group == group) return;
+    if (j < i || image.across_x || image.across_y || shift != 0.0 ||
+        same_potential(problem, problem.bodies[j].group, group))
+      return;
     pair.second = j;
   }
   const double other = sources[j].radius, gap = std::abs(one.centre - other_centre) - one.radius - other;

@@ -21,8 +21,9 @@ struct ClosePair {
 
 /// The bodies as circles that multipoles can be put on.
 struct Arrangement {
-  /// Throws InputError for a body that is no disk, for disks that overlap or touch, that stick out of the box or touch
-  /// a side without being centred on it, and for a disk centred on an electrode side that doesn't have its potential.
+  /// Throws InputError for a body that is no disk; for disks of different groups, or a disk and an electrode side, that
+  /// touch or overlap; for an overlap deeper than 1 % of the radius where both have one potential; and for a disk
+  /// centred on an electrode side that doesn't have its potential.
   Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, double accuracy);
 
   int disks = 0;                ///< bodies
@@ -36,6 +37,7 @@ struct Arrangement {
  private:
   void find_orders(const LaplaceProblem& problem, double accuracy);
   void add_close_pair(const LaplaceProblem& problem, int i, int j, const Image& image, Complex shift);
+  void check_overlap(const LaplaceProblem& problem, int i, int j, double depth) const;
   void check_against_sides(const LaplaceProblem& problem);
 };
 

@@ -158,6 +158,14 @@ Field MultipoleSolver::field() const {
   return field;
 }
 
+long multipole_unknowns(const LaplaceProblem& problem, const MultipoleOptions& options) {
+  check(options);
+  check(problem, options.unbounded);
+  const multipole::Mirrors mirrors = options.unbounded ? multipole::Mirrors() : multipole::Mirrors(problem);
+  const multipole::Unknowns unknowns(problem, mirrors, {problem, mirrors, options.tolerance});
+  return unknowns.multipoles + unknowns.others;
+}
+
 void MultipoleSolver::forget() { implementation_->last = {}; }
 
 }  // namespace lichtenberg::laplace

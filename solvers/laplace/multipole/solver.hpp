@@ -13,9 +13,10 @@ struct MultipoleOptions {
 };
 
 /// Spectral solution for disks: each has a logarithm and Fourier multipoles, the walls are mirrors (README.md). Disks
-/// lie inside the box or are centred on a side; sides are insulating or electrodes of constant potential. Where
-/// two electrodes of different potential meet in a corner, their charges and the energy are infinite, and are
-/// reported so.
+/// lie inside the box or are centred on a side. Where both have one potential they may touch each other, or a side, and
+/// overlap by up to 1 % of the smaller radius, as elastic bodies in contact do. Sides are insulating or electrodes of
+/// constant potential. Where two electrodes of different potential meet in a corner, their charges and the energy are
+/// infinite, and are reported so.
 ///
 /// `residual` estimates the relative error: the larger of ten times GMRES's relative residual and what the multipoles
 /// left out add up to, extrapolated from the last ones, for the worst disk over the largest coefficient of all. It
@@ -26,8 +27,8 @@ class MultipoleSolver : public LaplaceSolver {
   explicit MultipoleSolver(MultipoleOptions options = {});
   ~MultipoleSolver() override;
 
-  /// Throws InputError also for bodies that are no disks, disks without a gap between them or cut by a side off their
-  /// centre, and sides of varying potential.
+  /// Throws InputError also for bodies that are no disks, disks of different potential without a gap between them,
+  /// disks cut by a side off their centre, and sides of varying potential.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   /// Potential of the last solve anywhere in the box (anywhere in the unbounded plane), V. Like `field`, throws Failure
   /// if nothing has been solved.
@@ -39,5 +40,8 @@ class MultipoleSolver : public LaplaceSolver {
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
+
+/// Unknowns that a solve of this problem will have, without solving it. Throws what MultipoleSolver throws.
+long multipole_unknowns(const LaplaceProblem& problem, const MultipoleOptions& options);
 
 }  // namespace lichtenberg::laplace

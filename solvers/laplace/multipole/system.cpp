@@ -12,15 +12,39 @@ constexpr int most_factorized = 4000;
 
 }  // namespace
 
+Unknowns::Unknowns(const LaplaceProblem& problem, const Mirrors& mirrors, const Arrangement& arrangement)
+    : given_charge(arrangement.disks), charge(arrangement.disks, -1), potential(problem.groups.size(), -1) {
+  std::vector<int> members(problem.groups.size());
+  for (const Body& body : problem.bodies) ++members[body.group];
+  for (int i = 0; i < arrangement.disks; ++i) multipoles += 2 * arrangement.sources[i].order;
+  int next = multipoles;
+  for (int i = 0; i < arrangement.disks; ++i) {
+    const int group = problem.bodies[i].group;
+    given_charge[i] = problem.groups[group].floating && members[group] == 1;
+    if (!given_charge[i] && !arrangement.anchored[i]) charge[i] = next++;
+  }
+  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+    if (problem.groups[g].floating && members[g] > 1) potential[g] = next++;
+  if (!mirrors.grounded() && problem.has_ground()) level = next++;
+  for (std::size_t p = 0; p < arrangement.close_pairs.size(); ++p) close_pair.push_back(next++);
+  others = next - multipoles;
+}
+
 System::System(const Setting& setting, FarField& far, double accuracy)
-    : setting_(&setting), far_(&far), near_(setting.arrangement, accuracy), wall_(setting.layout.size()) {
+    : setting_(&setting),
+      far_(&far),
+      near_(setting.arrangement, accuracy),
+      wall_(setting.layout.size()),
+      given_(setting.arrangement.disks, 0.0),
+      unknown_(setting.problem, setting.mirrors, setting.arrangement) {
   make_shifts();
   for (int i = 0; i < disks() && setting.mirrors.grounded(); ++i) {
     const Source& disk = setting.arrangement.sources[i];
     setting.wall.local(disk.centre, disk.radius, disk.order + 1, &wall_[setting.layout.start[i]]);
   }
-  number_unknowns();
-  if (extra_unknowns_ > 0 && extra_unknowns_ <= most_factorized) factorize();
+  for (int i = 0; i < disks(); ++i)
+    if (unknown_.given_charge[i]) given_[i] = lambda(setting.problem.groups[group_of(i)].charge);
+  if (unknown_.others > 0 && unknown_.others <= most_factorized) factorize();
 }
 
 void System::make_shifts() {
@@ -37,37 +61,12 @@ void System::make_shifts() {
   }
 }
 
-void System::number_unknowns() {
-  const LaplaceProblem& problem = setting_->problem;
-  const Arrangement& arrangement = setting_->arrangement;
-  std::vector<int> members(problem.groups.size());
-  for (const Body& body : problem.bodies) ++members[body.group];
-  charge_unknown_.assign(disks(), -1);
-  potential_unknown_.assign(problem.groups.size(), -1);
-  given_.assign(disks(), 0.0);
-  int next = 0;
-  for (int i = 0; i < disks(); ++i) next += 2 * arrangement.sources[i].order;
-  multipole_unknowns_ = next;
-  for (int i = 0; i < disks(); ++i) {
-    const Group& group = problem.groups[group_of(i)];
-    if (group.floating && members[group_of(i)] == 1)
-      given_[i] = lambda(group.charge);
-    else if (!arrangement.anchored[i])
-      charge_unknown_[i] = next++;
-  }
-  for (std::size_t g = 0; g < problem.groups.size(); ++g)
-    if (problem.groups[g].floating && members[g] > 1) potential_unknown_[g] = next++;
-  if (!setting_->mirrors.grounded() && problem.has_ground()) level_unknown_ = next++;
-  for (std::size_t p = 0; p < arrangement.close_pairs.size(); ++p) pair_unknown_.push_back(next++);
-  extra_unknowns_ = next - multipole_unknowns_;
-}
-
 double System::lambda(double charge) const { return charge / (2 * std::numbers::pi * setting_->problem.permittivity); }
 
 /// Sources that an unknown charges, or a close pair takes charge from; disks first.
 std::vector<int> System::charged_sources() const {
   std::vector<bool> charged(setting_->arrangement.sources.size(), false);
-  for (int i = 0; i < disks(); ++i) charged[i] = charge_unknown_[i] >= 0;
+  for (int i = 0; i < disks(); ++i) charged[i] = unknown_.charge[i] >= 0;
   for (const ClosePair& pair : setting_->arrangement.close_pairs)
     for (const int s : {pair.first, pair.second, pair.first_charge, pair.second_charge})
       if (s >= 0) charged[s] = true;
@@ -101,12 +100,12 @@ void System::factorize() {
   const std::vector<int> charged = charged_sources();
   const std::vector<int> needed(charged.begin(), std::lower_bound(charged.begin(), charged.end(), disks()));
   const Eigen::MatrixXd potential = interaction(needed, charged);
-  Eigen::MatrixXd matrix(extra_unknowns_, extra_unknowns_);
+  Eigen::MatrixXd matrix(unknown_.others, unknown_.others);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(size()), y = x, value(potential.rows());
   std::vector<double> mean(disks());
   std::vector<Complex> coefficients(setting_->layout.size());
-  for (int u = 0; u < extra_unknowns_; ++u) {
-    x[multipole_unknowns_ + u] = 1;
+  for (int u = 0; u < unknown_.others; ++u) {
+    x[unknown_.multipoles + u] = 1;
     std::fill(coefficients.begin(), coefficients.end(), Complex{0});
     spread(x, coefficients);
     value.setZero();
@@ -114,10 +113,10 @@ void System::factorize() {
       if (const double charge = coefficients[setting_->layout.start[charged[s]]].real(); charge != 0)
         value += charge * potential.col(s);
     for (Eigen::Index row = 0; row < value.size(); ++row) mean[needed[row]] = value[row];
-    y.tail(extra_unknowns_).setZero();
+    y.tail(unknown_.others).setZero();
     balance(x, mean, y);
-    matrix.col(u) = y.tail(extra_unknowns_);
-    x[multipole_unknowns_ + u] = 0;
+    matrix.col(u) = y.tail(unknown_.others);
+    x[unknown_.multipoles + u] = 0;
   }
   extra_inverse_.compute(matrix);
 }
@@ -128,18 +127,18 @@ void System::spread(const Eigen::VectorXd& x, std::vector<Complex>& coefficients
   const std::vector<int>& start = setting_->layout.start;
   int next = 0;
   for (int i = 0; i < disks(); ++i) {
-    if (charge_unknown_[i] >= 0) coefficients[start[i]] += x[charge_unknown_[i]];
+    if (unknown_.charge[i] >= 0) coefficients[start[i]] += x[unknown_.charge[i]];
     for (int k = start[i] + 1; k < start[i + 1]; ++k, next += 2) coefficients[k] = {x[next], x[next + 1]};
   }
   const auto charge = [&](int disk, int point, double amount) {
     if (point < 0) return;
     coefficients[start[point]] += amount;
-    if (charge_unknown_[disk] < 0 && !setting_->arrangement.anchored[disk]) coefficients[start[disk]] -= amount;
+    if (unknown_.charge[disk] < 0 && !setting_->arrangement.anchored[disk]) coefficients[start[disk]] -= amount;
   };
-  for (std::size_t p = 0; p < pair_unknown_.size(); ++p) {
+  for (std::size_t p = 0; p < unknown_.close_pair.size(); ++p) {
     const ClosePair& pair = setting_->arrangement.close_pairs[p];
-    charge(pair.first, pair.first_charge, x[pair_unknown_[p]]);
-    charge(pair.second, pair.second_charge, -x[pair_unknown_[p]]);
+    charge(pair.first, pair.first_charge, x[unknown_.close_pair[p]]);
+    charge(pair.second, pair.second_charge, -x[unknown_.close_pair[p]]);
   }
 }
 
@@ -215,25 +214,25 @@ std::vector<double> System::mean_potentials(const std::vector<Complex>& local) c
 /// Adds the left-hand sides of all equations but the multipoles'.
 void System::balance(const Eigen::VectorXd& x, const std::vector<double>& mean_potential, Eigen::VectorXd& y) const {
   const auto add_to_sums = [&](int disk, double amount) {
-    if (charge_unknown_[disk] < 0) return;
-    if (const int potential = potential_unknown_[group_of(disk)]; potential >= 0) y[potential] += amount;
-    if (level_unknown_ >= 0) y[level_unknown_] += amount;
+    if (unknown_.charge[disk] < 0) return;
+    if (const int potential = unknown_.potential[group_of(disk)]; potential >= 0) y[potential] += amount;
+    if (unknown_.level >= 0) y[unknown_.level] += amount;
   };
   for (int i = 0; i < disks(); ++i) {
-    const int unknown = charge_unknown_[i], potential = potential_unknown_[group_of(i)];
+    const int unknown = unknown_.charge[i], potential = unknown_.potential[group_of(i)];
     if (unknown < 0) continue;
     y[unknown] += mean_potential[i];
-    if (level_unknown_ >= 0) y[unknown] += x[level_unknown_];
+    if (unknown_.level >= 0) y[unknown] += x[unknown_.level];
     if (potential >= 0) y[unknown] -= x[potential];
     add_to_sums(i, x[unknown]);
   }
-  for (std::size_t p = 0; p < pair_unknown_.size(); ++p) {
+  for (std::size_t p = 0; p < unknown_.close_pair.size(); ++p) {
     const ClosePair& pair = setting_->arrangement.close_pairs[p];
-    const double amount = x[pair_unknown_[p]];
-    y[pair_unknown_[p]] += mean_potential[pair.first] - pair.difference * amount;
+    const double amount = x[unknown_.close_pair[p]];
+    y[unknown_.close_pair[p]] += mean_potential[pair.first] - pair.difference * amount;
     add_to_sums(pair.first, amount);
     if (pair.second < 0) continue;
-    y[pair_unknown_[p]] -= mean_potential[pair.second];
+    y[unknown_.close_pair[p]] -= mean_potential[pair.second];
     add_to_sums(pair.second, -amount);
   }
 }
@@ -268,23 +267,23 @@ Eigen::VectorXd System::right_hand_side() const {
       y[next] = -share * local[k].real();
       y[next + 1] = share * local[k].imag();
     }
-    if (level_unknown_ >= 0) y[level_unknown_] -= given_[i];
-    if (charge_unknown_[i] < 0) continue;
+    if (unknown_.level >= 0) y[unknown_.level] -= given_[i];
+    if (unknown_.charge[i] < 0) continue;
     const Group& group = problem.groups[group_of(i)];
-    y[charge_unknown_[i]] = (group.floating ? 0.0 : group.potential) - mean[i];
-    if (group.floating) y[potential_unknown_[group_of(i)]] = lambda(group.charge);
+    y[unknown_.charge[i]] = (group.floating ? 0.0 : group.potential) - mean[i];
+    if (group.floating) y[unknown_.potential[group_of(i)]] = lambda(group.charge);
   }
-  for (std::size_t p = 0; p < pair_unknown_.size(); ++p) {
+  for (std::size_t p = 0; p < unknown_.close_pair.size(); ++p) {
     const ClosePair& pair = setting_->arrangement.close_pairs[p];
     const double across = pair.second < 0 ? problem.sides[pair.side].potential : mean[pair.second];
-    y[pair_unknown_[p]] = across - mean[pair.first];
+    y[unknown_.close_pair[p]] = across - mean[pair.first];
   }
   return y;
 }
 
 Eigen::VectorXd System::precondition(const Eigen::VectorXd& residual) const {
   Eigen::VectorXd z = residual;
-  if (extra_inverse_.rows() > 0) z.tail(extra_unknowns_) = extra_inverse_.solve(residual.tail(extra_unknowns_));
+  if (extra_inverse_.rows() > 0) z.tail(unknown_.others) = extra_inverse_.solve(residual.tail(unknown_.others));
   return z;
 }
 
@@ -301,21 +300,21 @@ Eigen::VectorXd System::first_guess(const Layout& past_layout, const std::vector
     }
     next += 2 * order;
   }
-  if (past_extra.size() == extra_unknowns_) x.tail(extra_unknowns_) = past_extra;
+  if (past_extra.size() == unknown_.others) x.tail(unknown_.others) = past_extra;
   return x;
 }
 
 System::Potentials System::potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const {
   const std::vector<Group>& groups = setting_->problem.groups;
   const std::vector<double> mean_potential = mean_potentials(local_field(coefficients));
-  Potentials potentials{std::vector<double>(groups.size()), level_unknown_ < 0 ? 0.0 : x[level_unknown_]};
+  Potentials potentials{std::vector<double>(groups.size()), unknown_.level < 0 ? 0.0 : x[unknown_.level]};
   std::vector<double>& group = potentials.group;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     if (!groups[g].floating) group[g] = groups[g].potential;
-    if (potential_unknown_[g] >= 0) group[g] = x[potential_unknown_[g]];
+    if (unknown_.potential[g] >= 0) group[g] = x[unknown_.potential[g]];
   }
   for (int i = 0; i < disks(); ++i)
-    if (const int g = group_of(i); groups[g].floating && potential_unknown_[g] < 0)
+    if (const int g = group_of(i); groups[g].floating && unknown_.potential[g] < 0)
       group[g] = mean_potential[i] + wall_[setting_->layout.start[i]].real() + potentials.level;
   if (setting_->problem.has_ground()) return potentials;
   double mean = 0;

@@ -7,10 +7,22 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// The linear system. Unknown are the multipole coefficients a_k of every disk and, after them, the charges that the
-/// problem doesn't give (as lambda = Q / 2 pi eps, V; less what is in point charges), the potentials of floating groups
-/// with several members, the level of the potential if no wall fixes it, and the point charges of close pairs.
-/// Equations: on each circle the terms cos k theta and sin k theta vanish,
+/// Unknown are the multipole coefficients a_k of every disk and, after them, the charges that the problem doesn't give
+/// (as lambda = Q / 2 pi eps, V; less what is in point charges), the potentials of floating groups with several
+/// members, the level of the potential if no wall fixes it, and the point charges of close pairs. Here is which is
+/// where.
+struct Unknowns {
+  Unknowns(const LaplaceProblem& problem, const Mirrors& mirrors, const Arrangement& arrangement);
+
+  int multipoles = 0, others = 0;  ///< real numbers
+  std::vector<bool> given_charge;  ///< of each disk
+  std::vector<int> charge;         ///< of each disk, -1 if given or an electrode's
+  std::vector<int> potential;      ///< of each group, -1 if given or found afterwards
+  std::vector<int> close_pair;
+  int level = -1;  ///< -1: fixed by a wall, or free
+};
+
+/// The linear system. Equations: on each circle the terms cos k theta and sin k theta vanish,
 ///   a_k + conj(b_k) = 0   (k >= 1),
 /// the disks whose charge is unknown have their group's potential, members' charges add up to their group's, all
 /// charges to zero where no wall takes any, and a close pair's potential difference is that of its point charges.
@@ -18,7 +30,7 @@ class System {
  public:
   System(const Setting& setting, FarField& far, double accuracy);
 
-  int size() const { return multipole_unknowns_ + extra_unknowns_; }
+  int size() const { return unknown_.multipoles + unknown_.others; }
   Eigen::VectorXd right_hand_side() const;
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
   /// Approximate inverse: identity for the multipoles, the other unknowns by the charges' direct interaction.
@@ -28,7 +40,7 @@ class System {
   Eigen::VectorXd first_guess(const Layout& past_layout, const std::vector<Complex>& past_coefficients,
                               const Eigen::VectorXd& past_extra) const;
   /// The unknowns of x other than multipoles.
-  Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(extra_unknowns_); }
+  Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(unknown_.others); }
   /// Coefficients of every source, the given charges included.
   std::vector<Complex> coefficients(const Eigen::VectorXd& x) const;
   struct Potentials {
@@ -40,7 +52,6 @@ class System {
 
  private:
   void make_shifts();
-  void number_unknowns();
   std::vector<int> charged_sources() const;
   Eigen::MatrixXd interaction(const std::vector<int>& disks, const std::vector<int>& sources) const;
   void factorize();
@@ -60,12 +71,7 @@ class System {
   std::vector<Complex> shifts_;  ///< of each source: ((centre of its cell - centre) / h)^j / j!
   std::vector<Complex> wall_;    ///< local coefficients of the electrodes' field, laid out as the sources
   std::vector<double> given_;    ///< lambda of each disk as far as given, else 0
-
-  int multipole_unknowns_ = 0, extra_unknowns_ = 0;
-  std::vector<int> charge_unknown_;     ///< of each disk, -1 if given
-  std::vector<int> potential_unknown_;  ///< of each group, -1 if given or found afterwards
-  std::vector<int> pair_unknown_;       ///< of each close pair
-  int level_unknown_ = -1;
+  Unknowns unknown_;
   Eigen::PartialPivLU<Eigen::MatrixXd> extra_inverse_;
 };
 

@@ -149,8 +149,8 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
   const json answer = json::parse(result.out);
   std::vector<std::string> fields;
   for (const auto& [key, value] : answer.items()) fields.push_back(key);
-  CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "energy", "iterations", "residual", "seconds",
-                                           "unknowns"});
+  CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "energy", "iterations", "method", "residual",
+                                           "seconds", "unknowns"});
   REQUIRE(answer["conductors"].size() == 2);
   const json& held = answer["conductors"][0];
   const json& floating = answer["conductors"][1];
@@ -189,6 +189,50 @@ TEST_CASE("solve's table has the numbers of its JSON") {
   CHECK(contains(table, fmt::format("{:.7g} J", answer["energy"].get<double>())));
   CHECK(contains(table, "capacitance matrix"));
   CHECK_FALSE(answer.contains("capacitance"));
+}
+
+/// The same with a line added to its [field], which comes last.
+std::string small_scene_with(const std::string& line) { return small_scene + "  " + line + "\n"; }
+
+TEST_CASE("solve and explain by multipoles") {
+  const Folder folder;
+  write(folder.path / "grid.toml", small_scene_with("tolerance = 1e-8"));
+  write(folder.path / "small.toml", small_scene_with("method = \"multipole\""));
+  const json grid = json::parse(run(folder, "solve grid.toml --json").out);
+  const Result result = run(folder, "solve small.toml --json --capacitance --field small.vtkhdf");
+  REQUIRE(result.status == 0);
+  const json answer = json::parse(result.out);
+  CHECK(answer["method"] == "multipole");
+  // Radius 4 cells, gap 16 cells: the grid's error is within .1 %.
+  for (const int i : {0, 1})
+    CHECK(answer["conductors"][i]["potential"].get<double>() ==
+          near(grid["conductors"][i]["potential"].get<double>(), 1e-3));
+  CHECK(answer["energy"].get<double>() == near(grid["energy"].get<double>(), 1e-3));
+  CHECK(answer["unknowns"].get<long>() < 200);  // some 40 a disk, against 64^2 of the grid
+  CHECK(std::filesystem::exists(folder.path / "small.vtkhdf"));
+  const Result explained = run(folder, "explain small.toml");
+  CHECK(contains(explained.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
+  CHECK(contains(explained.out, "spectral"));
+  CHECK(contains(explained.out, "refused"));  // a run: nothing keeps the disks apart
+  check_refused(run(folder, "run small.toml"), "[effects.hertz_contact]");
+}
+
+TEST_CASE("other shapes than disks are refused by multipoles before any work") {
+  const Folder folder;
+  write(folder.path / "ring.toml",
+        small_scene_with("method = \"multipole\"\n[[electrode]]\nname = \"rim\"\nshape = \"ring\"\n"
+                         "centre = [8e-3, 8e-3]\nradius = 8e-3\npotential = 0.0"));
+  for (const std::string command : {"solve", "explain", "run"})
+    check_refused(run(folder, command + " ring.toml"), "\"rim\" is a ring");
+}
+
+TEST_CASE("a device that the method cannot use is refused") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene_with("method = \"multipole\""));
+  for (const std::string command : {"solve", "explain"})
+    check_refused(run(folder, command + " small.toml --device cuda"), "field.device = \"cuda\"");
+  check_refused(run(folder, "solve small.toml --device gpu"), "--device");
+  CHECK(run(folder, "solve small.toml --device cpu").status == 0);
 }
 
 TEST_CASE("solve passes what follows --petsc to PETSc") {

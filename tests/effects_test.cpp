@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "src/effects/charge_ledger.hpp"
 #include "src/effects/contact_discharge.hpp"
@@ -456,6 +457,38 @@ TEST_CASE("field forces, charges and energies are SI: per metre of depth times t
 TEST_CASE("the field solver is the one that the scene asks for") {
   CHECK(dynamic_cast<laplace::CutCellSolver*>(make_field_solver({.method = "cut-cell"}).get()));
   CHECK(dynamic_cast<laplace::RelaxationSolver*>(make_field_solver({.method = "relaxation"}).get()));
+  CHECK(dynamic_cast<laplace::MultipoleSolver*>(make_field_solver({.method = "multipole"}).get()));
+  CHECK_THROWS_AS(make_field_solver({.method = "multipole", .device = "cuda"}), InputError);
+  CHECK_THROWS_AS(make_field_solver({.method = "relaxation", .device = "cuda"}), InputError);
+}
+
+TEST_CASE("the multipole method moves only what contact forces keep apart") {
+  Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
+  scene.field.method = "multipole";
+  CHECK_THROWS_AS(make_model(scene), InputError);
+  scene.effects.hertz_contact.emplace();
+  CHECK_THROWS_AS(make_model(scene), InputError);
+  scene.effects.wall_contact.emplace();
+  CHECK_NOTHROW(make_model(scene));
+}
+
+TEST_CASE("different potentials that touch end a run, if no discharge makes them one") {
+  Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.02}});
+  scene.effects.contact_discharge.reset();
+  scene.domain.sides[0] = {true, 0};
+  effects::FloatingConductors field(scene, std::make_unique<LineCharges>(std::make_shared<SolverLog>()));
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = {1e-10, 0};
+  const ElectricalGroups apart = electrical_groups(scene, {});
+  bodies.position[2] = 0.02 + 1.99 * radius;
+  CHECK_THROWS_AS(field.solve(bodies, apart), InputError);  // the first instant
+  bodies.position[2] = 0.02 + 2.01 * radius;
+  CHECK_NOTHROW(field.solve(bodies, apart));
+  bodies.position[2] = 0.02 + 1.99 * radius;
+  CHECK_THROWS_AS(field.solve(bodies, apart), Failure);
+  CHECK_NOTHROW(field.solve(bodies, electrical_groups(scene, std::vector{Contact{0, 1}})));
+  bodies.position[2] = 0.99 * radius;  // in the left side, an electrode
+  CHECK_THROWS_AS(field.solve(bodies, apart), Failure);
 }
 
 TEST_CASE("a model has the effects whose tables stand in the scene, and nothing of the others") {

@@ -351,7 +351,7 @@ TEST_CASE("wrong unit or type") {
   check_refused(box + "output.picture = \"yes\"\n", {"output.picture = \"yes\"", "true or false"});
   check_refused(box + "output.file = \"\"\n", {"output.file = \"\"", "not empty"});
   check_refused(box + "field.method = \"magic\"\n",
-                {"field.method = \"magic\"", "one of \"cut-cell\", \"relaxation\""});
+                {"field.method = \"magic\"", "one of \"cut-cell\", \"multipole\", \"relaxation\""});
   check_refused("domain = { size = [1, 1], left = { potential = \"18 kV\" } }\n",
                 {"domain.left", "18 kV", "\"insulating\" or { potential = a number } in V"});
   check_refused("domain = { size = [1, 1], left = \"open\" }\n", {"domain.left = \"open\"", "insulating"});
@@ -416,8 +416,8 @@ TEST_CASE("conductors where they cannot be") {
   check_refused(start + disk("[0.0225, 0.01]"), {"overlaps the electrode \"disk 1\" by 0.0005 m"});
   check_refused(start + disk("[0.02, 0.01]"), {"overlaps the electrode \"disk 1\" by 0.003 m"});  // inside it
   // Touching each other, the electrode (0.02 + 0.002 + 0.001) and the side is allowed, decimal rounding included.
-  CHECK(refusal(start + disk("[0.023, 0.01]") + disk("[0.025, 0.01]") + disk("[0.039, 0.01]") +
-                disk("[0.01, 0.019]")) == "");
+  CHECK(refusal(box + electrostatics + "effects.contact_discharge = {}\n" + grounded + disk("[0.023, 0.01]") +
+                disk("[0.025, 0.01]") + disk("[0.039, 0.01]") + disk("[0.01, 0.019]")) == "");
 }
 
 TEST_CASE("groups") {
@@ -486,6 +486,72 @@ TEST_CASE("the lattice scheme needs a site in every conductor") {
   // Half a cell's diagonal is 0.0283 m / cells: 1 mm at 28.3 cells.
   check_refused(with_cells(28), {"field.method = \"relaxation\"", "field.cells must be at least 29"});
   CHECK(refusal(with_cells(29)) == "");
+}
+
+TEST_CASE("the multipole method takes disks only") {
+  const auto with = [](const std::string& electrode) {
+    return "domain = { size = [0.04, 0.02], bottom = { potential = 0 }, left = { potential = 0 } }\n"
+           "field = { method = \"multipole\", cells = 64 }\n[[electrode]]\nname = \"e\"\npotential = 0.0\n" +
+           electrode + disk("[0.03, 0.01]");
+  };
+  const std::string circle = "radius = 0.005\nshape = ";
+  check_refused(with("shape = \"ring\"\ncentre = [0.02, 0.01]\nradius = 0.02\n"),
+                {"test.toml:3:", "field.method = \"multipole\"", "\"e\" is a ring", "\"cut-cell\""});
+  check_refused(with("shape = \"bar\"\nfrom = [0.01, 0.01]\nto = [0.02, 0.01]\nwidth = 0.001\n"), {"\"e\" is a bar"});
+  check_refused(with(circle + "\"disk\"\ncentre = [0.02, 0.016]\n"), {"\"e\" is cut by the top side"});
+  check_refused(with(circle + "\"half-disk\"\nside = \"bottom\"\nat = 0.0\n"), {"where two electrode sides meet"});
+  check_refused(with(circle + "\"disk\"\ncentre = [0.015, 0.01]\n[[electrode]]\npotential = 0.0\n" + circle +
+                     "\"disk\"\ncentre = [0.02, 0.01]\n"),
+                {"\"disk 1\" overlaps the electrode \"e\""});
+  CHECK(refusal(with(circle + "\"disk\"\ncentre = [0.01, 0.01]\n")) == "");
+  CHECK(refusal(with(circle + "\"half-disk\"\nside = \"bottom\"\nat = 0.01\n")) == "");
+  CHECK(refusal(with(circle + "\"half-disk\"\nside = \"top\"\nat = 0.0\n")) == "");  // one of the sides insulates
+}
+
+TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
+  const auto with = [](const std::string& field) {
+    return box + "field = { cells = 64, " + field + " }\n" + disk("[0.01, 0.01]");
+  };
+  const FieldOptions relaxation = parse(with("method = \"relaxation\"")).field;
+  CHECK(relaxation.tolerance == 1e-4);
+  CHECK(relaxation.moving_tolerance == 1e-4);
+  CHECK(parse(with("method = \"multipole\"")).field.tolerance == 1e-10);
+  CHECK(parse(with("method = \"multipole\"")).field.moving_tolerance == 1e-6);
+  CHECK(parse(with("method = \"cut-cell\"")).field.tolerance == 1e-8);
+  CHECK(parse(with("method = \"relaxation\", tolerance = 1e-6")).field.tolerance == 1e-6);
+  check_refused(with("tolerance = 1e-15"), {"field.tolerance = 1e-15", "rounding ends at 1e-14", "\"cut-cell\""});
+  check_refused(with("moving_tolerance = 1e-15"), {"field.moving_tolerance = 1e-15"});
+  check_refused(with("method = \"multipole\", tolerance = 1e-14"), {"rounding ends at 1e-13"});
+  check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"rounding ends at 1e-10"});
+}
+
+TEST_CASE("frames must be told apart") {
+  const auto every = [](const std::string& value) {
+    return box + "field.cells = 64\noutput.every = " + value + "\nstop.time = 1.0\n" + disk("[0.01, 0.01]");
+  };
+  check_refused(every("0.9e-9"), {"output.every = 9e-10 s", "stop.time = 1 s", "at most 1e+09"});
+  CHECK(refusal(every("1e-9")) == "");
+}
+
+TEST_CASE("what touches must have one potential") {
+  const std::string wire = "[[group]]\nname = \"a\"\ncharge = 0.0\n";
+  const std::string two = disk("[0.01, 0.01]") + disk("[0.012, 0.01]");
+  const std::string at_bottom = disk("[0.01, 0.001]"), below_electrode = disk("[0.02, 0.013]");
+  check_refused(box + electrostatics + grounded + two,
+                {"test.toml:10:", "[0.01, 0.01]", "[0.012, 0.01]", "line 13", "[effects.contact_discharge]"});
+  check_refused(box + electrostatics + grounded + below_electrode, {"touches the electrode \"disk 1\""});
+  check_refused(
+      "medium = { relative_permittivity = 2.0 }\ndomain = { size = [0.04, 0.02], bottom = { potential = 1 } }\n" +
+          electrostatics + at_bottom,
+      {"touches the bottom side"});
+  CHECK(refusal(box + electrostatics + grounded + at_bottom) == "");  // an insulating side has no potential
+  CHECK(refusal(box + electrostatics + grounded + disk("[0.01, 0.01]") + disk("[0.01201, 0.01]")) == "");
+  CHECK(refusal(box + "field.cells = 64\n" + two) == "");  // without a field
+  CHECK(refusal(box + electrostatics + "effects.contact_discharge = {}\n" + grounded + two) == "");
+  CHECK(refusal(box + electrostatics + wire + grounded + disk("[0.01, 0.01]", "group = \"a\"\n") +
+                disk("[0.012, 0.01]", "group = \"a\"\n")) == "");
+  CHECK(refusal(box + electrostatics + "[[group]]\nname = \"a\"\npotential = 0.0\n" + grounded +
+                disk("[0.02, 0.013]", "group = \"a\"\n")) == "");
 }
 
 TEST_CASE("populations") {

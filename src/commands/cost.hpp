@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// What a field solve will cost on one core, from measured figures a cell (README.md of this folder). An estimate:
+/// What a field solve will cost on one core, from measured figures an unknown (README.md of this folder). An estimate:
 /// machines differ by factors of two and more.
 struct FieldCost {
   double bytes = 0;           ///< of memory, the program's own start included
@@ -14,8 +14,8 @@ struct FieldCost {
   double moving_seconds = 0;  ///< a solve in a moving scene, at field.moving_tolerance
 };
 
-/// `cells`: of the whole grid, those under conductors included.
-FieldCost estimate_field_cost(const FieldOptions& options, double cells);
+/// `size`: cells of the whole grid, those under conductors included; without a grid, unknowns.
+FieldCost estimate_field_cost(const FieldOptions& options, double size);
 
 /// Field solves of a run. Euler's number is given by its steps to the end of the run; CVODE's is known from experience
 /// with scenes whose conductors are fed, dragged and discharged until they rest, and empty for others.

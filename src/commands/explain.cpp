@@ -8,9 +8,12 @@
 #include <memory>
 #include <optional>
 
+#include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/cost.hpp"
+#include "src/commands/device.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/effects/effects.hpp"
 
@@ -55,14 +58,6 @@ void explain_needs(const Summaries& effects) {
   fmt::print("  not touched          {}\n", list(absent));
 }
 
-std::string method_in_words(const FieldOptions& field) {
-  if (field.method == "relaxation")
-    return "relaxation (D 6.3-6.5): over-relaxed lattice, gradient descent on the floating potentials";
-  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}", field.links,
-                     field.linear_solver == "multigrid" ? "matrix-free with geometric multigrid"
-                                                        : "assembled matrix with a preconditioner of PETSc's");
-}
-
 struct Grid {
   int nx, ny;
   double h;  ///< m
@@ -84,7 +79,7 @@ Grid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   return grid;
 }
 
-void explain_unknowns(const Grid& grid, std::int64_t floating) {
+void explain_cells(const Grid& grid, std::int64_t floating) {
   if (grid.fluid_cells)
     fmt::print(
         "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of "
@@ -95,51 +90,82 @@ void explain_unknowns(const Grid& grid, std::int64_t floating) {
                grid.cells(), floating);
 }
 
-void explain_field(const Scene& scene, const laplace::LaplaceProblem& problem, const Grid& grid) {
-  const auto floating = std::count_if(problem.groups.begin(), problem.groups.end(),
-                                      [](const laplace::Group& group) { return group.floating; });
+/// A method on a grid. Returns its cells.
+double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
+  const Grid grid = make_grid(scene, problem);
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  fmt::print("  grid                 {} x {} cells of {:.4g} m; the smallest radius is {:.3g} cells{}\n", grid.nx,
+             grid.ny, grid.h, radius / grid.h, radius < grid.h ? ", less than one: unresolved" : "");
+  explain_cells(grid, std::ranges::count(problem.groups, true, &laplace::Group::floating));
+  return grid.cells();
+}
+
+/// The method without a grid. Returns its unknowns.
+double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& problem) {
+  const long unknowns = laplace::multipole_unknowns(problem, {.tolerance = scene.field.tolerance});
+  fmt::print("  grid                 none\n");
+  fmt::print("  unknowns             {}: some {} a disk, more in narrow gaps\n", unknowns,
+             unknowns / static_cast<long>(problem.bodies.size()));
+  return static_cast<double>(unknowns);
+}
+
+/// Returns what the cost grows with.
+double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   fmt::print("\nfield\n");
   fmt::print("  method               {}\n", method_in_words(scene.field));
   fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field.tolerance,
              scene.field.moving_tolerance);
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
-  fmt::print("  grid                 {} x {} cells of {:.4g} m; the smallest radius is {:.3g} cells{}\n", grid.nx,
-             grid.ny, grid.h, radius / grid.h, radius < grid.h ? ", less than one: unresolved" : "");
-  explain_unknowns(grid, floating);
+  return scene.field.method == "multipole" ? explain_multipoles(scene, problem) : explain_grid(scene, problem);
 }
 
-void explain_cost(const Scene& scene, double cells) {
-  const FieldCost cost = estimate_field_cost(scene.field, cells);
-  fmt::print("\ncost: an estimate, from figures measured on one core\n");
-  fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
-  fmt::print("  a field solve        {:.2g} s on its own, {:.2g} s in a moving scene\n", cost.single_seconds,
-             cost.moving_seconds);
+void explain_run(const Scene& scene, const FieldCost& cost) {
+  try {
+    effects::check_can_move(scene);
+  } catch (const InputError& refusal) {
+    fmt::print("  a run                refused: {}\n", refusal.what());
+    return;
+  }
   if (const std::optional<double> solves = estimate_field_solves(scene))
     fmt::print("  a run                {:.2g} s: some {:.2g} field solves\n", *solves * cost.moving_seconds, *solves);
   else
     fmt::print("  a run                unknown: figures exist for conductors that are fed, dragged and discharged\n");
 }
 
+void explain_cost(const Scene& scene, double size) {
+  const FieldCost cost = estimate_field_cost(scene.field, size);
+  fmt::print("\ncost: an estimate, from figures measured on one core\n");
+  fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
+  fmt::print("  a field solve        {:.2g} s on its own, {:.2g} s in a moving scene\n", cost.single_seconds,
+             cost.moving_seconds);
+  explain_run(scene, cost);
+}
+
 void explain(const Scene& scene) {
   const Summaries effects = effects::summarize_effects(scene);
+  // First what may be refused: a device that is not there, charge that has nowhere to go.
+  std::optional<FieldProblem> field;
+  if (scene.effects.floating_conductors) {
+    effects::make_field_solver(scene.field);
+    field = make_field_problem(scene);
+    field->problem.check();
+  }
   explain_scene(scene);
   explain_effects(effects);
   explain_needs(effects);
-  if (!scene.effects.floating_conductors) return;
-  const FieldProblem field = make_field_problem(scene);
-  field.problem.check();
-  const Grid grid = make_grid(scene, field.problem);
-  explain_field(scene, field.problem, grid);
-  explain_cost(scene, grid.cells());
+  if (field) explain_cost(scene, explain_field(scene, field->problem));
 }
 
 }  // namespace
 
 void add_explain(CLI::App& program) {
   CLI::App* command = program.add_subcommand("explain", "Says what a scene will compute, what not, and what it costs");
-  auto scene = std::make_shared<std::string>();
-  command->add_option("SCENE", *scene, "scene file (.toml)")->required();
-  command->callback([scene] { explain(read_scene(*scene)); });
+  struct Arguments {
+    std::string scene, device;
+  };
+  auto request = std::make_shared<Arguments>();
+  command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
+  add_device_option(*command, request->device);
+  command->callback([request] { explain(read_scene_for(request->scene, request->device)); });
 }
 
 }  // namespace lichtenberg

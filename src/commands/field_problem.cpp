@@ -33,7 +33,21 @@ std::vector<std::string> name_groups(const Scene& scene, const laplace::LaplaceP
   return names;
 }
 
+std::string linear_solver_in_words(const FieldOptions& field) {
+  if (field.linear_solver == "assembled") return "assembled matrix with a preconditioner of PETSc's";
+  return "matrix-free with geometric multigrid";
+}
+
 }  // namespace
+
+std::string method_in_words(const FieldOptions& field) {
+  if (field.method == "relaxation")
+    return "relaxation (D 6.3-6.5): over-relaxed lattice, gradient descent on the floating potentials";
+  if (field.method == "multipole")
+    return "multipole: spectral, a Fourier series a disk and walls as mirrors; GMRES with FFT";
+  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", field.links,
+                     linear_solver_in_words(field), field.device == "cuda" ? ", on a CUDA device" : "");
+}
 
 FieldProblem make_field_problem(const Scene& scene) {
   if (!scene.effects.floating_conductors)

@@ -18,4 +18,7 @@ struct FieldProblem {
 /// after its conductors, an electrode's after the electrode. Throws InputError if the scene has no field.
 FieldProblem make_field_problem(const Scene& scene);
 
+/// As `explain` and `solve` name it.
+std::string method_in_words(const FieldOptions& field);
+
 }  // namespace lichtenberg

@@ -8,6 +8,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/device.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/commands/progress.hpp"
@@ -21,12 +22,12 @@ namespace lichtenberg {
 namespace {
 
 struct RunArguments {
-  std::string scene, file;
+  std::string scene, file, device;
   bool resume = false, overwrite = false, quiet = false;
 };
 
 Scene requested_scene(const RunArguments& request) {
-  Scene scene = read_scene(request.scene);
+  Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
   return scene;
 }
@@ -160,6 +161,7 @@ void add_run(CLI::App& program) {
   auto request = std::make_shared<RunArguments>();
   command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
   command->add_option("--out", request->file, "result file (default: output.file of the scene)");
+  add_device_option(*command, request->device);
   CLI::Option* resume = command->add_flag("--resume", request->resume, "go on from the checkpoint in the result file");
   command->add_flag("--overwrite", request->overwrite, "replace the result file if it exists")->excludes(resume);
   command->add_flag("--quiet", request->quiet, "print nothing but errors");

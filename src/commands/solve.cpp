@@ -8,6 +8,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/device.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/vtkhdf.hpp"
@@ -16,7 +17,7 @@ namespace lichtenberg {
 namespace {
 
 struct SolveArguments {
-  std::string scene, field;
+  std::string scene, field, device;
   bool capacitance = false, json = false, overwrite = false;
 };
 
@@ -61,6 +62,7 @@ void print_table(const Answer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
   print_conductors(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
+  fmt::print("method      {}\n", method_in_words(answer.scene.field));
   fmt::print("unknowns    {}\n", solution.unknowns);
   fmt::print("iterations  {}\n", solution.iterations);
   fmt::print("residual    {:.2g}\n", solution.residual);
@@ -94,6 +96,7 @@ void print_json(const Answer& answer) {
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
   json["energy"] = answer.energy();
+  json["method"] = answer.scene.field.method;
   json["unknowns"] = solution.unknowns;
   json["iterations"] = solution.iterations;
   json["residual"] = solution.residual;
@@ -112,7 +115,7 @@ void check_output(const SolveArguments& request) {
 }
 
 Answer solve(const SolveArguments& request) {
-  Answer answer{.scene = read_scene(request.scene), .field = {}, .solution = {}, .capacitance = {}};
+  Answer answer{.scene = read_scene_for(request.scene, request.device), .field = {}, .solution = {}, .capacitance = {}};
   answer.field = make_field_problem(answer.scene);
   const auto solver = effects::make_field_solver(answer.scene.field);
   answer.solution = solver->solve(answer.field.problem);
@@ -128,6 +131,7 @@ void add_solve(CLI::App& program) {
   CLI::App* command = program.add_subcommand("solve", "Solves the field of a scene's first instant once");
   auto request = std::make_shared<SolveArguments>();
   command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
+  add_device_option(*command, request->device);
   command->add_flag("--capacitance", request->capacitance, "the capacitance matrix as well: one more solve a group");
   command->add_flag("--json", request->json, "print JSON (SI units) in place of a table");
   command->add_option("--field", request->field, "write potential and bodies to this file (VTKHDF, for ParaView)");

@@ -4,7 +4,9 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
+#include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
 
@@ -36,15 +38,35 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
 }
 
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
+  if (options.device != "cpu" && options.method != "cut-cell")
+    throw InputError(
+        fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
+                    "\"cut-cell\" is the method that can use another device",
+                    options.device, options.method));
   if (options.method == "relaxation")
     return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
         .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
-  using LinearSolver = laplace::CutCellOptions::LinearSolver;
-  return std::make_unique<laplace::CutCellSolver>(laplace::CutCellOptions{
-      .cells = options.cells,
-      .tolerance = options.tolerance,
-      .links = options.links == "plain" ? laplace::LinkFormula::plain : laplace::LinkFormula::log_fitted,
-      .linear_solver = options.linear_solver == "assembled" ? LinearSolver::assembled : LinearSolver::multigrid});
+  if (options.method == "multipole")
+    return std::make_unique<laplace::MultipoleSolver>(
+        laplace::MultipoleOptions{.tolerance = options.tolerance, .cells = options.cells});
+  using CutCell = laplace::CutCellOptions;
+  const bool assembled = options.linear_solver == "assembled";
+  return std::make_unique<laplace::CutCellSolver>(
+      CutCell{.cells = options.cells,
+              .tolerance = options.tolerance,
+              .links = options.links == "plain" ? laplace::LinkFormula::plain : laplace::LinkFormula::log_fitted,
+              .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
+              .device = options.device == "cuda" ? CutCell::Device::cuda : CutCell::Device::cpu});
+}
+
+void check_can_move(const Scene& scene) {
+  if (scene.field.method != "multipole" || !scene.effects.floating_conductors) return;
+  if (scene.effects.hertz_contact && scene.effects.wall_contact) return;
+  throw InputError(
+      fmt::format("{}: field.method = \"multipole\" in a run needs [effects.{}]: it cannot solve disks that "
+                  "overlap{}, and nothing else keeps moving ones from it; \"cut-cell\" can do without",
+                  scene.path, scene.effects.hertz_contact ? "wall_contact" : "hertz_contact",
+                  scene.effects.hertz_contact ? " a side or an electrode" : ""));
 }
 
 namespace {
@@ -59,10 +81,24 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
   }
 }
 
+/// Between surfaces that touch at different potentials the force has no limit; contact_discharge sees to it that there
+/// are none.
+std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& groups,
+                                const std::vector<Terminal>& terminals) {
+  for (const Pair pair : pairs_closer_than(bodies, 0))
+    if (groups.id[pair.i] != groups.id[pair.j]) return fmt::format("conductors {} and {}", pair.i, pair.j);
+  for (int i = 0; i < bodies.size(); ++i)
+    for (const Terminal& terminal : terminals)
+      if (groups.potential[i] != terminal.potential &&
+          view(terminal.surface, position(bodies, i)).distance <= bodies.radius[i])
+        return fmt::format("conductor {} and {}", i, terminal.name);
+  return "";
+}
+
 }  // namespace
 
 FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver)
-    : scene_(scene), solver_(std::move(solver)) {}
+    : scene_(scene), solver_(std::move(solver)), terminals_(terminals_of(scene)) {}
 
 void FloatingConductors::add_forces(const State& state, std::span<double> force) const {
   for (std::size_t i = 0; i < force_.size(); ++i) {
@@ -74,6 +110,7 @@ void FloatingConductors::add_forces(const State& state, std::span<double> force)
 
 const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups) {
   check_inside(scene_, bodies);
+  check_contacts(bodies, groups);
   const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups);
   const laplace::LaplaceSolution solution = solver_->solve(problem);
   ++solves_;
@@ -86,6 +123,17 @@ const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const Elec
     last_.potential.push_back(solution.group_potential[problem.bodies[i].group]);
   }
   return last_;
+}
+
+void FloatingConductors::check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const {
+  if (scene_.effects.contact_discharge) return;
+  const std::string touching = touch_of_potentials(bodies, groups, terminals_);
+  if (touching.empty()) return;
+  const std::string sentence = touching +
+                               " touch at different potentials, and the force between them has no limit: "
+                               "[effects.contact_discharge] in the scene would make them one";
+  if (solves_ == 0) throw InputError(sentence);
+  throw Failure(sentence);
 }
 
 void FloatingConductors::hold(double time, std::vector<Vec2> force, std::vector<Vec2> rate) {

@@ -16,8 +16,13 @@ namespace lichtenberg::effects {
 /// per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups);
 
-/// The solver that a scene asks for, at the tolerance of a single solve.
+/// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
+/// cannot use, or that is not there.
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
+
+/// Throws InputError if the method cannot follow the scene's conductors where they may move: disks that go through each
+/// other or out of the domain, which only contact forces prevent, are beyond the multipole method.
+void check_can_move(const Scene& scene);
 
 /// What the field does to the conductors: a solution with the scene's depth, in SI.
 struct Electrostatics {
@@ -38,7 +43,8 @@ class FloatingConductors : public Effect {
   Needs needs() const override { return {.charges = true, .field = true}; }
   void add_forces(const State& state, std::span<double> force) const override;
 
-  /// Solves the field. Throws what the solver throws.
+  /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
+  /// outside the domain, or one that touches another potential in a scene without contact_discharge.
   const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups);
   /// What the last solve found.
   const Electrostatics& last() const { return last_; }
@@ -52,8 +58,11 @@ class FloatingConductors : public Effect {
   void set_counters(std::int64_t solves, std::int64_t iterations) { solves_ = solves, iterations_ = iterations; }
 
  private:
+  void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
+
   Scene scene_;
   std::unique_ptr<laplace::LaplaceSolver> solver_;
+  std::vector<Terminal> terminals_;
   Electrostatics last_;
   double time_ = 0;
   std::vector<Vec2> force_, rate_;

@@ -57,6 +57,14 @@ void put_program(const hdf5::Handle& group, const Provenance& provenance) {
   hdf5::put_attribute(group, "cores", provenance.cores);
 }
 
+/// What the scene left open may have been chosen by the program, or on the command line.
+void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
+  hdf5::put_attribute(group, "method", field.method);
+  hdf5::put_attribute(group, "cells", field.cells);
+  hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
+  hdf5::put_attribute(group, "device", field.device);
+}
+
 /// Only a run that is over has one: that of a run which was resumed with a later stop goes.
 void put_summary(const hdf5::Handle& file, const std::vector<Quantity>& summary) {
   if (hdf5::exists(file, "summary")) hdf5::check(H5Ldelete(file, "summary", H5P_DEFAULT));
@@ -135,7 +143,10 @@ void Recorder::put_frames(const hdf5::Handle& file) const {
 
 void Recorder::put_session(const hdf5::Handle& file, const std::map<std::string, double>& seconds) const {
   const std::string path = session_group(session_);
-  if (!hdf5::exists(file, path)) put_program(hdf5::open_group(file, path), provenance_);
+  if (!hdf5::exists(file, path)) {
+    put_program(hdf5::open_group(file, path), provenance_);
+    if (scene_.effects.floating_conductors) put_field_options(hdf5::open_group(file, path + "/field"), scene_.field);
+  }
   const hdf5::Handle group = hdf5::open_group(file, path + "/seconds");
   for (const auto& [activity, value] : seconds) hdf5::put(group, activity, value, "s");
 }

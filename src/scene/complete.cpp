@@ -9,6 +9,7 @@
 #include "src/scene/electrodes.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/placing.hpp"
+#include "src/scene/touching.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -53,6 +54,32 @@ double cell_size(const Draft& draft) {
                "the shorter one would have {:g}, and a whole number is allowed; {:.12g} m would do",
                size.x, size.y, cells, across, whole * h));
   return h;
+}
+
+/// What a method makes of the tolerance.
+struct ToleranceOf {
+  double single, moving;  ///< defaults
+  double least;           ///< that rounding allows
+};
+
+ToleranceOf tolerance_of(const std::string& method) {
+  if (method == "multipole") return {.single = 1e-10, .moving = 1e-6, .least = 1e-13};
+  // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the default.
+  if (method == "relaxation") return {.single = 1e-4, .moving = 1e-4, .least = 1e-10};
+  return {.single = 1e-8, .moving = 1e-5, .least = 1e-14};
+}
+
+void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
+  const ToleranceOf method = tolerance_of(field.method);
+  const auto fill_in = [&](const std::string& key, std::optional<double> given, double usual, double& value) {
+    value = given.value_or(usual);
+    if (value < method.least)
+      refuse(draft.scene.path, draft.line(key),
+             fmt::format("{} = {:g} is not allowed: rounding ends at {:g} with field.method = \"{}\"", key, value,
+                         method.least, field.method));
+  };
+  fill_in("field.tolerance", draft.tolerance, method.single, field.tolerance);
+  fill_in("field.moving_tolerance", draft.moving_tolerance, method.moving, field.moving_tolerance);
 }
 
 /// The lattice scheme holds a conductor's potential at the sites inside it (D 6.3). A disk contains a site wherever
@@ -138,12 +165,25 @@ void check_ground(const Draft& draft, const Scene& scene) {
                     net, remedy));
 }
 
+/// Frames at times that rounding cannot tell apart are no frames.
+void check_frames(const Draft& draft) {
+  constexpr double most = 1e9;
+  const double every = draft.scene.output.every, time = draft.scene.stop.time;
+  if (every * most < time)
+    refuse(
+        draft.scene.path, draft.line("output.every"),
+        fmt::format("output.every = {:g} s is not allowed: up to stop.time = {:g} s that makes {:.2g} frames, and at "
+                    "most {:g} are allowed",
+                    every, time, time / every, most));
+}
+
 void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
   scene.medium = {.permittivity = permittivity(draft),
                   .viscosity = draft.viscosity.value_or(0),
                   .depth = draft.depth.value_or(2 * largest_radius)};
   if (scene.effects.contact_discharge)
     scene.effects.contact_discharge->gap = draft.contact_gap.value_or(smallest_radius);
+  fill_in_tolerances(draft, scene.field);
   scene.field.relaxation_eta = draft.relaxation_eta.value_or(0);
   scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
   scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
@@ -167,6 +207,9 @@ Scene complete(const Draft& draft) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
   check_resolution(draft, smallest.radius, h);
   check_ground(draft, scene);
+  check_touching(draft, scene);
+  check_frames(draft);
+  if (scene.field.method == "multipole") check_disks_only(draft, scene.electrodes);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   return scene;
 }

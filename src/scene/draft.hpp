@@ -60,7 +60,7 @@ struct Draft {
   Scene scene;  ///< takes what needs no second thought
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
-  std::optional<double> contact_gap, relaxation_eta, position_tolerance, largest_step;
+  std::optional<double> contact_gap, tolerance, moving_tolerance, relaxation_eta, position_tolerance, largest_step;
   std::optional<std::string> output_file;
   std::vector<ElectrodeDraft> electrodes;
   std::vector<ConductorDraft> conductors;

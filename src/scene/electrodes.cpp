@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -135,6 +136,36 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
   }
   check_short_circuits(draft, electrodes);
   return electrodes;
+}
+
+void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrodes) {
+  const Domain& domain = draft.scene.domain;
+  for (std::size_t i = 0; i < electrodes.size(); ++i) {
+    const auto refuse_it = [&](const std::string& why) {
+      refuse(
+          draft.scene.path, draft.electrodes[i].line,
+          fmt::format("field.method = \"multipole\" does not solve a scene where the electrode \"{}\" {}: whole disks, "
+                      "and disks centred on a side, are allowed; \"cut-cell\" solves all shapes",
+                      electrodes[i].name, why));
+    };
+    const Disk* disk = std::get_if<Disk>(&electrodes[i].shape);
+    if (disk == nullptr) refuse_it("is a " + draft.electrodes[i].shape);
+    const std::array distance = {disk->centre.x, domain.size.x - disk->centre.x, disk->centre.y,
+                                 domain.size.y - disk->centre.y};
+    const double rounding =
+        1e-12 * std::max(domain.size.x, domain.size.y);  // of a centre that is meant to be on a side
+    int electrode_sides = 0;
+    for (int side = 0; side < 4; ++side) {
+      const bool on_side = std::abs(distance[side]) <= rounding;
+      if (!on_side && distance[side] < disk->radius - rounding)
+        refuse_it(fmt::format("is cut by the {} side off its centre", side_names[side]));
+      electrode_sides += on_side && domain.sides[side].electrode;
+    }
+    if (electrode_sides > 1) refuse_it("is centred where two electrode sides meet");
+    for (std::size_t j = 0; j < i; ++j)
+      if (gap(*disk, electrodes[j].shape) < -rounding)
+        refuse_it(fmt::format("overlaps the electrode \"{}\"", electrodes[j].name));
+  }
 }
 
 }  // namespace lichtenberg

@@ -9,4 +9,7 @@ namespace lichtenberg {
 /// potential.
 std::vector<Electrode> build_electrodes(const Draft& draft);
 
+/// Refuses electrodes that the multipole method cannot have: it solves disks, whole ones or centred on a side.
+void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrodes);
+
 }  // namespace lichtenberg

@@ -92,10 +92,11 @@ struct Effects {
 };
 
 struct FieldOptions {
-  std::string method = "cut-cell";          ///< cut-cell | relaxation
-  int cells = 512;                          ///< S: cells along the domain's longer side
-  double tolerance = 1e-8;                  ///< error of a single solve in the energy norm, relative
+  std::string method = "cut-cell";          ///< cut-cell | multipole | relaxation
+  int cells = 512;                          ///< S: cells along the domain's longer side; multipole: of the output
+  double tolerance = 1e-8;                  ///< error of a single solve, relative; default by method
   double moving_tolerance = 1e-5;           ///< the same for the solves of a moving scene
+  std::string device = "cpu";               ///< cpu | cuda
   std::string links = "log-fitted";         ///< log-fitted | plain
   std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
   double relaxation_eta = 0;                ///< step of the gradient descent (D 6.30), V m/C; 0: chosen

@@ -329,20 +329,31 @@ Table field() {
       .keys = {
           {.name = "method",
            .place = [](Draft& d) { return &d.scene.field.method; },
-           .choices = {"cut-cell", "relaxation"},
-           .help = "cut-cell: finite volumes, one linear system; relaxation: lattice and gradient descent (D 6.3-6.5)"},
+           .choices = {"cut-cell", "multipole", "relaxation"},
+           .help =
+               "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
+               "only; relaxation: lattice and gradient descent (D 6.3-6.5)"},
           {.name = "cells",
            .place = [](Draft& d) { return &d.scene.field.cells; },
            .range = {.low = 8, .high = 32768},
-           .help = "square cells along the domain's longer side"},
+           .help =
+               "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
           {.name = "tolerance",
-           .place = [](Draft& d) { return &d.scene.field.tolerance; },
+           .place = [](Draft& d) { return &d.tolerance; },
            .range = accuracy,
-           .help = "error of a single solve in the energy norm, relative to the solution's"},
+           .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation",
+           .help =
+               "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole in "
+               "potentials, charges and forces, relative to the largest; of relaxation in the groups' charges"},
           {.name = "moving_tolerance",
-           .place = [](Draft& d) { return &d.scene.field.moving_tolerance; },
+           .place = [](Draft& d) { return &d.moving_tolerance; },
            .range = accuracy,
+           .computed_default = "1e-5; 1e-6 of multipole, 1e-4 of relaxation",
            .help = "the same for the solves of a moving scene"},
+          {.name = "device",
+           .place = [](Draft& d) { return &d.scene.field.device; },
+           .choices = {"cpu", "cuda"},
+           .help = "where cut-cell solves; --device on the command line comes first"},
           {.name = "links",
            .place = [](Draft& d) { return &d.scene.field.links; },
            .choices = {"log-fitted", "plain"},

@@ -1,0 +1,76 @@
+#include "src/scene/touching.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "src/scene/placing.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr std::array side_names = {"left", "right", "bottom", "top"};
+
+std::optional<double> potential_of(const Scene& scene, const Conductor& conductor) {
+  return conductor.group < 0 ? std::nullopt : scene.groups[conductor.group].potential;
+}
+
+bool one_potential(const Scene& scene, const Conductor& a, const Conductor& b) {
+  const std::optional<double> potential = potential_of(scene, a);
+  return (a.group >= 0 && a.group == b.group) || (potential && potential == potential_of(scene, b));
+}
+
+Disk disk_of(const Conductor& conductor) { return {conductor.position, conductor.radius}; }
+
+/// Pairs are found along x: only those whose extents overlap there are compared.
+void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) {
+  std::vector<std::size_t> order(draft.conductors.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto left_end = [&](std::size_t i) { return scene.conductors[i].position.x - scene.conductors[i].radius; };
+  std::ranges::sort(order, {}, left_end);
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    const Conductor& one = scene.conductors[order[a]];
+    const double slack = touching_slack * one.radius, reach = one.position.x + one.radius + slack;
+    for (std::size_t b = a + 1; b < order.size() && left_end(order[b]) <= reach; ++b) {
+      const Conductor& other = scene.conductors[order[b]];
+      if (gap(disk_of(one), disk_of(other)) <= slack && !one_potential(scene, one, other))
+        refuse_it(order[a], fmt::format("the one at [{:g}, {:g}] m (line {})", other.position.x, other.position.y,
+                                        draft.conductors[order[b]].line));
+    }
+  }
+}
+
+}  // namespace
+
+void check_touching(const Draft& draft, const Scene& scene) {
+  if (!scene.effects.floating_conductors || scene.effects.contact_discharge) return;
+  const auto refuse_it = [&](std::size_t i, const std::string& other) {
+    const Vec2 p = scene.conductors[i].position;
+    refuse(
+        scene.path, draft.conductors[i].line,
+        fmt::format("conductor.position = [{:g}, {:g}] m is not allowed: this conductor touches {}, and the force "
+                    "between two potentials that touch has no limit; leave a gap, or let [effects.contact_discharge] "
+                    "or a [[group]] make them one",
+                    p.x, p.y, other));
+  };
+  check_pairs(draft, scene, refuse_it);
+  const Vec2 size = scene.domain.size;
+  for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
+    const Conductor& conductor = scene.conductors[i];
+    const Vec2 p = conductor.position;
+    const double slack = touching_slack * conductor.radius;
+    const std::optional<double> potential = potential_of(scene, conductor);
+    for (const Electrode& electrode : scene.electrodes)
+      if (gap(disk_of(conductor), electrode.shape) <= slack && potential != electrode.potential)
+        refuse_it(i, fmt::format("the electrode \"{}\"", electrode.name));
+    const std::array distance = {p.x, size.x - p.x, p.y, size.y - p.y};
+    for (std::size_t s = 0; s < distance.size(); ++s)
+      if (const DomainSide& side = scene.domain.sides[s];
+          side.electrode && distance[s] - conductor.radius <= slack && potential != side.potential)
+        refuse_it(i, fmt::format("the {} side of the domain, an electrode", side_names[s]));
+  }
+}
+
+}  // namespace lichtenberg

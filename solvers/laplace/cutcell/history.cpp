@@ -30,28 +30,41 @@ double History::first_guess(const LaplaceProblem& problem, const CutCellOperator
                             std::vector<double>& x) const {
   std::fill(x.begin(), x.end(), 0.0);
   if (past_.empty()) return 0.0;
-  const std::size_t n = op.size();
-  const auto m = static_cast<Eigen::Index>(past_.size());
+  const auto n = static_cast<Eigen::Index>(op.size());
   // The newest solution and successive differences: nearly orthogonal where the solutions are nearly parallel.
   std::vector<std::vector<double>> basis, image;
   for (std::size_t p = 0; p < past_.size(); ++p) {
     basis.push_back(on_unknowns(problem, op, past_[p == 0 ? 0 : p - 1]));
     if (p > 0) {
       const std::vector<double> older = on_unknowns(problem, op, past_[p]);
-      for (std::size_t k = 0; k < n; ++k) basis[p][k] -= older[k];
+      for (std::size_t k = 0; k < op.size(); ++k) basis[p][k] -= older[k];
     }
-    image.emplace_back(n);
+    image.emplace_back(op.size());
     op.apply(basis[p].data(), image[p].data());
   }
-  const auto as_vector = [n](const std::vector<double>& v) {
-    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(n));
+  const auto dot = [n](const std::vector<double>& v, const std::vector<double>& w) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), n).dot(Eigen::Map<const Eigen::VectorXd>(w.data(), n));
   };
-  Eigen::MatrixXd gram(m, m);
-  Eigen::VectorXd projection(m);
-  for (Eigen::Index p = 0; p < m; ++p) {
-    for (Eigen::Index q = 0; q <= p; ++q) gram(p, q) = gram(q, p) = as_vector(basis[p]).dot(as_vector(image[q]));
-    projection(p) = as_vector(basis[p]).dot(as_vector(b));
+  const std::size_t m = past_.size();
+  std::vector<double> gram(m * m), projection(m);
+  for (std::size_t p = 0; p < m; ++p) {
+    for (std::size_t q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = dot(basis[p], image[q]);
+    projection[p] = dot(basis[p], b);
   }
+  const std::vector<double> alpha = closest_combination(gram, projection);
+  double norm2 = 0;
+  Eigen::Map<Eigen::VectorXd> guess(x.data(), n);
+  for (std::size_t p = 0; p < m; ++p) {
+    guess += alpha[p] * Eigen::Map<const Eigen::VectorXd>(basis[p].data(), n);
+    norm2 += alpha[p] * projection[p];
+  }
+  return std::sqrt(std::max(0.0, norm2));
+}
+
+std::vector<double> closest_combination(const std::vector<double>& gram_by_rows, const std::vector<double>& products) {
+  const auto m = static_cast<Eigen::Index>(products.size());
+  const Eigen::Map<const Eigen::MatrixXd> gram(gram_by_rows.data(), m, m);
+  const Eigen::Map<const Eigen::VectorXd> projection(products.data(), m);
   // Scaled to unit diagonal, a direction that is all but dependent on the others is left out by the pivoting.
   const Eigen::VectorXd unit = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * gram * unit.asDiagonal();
@@ -59,9 +72,7 @@ double History::first_guess(const LaplaceProblem& problem, const CutCellOperator
   solver.setThreshold(1e-10);
   solver.compute(scaled);
   const Eigen::VectorXd alpha = unit.cwiseProduct(solver.solve(unit.cwiseProduct(projection)));
-  Eigen::Map<Eigen::VectorXd> guess(x.data(), static_cast<Eigen::Index>(n));
-  for (Eigen::Index p = 0; p < m; ++p) guess += alpha(p) * as_vector(basis[p]);
-  return std::sqrt(std::max(0.0, alpha.dot(projection)));
+  return {alpha.begin(), alpha.end()};
 }
 
 void History::remember(const Level& level, const std::vector<double>& x, std::vector<double> body_potential) {

@@ -7,6 +7,10 @@
 
 namespace lichtenberg::laplace {
 
+/// Coefficients of the combination of basis vectors that is closest to A^-1 b in the energy norm of A: `gram` holds
+/// basis' A basis (symmetric), `products` basis' b. Directions that depend on others get 0.
+std::vector<double> closest_combination(const std::vector<double>& gram, const std::vector<double>& products);
+
 /// The last solutions, from which the next solve gets its first guess.
 class History {
  public:

@@ -43,6 +43,18 @@ void Krylov::set_options(double tolerance) {
   check_petsc(KSPSetFromOptions(ksp));
 }
 
+void Krylov::require_shell() {
+  PC pc = nullptr;
+  PCType type = nullptr;
+  check_petsc(KSPGetPC(ksp, &pc));
+  check_petsc(PCGetType(pc, &type));
+  const std::string chosen = type;
+  if (chosen == PCSHELL || chosen == PCNONE) return;
+  release();
+  throw InputError("-field_pc_type " + chosen +
+                   " needs a matrix: set field.linear_solver = \"assembled\" in the scene, or leave the option out");
+}
+
 void Krylov::set_null_space(MatNullSpace space) {
   check_petsc(MatNullSpaceDestroy(&null_space));
   null_space = space;

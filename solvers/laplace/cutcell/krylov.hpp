@@ -31,6 +31,8 @@ struct Krylov {
 
   /// CG with the criterion above, then what the options with prefix "field_" say.
   void set_options(double tolerance);
+  /// Throws InputError, and releases everything, if an option asks for a preconditioner that needs a matrix.
+  void require_shell();
   /// Takes over `space`; null: the matrix is regular.
   void set_null_space(MatNullSpace space);
   /// Solves from the guess in x; sets iterations and residual of `solution`. Throws Failure without convergence.

@@ -4,7 +4,6 @@
 #include <future>
 #include <thread>
 
-#include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 
 namespace lichtenberg::laplace {
@@ -109,14 +108,7 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
     check_petsc(PCShellSetContext(pc, &multigrid_));
     check_petsc(PCShellSetName(pc, "cut-cell multigrid"));
     krylov_.set_options(tolerance_);
-    PCType type = nullptr;
-    check_petsc(PCGetType(pc, &type));
-    if (const std::string chosen = type; chosen != PCSHELL && chosen != PCNONE) {
-      krylov_.release();
-      throw InputError(
-          "-field_pc_type " + chosen +
-          " needs a matrix: set field.linear_solver = \"assembled\" in the scene, or leave the option out");
-    }
+    krylov_.require_shell();
   }
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
 }

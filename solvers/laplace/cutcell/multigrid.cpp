@@ -1,9 +1,9 @@
 #include "solvers/laplace/cutcell/multigrid.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "solvers/laplace/cutcell/coarse.hpp"
+#include "solvers/laplace/cutcell/grid_sizes.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -267,21 +267,9 @@ long Multigrid::coarse_unknowns() const { return coarse_solver_->unknowns(); }
 
 void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
   if (!grids_.empty()) return;
-  // Coarsen until the smallest conductor has a radius of about a cell: beyond half a cell conductors lose the shape
-  // that couples them, and CG needs hundreds of iterations. A factorization that is large all the same is worth
-  // the two or three more iterations of one level more.
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const Body& body : problem.bodies)
-    if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
-  int nx = finest.nx, ny = finest.ny;
-  grids_.emplace_back(finest);
-  const auto least_radius = [&] { return nx * ny > 10000 ? 0.4 : 0.6; };  // cells, on the next grid
-  while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > 8 &&
-         smallest / (problem.size.x / (nx / 2)) > least_radius()) {
-    nx /= 2;
-    ny /= 2;
-    coarse_levels_.push_back(std::make_unique<Level>(problem, nx, ny));
-    grids_.emplace_back(coarse_levels_.back()->layout);
+  for (const GridSize& size : grid_sizes(problem, finest.nx, finest.ny)) {
+    if (!grids_.empty()) coarse_levels_.push_back(std::make_unique<Level>(problem, size.nx, size.ny));
+    grids_.emplace_back(Layout(size.nx, size.ny));
   }
   coarse_solver_ = std::make_unique<CoarseSolver>();
 }

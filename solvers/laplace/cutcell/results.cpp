@@ -6,10 +6,6 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Above this conductance (cells) the difference of the two potentials is mostly rounding, and the link's flux is
-/// taken from the balance of its cell instead: what comes in through the other faces.
-constexpr double short_link = 1e6;
-
 /// What flows into a fluid cell through its four faces with other fluid cells.
 double inflow_from_fluid(const Level& level, const double* cell, double scale, std::ptrdiff_t slot) {
   const Layout& at = level.layout;

@@ -6,6 +6,8 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
+#include "solvers/laplace/cutcell/device/device.hpp"
+#include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
 #include "solvers/laplace/cutcell/matrix_free.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
@@ -52,19 +54,10 @@ std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options) {
 }  // namespace
 
 void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem) {
-  double smallest = INFINITY;
-  for (const Body& body : problem.bodies)
-    if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
+  const double smallest = smallest_disk(problem);
   if (level && size == problem.size && smallest == smallest_radius) return;
-  const double h = std::max(problem.size.x, problem.size.y) / options.cells;
-  const int nx = static_cast<int>(std::lround(problem.size.x / h)),
-            ny = static_cast<int>(std::lround(problem.size.y / h));
-  if (options.cells < 4 || nx < 1 || ny < 1 || std::abs(nx * h - problem.size.x) > 1e-9 * problem.size.x ||
-      std::abs(ny * h - problem.size.y) > 1e-9 * problem.size.y)
-    throw InputError(
-        "field.cells = " + std::to_string(options.cells) +
-        ": the domain's shorter side must hold a whole number of square cells, and there must be at least 4");
-  level = std::make_unique<Level>(problem, nx, ny);
+  const GridSize finest = finest_grid(problem, options.cells);
+  level = std::make_unique<Level>(problem, finest.nx, finest.ny);
   system = make_system(options);
   history.clear();
   size = problem.size;
@@ -135,17 +128,35 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   return solution;
 }
 
-CutCellSolver::CutCellSolver(CutCellOptions options) : implementation_(std::make_unique<Implementation>(options)) {
-  if (options.device == CutCellOptions::Device::cuda)
-    throw InputError("device = \"cuda\": this program was built without CUDA; configure it with -DLICHTENBERG_CUDA=ON");
+CutCellSolver::CutCellSolver(CutCellOptions options) {
+  const bool on_device = options.device == CutCellOptions::Device::cuda;
+  if (on_device && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
+    on_device_ = device::make_cuda_solver(options);
+  else
+    implementation_ = std::make_unique<Implementation>(options);
 }
 CutCellSolver::~CutCellSolver() = default;
 
-LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) { return implementation_->solve(problem); }
-void CutCellSolver::forget() { implementation_->history.clear(); }
-void CutCellSolver::set_tolerance(double tolerance) { implementation_->options.tolerance = tolerance; }
+LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
+  return on_device_ ? on_device_->solve(problem) : implementation_->solve(problem);
+}
+
+void CutCellSolver::forget() {
+  if (on_device_)
+    on_device_->forget();
+  else
+    implementation_->history.clear();
+}
+
+void CutCellSolver::set_tolerance(double tolerance) {
+  if (on_device_)
+    on_device_->set_tolerance(tolerance);
+  else
+    implementation_->options.tolerance = tolerance;
+}
 
 Field CutCellSolver::field() const {
+  if (on_device_) return on_device_->field();
   const Implementation& s = *implementation_;
   if (s.history.empty()) throw Failure("field solver: no field before the first solve");
   const Level& level = *s.level;

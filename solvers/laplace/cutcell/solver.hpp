@@ -8,6 +8,10 @@
 
 namespace lichtenberg::laplace {
 
+namespace device {
+class DeviceSolver;
+}
+
 struct CutCellOptions {
   int cells = 512;          ///< S: cells along the longer side of the box; the shorter one must hold whole cells
   double tolerance = 1e-8;  ///< error of a solve in the energy norm, relative to the solution's
@@ -15,7 +19,8 @@ struct CutCellOptions {
   /// multigrid: matrix-free, geometric multigrid as preconditioner. assembled: the same system as an AIJ matrix, for
   /// any PETSc preconditioner (default GAMG; -field_pc_type chooses).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
-  /// Where the solves run. cuda: InputError from the solver's constructor if the program was built without CUDA.
+  /// Where the solves run. cuda: InputError from the solver's constructor if the program was built without CUDA, or if
+  /// there is no such device.
   enum class Device { cpu, cuda } device = Device::cpu;
 };
 
@@ -36,7 +41,8 @@ class CutCellSolver : public LaplaceSolver {
 
  private:
   struct Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  std::unique_ptr<Implementation> implementation_;   // on the CPU
+  std::unique_ptr<device::DeviceSolver> on_device_;  // or there
 };
 
 }  // namespace lichtenberg::laplace

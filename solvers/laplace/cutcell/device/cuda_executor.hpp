@@ -1,0 +1,251 @@
+#pragma once
+
+#include <cuda_runtime.h>
+#include <petscdevice_cuda.h>
+#include <petscvec.h>
+
+#include <cstring>
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+#include <string>
+#include <utility>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+
+namespace lichtenberg::laplace::device {
+
+inline void check_cuda(cudaError_t code) {
+  if (code == cudaSuccess) return;
+  cudaGetLastError();
+  throw Failure(std::string("CUDA device: ") + cudaGetErrorString(code));
+}
+
+template <class F>
+__global__ void item_kernel(long n, F f) {
+  const long k = blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x;
+  if (k < n) f(static_cast<int>(k));
+}
+
+template <class F>
+__global__ void row_kernel(int rows, int columns, F f) {
+  const int row = blockIdx.y * blockDim.y + threadIdx.y, column = blockIdx.x * blockDim.x + threadIdx.x;
+  if (row < rows && column < columns) f(row, column);
+}
+
+/// The value of the lane `offset` above.
+template <class T>
+__device__ T value_of_lane_above(T value, int offset) {
+  static_assert(sizeof(T) % sizeof(int) == 0);
+  int word[sizeof(T) / sizeof(int)];
+  memcpy(word, &value, sizeof(T));
+#pragma unroll
+  for (int& w : word) w = __shfl_down_sync(0xffffffffu, w, offset);
+  memcpy(&value, word, sizeof(T));
+  return value;
+}
+
+/// A warp a segment: each lane sums every 32nd value, then the lanes are summed as a tree.
+template <class Count, class Value, class Finish>
+__global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
+  const long segment = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / 32;
+  if (segment >= n) return;
+  const int s = static_cast<int>(segment), lane = threadIdx.x % 32, end = count(s);
+  using Sum = decltype(value(0, 0));
+  Sum sum{};
+  for (int t = lane; t < end; t += 32) sum += value(s, t);
+#pragma unroll
+  for (int offset = 16; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  if (lane == 0) finish(s, sum);
+}
+
+/// Runs the device's algorithms on PETSc's CUDA device, in PETSc's stream.
+class CudaExecutor {
+ public:
+  CudaExecutor() {
+    check_petsc(PetscDeviceInitialize(PETSC_DEVICE_CUDA));
+    check_petsc(PetscGetCurrentCUDAStream(&stream_));
+    check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
+    check_cuda(cudaMallocHost(&pinned_, pinned_size));
+  }
+  CudaExecutor(const CudaExecutor&) = delete;
+  CudaExecutor& operator=(const CudaExecutor&) = delete;
+  ~CudaExecutor() {
+    cudaStreamDestroy(recorder_);
+    cudaFreeHost(pinned_);
+    if (scratch_) cudaFree(scratch_);
+  }
+
+  const char* vector_type() const { return VECSEQCUDA; }
+
+  template <class F>
+  void for_each(long n, F f) const {
+    if (n <= 0) return;
+    constexpr int threads = 256;
+    item_kernel<<<static_cast<unsigned>((n + threads - 1) / threads), threads, 0, stream_>>>(n, f);
+    check_cuda(cudaGetLastError());
+  }
+
+  template <class F>
+  void for_each(int rows, int columns, F f) const {
+    if (rows <= 0 || columns <= 0) return;
+    const unsigned across = columns > 128 ? 256 : columns > 64 ? 128 : columns > 32 ? 64 : 32;
+    const dim3 threads(across, 256 / across);
+    const dim3 blocks((columns + threads.x - 1) / threads.x, (rows + threads.y - 1) / threads.y);
+    row_kernel<<<blocks, threads, 0, stream_>>>(rows, columns, f);
+    check_cuda(cudaGetLastError());
+  }
+
+  template <class Count, class Value, class Finish>
+  void sum_segments(long n, Count count, Value value, Finish finish) const {
+    if (n <= 0) return;
+    constexpr int threads = 128;
+    segment_kernel<<<static_cast<unsigned>((32 * n + threads - 1) / threads), threads, 0, stream_>>>(n, count, value,
+                                                                                                     finish);
+    check_cuda(cudaGetLastError());
+  }
+
+  template <class T>
+  void exclusive_scan(T* values, long n) const {
+    const auto scan = [&](void* scratch, std::size_t& bytes) {
+      return cub::DeviceScan::ExclusiveScan(scratch, bytes, values, values, Plus{}, T{}, n, stream_);
+    };
+    with_scratch(scan);
+  }
+
+  void sort(int* keys, int* values, int n) const {
+    void* copies = allocate(2 * sizeof(int) * n);
+    int *sorted_keys = static_cast<int*>(copies), *sorted_values = sorted_keys + n;
+    with_scratch([&](void* scratch, std::size_t& bytes) {
+      return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, sorted_keys, values, sorted_values, n, 0, 32,
+                                             stream_);
+    });
+    copy(keys, sorted_keys, n * sizeof(int));
+    copy(values, sorted_values, n * sizeof(int));
+    wait();
+    release(copies);
+  }
+
+  void check_room(std::size_t bytes) const {
+    std::size_t room = 0, all = 0;
+    check_cuda(cudaMemGetInfo(&room, &all));
+    if (bytes > room) refuse(bytes, room, all);
+  }
+  void* allocate(std::size_t bytes) const {
+    void* memory = nullptr;
+    const cudaError_t code = cudaMalloc(&memory, bytes > 0 ? bytes : 1);
+    if (code == cudaErrorMemoryAllocation) {
+      cudaGetLastError();
+      std::size_t room = 0, all = 0;
+      check_cuda(cudaMemGetInfo(&room, &all));
+      refuse(bytes, room, all);
+    }
+    check_cuda(code);
+    return memory;
+  }
+  void release(void* memory) const { cudaFree(memory); }
+  void fill(void* memory, int byte, std::size_t bytes) const {
+    if (bytes > 0) check_cuda(cudaMemsetAsync(memory, byte, bytes, stream_));
+  }
+  void copy(void* to, const void* from, std::size_t bytes) const {
+    if (bytes > 0) check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, stream_));
+  }
+  void to_device(void* to, const void* from, std::size_t bytes) const {
+    check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, stream_));
+  }
+  void to_host(void* to, const void* from, std::size_t bytes) const {
+    const bool small = bytes <= pinned_size;
+    check_cuda(cudaMemcpyAsync(small ? pinned_ : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
+    wait();
+    if (small) std::memcpy(to, pinned_, bytes);
+  }
+  void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
+
+  /// A CUDA graph: many small kernels start faster from one.
+  class Recording {
+   public:
+    Recording() = default;
+    Recording(const Recording&) = delete;
+    Recording& operator=(const Recording&) = delete;
+    ~Recording() { clear(); }
+    void clear() {
+      if (graph_) cudaGraphExecDestroy(std::exchange(graph_, nullptr));
+    }
+
+   private:
+    friend class CudaExecutor;
+    cudaGraphExec_t graph_ = nullptr;
+  };
+
+  template <class F>
+  void run(Recording& recording, F f) const {
+    if (!recording.graph_) {
+      check_cuda(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeThreadLocal));
+      cudaStream_t stream = std::exchange(stream_, recorder_);
+      f();
+      stream_ = stream;
+      cudaGraph_t graph = nullptr;
+      check_cuda(cudaStreamEndCapture(recorder_, &graph));
+      const cudaError_t code = cudaGraphInstantiate(&recording.graph_, graph, 0);
+      cudaGraphDestroy(graph);
+      check_cuda(code);
+    }
+    check_cuda(cudaGraphLaunch(recording.graph_, stream_));
+  }
+
+  template <class F>
+  double seconds(F f) const {
+    cudaEvent_t start = nullptr, end = nullptr;
+    check_cuda(cudaEventCreate(&start));
+    check_cuda(cudaEventCreate(&end));
+    wait();
+    check_cuda(cudaEventRecord(start, stream_));
+    f();
+    check_cuda(cudaEventRecord(end, stream_));
+    check_cuda(cudaEventSynchronize(end));
+    float milliseconds = 0;
+    check_cuda(cudaEventElapsedTime(&milliseconds, start, end));
+    cudaEventDestroy(start);
+    cudaEventDestroy(end);
+    return 1e-3 * milliseconds;
+  }
+
+ private:
+  struct Plus {
+    template <class T>
+    __host__ __device__ T operator()(const T& a, const T& b) const {
+      return a + b;
+    }
+  };
+
+  template <class F>
+  void with_scratch(F f) const {
+    std::size_t bytes = 0;
+    check_cuda(f(nullptr, bytes));
+    if (bytes > scratch_size_) {
+      if (scratch_) {
+        wait();
+        cudaFree(std::exchange(scratch_, nullptr));
+      }
+      scratch_size_ = 0;
+      scratch_ = allocate(bytes);
+      scratch_size_ = bytes;
+    }
+    check_cuda(f(scratch_, bytes));
+  }
+
+  [[noreturn]] static void refuse(std::size_t bytes, std::size_t room, std::size_t all) {
+    const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
+    throw Failure("field solver: the CUDA device has no room for " + megabytes(bytes) + " more: " + megabytes(room) +
+                  " of its " + megabytes(all) + " are free");
+  }
+
+  static constexpr std::size_t pinned_size = 1 << 16;
+  mutable cudaStream_t stream_ = nullptr;
+  cudaStream_t recorder_ = nullptr;
+  void* pinned_ = nullptr;
+  mutable void* scratch_ = nullptr;
+  mutable std::size_t scratch_size_ = 0;
+};
+
+}  // namespace lichtenberg::laplace::device

@@ -1,0 +1,377 @@
+#pragma once
+
+// From the bodies to one grid's covered cells, links and diagonals: level.cpp's rules, an item a body, a strip of
+// cells, a link or a boundary cell.
+
+#include "solvers/laplace/cutcell/device/grid.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// A row of a body's bounding box, or a part of it.
+struct Strip {
+  int body, j, from_i, to_i;
+};
+
+LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
+  return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
+}
+
+LICHTENBERG_HOST_DEVICE inline Strip strip_at(const SceneView& scene, const GridView& grid, int index) {
+  const int rank = segment_of(grid.strip_start, scene.bodies, index);
+  const int body = scene.body_at[rank];
+  const CellRange range = cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny);
+  const int a_row = (range.to_i - range.from_i) / strip_width + 1;
+  const int local = index - grid.strip_start[rank];
+  const int from = range.from_i + local % a_row * strip_width;
+  const int last = from + strip_width - 1;
+  return {body, range.from_j + local / a_row, from, last < range.to_i ? last : range.to_i};
+}
+
+template <class Executor>
+void outline_bodies(const Executor& run, SceneView scene, GridView grid) {
+  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    const int body = scene.body_at[rank];
+    const Outline& shape = scene.shape[body];
+    const Outline outline{shape.kind, shape.centre / grid.h, shape.end / grid.h, shape.size / grid.h};
+    grid.outline[body] = outline;
+    grid.strip_start[rank] = strips_of(cells_around(outline, grid.layout.nx, grid.layout.ny));
+    grid.present[body] = 0;
+    grid.lodger[body] = -1;
+  });
+}
+
+/// Which body has which cell: the first one where they overlap; then, of the disks that have none, the first one in a
+/// cell that is still free.
+template <class Executor>
+void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips) {
+  run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+    const Strip strip = strip_at(scene, grid, index);
+    const Outline& outline = grid.outline[strip.body];
+    for (int i = strip.from_i; i <= strip.to_i; ++i)
+      if (covers(outline, i, strip.j)) claim(&grid.cover[slot_of(grid.layout, i, strip.j)], strip.body);
+  });
+  run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+    const Strip strip = strip_at(scene, grid, index);
+    for (int i = strip.from_i; i <= strip.to_i; ++i)
+      if (grid.cover[slot_of(grid.layout, i, strip.j)] == strip.body) grid.present[strip.body] = 1;
+  });
+  const auto own_cell = [=] LICHTENBERG_HOST_DEVICE(int body) {
+    const Outline& outline = grid.outline[body];
+    if (outline.kind != Outline::Kind::disk || grid.present[body]) return static_cast<int*>(nullptr);
+    const Layout& at = grid.layout;
+    return &grid.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
+  };
+  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    if (int* cover = own_cell(body)) claim(cover, scene.bodies + body);  // behind all bodies of the first round
+  });
+  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    if (int* cover = own_cell(body)) {
+      const int winner = *cover < scene.bodies ? *cover : *cover - scene.bodies;
+      if (winner == body)
+        *cover = body;
+      else
+        grid.lodger[body] = winner;
+    }
+  });
+}
+
+/// Calls the visitor for each covered cell, link, boundary cell and contact of a strip, in order.
+template <class Visitor>
+LICHTENBERG_HOST_DEVICE void visit(const SceneView& scene, const GridView& grid, const Strip& strip, Visitor& visitor) {
+  const Layout& at = grid.layout;
+  for (int i = strip.from_i; i <= strip.to_i; ++i) {
+    const int slot = slot_of(at, i, strip.j);
+    if (grid.cover[slot] != strip.body) continue;
+    visitor.covered(slot);
+    for (int side = 0; side < 4; ++side) {
+      const int ni = i + step_i(side), nj = strip.j + step_j(side);
+      if (!inside(at, ni, nj)) {
+        if (scene.electrode[side]) visitor.contact(slot, side, -1 - (side * scene.faces + (side < 2 ? strip.j : i)));
+        continue;
+      }
+      const int next = slot_of(at, ni, nj);
+      const int other = grid.cover[next];
+      if (other >= 0) {
+        if (other != strip.body && scene.group_of[other] != scene.group_of[strip.body])
+          visitor.contact(slot, side, other);
+        continue;
+      }
+      // The cell's first link, by side, makes it a boundary cell.
+      bool first = true;
+      for (int s = 0; s < (side ^ 1); ++s) {
+        const int bi = ni + step_i(s), bj = nj + step_j(s);
+        first = first && !(inside(at, bi, bj) && grid.cover[slot_of(at, bi, bj)] >= 0);
+      }
+      visitor.link(next, side ^ 1, first);
+    }
+  }
+}
+
+struct CountVisitor {
+  Counts counts;
+  LICHTENBERG_HOST_DEVICE void covered(int) { ++counts.covered; }
+  LICHTENBERG_HOST_DEVICE void contact(int, int, int) { ++counts.contacts; }
+  LICHTENBERG_HOST_DEVICE void link(int, int, bool first) {
+    ++counts.links;
+    counts.boundary += first;
+  }
+};
+
+struct FillVisitor {
+  const GridView& grid;
+  int body, group;
+  Counts at;
+  LICHTENBERG_HOST_DEVICE void covered(int slot) {
+    grid.covered_slot[at.covered] = slot;
+    grid.covered_group[at.covered++] = group;
+  }
+  LICHTENBERG_HOST_DEVICE void contact(int slot, int side, int other) {
+    grid.contact[at.contacts++] = {body, other, slot, side, 0, {}};
+  }
+  LICHTENBERG_HOST_DEVICE void link(int slot, int side, bool first) {
+    grid.link_slot[at.links] = slot;
+    grid.link_group[at.links] = group;
+    grid.link_code[at.links++] = 4 * body + side;
+    if (!first) return;
+    grid.cover[slot] = -2 - at.boundary;
+    grid.boundary_slot[at.boundary++] = slot;
+  }
+};
+
+template <class Executor>
+void count_strips(const Executor& run, SceneView scene, GridView grid, int strips) {
+  run.for_each(strips + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
+    CountVisitor visitor{};
+    if (index < strips) visit(scene, grid, strip_at(scene, grid, index), visitor);
+    grid.counts[index] = visitor.counts;
+  });
+}
+
+template <class Executor>
+void fill_strips(const Executor& run, SceneView scene, GridView grid, int strips) {
+  run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+    const Strip strip = strip_at(scene, grid, index);
+    FillVisitor visitor{grid, strip.body, scene.group_of[strip.body], grid.counts[index]};
+    visit(scene, grid, strip, visitor);
+  });
+}
+
+/// Every link's conductance, on the finest grid with its derivatives.
+template <class Executor>
+void make_links(const Executor& run, SceneView scene, GridView grid) {
+  run.for_each(grid.links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    const int slot = grid.link_slot[m], body = grid.link_code[m] / 4, side = grid.link_code[m] % 4;
+    const CellIndex cell = cell_of(grid.layout, slot);
+    const Vec2 p = cell_centre(cell.i, cell.j), to_body = direction(side), onward = direction(side ^ 1);
+    const Outline& outline = grid.outline[body];
+    Conductance c = fluid_link(outline, p, to_body, grid.formula);
+    int partner = -1;
+    Vec2 partner_gradient;
+    const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
+    const int other = inside(grid.layout, bi, bj) ? grid.cover[slot_of(grid.layout, bi, bj)] : -1;
+    if (other >= 0 && scene.group_of[other] != scene.group_of[body]) {
+      const Outline& beyond = grid.outline[other];
+      Conductance back = fluid_link(beyond, p, onward, grid.formula);
+      squeeze(outline, p + to_body, onward, beyond, c);
+      const Squeeze squeezed = squeeze(beyond, p + onward, to_body, outline, back);
+      if (squeezed.close) {
+        partner = scene.group_of[other];
+        partner_gradient = squeezed.partner_gradient;
+      }
+    }
+    grid.conductance[m] = c.value;
+    const int k = -2 - grid.cover[slot];
+    grid.boundary_link[side * grid.boundary + k] = m;
+    if (!grid.finest) return;
+    grid.gradient[m] = c.gradient;
+    grid.partner_group[m] = partner;
+    grid.partner_gradient[m] = partner_gradient;
+  });
+}
+
+/// 1 / sum of conductances, for cells that have no link: 4 neighbours, at an electrode half a cell away conductance 2,
+/// at an insulating side none; the boundary cells' own sums.
+template <class Executor>
+void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
+  const int rows = 2 * (grid.layout.ny + 2), columns = static_cast<int>(grid.layout.stride);
+  run.for_each(rows, columns, [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+    const Layout& at = grid.layout;
+    const int colour = row >= at.ny + 2;
+    const int j = row - colour * (at.ny + 2) - 1, k = column - Layout::pad;
+    const int slot = static_cast<int>(at.row(colour, j)) + k;
+    float inverse = 0;
+    const int i = 2 * k + Layout::parity(colour, j);
+    if (k >= 0 && inside(at, i, j)) {
+      if (grid.cover[slot] <= -2) return;  // below
+      int sum = 4;
+      if (i == 0) sum += scene.electrode[0] ? 1 : -1;
+      if (i == at.nx - 1) sum += scene.electrode[1] ? 1 : -1;
+      if (j == 0) sum += scene.electrode[2] ? 1 : -1;
+      if (j == at.ny - 1) sum += scene.electrode[3] ? 1 : -1;
+      if (grid.cover[slot] == -1 && sum > 0) inverse = 1.0f / static_cast<float>(sum);
+    }
+    grid.inverse_diagonal[slot] = inverse;
+  });
+  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const int slot = grid.boundary_slot[k];
+    const CellIndex cell = cell_of(grid.layout, slot);
+    double sum = 0;
+    for (int side = 0; side < 4; ++side) {
+      const int link = grid.boundary_link[side * grid.boundary + k];
+      if (link >= 0)
+        sum += grid.conductance[link];
+      else if (inside(grid.layout, cell.i + step_i(side), cell.j + step_j(side)))
+        sum += 1;
+      else if (scene.electrode[side])
+        sum += 2;
+    }
+    grid.boundary_diagonal[k] = sum;
+    grid.inverse_diagonal[slot] = static_cast<float>(1.0 / sum);
+  });
+}
+
+/// 1 for a lodger that is linked to its host (two contacts).
+template <class Executor>
+void count_lodgers(const Executor& run, SceneView scene, GridView grid, int* number) {
+  run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    const int host = body < scene.bodies ? grid.lodger[body] : -1;
+    number[body] = host >= 0 && scene.group_of[host] != scene.group_of[body];
+  });
+}
+
+/// The lodgers' contacts behind those of the strips; `number`: how many lodgers before each body.
+template <class Executor>
+void list_lodgers(const Executor& run, SceneView scene, GridView grid, const int* number, int from_strips) {
+  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    if (number[body + 1] == number[body]) return;
+    const int at = from_strips + 2 * number[body], host = grid.lodger[body];
+    grid.contact[at] = {body, host, -1, 0, 0, {}};
+    grid.contact[at + 1] = {host, body, -1, 1, 0, {}};
+  });
+}
+
+template <class Executor>
+void make_contacts(const Executor& run, GridView grid) {
+  run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    Contact& contact = grid.contact[m];
+    const Outline& own = grid.outline[contact.own];
+    if (contact.slot < 0) {
+      const bool host = contact.side == 1;
+      const Outline& other = grid.outline[contact.other];
+      const PairConductance c = host ? lodger_link(other, own) : lodger_link(own, other);
+      contact.conductance = c.value;
+      contact.gradient = host ? c.gradient_b : c.gradient_a;
+      return;
+    }
+    const CellIndex cell = cell_of(grid.layout, contact.slot);
+    const Vec2 p = cell_centre(cell.i, cell.j), e = direction(contact.side);
+    if (contact.other < 0) {
+      const PairConductance c = channel_between(own, p, e, 0.5, nullptr);
+      contact.conductance = c.value;
+      contact.gradient = c.gradient_a;
+      return;
+    }
+    // The same rounding from either side: the system is symmetric.
+    const Outline& other = grid.outline[contact.other];
+    const bool first = contact.own < contact.other;
+    const PairConductance c =
+        first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
+    contact.conductance = c.value;
+    contact.gradient = first ? c.gradient_a : c.gradient_b;
+  });
+}
+
+/// By the own body's rank, for sorting.
+template <class Executor>
+void contact_keys(const Executor& run, SceneView scene, GridView grid, int* key, int* index) {
+  run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    key[m] = scene.rank_of[grid.contact[m].own];
+    index[m] = m;
+  });
+}
+
+template <class Executor>
+void sort_contacts(const Executor& run, GridView grid, const int* index, Contact* sorted) {
+  run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.contact[index[m]]; });
+}
+
+/// `key` ascending: the contacts' ranks.
+template <class Executor>
+void start_contacts(const Executor& run, SceneView scene, GridView grid, const int* key) {
+  run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    int low = 0, high = grid.contacts;
+    while (low < high) {
+      const int middle = (low + high) / 2;
+      if (key[middle] < rank)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    grid.contact_start[rank] = low;
+  });
+}
+
+/// Begin and end of a group's links (segment < groups) or covered cells.
+LICHTENBERG_HOST_DEVICE inline int piece_segment(const SceneView& scene, const GridView& grid, int segment) {
+  if (segment < scene.groups) return grid.link_start(scene.first_rank[segment]);
+  return grid.covered_start(scene.first_rank[segment - scene.groups]);
+}
+LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const SceneView& scene, const GridView& grid, int segment) {
+  if (segment < scene.groups) return grid.link_start(scene.first_rank[segment + 1]);
+  return grid.covered_start(scene.first_rank[segment - scene.groups + 1]);
+}
+
+template <class Executor>
+void count_pieces(const Executor& run, SceneView scene, GridView grid) {
+  run.for_each(2 * scene.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
+    int length = 0;
+    if (segment < 2 * scene.groups)
+      length = piece_segment_end(scene, grid, segment) - piece_segment(scene, grid, segment);
+    grid.piece_start[segment] = (length + piece_length - 1) / piece_length;
+  });
+}
+
+template <class Executor>
+void cut_pieces(const Executor& run, SceneView scene, GridView grid) {
+  run.for_each(grid.pieces, [=] LICHTENBERG_HOST_DEVICE(int piece) {
+    if (piece >= grid.piece_start[2 * scene.groups]) {
+      grid.piece_begin[piece] = grid.piece_end[piece] = 0;
+      return;
+    }
+    const int segment = segment_of(grid.piece_start, 2 * scene.groups, piece);
+    const int begin = piece_segment(scene, grid, segment) + (piece - grid.piece_start[segment]) * piece_length;
+    const int end = piece_segment_end(scene, grid, segment);
+    grid.piece_begin[piece] = begin;
+    grid.piece_end[piece] = begin + piece_length < end ? begin + piece_length : end;
+  });
+}
+
+/// Partial sums of the links' conductances, then the groups' sums of all that they are linked to.
+template <class Executor>
+void make_group_diagonals(const Executor& run, SceneView scene, GridView grid, double* partial) {
+  run.sum_segments(
+      grid.pieces,
+      [=] LICHTENBERG_HOST_DEVICE(int piece) {
+        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int piece, int t) { return grid.conductance[grid.piece_begin[piece] + t]; },
+      [=] LICHTENBERG_HOST_DEVICE(int piece, double sum) { partial[piece] = sum; });
+  run.sum_segments(
+      scene.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) {
+        const int contacts = grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+        return grid.piece_start[g + 1] - grid.piece_start[g] + contacts;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int own_pieces = grid.piece_start[g + 1] - grid.piece_start[g];
+        if (t < own_pieces) return partial[grid.piece_start[g] + t];
+        return grid.contact[grid.contact_start[scene.first_rank[g]] + t - own_pieces].conductance;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        const bool unknown = scene.floating[g] && sum > 0;
+        grid.group_diagonal[g] = unknown ? sum : 0.0;
+        grid.group_inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
+      });
+}
+
+}  // namespace lichtenberg::laplace::device

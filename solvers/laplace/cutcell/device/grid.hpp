@@ -1,0 +1,171 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "solvers/laplace/cutcell/device/array.hpp"
+#include "solvers/laplace/cutcell/layout.hpp"
+#include "solvers/laplace/cutcell/surface_links.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// Electrode side faces, and what else a grid shares with all others. Bodies are sorted by group ("rank"), so that
+/// what belongs to a body or a group is contiguous.
+struct SceneView {
+  int bodies, groups;
+  Vec2 size;
+  double permittivity;
+  bool electrode[4];
+  int faces;                     ///< entries of `side_potential` a side
+  const double* side_potential;  ///< V, on the finest grid's faces, by side and face
+  const Outline* shape;          ///< by body, in metres
+  const int* group_of;           ///< by body
+  const int* body_at;            ///< by rank
+  const int* rank_of;            ///< by body
+  const int* first_rank;         ///< by group, and one behind the last
+  const int* floating;           ///< by group
+  const double* charge;          ///< C/m, by group
+  const double* potential;       ///< V, by group, of fixed ones
+};
+
+/// Numbers of what a strip of cells holds.
+struct Counts {
+  int covered = 0, links = 0, boundary = 0, contacts = 0;
+  LICHTENBERG_HOST_DEVICE friend Counts operator+(Counts a, Counts b) {
+    return {a.covered + b.covered, a.links + b.links, a.boundary + b.boundary, a.contacts + b.contacts};
+  }
+};
+
+/// A body's direct neighbour: another body, or an electrode side. Each is listed once for either body.
+struct Contact {
+  int own, other;  ///< bodies; other < 0: face -1 - other of the sides
+  int slot, side;  ///< the own cell, and its side; slot < 0: a lodger and its host
+  double conductance;
+  Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
+};
+
+/// One grid's arrays. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
+struct GridView {
+  Layout layout;
+  double h;
+  LinkFormula formula;
+  bool finest;
+
+  Outline* outline;  ///< by body
+  int* present;      ///< by body: covers a cell
+  int* lodger;       ///< by body: who has its only cell, or -1
+
+  // Cells. cover: the body that covers it, -1: fluid, -2 - k: fluid with at least one link, boundary cell k.
+  int* cover;
+  float* inverse_diagonal;  ///< 0 in covered cells and padding
+
+  // The cells of the bodies' bounding boxes in strips of one row.
+  int* strip_start;  ///< by rank
+  Counts* counts;    ///< by strip, summed over the strips before
+
+  // Covered cells, sorted by body.
+  int* covered_slot;
+  int* covered_group;
+
+  // Links of a body to a fluid cell, sorted by body. code: 4 body + the cell's side at which the body is.
+  int links;
+  int* link_slot;
+  int* link_code;
+  int* link_group;
+  double* conductance;
+  Vec2* gradient;          ///< finest only, as the two below
+  int* partner_group;      ///< of the body that squeezes the cell from the other side, or -1
+  Vec2* partner_gradient;  ///< of that body's link with respect to this link's body
+
+  // Boundary cells: their links by side (side * boundary + k), -1: none.
+  int boundary;
+  int* boundary_slot;
+  int* boundary_link;
+  double* boundary_diagonal;
+
+  // Contacts, sorted by body.
+  int contacts;
+  Contact* contact;
+  int* contact_start;  ///< by rank
+
+  // Pieces of a group's links and, behind those of all groups, of its covered cells: partial sums run over pieces, so
+  // that a large group is no long serial sum.
+  int pieces;        ///< at most
+  int* piece_start;  ///< 2 groups + 1
+  int* piece_begin;
+  int* piece_end;
+
+  double* group_diagonal;         ///< 0: fixed, or a group without any link
+  float* group_inverse_diagonal;  ///< likewise
+
+  // The V-cycle's vectors.
+  float* v;  ///< null on the finest grid
+  float* f;
+  float *phi, *phi_next, *charge, *flux;  ///< by group
+  float* partial;                         ///< by piece
+
+  LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return counts[strip_start[rank]].links; }
+  LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return counts[strip_start[rank]].covered; }
+};
+
+constexpr int strip_width = 32;
+constexpr int piece_length = 128;
+
+struct CellIndex {
+  int i, j;
+};
+
+/// Which cell a slot holds.
+LICHTENBERG_HOST_DEVICE inline CellIndex cell_of(const Layout& at, int slot) {
+  const int colour_size = static_cast<int>(at.colour_size()), stride = static_cast<int>(at.stride);
+  const int colour = slot >= colour_size;
+  const int inner = slot - colour * colour_size;
+  const int j = inner / stride - 1;
+  return {2 * (inner - (j + 1) * stride - Layout::pad) + Layout::parity(colour, j), j};
+}
+
+LICHTENBERG_HOST_DEVICE inline int slot_of(const Layout& at, int i, int j) { return static_cast<int>(at(i, j)); }
+LICHTENBERG_HOST_DEVICE inline bool inside(const Layout& at, int i, int j) {
+  return i >= 0 && i < at.nx && j >= 0 && j < at.ny;
+}
+LICHTENBERG_HOST_DEVICE inline int step_i(int side) { return (side == 1) - (side == 0); }
+LICHTENBERG_HOST_DEVICE inline int step_j(int side) { return (side == 3) - (side == 2); }
+
+/// The four neighbours of a cell, which have the other colour.
+struct Neighbours {
+  int west, east, south, north;
+};
+/// `row` and `column` count padding: row j + 1, column k + pad.
+LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int colour, int row, int column) {
+  const int stride = static_cast<int>(at.stride);
+  const int beside = (1 - colour) * static_cast<int>(at.colour_size()) + row * stride + column;
+  const int east = beside + Layout::parity(colour, row - 1);
+  return {east - 1, east, beside - stride, beside + stride};
+}
+LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int slot) {
+  const int colour_size = static_cast<int>(at.colour_size()), stride = static_cast<int>(at.stride);
+  const int colour = slot >= colour_size;
+  const int inner = slot - colour * colour_size;
+  return neighbours(at, colour, inner / stride, inner % stride);
+}
+
+/// The last of the n + 1 ascending entries that is not above `value`.
+LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value) {
+  int low = 0, high = n;
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (start[middle] <= value ? low : high) = middle;
+  }
+  return low;
+}
+
+/// The least of the body indices wins; -1, no body, counts as the largest.
+LICHTENBERG_HOST_DEVICE inline void claim(int* cover, int body) {
+#ifdef __CUDA_ARCH__
+  atomicMin(reinterpret_cast<unsigned*>(cover), static_cast<unsigned>(body));
+#else
+  if (static_cast<unsigned>(body) < static_cast<unsigned>(*cover)) *cover = body;
+#endif
+}
+
+}  // namespace lichtenberg::laplace::device

@@ -1,0 +1,199 @@
+#pragma once
+
+#include "solvers/laplace/cutcell/device/discretize.hpp"
+#include "solvers/laplace/cutcell/device/operator.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// One grid on the device: its memory and how it is filled.
+template <class Executor>
+class Grid {
+ public:
+  Grid(const Executor& run, int nx, int ny, double h, LinkFormula formula, bool finest)
+      : run_(run),
+        outline_(run),
+        present_(run),
+        lodger_(run),
+        lodger_number_(run),
+        cover_(run),
+        inverse_diagonal_(run),
+        strip_start_(run),
+        counts_(run),
+        covered_slot_(run),
+        covered_group_(run),
+        link_slot_(run),
+        link_code_(run),
+        link_group_(run),
+        conductance_(run),
+        gradient_(run),
+        partner_group_(run),
+        partner_gradient_(run),
+        boundary_slot_(run),
+        boundary_link_(run),
+        boundary_diagonal_(run),
+        contact_(run),
+        sorted_contact_(run),
+        contact_key_(run),
+        contact_index_(run),
+        contact_start_(run),
+        piece_start_(run),
+        piece_begin_(run),
+        piece_end_(run),
+        group_diagonal_(run),
+        group_inverse_diagonal_(run),
+        v_(run),
+        f_(run),
+        phi_(run),
+        phi_next_(run),
+        charge_(run),
+        flux_(run),
+        partial_(run),
+        partial_double_(run) {
+    view_.layout = Layout(nx, ny);
+    view_.h = h;
+    view_.formula = formula;
+    view_.finest = finest;
+    const std::size_t size = view_.layout.size();
+    cover_.resize(size);
+    inverse_diagonal_.resize(size);
+    inverse_diagonal_.zero();
+    f_.resize(size);
+    f_.zero();
+    view_.cover = cover_.data();
+    view_.inverse_diagonal = inverse_diagonal_.data();
+    view_.f = f_.data();
+    if (finest) return;
+    v_.resize(size);
+    v_.zero();
+    view_.v = v_.data();
+  }
+
+  const GridView& view() const { return view_; }
+  int covered() const { return covered_; }
+  long fluid_cells() const { return static_cast<long>(view_.layout.nx) * view_.layout.ny - covered_; }
+  /// Sums by piece, in double precision.
+  double* partial() const { return partial_double_.data(); }
+
+  void build(const SceneView& scene) {
+    const int strips = cover(scene);
+    count(scene, strips);
+    fill_strips(run_, scene, view_, strips);
+    run_.fill(boundary_link_.data(), 0xff, boundary_link_.size() * sizeof(int));
+    make_links(run_, scene, view_);
+    make_diagonals(run_, scene, view_);
+    build_contacts(scene);
+    build_groups(scene);
+  }
+
+ private:
+  /// Returns the number of strips.
+  int cover(const SceneView& scene) {
+    view_.outline = sized(outline_, scene.bodies);
+    view_.present = sized(present_, scene.bodies);
+    view_.lodger = sized(lodger_, scene.bodies);
+    view_.strip_start = sized(strip_start_, scene.bodies + 1);
+    outline_bodies(run_, scene, view_);
+    run_.exclusive_scan(view_.strip_start, scene.bodies + 1);
+    int strips = 0;
+    run_.to_host(&strips, view_.strip_start + scene.bodies, sizeof strips);
+    run_.fill(cover_.data(), 0xff, cover_.size() * sizeof(int));
+    cover_cells(run_, scene, view_, strips);
+    return strips;
+  }
+
+  void count(const SceneView& scene, int strips) {
+    view_.counts = sized(counts_, strips + 1);
+    count_strips(run_, scene, view_, strips);
+    run_.exclusive_scan(view_.counts, strips + 1);
+    count_lodgers(run_, scene, view_, sized(lodger_number_, scene.bodies + 1));
+    run_.exclusive_scan(lodger_number_.data(), scene.bodies + 1);
+    Counts total;
+    run_.to_host(&total, view_.counts + strips, sizeof total);
+    run_.to_host(&lodgers_, lodger_number_.data() + scene.bodies, sizeof lodgers_);
+    covered_ = total.covered;
+    from_strips_ = total.contacts;
+    view_.links = total.links;
+    view_.boundary = total.boundary;
+    view_.contacts = total.contacts + 2 * lodgers_;
+    view_.covered_slot = sized(covered_slot_, total.covered);
+    view_.covered_group = sized(covered_group_, total.covered);
+    view_.link_slot = sized(link_slot_, total.links);
+    view_.link_code = sized(link_code_, total.links);
+    view_.link_group = sized(link_group_, total.links);
+    view_.conductance = sized(conductance_, total.links);
+    if (view_.finest) {
+      view_.gradient = sized(gradient_, total.links);
+      view_.partner_group = sized(partner_group_, total.links);
+      view_.partner_gradient = sized(partner_gradient_, total.links);
+    }
+    view_.boundary_slot = sized(boundary_slot_, total.boundary);
+    view_.boundary_link = sized(boundary_link_, 4 * total.boundary);
+    view_.boundary_diagonal = sized(boundary_diagonal_, total.boundary);
+    view_.contact = sized(contact_, view_.contacts);
+    view_.contact_start = sized(contact_start_, scene.bodies + 1);
+  }
+
+  void build_contacts(const SceneView& scene) {
+    if (lodgers_ > 0) list_lodgers(run_, scene, view_, lodger_number_.data(), from_strips_);
+    make_contacts(run_, view_);
+    int* key = sized(contact_key_, view_.contacts);
+    int* index = sized(contact_index_, view_.contacts);
+    contact_keys(run_, scene, view_, key, index);
+    if (lodgers_ > 0) {
+      run_.sort(key, index, view_.contacts);
+      sort_contacts(run_, view_, index, sized(sorted_contact_, view_.contacts));
+      std::swap(contact_, sorted_contact_);
+      view_.contact = contact_.data();
+    }
+    start_contacts(run_, scene, view_, key);
+  }
+
+  void build_groups(const SceneView& scene) {
+    view_.pieces = (view_.links + covered_) / piece_length + 2 * scene.groups;
+    view_.piece_start = sized(piece_start_, 2 * scene.groups + 1);
+    view_.piece_begin = sized(piece_begin_, view_.pieces);
+    view_.piece_end = sized(piece_end_, view_.pieces);
+    view_.partial = sized(partial_, view_.pieces);
+    view_.group_diagonal = sized(group_diagonal_, scene.groups);
+    view_.group_inverse_diagonal = sized(group_inverse_diagonal_, scene.groups);
+    view_.phi = sized(phi_, scene.groups);
+    view_.phi_next = sized(phi_next_, scene.groups);
+    view_.charge = sized(charge_, scene.groups);
+    view_.flux = sized(flux_, scene.groups);
+    phi_.zero();
+    count_pieces(run_, scene, view_);
+    run_.exclusive_scan(view_.piece_start, 2 * scene.groups + 1);
+    cut_pieces(run_, scene, view_);
+    make_group_diagonals(run_, scene, view_, sized(partial_double_, view_.pieces));
+  }
+
+  template <class T>
+  static T* sized(Array<T, Executor>& array, long size) {
+    array.resize(size);
+    return array.data();
+  }
+
+  const Executor& run_;
+  GridView view_{};
+  int covered_ = 0, lodgers_ = 0, from_strips_ = 0;
+  Array<Outline, Executor> outline_;
+  Array<int, Executor> present_, lodger_, lodger_number_, cover_;
+  Array<float, Executor> inverse_diagonal_;
+  Array<int, Executor> strip_start_;
+  Array<Counts, Executor> counts_;
+  Array<int, Executor> covered_slot_, covered_group_, link_slot_, link_code_, link_group_;
+  Array<double, Executor> conductance_;
+  Array<Vec2, Executor> gradient_;
+  Array<int, Executor> partner_group_;
+  Array<Vec2, Executor> partner_gradient_;
+  Array<int, Executor> boundary_slot_, boundary_link_;
+  Array<double, Executor> boundary_diagonal_;
+  Array<Contact, Executor> contact_, sorted_contact_;
+  Array<int, Executor> contact_key_, contact_index_, contact_start_;
+  Array<int, Executor> piece_start_, piece_begin_, piece_end_;
+  Array<double, Executor> group_diagonal_;
+  Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;
+  Array<double, Executor> partial_double_;
+};
+
+}  // namespace lichtenberg::laplace::device

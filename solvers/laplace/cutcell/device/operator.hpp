@@ -1,0 +1,198 @@
+#pragma once
+
+// The finest grid's system in double precision: operator.cpp's, and the first guess.
+
+#include "solvers/laplace/cutcell/device/cycle.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// Sums over a group's links, by piece, of conductance times potential.
+template <class Executor>
+void link_fluxes(const Executor& run, SceneView scene, GridView grid, const double* x, double* partial) {
+  run.sum_segments(
+      grid.pieces,
+      [=] LICHTENBERG_HOST_DEVICE(int piece) {
+        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int piece, int t) {
+        const int link = grid.piece_begin[piece] + t;
+        return grid.conductance[link] * x[grid.link_slot[link]];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int piece, double sum) { partial[piece] = sum; });
+}
+
+/// finish(g, what a group's links and contacts with floating groups bring).
+template <class Executor, class Finish>
+void group_fluxes(const Executor& run, SceneView scene, GridView grid, const double* x, const double* partial,
+                  Finish finish) {
+  const int cells = static_cast<int>(grid.layout.size());
+  const bool contacts = grid.contacts > 0;
+  run.sum_segments(
+      scene.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) {
+        const int links = grid.piece_start[g + 1] - grid.piece_start[g];
+        if (!contacts) return links;
+        return links + grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int links = grid.piece_start[g + 1] - grid.piece_start[g];
+        if (t < links) return partial[grid.piece_start[g] + t];
+        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t - links];
+        if (contact.other < 0) return 0.0;
+        const int other = scene.group_of[contact.other];
+        return scene.floating[other] ? contact.conductance * x[cells + other] : 0.0;
+      },
+      finish);
+}
+
+/// y = A x. Cells without links have a diagonal that is a small whole number, and the preconditioner's 1 / diagonal
+/// says which; boundary cells keep theirs in double precision.
+template <class Executor>
+void apply_operator(const Executor& run, SceneView scene, GridView grid, const double* x, double* y, double* partial) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
+               [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
+                 const Layout& at = grid.layout;
+                 const int colour = all_rows >= at.ny + 2, row = all_rows - colour * (at.ny + 2);
+                 const int slot =
+                     colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
+                 const float inverse = grid.inverse_diagonal[slot];
+                 double value = 0;
+                 if (inverse > 0) {
+                   const Neighbours n = neighbours(at, colour, row, column);
+                   value = static_cast<double>(rintf(1.0f / inverse)) * x[slot] -
+                           (x[n.west] + x[n.east] + x[n.south] + x[n.north]);
+                 }
+                 y[slot] = value;
+                 clear_end(at, colour, row, column, y);
+               });
+  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const int slot = grid.boundary_slot[k];
+    const Neighbours n = neighbours(grid.layout, slot);
+    double value = grid.boundary_diagonal[k] * x[slot] - (x[n.west] + x[n.east] + x[n.south] + x[n.north]);
+    for (int side = 0; side < 4; ++side) {
+      const int link = grid.boundary_link[side * grid.boundary + k];
+      if (link >= 0) value -= grid.conductance[link] * x[cells + grid.link_group[link]];
+    }
+    y[slot] = value;
+  });
+  link_fluxes(run, scene, grid, x, partial);
+  group_fluxes(run, scene, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+    const double diagonal = grid.group_diagonal[g];
+    y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
+  });
+}
+
+/// Each floating group's potential from its own balance (CutCellOperator::balance_groups). `next`: one a group.
+template <class Executor>
+void balance_groups(const Executor& run, SceneView scene, GridView grid, const double* b, double* x, double* partial,
+                    double* next) {
+  const int cells = static_cast<int>(grid.layout.size());
+  link_fluxes(run, scene, grid, x, partial);
+  group_fluxes(run, scene, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+    const double diagonal = grid.group_diagonal[g];
+    next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];
+  });
+  run.for_each(scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
+}
+
+/// b, which is zero before: charges, and what groups and sides of given potential bring.
+template <class Executor>
+void right_hand_side(const Executor& run, SceneView scene, GridView grid, double* b) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    double sum = 0;
+    for (int side = 0; side < 4; ++side) {
+      const int link = grid.boundary_link[side * grid.boundary + k];
+      if (link < 0 || scene.floating[grid.link_group[link]]) continue;
+      sum += grid.conductance[link] * scene.potential[grid.link_group[link]];
+    }
+    b[grid.boundary_slot[k]] = sum;
+  });
+  // The sides left and right, then bottom and top: a corner has one of either.
+  for (int first = 0; first < 4; first += 2)
+    run.for_each(2, scene.faces, [=] LICHTENBERG_HOST_DEVICE(int row, int face) {
+      const int side = first + row;
+      const Layout& at = grid.layout;
+      if (!scene.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
+      const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
+      const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
+      if (grid.cover[slot] < 0) b[slot] += 2 * scene.side_potential[side * scene.faces + face];
+    });
+  run.sum_segments(
+      scene.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) {
+        return grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t];
+        if (contact.other < 0) return contact.conductance * scene.side_potential[-1 - contact.other];
+        const int other = scene.group_of[contact.other];
+        return scene.floating[other] ? 0.0 : contact.conductance * scene.potential[other];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        b[cells + g] = scene.floating[g] ? scene.charge[g] / scene.permittivity + sum : 0.0;
+      });
+}
+
+/// v: 1 on every unknown.
+template <class Executor>
+void mark_unknowns(const Executor& run, SceneView scene, GridView grid, double* v) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) { v[slot] = grid.inverse_diagonal[slot] > 0 ? 1.0 : 0.0; });
+  run.for_each(scene.groups,
+               [=] LICHTENBERG_HOST_DEVICE(int g) { v[cells + g] = grid.group_diagonal[g] > 0 ? 1.0 : 0.0; });
+}
+
+/// x - mean on every unknown.
+template <class Executor>
+void subtract(const Executor& run, SceneView scene, GridView grid, double mean, double* x) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
+    if (grid.inverse_diagonal[slot] > 0) x[slot] -= mean;
+  });
+  run.for_each(scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
+    if (grid.group_diagonal[g] > 0) x[cells + g] -= mean;
+  });
+}
+
+/// A past solution: by slot, covered cells filled with their conductor's potential; by body.
+struct PastView {
+  double* cell;
+  double* body;
+};
+
+template <class Executor>
+void remember(const Executor& run, SceneView scene, GridView grid, const double* x, const double* group_potential,
+              double scale, PastView past) {
+  run.for_each(static_cast<long>(grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
+    const int body = grid.cover[slot];
+    past.cell[slot] = body >= 0 ? group_potential[scene.group_of[body]] / scale : x[slot];
+  });
+  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    past.body[body] = group_potential[scene.group_of[body]] / scale;
+  });
+}
+
+/// The past solution on the present unknowns, less an older one (null: none): uncovered cells have their conductor's
+/// last potential, a new group the mean of its members'.
+template <class Executor>
+void past_on_unknowns(const Executor& run, SceneView scene, GridView grid, PastView past, PastView older, double* v) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
+    const double value = older.cell ? past.cell[slot] - older.cell[slot] : past.cell[slot];
+    v[slot] = grid.inverse_diagonal[slot] > 0 ? value : 0.0;
+  });
+  run.sum_segments(
+      scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return scene.first_rank[g + 1] - scene.first_rank[g]; },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int body = scene.body_at[scene.first_rank[g] + t];
+        return older.body ? past.body[body] - older.body[body] : past.body[body];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        const int members = scene.first_rank[g + 1] - scene.first_rank[g];
+        v[cells + g] = grid.group_diagonal[g] > 0 ? sum / members : 0.0;
+      });
+}
+
+}  // namespace lichtenberg::laplace::device

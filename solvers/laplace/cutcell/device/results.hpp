@@ -1,0 +1,154 @@
+#pragma once
+
+// Charges, forces and energy: results.cpp's arithmetic, a sum a body and a sum a part of each side.
+
+#include "solvers/laplace/cutcell/device/grid.hpp"
+#include "solvers/laplace/cutcell/results.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// What a link, a contact or all of a body's give it.
+struct BodyResult {
+  double charge = 0, force_x = 0, force_y = 0;
+  LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
+    charge += other.charge;
+    force_x += other.force_x;
+    force_y += other.force_y;
+    return *this;
+  }
+  LICHTENBERG_HOST_DEVICE void pull(double stress, Vec2 gradient) {
+    force_x += stress * gradient.x;
+    force_y += stress * gradient.y;
+  }
+};
+
+struct SideResult {
+  double charge = 0, energy = 0;
+  LICHTENBERG_HOST_DEVICE SideResult& operator+=(const SideResult& other) {
+    charge += other.charge;
+    energy += other.energy;
+    return *this;
+  }
+};
+
+/// A solved grid: cell potentials in units of `scale` and the groups' in V.
+struct SolvedView {
+  SceneView scene;
+  GridView grid;
+  const double* cell;
+  double scale;
+  const double* group_potential;
+
+  LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
+
+  /// Group's potential less the cell's. Across a short link that difference is mostly rounding, and the balance of
+  /// the cell gives it: what comes in through the other faces.
+  LICHTENBERG_HOST_DEVICE double difference(int link) const {
+    const int slot = grid.link_slot[link];
+    const double own = group_potential[grid.link_group[link]] - potential(slot);
+    if (grid.conductance[link] < short_link) return own;
+    const int k = -2 - grid.cover[slot];
+    const CellIndex at = cell_of(grid.layout, slot);
+    int short_links = 0;
+    double inflow = 0;
+    for (int side = 0; side < 4; ++side) {
+      const int other = grid.boundary_link[side * grid.boundary + k];
+      const int i = at.i + step_i(side), j = at.j + step_j(side);
+      if (other >= 0 && grid.conductance[other] >= short_link) {
+        ++short_links;
+      } else if (other >= 0) {
+        inflow += grid.conductance[other] * (group_potential[grid.link_group[other]] - potential(slot));
+      } else if (inside(grid.layout, i, j)) {
+        inflow += potential(slot_of(grid.layout, i, j)) - potential(slot);
+      } else if (scene.electrode[side]) {
+        const int face = side * scene.faces + (side < 2 ? at.j : at.i);
+        inflow += 2 * (scene.side_potential[face] - potential(slot));
+      }
+    }
+    return short_links == 1 ? -inflow / grid.conductance[link] : own;
+  }
+
+  LICHTENBERG_HOST_DEVICE BodyResult link_result(int link) const {
+    const double eps = scene.permittivity, stress = 0.5 * eps / grid.h;
+    const double d = difference(link);
+    BodyResult result;
+    result.charge = eps * grid.conductance[link] * d;
+    result.pull(stress * d * d, grid.gradient[link]);
+    if (const int partner = grid.partner_group[link]; partner >= 0) {
+      const double across = group_potential[partner] - potential(grid.link_slot[link]);
+      result.pull(stress * across * across, grid.partner_gradient[link]);
+    }
+    return result;
+  }
+
+  LICHTENBERG_HOST_DEVICE BodyResult contact_result(const Contact& contact) const {
+    const double eps = scene.permittivity, stress = 0.5 * eps / grid.h;
+    const double other =
+        contact.other < 0 ? scene.side_potential[-1 - contact.other] : group_potential[scene.group_of[contact.other]];
+    const double d = group_potential[scene.group_of[contact.own]] - other;
+    BodyResult result;
+    result.charge = eps * contact.conductance * d;
+    result.pull(stress * d * d, contact.gradient);
+    return result;
+  }
+
+  LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
+    const Layout& at = grid.layout;
+    const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
+    const int i = side < 2 ? far : face, j = side < 2 ? face : far;
+    const int slot = slot_of(at, i, j), body = grid.cover[slot];
+    const double given = scene.side_potential[side * scene.faces + face];
+    double conductance = 2, other = 0;
+    if (body < 0) {
+      other = potential(slot);
+    } else {
+      conductance = channel_between(grid.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
+      other = group_potential[scene.group_of[body]];
+    }
+    const double flux = scene.permittivity * conductance * (given - other);
+    return {flux, 0.5 * flux * given};
+  }
+};
+
+/// By body.
+template <class Executor>
+void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
+  const SceneView& scene = solved.scene;
+  const GridView& grid = solved.grid;
+  run.sum_segments(
+      scene.bodies,
+      [=] LICHTENBERG_HOST_DEVICE(int rank) {
+        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.contact_start[rank + 1] -
+               grid.contact_start[rank];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int rank, int t) {
+        const int links = grid.link_start(rank + 1) - grid.link_start(rank);
+        if (t < links) return solved.link_result(grid.link_start(rank) + t);
+        return solved.contact_result(grid.contact[grid.contact_start[rank] + t - links]);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[scene.body_at[rank]] = sum; });
+}
+
+/// Each side is summed in this many parts.
+constexpr int side_parts = 64;
+
+/// By side and part: 4 side_parts.
+template <class Executor>
+void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
+  const SceneView& scene = solved.scene;
+  const Layout& at = solved.grid.layout;
+  run.sum_segments(
+      4 * side_parts,
+      [=] LICHTENBERG_HOST_DEVICE(int segment) {
+        const int side = segment / side_parts, part = segment % side_parts, faces = side < 2 ? at.ny : at.nx;
+        if (!scene.electrode[side]) return 0;
+        return (part + 1) * faces / side_parts - part * faces / side_parts;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int segment, int t) {
+        const int side = segment / side_parts, part = segment % side_parts, faces = side < 2 ? at.ny : at.nx;
+        return solved.face_result(side, part * faces / side_parts + t);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int segment, SideResult sum) { result[segment] = sum; });
+}
+
+}  // namespace lichtenberg::laplace::device

@@ -1,0 +1,315 @@
+// The device's algorithms, run by the CPU item after item, against the CPU's solver.
+
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/device/device.hpp"
+#include "solvers/laplace/cutcell/device/grids.hpp"
+#include "solvers/laplace/cutcell/device/host_executor.hpp"
+#include "solvers/laplace/cutcell/device/multigrid.hpp"
+#include "solvers/laplace/cutcell/multigrid.hpp"
+#include "solvers/laplace/cutcell/operator.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+struct Random {
+  std::mt19937_64 generator{11};
+  double operator()(double from, double to) {
+    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
+  }
+};
+
+/// Disks of several sizes in a box of 96 x 64, surfaces at least `least_gap` apart, charges of either sign; the first
+/// is a grounded half-disk on the bottom.
+LaplaceProblem crowd(int count, double least_gap) {
+  Random random;
+  LaplaceProblem problem;
+  problem.size = {96, 64};
+  problem.sides[top].kind = Side::Kind::electrode;
+  problem.sides[top].potential = 0.3;
+  problem.permittivity = 2;
+  problem.bodies = {{Disk{{48, 0}, 7}, 0}};
+  problem.groups = {{false, 0, 0.1}};
+  while (static_cast<int>(problem.bodies.size()) <= count) {
+    const double radius = random(2.5, 4);
+    const Disk disk{{random(radius, 96 - radius), random(radius, 64 - radius)}, radius};
+    bool free = true;
+    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > least_gap;
+    if (!free) continue;
+    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({true, random(-1, 1), 0});
+  }
+  return problem;
+}
+
+/// The problem with some of the groups merged: a few large ones, numbered out of order.
+LaplaceProblem merged(LaplaceProblem problem) {
+  const int groups = static_cast<int>(problem.groups.size());
+  for (Body& body : problem.bodies)
+    if (body.group > 4) body.group = 1 + body.group % 4;
+  problem.groups.resize(std::min(groups, 5));
+  return problem;
+}
+
+/// A dish with a bar on the ground and a few disks, one of them far smaller than a cell.
+LaplaceProblem dish() {
+  LaplaceProblem problem;
+  problem.size = {64, 64};
+  problem.bodies = {{Ring{{32, 32}, 30}, 0}, {Bar{{20, 25}, {40, 28}, 0.7}, 1}, {Disk{{30, 40}, 6}, 2},
+                    {Disk{{44, 40}, 5}, 3},  {Disk{{37.4, 40.2}, 0.6}, 4},      {Disk{{20.1, 18.2}, 0.3}, 2}};
+  problem.groups = {{false, 0, 0.0}, {false, 0, 1.0}, {true, 0.5, 0}, {true, -0.7, 0}, {true, 0.2, 0}};
+  return problem;
+}
+
+/// Disks in cells of their own, several in one cell, and touching neighbours, on a grid of one cell a metre.
+LaplaceProblem lodgers() {
+  LaplaceProblem problem;
+  problem.size = {32, 32};
+  problem.sides[left].kind = problem.sides[bottom].kind = Side::Kind::electrode;
+  problem.sides[left].profile = [](Vec2 p) { return 0.1 * p.y; };
+  const std::vector<Disk> disks{{{10.2, 10.3}, 0.15}, {{10.7, 10.8}, 0.2},   {{10.2, 10.8}, 0.1}, {{16.5, 16.5}, 3},
+                                {{19.6, 16.4}, 0.05}, {{19.71, 16.4}, 0.04}, {{24.9, 20.2}, 2.2}, {{25.1, 24.7}, 2.2},
+                                {{0.4, 20.3}, 0.3},   {{5.3, 0.6}, 1.1}};
+  for (const Disk& disk : disks) {
+    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({true, 0.1 * static_cast<double>(problem.groups.size()) - 0.3, 0});
+  }
+  problem.bodies[1].group = 6;  // a lodger's group that comes later than its own
+  problem.groups[1] = {false, 0, 0.2};
+  return problem;
+}
+
+/// Nothing grounded, charges that sum to zero.
+LaplaceProblem insulated() {
+  LaplaceProblem problem = crowd(12, 0.4);
+  problem.sides = {};
+  double total = 0;
+  for (Group& group : problem.groups) {
+    group.floating = true;
+    total += group.charge;
+  }
+  problem.groups[0].charge = -total;
+  return problem;
+}
+
+struct Case {
+  const char* name;
+  LaplaceProblem problem;
+  int cells;  // along the longer side
+};
+
+std::vector<Case> cases() {
+  return {{"disks", crowd(25, 0.6), 192}, {"narrow gaps", crowd(35, 0.01), 96}, {"groups", merged(crowd(35, 0.01)), 96},
+          {"dish", dish(), 128},          {"lodgers", lodgers(), 32},           {"insulated", insulated(), 96}};
+}
+
+using device::HostExecutor;
+
+struct DeviceGrid {
+  DeviceGrid(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
+      : scene(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
+    scene.upload(problem, nx, ny);
+    grid.build(scene.view());
+  }
+  HostExecutor run;
+  device::Scene<HostExecutor> scene;
+  device::Grid<HostExecutor> grid;
+};
+
+}  // namespace
+
+TEST_CASE("the device covers the same cells and makes the same links as the CPU") {
+  for (const Case& c : cases())
+    for (const LinkFormula formula : {LinkFormula::log_fitted, LinkFormula::plain}) {
+      CAPTURE(std::string(c.name));
+      const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
+      Level level(c.problem, nx, ny);
+      level.build(c.problem, formula);
+      DeviceGrid device(c.problem, nx, ny, formula);
+      const device::GridView& view = device.grid.view();
+      const Layout& at = level.layout;
+      int different = 0;
+      for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
+        different += std::max(view.cover[slot], -1) != level.cover[slot];
+      CHECK(different == 0);
+      CHECK(device.grid.fluid_cells() == level.fluid_cells);
+
+      // Both compute each link with the same functions of the same arguments.
+      REQUIRE(view.links == static_cast<int>(level.links.size()));
+      std::map<std::pair<std::ptrdiff_t, int>, std::multimap<double, Vec2>> expected;
+      for (const Link& link : level.links) expected[{link.cell, link.body}].insert({link.conductance, link.gradient});
+      for (int m = 0; m < view.links; ++m) {
+        auto& links = expected[{view.link_slot[m], view.link_code[m] / 4}];
+        const auto found = links.find(view.conductance[m]);
+        REQUIRE(found != links.end());
+        CHECK(view.link_group[m] == c.problem.bodies[view.link_code[m] / 4].group);
+        links.erase(found);
+      }
+      double worst = 0;
+      for (int k = 0; k < view.boundary; ++k) {
+        const double exact = level.diagonal[view.boundary_slot[k]];
+        worst = std::max(worst, std::abs(view.boundary_diagonal[k] - exact) / exact);
+      }
+      // the CPU adds c - 1 to 4 face by face: rounding of at most 4 such sums of terms not larger than the sum + 4
+      CHECK(worst < 16 * 1.1e-16);
+      for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot) {
+        const double exact = level.diagonal[slot] > 0 ? 1 / level.diagonal[slot] : 0;
+        if (std::abs(view.inverse_diagonal[slot] - exact) > 2e-7 * exact) ++different;  // two roundings to float
+      }
+      CHECK(different == 0);
+
+      // Each pair is a contact of either body, each side link of a body one.
+      std::size_t side_links = 0;
+      for (const SideLink& link : level.side_links) side_links += link.body >= 0;
+      CHECK(static_cast<std::size_t>(view.contacts) == 2 * level.pairs.size() + side_links);
+      double sum = 0, device_sum = 0;
+      for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
+      for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
+      for (int m = 0; m < view.contacts; ++m) device_sum += view.contact[m].conductance;
+      CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
+    }
+}
+
+TEST_CASE("the cases hold what they are there for") {
+  bool pairs = false, lodger = false, cross = false, body_at_side = false, large_group = false;
+  for (const Case& c : cases()) {
+    const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
+    Level level(c.problem, nx, ny);
+    level.build(c.problem, LinkFormula::log_fitted);
+    DeviceGrid device(c.problem, nx, ny, LinkFormula::log_fitted);
+    pairs = pairs || !level.pairs.empty();
+    cross = cross || !level.cross_gradients.empty();
+    for (const SideLink& link : level.side_links) body_at_side = body_at_side || link.body >= 0;
+    for (std::size_t b = 0; b < c.problem.bodies.size(); ++b) lodger = lodger || device.grid.view().lodger[b] >= 0;
+    for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
+      large_group = large_group || device.grid.view().piece_start[g + 1] - device.grid.view().piece_start[g] > 1;
+  }
+  CHECK(pairs);
+  CHECK(lodger);
+  CHECK(cross);
+  CHECK(body_at_side);
+  CHECK(large_group);
+}
+
+TEST_CASE("the device's operator and right-hand side are the CPU's") {
+  for (const Case& c : cases()) {
+    CAPTURE(std::string(c.name));
+    const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
+    Level level(c.problem, nx, ny);
+    level.build(c.problem, LinkFormula::log_fitted);
+    CutCellOperator op;
+    op.build(c.problem, level);
+    DeviceGrid device(c.problem, nx, ny, LinkFormula::log_fitted);
+    Random random;
+    std::vector<double> x(op.size(), 0.0), y(op.size()), device_y(op.size(), -7.0), b(op.size()), device_b(op.size());
+    const std::size_t cells = level.layout.size();
+    for (std::size_t k = 0; k < op.size(); ++k) x[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;
+    for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
+      if (!c.problem.groups[g].floating) x[cells + g] = 0;
+    op.apply(x.data(), y.data());
+    device::apply_operator(device.run, device.scene.view(), device.grid.view(), x.data(), device_y.data(),
+                           device.grid.partial());
+    op.right_hand_side(c.problem, b.data());
+    device::right_hand_side(device.run, device.scene.view(), device.grid.view(), device_b.data());
+    for (std::size_t k = 0; k < op.size(); ++k) {
+      // rounding: sums of at most some 200 terms, each at most the diagonal
+      const double diagonal = k < cells ? level.diagonal[k] : device.grid.view().group_diagonal[k - cells];
+      const double rounding = 200 * 1.1e-16 * (1 + diagonal);
+      REQUIRE(std::abs(y[k] - device_y[k]) <= rounding);
+      REQUIRE(std::abs(b[k] - device_b[k]) <= rounding);
+    }
+  }
+}
+
+TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled directly") {
+  const LaplaceProblem problem = crowd(20, 3.5);  // on the coarsest grid, of cells 2 m wide, no two are neighbours
+  const int nx = 192, ny = 128;
+  Level level(problem, nx, ny);
+  level.build(problem, LinkFormula::log_fitted);
+  CutCellOperator op;
+  op.build(problem, level);
+  Multigrid multigrid(LinkFormula::log_fitted);
+  multigrid.prepare(problem, level.layout);
+  multigrid.build_coarse(problem);
+  multigrid.build_finest(problem, level);
+  HostExecutor run;
+  device::Scene<HostExecutor> scene(run);
+  device::Multigrid<HostExecutor> device(run, problem, nx, ny, LinkFormula::log_fitted);
+  scene.upload(problem, nx, ny);
+  device.build(problem, scene.view());
+  REQUIRE(device.levels() == multigrid.levels());
+  REQUIRE(device.levels() > 2);
+  Random random;
+  std::vector<double> r(op.size(), 0.0), z(op.size()), device_z(op.size(), -7.0);
+  const std::size_t cells = level.layout.size();
+  for (std::size_t k = 0; k < op.size(); ++k) r[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;
+  r[cells] = 0;  // fixed
+  multigrid.apply(r.data(), z.data());
+  device.apply(r.data(), device_z.data());
+  double worst = 0, largest = 0;
+  for (std::size_t k = 0; k < op.size(); ++k) {
+    worst = std::max(worst, std::abs(z[k] - device_z[k]));
+    largest = std::max(largest, std::abs(z[k]));
+  }
+  // single precision, a few hundred roundings deep, added at random
+  CHECK(worst < 20 * 6e-8 * largest);
+}
+
+TEST_CASE("the device's solution is the CPU's to solver tolerance") {
+  for (Case& c : cases()) {
+    CAPTURE(std::string(c.name));
+    CutCellOptions options;
+    options.cells = c.cells;
+    options.tolerance = 1e-10;
+    CutCellSolver cpu(options);
+    const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
+    for (int step = 0; step < 3; ++step) {  // the second and third from the past
+      const LaplaceSolution a = cpu.solve(c.problem), b = device->solve(c.problem);
+      CHECK(b.unknowns == a.unknowns);
+      // Where groups are coupled directly the two smooth differently.
+      CHECK(std::abs(b.iterations - a.iterations) <= 2 + a.iterations / 3);
+      double potential = 0, charge = 0, force = 0;
+      for (const double v : a.group_potential) potential = std::max(potential, std::abs(v));
+      for (const double q : a.body_charge) charge = std::max(charge, std::abs(q));
+      for (const Vec2 f : a.body_force) force = std::max(force, norm(f));
+      // The tolerance bounds the energy norm; single values may be wrong by that times sqrt(energy / conductance),
+      // across a narrow gap by the root of its conductance more: 1e-10 times some 100.
+      const double accuracy = 1e-8;
+      for (std::size_t g = 0; g < a.group_potential.size(); ++g)
+        CHECK(std::abs(b.group_potential[g] - a.group_potential[g]) < accuracy * potential);
+      for (std::size_t k = 0; k < a.body_charge.size(); ++k) {
+        CHECK(std::abs(b.body_charge[k] - a.body_charge[k]) < accuracy * charge);
+        CHECK(norm(b.body_force[k] - a.body_force[k]) < accuracy * force);
+      }
+      for (int side = 0; side < 4; ++side)
+        CHECK(std::abs(b.side_charge[side] - a.side_charge[side]) < accuracy * charge);
+      CHECK(b.energy == doctest::Approx(a.energy).epsilon(1e-9));
+      const Field f = cpu.field(), g = device->field();
+      CHECK(f.body == g.body);
+      double worst = 0;
+      for (std::size_t k = 0; k < f.value.size(); ++k) worst = std::max(worst, std::abs(f.value[k] - g.value[k]));
+      CHECK(worst < accuracy * potential);
+      for (Body& body : c.problem.bodies)
+        if (auto* disk = std::get_if<Disk>(&body.shape)) disk->centre += Vec2{0.013, -0.007};
+    }
+  }
+}
+
+#ifndef LICHTENBERG_WITH_CUDA
+TEST_CASE("without CUDA in the build the device is refused in one sentence") {
+  CutCellOptions options;
+  options.device = CutCellOptions::Device::cuda;
+  CHECK_THROWS_WITH_AS(CutCellSolver{options},
+                       "device = \"cuda\": this program was built without CUDA; configure it with "
+                       "-DLICHTENBERG_CUDA=ON",
+                       InputError);
+}
+#endif

@@ -69,6 +69,7 @@ struct LaplaceSolution {
   double energy = 0;                    ///< J/m, eps/2 integral |grad V|^2
   long unknowns = 0;
   int iterations = 0;
+  double work = 0;      ///< operator evaluations, in residual evaluations on the whole grid; 0: not counted
   double residual = 0;  ///< final relative residual, in the norm of the solver's stop criterion
   Timings seconds;
 };

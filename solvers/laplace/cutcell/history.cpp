@@ -25,7 +25,7 @@ std::vector<double> History::on_unknowns(const LaplaceProblem& problem, const Cu
 
 /// The combination of the last solutions that is closest to the new one in the energy norm (a Galerkin projection with
 /// the new operator; Fischer 1998). For a scene in motion that is extrapolation in time, whatever the steps were.
-/// Returns the guess's energy norm.
+/// Returns the work.
 double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                             std::vector<double>& x) const {
   std::fill(x.begin(), x.end(), 0.0);
@@ -52,13 +52,9 @@ double History::first_guess(const LaplaceProblem& problem, const CutCellOperator
     projection[p] = dot(basis[p], b);
   }
   const std::vector<double> alpha = closest_combination(gram, projection);
-  double norm2 = 0;
   Eigen::Map<Eigen::VectorXd> guess(x.data(), n);
-  for (std::size_t p = 0; p < m; ++p) {
-    guess += alpha[p] * Eigen::Map<const Eigen::VectorXd>(basis[p].data(), n);
-    norm2 += alpha[p] * projection[p];
-  }
-  return std::sqrt(std::max(0.0, norm2));
+  for (std::size_t p = 0; p < m; ++p) guess += alpha[p] * Eigen::Map<const Eigen::VectorXd>(basis[p].data(), n);
+  return static_cast<double>(past_.size());
 }
 
 std::vector<double> closest_combination(const std::vector<double>& gram_by_rows, const std::vector<double>& products) {

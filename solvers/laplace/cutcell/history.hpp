@@ -21,7 +21,7 @@ class History {
   /// The last solution's potentials by slot, covered cells filled with their conductor's.
   const std::vector<double>& newest() const { return past_.front().cell; }
 
-  /// Sets x to a first guess for op x = b (0 without a past) and returns its energy norm.
+  /// Sets x to a first guess for op x = b (0 without a past) and returns the work done.
   double first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                      std::vector<double>& x) const;
   /// Keeps the solution x; `body_potential` one a body, in the units of x.

@@ -33,9 +33,9 @@ void Krylov::release() {
   MatNullSpaceDestroy(&null_space);
 }
 
-void Krylov::set_options(double tolerance) {
+void Krylov::set_options(double tolerance, KSPType cg) {
   check_petsc(KSPSetOptionsPrefix(ksp, "field_"));
-  check_petsc(KSPSetType(ksp, KSPCG));
+  check_petsc(KSPSetType(ksp, cg));
   check_petsc(KSPSetNormType(ksp, KSP_NORM_NATURAL));
   check_petsc(KSPSetTolerances(ksp, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, 500));
   check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));

@@ -29,8 +29,8 @@ struct Krylov {
   ~Krylov() { release(); }
   void release();
 
-  /// CG with the criterion above, then what the options with prefix "field_" say.
-  void set_options(double tolerance);
+  /// CG, of the KSP type `cg`, with the criterion above, then what the options with prefix "field_" say.
+  void set_options(double tolerance, KSPType cg = KSPCG);
   /// Throws InputError, and releases everything, if an option asks for a preconditioner that needs a matrix.
   void require_shell();
   /// Takes over `space`; null: the matrix is regular.

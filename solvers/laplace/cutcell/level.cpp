@@ -1,75 +1,131 @@
 #include "solvers/laplace/cutcell/level.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <numeric>
 
 namespace lichtenberg::laplace {
 
 Level::Level(const LaplaceProblem& problem, int nx, int ny)
     : layout(nx, ny), h(problem.size.x / nx), cover(layout.size(), -1), diagonal(layout.size(), 0.0) {}
 
-void Level::build(const LaplaceProblem& problem, LinkFormula formula) {
+void Level::build(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
-  cover_cells();
-  link_cells(problem, formula);
+  divide();
+  cover_cells(team);
+  team.for_each(part_count_, [&](int k) { link_part(problem, formula, parts_[k]); });
+  join_parts(team);
+  sort_by_row();
+  sum_diagonal(team);
+  for (const Lodger& lodger : lodgers_) link_lodger(problem, lodger);
   link_sides(problem);
 }
 
-/// Where bodies overlap, the first one has the cell.
-void Level::cover_cells() {
-  for (const std::ptrdiff_t slot : covered) cover[slot] = -1;
-  covered.clear();
-  covered_cells_.clear();
-  lodgers_.clear();
-  std::vector<int> without_cell;
+/// Parts of about equal work: a few disks, or some rows of a large body.
+void Level::divide() {
+  constexpr int rows_a_piece = 64, cells_a_part = 4096;
+  pieces_.clear();
+  part_count_ = 0;
+  int cells = cells_a_part;
   for (int body = 0; body < static_cast<int>(outlines_.size()); ++body) {
-    const std::size_t before = covered.size();
-    const CellRange range = cells_around(outlines_[body], layout.nx, layout.ny);
-    for (int j = range.from_j; j <= range.to_j; ++j)
-      for (int i = range.from_i; i <= range.to_i; ++i)
-        if (covers(outlines_[body], i, j)) claim({i, j}, body);
-    if (covered.size() == before && outlines_[body].kind == Outline::Kind::disk) without_cell.push_back(body);
+    const CellRange all = cells_around(outlines_[body], layout.nx, layout.ny);
+    for (int j = all.from_j; j <= all.to_j; j += rows_a_piece) {
+      const CellRange range{all.from_i, all.to_i, j, std::min(j + rows_a_piece - 1, all.to_j)};
+      const int piece = static_cast<int>(pieces_.size());
+      pieces_.push_back({body, range});
+      if (cells >= cells_a_part) {
+        if (static_cast<int>(parts_.size()) == part_count_) parts_.emplace_back();
+        parts_[part_count_++].from_piece = piece;
+        cells = 0;
+      }
+      parts_[part_count_ - 1].to_piece = piece + 1;
+      cells += (range.to_i - range.from_i + 1) * (range.to_j - range.from_j + 1);
+    }
   }
+}
+
+/// Where bodies overlap, the first one has the cell.
+void Level::cover_cells(Team& team) {
+  const int chunks = 4 * team.size();
+  team.for_each(chunks, [&](int k) {
+    const std::ptrdiff_t size = layout.size();
+    std::fill(cover.begin() + size * k / chunks, cover.begin() + size * (k + 1) / chunks, -1);
+  });
+  team.for_each(part_count_, [&](int k) {
+    for (int piece = parts_[k].from_piece; piece < parts_[k].to_piece; ++piece) claim(pieces_[piece], team.size() == 1);
+  });
   // A conductor is a conductor on every grid: a disk that covers no cell centre takes the cell it lies in, after all
   // others. The log-fitted link stays right for it (it knows R, however small). Where that cell is taken, it is linked
   // to the conductor that has it.
-  for (const int body : without_cell) {
-    const Cell own{cell_at(outlines_[body].centre.x, layout.nx), cell_at(outlines_[body].centre.y, layout.ny)};
-    if (!claim(own, body)) lodgers_.push_back({body, cover[layout(own.i, own.j)]});
+  lodgers_.clear();
+  for (int body = 0; body < static_cast<int>(outlines_.size()); ++body) {
+    const Outline& outline = outlines_[body];
+    if (outline.kind != Outline::Kind::disk || has_cell(body)) continue;
+    std::int32_t& owner = cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))];
+    if (owner < 0)
+      owner = body;
+    else
+      lodgers_.push_back({body, owner});
   }
-  fluid_cells = static_cast<long>(layout.nx) * layout.ny - static_cast<long>(covered.size());
 }
 
-bool Level::claim(Cell cell, int body) {
-  const std::ptrdiff_t slot = layout(cell.i, cell.j);
-  if (cover[slot] >= 0) return false;
-  cover[slot] = body;
-  covered.push_back(slot);
-  covered_cells_.push_back(cell);
-  return true;
-}
-
-void Level::link_cells(const LaplaceProblem& problem, LinkFormula formula) {
-  links.clear();
-  cross_gradients.clear();
-  pairs.clear();
-  for (int colour = 0; colour < 2; ++colour)
-    for (int j = 0; j < layout.ny; ++j) {
-      const auto begin = diagonal.begin() + layout.row(colour, j);
-      std::fill(begin, begin + layout.row_length(colour, j), 4.0);
+/// Cells whose centres the body covers, unless a body before it does too. `alone`: no other thread claims cells.
+void Level::claim(const Piece& piece, bool alone) {
+  const Outline& outline = outlines_[piece.body];
+  for (int j = piece.range.from_j; j <= piece.range.to_j; ++j)
+    for (int i = piece.range.from_i; i <= piece.range.to_i; ++i) {
+      if (!covers(outline, i, j)) continue;
+      std::int32_t& owner = cover[layout(i, j)];
+      if (alone) {
+        if (owner < 0) owner = piece.body;
+        continue;
+      }
+      const std::atomic_ref<std::int32_t> shared(owner);
+      std::int32_t current = shared.load(std::memory_order_relaxed);
+      while ((current < 0 || piece.body < current) &&
+             !shared.compare_exchange_weak(current, piece.body, std::memory_order_relaxed)) {
+      }
     }
-  for (const std::ptrdiff_t slot : covered) diagonal[slot] = 0;
-  for (std::size_t k = 0; k < covered.size(); ++k) link_cell(problem, formula, covered_cells_[k], cover[covered[k]]);
-  for (const Lodger& lodger : lodgers_) link_lodger(problem, lodger);
 }
 
-void Level::link_lodger(const LaplaceProblem& problem, Lodger lodger) {
-  if (problem.bodies[lodger.body].group == problem.bodies[lodger.host].group) return;
-  const PairConductance c = lodger_link(outlines_[lodger.body], outlines_[lodger.host]);
-  pairs.push_back({lodger.body, lodger.host, c.value, c.gradient_a, c.gradient_b});
+bool Level::has_cell(int body) const {
+  const Outline& outline = outlines_[body];
+  if (cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))] == body) return true;
+  const CellRange range = cells_around(outline, layout.nx, layout.ny);
+  for (int j = range.from_j; j <= range.to_j; ++j)
+    for (int i = range.from_i; i <= range.to_i; ++i)
+      if (cover[layout(i, j)] == body) return true;
+  return false;
 }
 
-void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body) {
+void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part) {
+  part.covered.clear();
+  part.covered_body.clear();
+  part.links.clear();
+  part.link_row.clear();
+  part.cross_gradients.clear();
+  part.pairs.clear();
+  for (int k = part.from_piece; k < part.to_piece; ++k) {
+    const auto& [body, range] = pieces_[k];
+    for (int j = range.from_j; j <= range.to_j; ++j)
+      for (int i = range.from_i; i <= range.to_i; ++i) {
+        const std::ptrdiff_t slot = layout(i, j);
+        if (cover[slot] != body) continue;
+        part.covered.push_back(slot);
+        part.covered_body.push_back(body);
+        // Most cells lie inside their body.
+        const int colour = (i + j) & 1, number = i >> 1;
+        const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
+        const std::ptrdiff_t south = layout.row(1 - colour, j - 1) + number;
+        if (cover[west] != body || cover[west + 1] != body || cover[south] != body ||
+            cover[south + 2 * layout.stride] != body)
+          link_cell(problem, formula, {i, j}, body, part);
+      }
+  }
+}
+
+void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part) {
   for (int d = 0; d < 4; ++d) {
     const Vec2 e = direction(d);
     const Cell next{cell.i + static_cast<int>(e.x), cell.j + static_cast<int>(e.y)};
@@ -79,21 +135,89 @@ void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell c
     if (other < 0) {
       Conductance c = fluid_link(outlines_[body], centre(next), -e, formula);
       const Cell beyond{next.i + static_cast<int>(e.x), next.j + static_cast<int>(e.y)};
-      if (inside(beyond)) squeeze_link(problem, cell, body, e, cover[layout(beyond.i, beyond.j)], c);
-      links.push_back({slot, body, c.value, c.gradient});
-      diagonal[slot] += c.value - 1.0;  // the neighbour is no fluid cell
+      if (inside(beyond)) squeeze_link(problem, cell, body, e, cover[layout(beyond.i, beyond.j)], c, part);
+      part.links.push_back({slot, body, c.value, c.gradient});
+      part.link_row.push_back(next.j);
     } else if (other > body && problem.bodies[other].group != problem.bodies[body].group) {
       const PairConductance c = channel_between(outlines_[body], centre(cell), e, 1.0, &outlines_[other]);
-      pairs.push_back({body, other, c.value, c.gradient_a, c.gradient_b});
+      part.pairs.push_back({body, other, c.value, c.gradient_a, c.gradient_b});
     }
   }
 }
 
 /// If body `other` lies on the other side of a body's fluid neighbour: the channel between the two.
-void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c) {
+void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c,
+                         Part& part) {
   if (other < 0 || problem.bodies[other].group == problem.bodies[body].group) return;
   const Squeeze squeezed = squeeze(outlines_[body], centre(cell), e, outlines_[other], c);
-  if (squeezed.close) cross_gradients.push_back({static_cast<int>(links.size()), other, squeezed.partner_gradient});
+  if (squeezed.close)
+    part.cross_gradients.push_back({static_cast<int>(part.links.size()), other, squeezed.partner_gradient});
+}
+
+/// One list after the other: the same lists for any number of threads.
+void Level::join_parts(Team& team) {
+  std::vector<std::size_t> first_covered(part_count_ + 1, 0), first_link(part_count_ + 1, 0);
+  cross_gradients.clear();
+  pairs.clear();
+  for (int k = 0; k < part_count_; ++k) {
+    const Part& part = parts_[k];
+    first_covered[k + 1] = first_covered[k] + part.covered.size();
+    first_link[k + 1] = first_link[k] + part.links.size();
+    for (CrossGradient cross : part.cross_gradients) {
+      cross.link += static_cast<int>(first_link[k]);
+      cross_gradients.push_back(cross);
+    }
+    pairs.insert(pairs.end(), part.pairs.begin(), part.pairs.end());
+  }
+  covered.resize(first_covered.back());
+  links.resize(first_link.back());
+  link_row_.resize(first_link.back());
+  fluid_cells = static_cast<long>(layout.nx) * layout.ny - static_cast<long>(covered.size());
+  covered_start.assign(outlines_.size() + 1, 0);
+  link_start.assign(outlines_.size() + 1, 0);
+  for (int k = 0; k < part_count_; ++k) {
+    for (const int body : parts_[k].covered_body) ++covered_start[body + 1];
+    for (const Link& link : parts_[k].links) ++link_start[link.body + 1];
+  }
+  std::partial_sum(covered_start.begin(), covered_start.end(), covered_start.begin());
+  std::partial_sum(link_start.begin(), link_start.end(), link_start.begin());
+  team.for_each(part_count_, [&](int k) {
+    std::copy(parts_[k].covered.begin(), parts_[k].covered.end(), covered.begin() + first_covered[k]);
+    std::copy(parts_[k].links.begin(), parts_[k].links.end(), links.begin() + first_link[k]);
+    std::copy(parts_[k].link_row.begin(), parts_[k].link_row.end(), link_row_.begin() + first_link[k]);
+  });
+}
+
+void Level::sort_by_row() {
+  row_start.assign(layout.ny + 1, 0);
+  for (const int row : link_row_) ++row_start[row + 1];
+  std::partial_sum(row_start.begin(), row_start.end(), row_start.begin());
+  std::vector<int> next(row_start.begin(), row_start.end() - 1);
+  links_by_row.resize(links.size());
+  for (int m = 0; m < static_cast<int>(links.size()); ++m) links_by_row[next[link_row_[m]]++] = m;
+}
+
+void Level::sum_diagonal(Team& team) {
+  const int chunks = 4 * team.size();
+  team.for_each(chunks, [&](int chunk) {
+    for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j) {
+      for (int colour = 0; colour < 2; ++colour) {
+        const std::ptrdiff_t row = layout.row(colour, j);
+        for (int k = 0; k < layout.row_length(colour, j); ++k) diagonal[row + k] = cover[row + k] < 0 ? 4.0 : 0.0;
+      }
+      // In place of the conductance 1 to a fluid neighbour.
+      for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
+        const Link& link = links[links_by_row[m]];
+        diagonal[link.cell] += link.conductance - 1.0;
+      }
+    }
+  });
+}
+
+void Level::link_lodger(const LaplaceProblem& problem, Lodger lodger) {
+  if (problem.bodies[lodger.body].group == problem.bodies[lodger.host].group) return;
+  const PairConductance c = lodger_link(outlines_[lodger.body], outlines_[lodger.host]);
+  pairs.push_back({lodger.body, lodger.host, c.value, c.gradient_a, c.gradient_b});
 }
 
 void Level::link_sides(const LaplaceProblem& problem) {

@@ -6,6 +6,7 @@
 
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
+#include "solvers/laplace/cutcell/team.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
@@ -50,15 +51,19 @@ class Level {
   Level(const LaplaceProblem& problem, int nx, int ny);
 
   /// Discretizes the problem anew, reusing memory.
-  void build(const LaplaceProblem& problem, LinkFormula formula);
+  void build(const LaplaceProblem& problem, LinkFormula formula, Team& team = Team::single());
 
   Layout layout;
   double h = 0;  ///< m
 
   /// Index of the body that covers a cell's centre, -1: fluid. By slot.
   std::vector<std::int32_t> cover;
-  std::vector<std::ptrdiff_t> covered;  ///< slots of all covered cells
-  std::vector<Link> links;
+  std::vector<std::ptrdiff_t> covered;  ///< slots of all covered cells, by body
+  std::vector<int> covered_start;       ///< [bodies + 1] a body's first in `covered`
+  std::vector<Link> links;              ///< by body
+  std::vector<int> link_start;          ///< [bodies + 1] a body's first in `links`
+  std::vector<int> links_by_row;        ///< indices of all links, by the row of their cell
+  std::vector<int> row_start;           ///< [ny + 1] a row's first in `links_by_row`
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups
   std::vector<SideLink> side_links;
@@ -74,19 +79,42 @@ class Level {
   struct Lodger {
     int body, host;
   };
-  void cover_cells();
-  bool claim(Cell cell, int body);
-  void link_cells(const LaplaceProblem& problem, LinkFormula formula);
-  void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body);
-  void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c);
+  /// Some rows of what a body may cover.
+  struct Piece {
+    int body;
+    CellRange range;
+  };
+  /// Consecutive pieces, the work of one thread, and what it makes of them.
+  struct Part {
+    int from_piece, to_piece;
+    std::vector<std::ptrdiff_t> covered;
+    std::vector<int> covered_body;
+    std::vector<Link> links;
+    std::vector<int> link_row;
+    std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
+    std::vector<PairLink> pairs;
+  };
+  void divide();
+  void cover_cells(Team& team);
+  void claim(const Piece& piece, bool alone);
+  bool has_cell(int body) const;
+  void link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part);
+  void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
+  void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c, Part& part);
+  void join_parts(Team& team);
+  void sort_by_row();
+  void sum_diagonal(Team& team);
   void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
 
-  std::vector<Cell> covered_cells_;  // the same as `covered`, by row and column
-  std::vector<Lodger> lodgers_;
   std::vector<Outline> outlines_;  // of the bodies
+  std::vector<Piece> pieces_;      // by body
+  std::vector<Part> parts_;
+  int part_count_ = 0;  // parts_ keeps its memory
+  std::vector<int> link_row_;
+  std::vector<Lodger> lodgers_;
 };
 
 }  // namespace lichtenberg::laplace

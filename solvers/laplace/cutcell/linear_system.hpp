@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "solvers/laplace/cutcell/krylov.hpp"
@@ -14,8 +15,12 @@ class LinearSystem {
   virtual ~LinearSystem() = default;
   /// Discretizes the problem on `level`, in `op` and in whatever the preconditioner needs; both must outlive this.
   virtual void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) = 0;
-  /// Solves op x = b from the guess in x until `criterion` is met; sets iterations and residual of `solution`. Throws
-  /// Failure without convergence.
+  /// Sets x, in units of `scale` (V), to what is easily had without an earlier solution.
+  virtual void first_guess(const LaplaceProblem& /*problem*/, double /*scale*/, std::vector<double>& x) {
+    std::fill(x.begin(), x.end(), 0.0);
+  }
+  /// Solves op x = b from the guess in x until `criterion` is met; sets iterations and residual of `solution` and adds
+  /// to its work, if it is counted. Throws Failure without convergence.
   virtual void solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
                      LaplaceSolution& solution) = 0;
 };

@@ -1,8 +1,6 @@
 #include "solvers/laplace/cutcell/matrix_free.hpp"
 
 #include <algorithm>
-#include <future>
-#include <thread>
 
 #include "solvers/laplace/cutcell/petsc.hpp"
 
@@ -11,26 +9,27 @@ namespace lichtenberg::laplace {
 namespace {
 
 PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
-  CutCellOperator* op = nullptr;
-  PetscCall(MatShellGetContext(matrix, &op));
+  MatrixFreeContext* context = nullptr;
+  PetscCall(MatShellGetContext(matrix, &context));
   const PetscScalar* from = nullptr;
   PetscScalar* to = nullptr;
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArrayWrite(y, &to));
-  op->apply(from, to);
+  context->op->apply(from, to);
+  ++context->applications;
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscCall(VecRestoreArrayWrite(y, &to));
   return 0;
 }
 
 PetscErrorCode precondition(PC pc, Vec r, Vec z) {
-  Multigrid* multigrid = nullptr;
-  PetscCall(PCShellGetContext(pc, &multigrid));
+  MatrixFreeContext* context = nullptr;
+  PetscCall(PCShellGetContext(pc, &context));
   const PetscScalar* from = nullptr;
   PetscScalar* to = nullptr;
   PetscCall(VecGetArrayRead(r, &from));
   PetscCall(VecGetArrayWrite(z, &to));
-  multigrid->apply(from, to);
+  context->multigrid->apply(from, to);
   PetscCall(VecRestoreArrayRead(r, &from));
   PetscCall(VecRestoreArrayWrite(z, &to));
   return 0;
@@ -53,6 +52,16 @@ MatNullSpace constants(const Level& level, const CutCellOperator& op) {
   return space;
 }
 
+/// The fused method knows no other preconditioner than the multigrid.
+void use_plain_cg_without_multigrid(KSP ksp) {
+  PC pc = nullptr;
+  PetscBool has_multigrid = PETSC_FALSE, is_fused = PETSC_FALSE;
+  check_petsc(KSPGetPC(ksp, &pc));
+  check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
+  check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), fused_cg, &is_fused));
+  if (is_fused && !has_multigrid) check_petsc(KSPSetType(ksp, KSPCG));
+}
+
 /// Lends an array to a vector, also if what is done with it throws.
 class PlacedArray {
  public:
@@ -69,25 +78,26 @@ class PlacedArray {
 
 }  // namespace
 
-MatrixFreeSystem::MatrixFreeSystem(LinkFormula links, double tolerance)
-    : links_(links), tolerance_(tolerance), multigrid_(links) {}
+MatrixFreeSystem::MatrixFreeSystem(LinkFormula links, double tolerance, Team& team)
+    : links_(links), tolerance_(tolerance), team_(team), multigrid_(links, team) {}
 
 void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   discretize(problem, level, op);
+  context_.op = &op;
+  context_.multigrid = &multigrid_;
+  context_.null_space = !problem.has_ground();
   make_krylov(op);
-  krylov_.set_null_space(problem.has_ground() ? nullptr : constants(level, op));
+  krylov_.set_null_space(context_.null_space ? constants(level, op) : nullptr);
   check_petsc(KSPSetUp(krylov_.ksp));
 }
 
-/// The coarser grids know nothing of the finest: they are made beside it, on another core if there is one.
+/// The factorization of the coarsest grid knows nothing of the finest: it is made beside it.
 void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   multigrid_.prepare(problem, level.layout);
-  const auto policy = std::thread::hardware_concurrency() > 1 ? std::launch::async : std::launch::deferred;
-  std::future<void> coarser = std::async(policy, [&] { multigrid_.build_coarse(problem); });
-  level.build(problem, links_);
-  op.build(problem, level);
+  multigrid_.build_coarse(problem);
+  level.build(problem, links_, team_);
+  op.build(problem, level, team_);
   multigrid_.build_finest(problem, level);
-  coarser.get();
 }
 
 void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
@@ -98,17 +108,18 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
     krylov_.release();
     check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, &krylov_.x));
     check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &op, &krylov_.matrix));
+    check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &context_, &krylov_.matrix));
     check_petsc(MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
     check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
     PC pc = nullptr;
     check_petsc(KSPGetPC(krylov_.ksp, &pc));
     check_petsc(PCSetType(pc, PCSHELL));
     check_petsc(PCShellSetApply(pc, precondition));
-    check_petsc(PCShellSetContext(pc, &multigrid_));
+    check_petsc(PCShellSetContext(pc, &context_));
     check_petsc(PCShellSetName(pc, "cut-cell multigrid"));
-    krylov_.set_options(tolerance_);
+    krylov_.set_options(tolerance_, fused_cg);
     krylov_.require_shell();
+    use_plain_cg_without_multigrid(krylov_.ksp);
   }
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
 }
@@ -117,7 +128,14 @@ void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, con
                              LaplaceSolution& solution) {
   const PlacedArray to(krylov_.x, x), from(krylov_.b, b);
   krylov_.criterion = criterion;
+  context_.applications = 0;
   krylov_.solve(solution);
+  solution.work += context_.applications + multigrid_.take_work();
+}
+
+void MatrixFreeSystem::first_guess(const LaplaceProblem& problem, double scale, std::vector<double>& x) {
+  LinearSystem::first_guess(problem, scale, x);
+  multigrid_.nested_guess(problem, scale, x.data());
 }
 
 }  // namespace lichtenberg::laplace

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/linear_system.hpp"
-#include "solvers/laplace/cutcell/multigrid.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -9,9 +9,10 @@ namespace lichtenberg::laplace {
 class MatrixFreeSystem : public LinearSystem {
  public:
   /// `tolerance` is what KSP's views show; each solve has its own.
-  MatrixFreeSystem(LinkFormula links, double tolerance);
+  MatrixFreeSystem(LinkFormula links, double tolerance, Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
+  void first_guess(const LaplaceProblem& problem, double scale, std::vector<double>& x) override;
   void solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
              LaplaceSolution& solution) override;
 
@@ -20,7 +21,9 @@ class MatrixFreeSystem : public LinearSystem {
   void make_krylov(CutCellOperator& op);
   LinkFormula links_;
   double tolerance_;
+  Team& team_;
   Multigrid multigrid_;
+  MatrixFreeContext context_;
   Krylov krylov_;
 };
 

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/grid.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -15,29 +14,47 @@ class CoarseSolver;
 /// runs in single precision: a preconditioner need not know more than its own convergence rate.
 class Multigrid {
  public:
-  explicit Multigrid(LinkFormula formula);
+  explicit Multigrid(LinkFormula formula, Team& team = Team::single());
   ~Multigrid();
 
-  /// Chooses the grids below `finest`, at the first call. Then the two builds, in any order or at the same time.
+  /// Chooses the grids below `finest`, at the first call. Then the two builds, in this order.
   void prepare(const LaplaceProblem& problem, const Layout& finest);
-  /// Discretizes the coarser grids and factorizes the coarsest.
+  /// Discretizes the coarser grids and leaves the factorization of the coarsest to a helper of the team.
   void build_coarse(const LaplaceProblem& problem);
-  /// Takes over the finest grid's system.
+  /// Takes over the finest grid's system and waits for that factorization.
   void build_finest(const LaplaceProblem& problem, const Level& finest);
 
   /// z = M r. Vectors in the finest level's layout, followed by one entry a group.
   void apply(const double* r, double* z);
+  /// The same in parts, for who has better things to do with r and z than to keep them: all rows of r and its groups,
+  /// then the cycle, which returns r'z; z is then read where it is.
+  void take_row(int j, const double* r);
+  void take_groups(const double* r);
+  double cycle(const double* r);
+  const float* cells() const { return grids_[0]->v.data(); }
+  const float* groups() const { return grids_[0]->phi.data(); }
+
+  /// Solves the problem on the coarser grids, each starting from the next coarser one's solution (nested iteration:
+  /// Brandt 1977), and interpolates to x, in units of `scale` (V). Without a coarser grid x is left as it is.
+  void nested_guess(const LaplaceProblem& problem, double scale, double* x);
+
+  /// Work since the last call, in units of one residual evaluation on the finest grid (README.md).
+  double take_work();
 
   int levels() const;
   long coarse_unknowns() const;
 
  private:
-  struct Grid;
-  void cycle(int l);
+  void cycle(int l, const double* r, double* row_product);
+  void spread_correction(int l);
+  double share(int l) const;
   LinkFormula formula_;
+  Team& team_;
   std::vector<std::unique_ptr<Level>> coarse_levels_;
-  std::vector<Grid> grids_;
+  std::vector<std::unique_ptr<Grid>> grids_;
   std::unique_ptr<CoarseSolver> coarse_solver_;
+  std::vector<double> row_product_;
+  double work_ = 0;
 };
 
 }  // namespace lichtenberg::laplace

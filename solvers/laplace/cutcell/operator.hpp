@@ -1,11 +1,9 @@
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
-#include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/link_lists.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -14,37 +12,39 @@ namespace lichtenberg::laplace {
 /// of given potential, which stand on the right-hand side).
 class CutCellOperator {
  public:
-  void build(const LaplaceProblem& problem, const Level& level);
+  void build(const LaplaceProblem& problem, const Level& level, Team& team = Team::single());
   std::size_t size() const { return cells_ + groups_; }
+  std::size_t cells() const { return cells_; }
 
   /// y = A x
   void apply(const double* x, double* y) const;
-  /// Right-hand side: charges / eps, and what groups and sides of given potential bring.
-  void right_hand_side(const LaplaceProblem& problem, double* b) const;
-  /// Shifts the floating groups' potentials, and all potentials together, such that every group's charge and the sum of
-  /// all charges are exact to rounding. What CG has left open is of the order of its tolerance; these shifts are a
-  /// Galerkin correction, so that they lessen the error in the energy norm.
-  void balance(const double* b, double* x) const;
+  /// The part of it in row j, and in the groups; returns that part of x'y.
+  double apply_row(int j, const double* x, double* y) const;
+  double apply_groups(const double* x, double* y) const;
+  /// x'y
+  double dot(const double* x, const double* y) const;
+  /// Right-hand side: charges / eps, and what groups and sides of given potential bring, in units of `scale` (V).
+  void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
+  /// Each floating group's potential from its own balance: its charge is then exact for the cells' potentials, to
+  /// rounding, or to the solver's tolerance where groups are linked to each other directly.
+  void balance_groups(const double* b, double* x) const;
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
- private:
-  std::vector<double> group_residual(const double* b, const double* x) const;
-  Eigen::SparseMatrix<double> group_matrix() const;
+  const Level& level() const { return *level_; }
+  Team& team() const { return *team_; }
 
+ private:
   const Level* level_ = nullptr;
+  Team* team_ = nullptr;
   std::size_t cells_ = 0, groups_ = 0;
-  // Couplings with floating groups; group indices count from the vector's start.
-  std::vector<std::int32_t> link_cell_, link_group_;
-  std::vector<double> link_conductance_;
+  LinkLists<double> links_;
   struct GroupPair {
     std::int32_t a, b;
     double conductance;
   };
   std::vector<GroupPair> pairs_;
   std::vector<double> group_diagonal_;  // 0: fixed
-  // Conductances to what has a given potential: of cells and groups, by index into the vector.
-  std::vector<std::pair<std::int32_t, double>> to_ground_;
 };
 
 }  // namespace lichtenberg::laplace

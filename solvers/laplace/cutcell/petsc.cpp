@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -51,6 +52,7 @@ void start_petsc() {
   if (PetscInitialize(&count, &values, nullptr, nullptr)) throw Failure("PETSc could not be started");
   PetscPopSignalHandler();
   check_petsc(PetscPushErrorHandler(keep_message, nullptr));
+  register_fused_cg();
   std::atexit([] { PetscFinalize(); });
 }
 

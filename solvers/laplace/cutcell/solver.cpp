@@ -27,6 +27,7 @@ struct CutCellSolver::Implementation {
   explicit Implementation(CutCellOptions o) : options(o) {}
 
   CutCellOptions options;
+  Team team{options.threads};
   Vec2 size;  // of the box the grids were made for
   double smallest_radius = 0;
   std::unique_ptr<Level> level;
@@ -37,7 +38,7 @@ struct CutCellSolver::Implementation {
   History history;
 
   LaplaceSolution solve(const LaplaceProblem& problem);
-  void choose_scale();
+  void choose_scale(const LaplaceProblem& problem);
   void prepare_grids(const LaplaceProblem& problem);
   void fix_mean(const LaplaceProblem& problem);
   void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
@@ -45,9 +46,9 @@ struct CutCellSolver::Implementation {
 
 namespace {
 
-std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options) {
+std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, Team& team) {
   if (options.linear_solver == CutCellOptions::LinearSolver::multigrid)
-    return std::make_unique<MatrixFreeSystem>(options.links, options.tolerance);
+    return std::make_unique<MatrixFreeSystem>(options.links, options.tolerance, team);
   return std::make_unique<AssembledSystem>(options.links, options.tolerance);
 }
 
@@ -58,7 +59,7 @@ void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem)
   if (level && size == problem.size && smallest == smallest_radius) return;
   const GridSize finest = finest_grid(problem, options.cells);
   level = std::make_unique<Level>(problem, finest.nx, finest.ny);
-  system = make_system(options);
+  system = make_system(options, team);
   history.clear();
   size = problem.size;
   smallest_radius = smallest;
@@ -84,9 +85,11 @@ void CutCellSolver::Implementation::remember(const LaplaceProblem& problem, cons
 
 /// Single precision holds 38 decades either way: enough for any right-hand side of about 1. The scale is kept while it
 /// is good enough, so that past solutions need no rescaling.
-void CutCellSolver::Implementation::choose_scale() {
+void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) {
   double largest = 0;
-  for (const double value : b) largest = std::max(largest, std::abs(value));
+  for (const Group& group : problem.groups)
+    largest = std::max(largest, std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
+  for (const SideLink& link : level->side_links) largest = std::max(largest, std::abs(link.potential));
   const double ratio = largest / scale;
   if (!history.empty() && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
   history.clear();
@@ -106,12 +109,15 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  op.right_hand_side(problem, b.data());
-  choose_scale();
-  for (double& value : b) value /= scale;
-  const double guess_norm = history.first_guess(problem, op, b, x);
+  choose_scale(problem);
+  op.right_hand_side(problem, b.data(), scale);
+  if (history.empty())
+    system->first_guess(problem, scale, x);
+  else
+    solution.work += history.first_guess(problem, op, b, x);
+  const double guess_norm = std::sqrt(std::max(0.0, op.dot(x.data(), b.data())));
   system->solve(b, x, {options.tolerance, guess_norm, 0, 0}, solution);
-  op.balance(b.data(), x.data());
+  op.balance_groups(b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
   solution.seconds.solve = seconds_since(start);
 

@@ -16,6 +16,7 @@ struct CutCellOptions {
   int cells = 512;          ///< S: cells along the longer side of the box; the shorter one must hold whole cells
   double tolerance = 1e-8;  ///< error of a solve in the energy norm, relative to the solution's
   LinkFormula links = LinkFormula::log_fitted;
+  int threads = 0;  ///< that share set-up and solve, the results being the same bits for any number; 0: the machine's
   /// multigrid: matrix-free, geometric multigrid as preconditioner. assembled: the same system as an AIJ matrix, for
   /// any PETSc preconditioner (default GAMG; -field_pc_type chooses).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
@@ -25,9 +26,9 @@ struct CutCellOptions {
 };
 
 /// The direct scheme (README.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
-/// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding (on a
-/// device to the tolerance), forces are the exact derivative of the discrete energy (virtual work). KSP options have
-/// the prefix "field_"; the relative tolerance is `tolerance`, not -field_ksp_rtol.
+/// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding
+/// (between conductors in neighbouring cells to the tolerance), forces are the exact derivative of the discrete energy
+/// (virtual work). KSP options have the prefix "field_"; the relative tolerance is `tolerance`, not -field_ksp_rtol.
 class CutCellSolver : public LaplaceSolver {
  public:
   explicit CutCellSolver(CutCellOptions options);

@@ -1,0 +1,182 @@
+#include "solvers/laplace/cutcell/conjugate_gradients.hpp"
+
+#include <petsc/private/kspimpl.h>
+
+#include <cmath>
+
+#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/wavefront.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+/// The vectors of a solve and what is done with them: three passes over memory an iteration.
+class Iteration {
+ public:
+  Iteration(MatrixFreeContext& context, double* x)
+      : context_(context),
+        op_(*context.op),
+        multigrid_(*context.multigrid),
+        layout_(op_.level().layout),
+        cells_(op_.cells()),
+        groups_(op_.size() - op_.cells()),
+        x_(x) {
+    for (std::vector<double>* vector : {&context.r, &context.p, &context.q}) vector->resize(op_.size());
+    r_ = context.r.data();
+    p_ = context.p.data();
+    q_ = context.q.data();
+    row_product_.resize(layout_.ny);
+  }
+
+  /// r = b - A x
+  void start(const double* b) {
+    ++context_.applications;
+    for_each_row(op_.team(), layout_, [&](int j) {
+      op_.apply_row(j, x_, r_);
+      in_row(j, [&](std::ptrdiff_t k) { r_[k] = b[k] - r_[k]; });
+      multigrid_.take_row(j, r_);
+    });
+    op_.apply_groups(x_, r_);
+    in_groups([&](std::ptrdiff_t k) { r_[k] = b[k] - r_[k]; });
+    multigrid_.take_groups(r_);
+  }
+
+  /// z = M r; returns r'z.
+  double precondition() { return multigrid_.cycle(r_); }
+
+  /// p = z + beta p, q = A p; returns p'q.
+  double turn(double beta) {
+    ++context_.applications;
+    const float* z = multigrid_.cells();
+    const float* z_group = multigrid_.groups();
+    const double mean = context_.null_space ? mean_correction() : 0.0;
+    const std::vector<double>& diagonal = op_.level().diagonal;
+    in_groups([&](std::ptrdiff_t k) { p_[k] = z_group[k - cells_] - mean + (beta == 0 ? 0 : beta * p_[k]); });
+    wavefront(op_.team(), layout_, 2, [&](int stage, int j) {
+      if (stage == 1)
+        row_product_[j] = op_.apply_row(j, p_, q_);
+      else if (mean != 0)
+        in_row(j,
+               [&](std::ptrdiff_t k) { p_[k] = diagonal[k] > 0 ? z[k] - mean + (beta == 0 ? 0 : beta * p_[k]) : 0.0; });
+      else if (beta == 0)
+        in_row(j, [&](std::ptrdiff_t k) { p_[k] = z[k]; });
+      else
+        in_row(j, [&](std::ptrdiff_t k) { p_[k] = z[k] + beta * p_[k]; });
+    });
+    return ordered_sum(row_product_) + op_.apply_groups(p_, q_);
+  }
+
+  /// x += alpha p, r -= alpha q
+  void step(double alpha) {
+    const auto update = [this, alpha](std::ptrdiff_t k) {
+      x_[k] += alpha * p_[k];
+      r_[k] -= alpha * q_[k];
+    };
+    for_each_row(op_.team(), layout_, [&](int j) {
+      in_row(j, update);
+      multigrid_.take_row(j, r_);
+    });
+    in_groups(update);
+    multigrid_.take_groups(r_);
+  }
+
+ private:
+  template <class Entry>
+  void in_row(int j, const Entry& entry) {
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t row = layout_.row(colour, j);
+      const int n = layout_.row_length(colour, j);
+#pragma GCC ivdep
+      for (int k = 0; k < n; ++k) entry(row + k);
+    }
+  }
+  template <class Entry>
+  void in_groups(const Entry& entry) {
+    for (std::ptrdiff_t k = 0; k < groups_; ++k) entry(cells_ + k);
+  }
+
+  /// The mean of z over all unknowns, which is all in the null space that z can have.
+  double mean_correction() const {
+    const std::vector<double>& diagonal = op_.level().diagonal;
+    double sum = 0, count = static_cast<double>(groups_);
+    for (std::ptrdiff_t k = 0; k < cells_; ++k)
+      if (diagonal[k] > 0) {
+        sum += multigrid_.cells()[k];
+        ++count;
+      }
+    for (std::ptrdiff_t g = 0; g < groups_; ++g) sum += multigrid_.groups()[g];
+    return sum / count;
+  }
+
+  MatrixFreeContext& context_;
+  const CutCellOperator& op_;
+  Multigrid& multigrid_;
+  const Layout& layout_;
+  std::ptrdiff_t cells_, groups_;
+  double *x_, *r_ = nullptr, *p_ = nullptr, *q_ = nullptr;
+  std::vector<double> row_product_;
+};
+
+/// Tells monitors, history and the stop criterion about the natural norm squared.
+PetscErrorCode report(KSP ksp, double squared) {
+  ksp->rnorm = std::sqrt(std::abs(squared));
+  PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
+  PetscCall(KSPMonitor(ksp, ksp->its, ksp->rnorm));
+  PetscCall((*ksp->converged)(ksp, ksp->its, ksp->rnorm, &ksp->reason, ksp->cnvP));
+  return 0;
+}
+
+PetscErrorCode solve(KSP ksp) {
+  MatrixFreeContext* context = nullptr;
+  PetscCall(PCShellGetContext(ksp->pc, &context));
+  double* x = nullptr;
+  const double* b = nullptr;
+  PetscCall(VecGetArray(ksp->vec_sol, &x));
+  PetscCall(VecGetArrayRead(ksp->vec_rhs, &b));
+  Iteration iteration(*context, x);
+  ksp->its = 0;
+  iteration.start(b);
+  double product = iteration.precondition(), beta = 0;
+  PetscCall(report(ksp, product));
+  while (!ksp->reason && ksp->its < ksp->max_it) {
+    const double curvature = iteration.turn(beta);
+    if (!(curvature > 0)) {
+      ksp->reason = KSP_DIVERGED_INDEFINITE_MAT;
+      break;
+    }
+    iteration.step(product / curvature);
+    PetscCall(PetscObjectStateIncrease(reinterpret_cast<PetscObject>(ksp->vec_sol)));
+    const double last = product;
+    product = iteration.precondition();
+    ++ksp->its;
+    if (product < 0) {
+      ksp->reason = KSP_DIVERGED_INDEFINITE_PC;
+      break;
+    }
+    beta = product / last;
+    PetscCall(report(ksp, product));
+  }
+  if (!ksp->reason) ksp->reason = KSP_DIVERGED_ITS;
+  PetscCall(VecRestoreArray(ksp->vec_sol, &x));
+  PetscCall(VecRestoreArrayRead(ksp->vec_rhs, &b));
+  return 0;
+}
+
+PetscErrorCode do_nothing(KSP) { return 0; }
+
+PetscErrorCode create(KSP ksp) {
+  PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NATURAL, PC_LEFT, 3));
+  ksp->ops->setup = do_nothing;
+  ksp->ops->solve = solve;
+  ksp->ops->destroy = KSPDestroyDefault;
+  ksp->ops->buildsolution = KSPBuildSolutionDefault;
+  ksp->ops->buildresidual = KSPBuildResidualDefault;
+  return 0;
+}
+
+}  // namespace
+
+void register_fused_cg() { check_petsc(KSPRegister(fused_cg, create)); }
+
+}  // namespace lichtenberg::laplace

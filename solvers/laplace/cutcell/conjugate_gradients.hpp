@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/laplace/cutcell/multigrid.hpp"
+#include "solvers/laplace/cutcell/operator.hpp"
+
+namespace lichtenberg::laplace {
+
+/// What the shell matrix, the shell preconditioner and the method below work on.
+struct MatrixFreeContext {
+  CutCellOperator* op = nullptr;
+  Multigrid* multigrid = nullptr;
+  bool null_space = false;      ///< nothing is grounded: the matrix takes constants to zero
+  double applications = 0;      ///< of the operator, counted up
+  std::vector<double> r, p, q;  ///< residual, direction, A p
+};
+
+/// KSP type: conjugate gradients as in KSPCG with the natural norm, but with the updates and products of vectors done
+/// where the operator and the V-cycle have the rows at hand, and on all threads of the operator's team. It reads the
+/// rows of x and b in place, needs the multigrid as PCSHELL with a MatrixFreeContext, and no other preconditioner.
+inline constexpr const char* fused_cg = "cutcell";
+
+/// Makes the type known to PETSc, once. Throws Failure.
+void register_fused_cg();
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,290 @@
+#include "solvers/laplace/cutcell/grid.hpp"
+
+#include <algorithm>
+
+#include "solvers/laplace/cutcell/wavefront.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+/// v = (f + sum of the four neighbours) / diagonal along one row of one colour. `west` points at the neighbour on the
+/// left of the first cell; the one on its right follows it.
+void relax_row(int n, float* __restrict v, const float* __restrict f, const float* __restrict inverse_diagonal,
+               const float* __restrict west, const float* __restrict south, const float* __restrict north) {
+  for (int k = 0; k < n; ++k) v[k] = (f[k] + west[k] + west[k + 1] + south[k] + north[k]) * inverse_diagonal[k];
+}
+
+void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
+                         const float* __restrict inverse_diagonal) {
+  for (int k = 0; k < n; ++k) v[k] = f[k] * inverse_diagonal[k];
+}
+
+/// After a sweep from zero over red and then black, a red cell's residual is what its black neighbours have brought.
+void red_residual_row(int n, float* __restrict r, const float* __restrict inverse_diagonal,
+                      const float* __restrict west, const float* __restrict south, const float* __restrict north) {
+  for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? west[k] + west[k + 1] + south[k] + north[k] : 0.0f;
+}
+
+/// f = f + neighbours - diagonal v
+void residual_row(int n, float* __restrict f, const float* __restrict v, const float* __restrict inverse_diagonal,
+                  const float* __restrict west, const float* __restrict south, const float* __restrict north) {
+  for (int k = 0; k < n; ++k)
+    f[k] = inverse_diagonal[k] > 0 ? f[k] + west[k] + west[k + 1] + south[k] + north[k] - v[k] / inverse_diagonal[k]
+                                   : 0.0f;
+}
+
+}  // namespace
+
+Grid::Grid(const Layout& at, Team& team)
+    : layout(at),
+      v(at.size()),
+      f(at.size()),
+      team_(&team),
+      residual_(at.colour_size()),
+      inverse_diagonal_(at.size()),
+      natural_stride_(at.nx + 2 * Layout::pad),
+      natural_((at.ny + 2) * natural_stride_) {}
+
+Grid::GroupCoupling Grid::couple_groups(const LaplaceProblem& problem, const Level& level) {
+  const auto group = [&](int body) { return problem.bodies[body].group; };
+  GroupCoupling coupling;
+  coupling.start.assign(problem.groups.size() + 1, 0);
+  for (const PairLink& pair : level.pairs) {
+    ++coupling.start[group(pair.body_a) + 1];
+    ++coupling.start[group(pair.body_b) + 1];
+  }
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) coupling.start[g + 1] += coupling.start[g];
+  coupling.other.resize(coupling.start.back());
+  coupling.conductance.resize(coupling.start.back());
+  std::vector<int> next(coupling.start.begin(), coupling.start.end() - 1);
+  const auto put = [&](int g, int h, double c) {
+    coupling.other[next[g]] = h;
+    coupling.conductance[next[g]++] = static_cast<float>(c);
+  };
+  for (const PairLink& pair : level.pairs) {
+    put(group(pair.body_a), group(pair.body_b), pair.conductance);
+    put(group(pair.body_b), group(pair.body_a), pair.conductance);
+  }
+  return coupling;
+}
+
+void Grid::build(const LaplaceProblem& problem, const Level& level) {
+  const std::size_t groups = problem.groups.size();
+  for_each_row(*team_, layout, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t row = layout.row(colour, j);
+      const double* diagonal = &level.diagonal[row];
+      for (int k = 0; k < layout.row_length(colour, j); ++k)
+        inverse_diagonal_[row + k] = diagonal[k] > 0 ? 1.0f / static_cast<float>(diagonal[k]) : 0.0f;
+      // The coarsest grid's solve sets unknowns only: cells that a grounded conductor covers now would keep what they
+      // had.
+      std::fill_n(&v[row], layout.row_length(colour, j), 0.0f);
+    }
+  });
+  links_.build(problem, level, *team_);
+  covered_cell_.assign(level.covered.begin(), level.covered.end());
+  covered_start_ = level.covered_start;
+  body_group_.clear();
+  for (const Body& body : problem.bodies) body_group_.push_back(body.group);
+
+  const std::vector<float> group_diagonal = group_diagonals(problem, level, links_, *team_);
+  phi.assign(groups, 0.0f);
+  charge.assign(groups, 0.0f);
+  flux_.assign(groups, 0.0f);
+  group_inverse_diagonal_.assign(groups, 0.0f);
+  for (std::size_t g = 0; g < groups; ++g)
+    if (group_diagonal[g] > 0) group_inverse_diagonal_[g] = 1.0f / group_diagonal[g];
+  coupling_ = couple_groups(problem, level);
+  for (int side = 0; side < 4; ++side) mirror[side] = problem.sides[side].kind == Side::Kind::electrode ? -1.0f : 1.0f;
+}
+
+void Grid::relax(int colour, int j) {
+  const std::ptrdiff_t at = layout.row(colour, j), other = 1 - colour;
+  relax_row(layout.row_length(colour, j), &v[at], &f[at], &inverse_diagonal_[at],
+            &v[layout.row(other, j) + Layout::parity(colour, j) - 1], &v[layout.row(other, j - 1)],
+            &v[layout.row(other, j + 1)]);
+}
+
+void Grid::form_red_residual(int j) {
+  const std::ptrdiff_t at = layout.row(0, j);
+  red_residual_row(layout.row_length(0, j), &residual_[at], &inverse_diagonal_[at],
+                   &v[layout.row(1, j) + Layout::parity(0, j) - 1], &v[layout.row(1, j - 1)], &v[layout.row(1, j + 1)]);
+}
+
+/// Each group's potential from its charge, its cells' flux_ and the groups it is coupled with directly (Gauss-Seidel,
+/// in ascending or descending order).
+void Grid::relax_groups(bool forward) {
+  const int groups = static_cast<int>(phi.size());
+  for (int k = 0; k < groups; ++k) {
+    const int g = forward ? k : groups - 1 - k;
+    float flux = charge[g] + flux_[g];
+    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
+      flux += coupling_.conductance[m] * phi[coupling_.other[m]];
+    phi[g] = flux * group_inverse_diagonal_[g];
+  }
+}
+
+/// Conductors first: a conductor's charge spreads into its potential before the cells see it. Without that the sweep
+/// smooths against a wrong boundary (26 iterations of CG in place of 12).
+void Grid::smooth_from_zero() {
+  std::fill(phi.begin(), phi.end(), 0.0f);
+  std::fill(flux_.begin(), flux_.end(), 0.0f);
+  relax_groups(true);
+  wavefront(*team_, layout, 3, [&](int stage, int j) {
+    if (stage == 0) {
+      links_.add_to_row(j, phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
+      const std::ptrdiff_t at = layout.row(0, j);
+      relax_row_from_zero(layout.row_length(0, j), &v[at], &f[at], &inverse_diagonal_[at]);
+    } else if (stage == 1) {
+      relax(1, j);
+    } else {
+      form_red_residual(j);
+    }
+  });
+}
+
+/// Full weighting, the transpose of bilinear interpolation: a coarse cell collects its fine cells' residuals with
+/// weights 1 3 3 1 / 4 in each direction (black residuals are zero). What falls outside the box is mirrored back.
+void Grid::restrict_row(Grid& coarse, int J) const {
+  const int NX = coarse.layout.nx, NY = coarse.layout.ny;
+  thread_local std::vector<float> buffer;
+  buffer.resize(3 * (NX + 2 * Layout::pad));
+  float* even = buffer.data() + Layout::pad;
+  float* odd = even + NX + 2 * Layout::pad;
+  float* sum = odd + NX + 2 * Layout::pad;
+  const float* below = &residual_[layout.row(0, 2 * J - 1)];
+  const float* lower = &residual_[layout.row(0, 2 * J)];
+  const float* upper = &residual_[layout.row(0, 2 * J + 1)];
+  const float* above = &residual_[layout.row(0, 2 * J + 2)];
+  const float own_lower = J == 0 ? 0.75f + 0.25f * mirror[bottom] : 0.75f;
+  const float own_upper = J == NY - 1 ? 0.75f + 0.25f * mirror[top] : 0.75f;
+  for (int I = 0; I < NX; ++I) even[I] = own_lower * lower[I] + 0.25f * above[I];
+  for (int I = 0; I < NX; ++I) odd[I] = 0.25f * below[I] + own_upper * upper[I];
+  odd[-1] = mirror[left] * even[0];
+  even[NX] = mirror[right] * odd[NX - 1];
+  for (int I = 0; I < NX; ++I) sum[I] = 0.75f * (even[I] + odd[I]) + 0.25f * (odd[I - 1] + even[I + 1]);
+  for (int colour = 0; colour < 2; ++colour) {
+    float* f_row = &coarse.f[coarse.layout.row(colour, J)];
+    const int parity = Layout::parity(colour, J);
+    for (int k = 0; k < coarse.layout.row_length(colour, J); ++k) f_row[k] = sum[2 * k + parity];
+  }
+}
+
+/// sum += what cells and coupled groups bring to each group, its own potential's share taken off.
+void Grid::add_group_charges(std::vector<float>& sum) const {
+  links_.add_to_groups(*team_, v.data(), sum.data());
+  for (std::size_t g = 0; g < phi.size(); ++g) {
+    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
+      sum[g] += coupling_.conductance[m] * phi[coupling_.other[m]];
+    sum[g] = group_inverse_diagonal_[g] > 0 ? sum[g] - phi[g] / group_inverse_diagonal_[g] : 0.0f;
+  }
+}
+
+/// A conductor is the same unknown on both grids; the residuals of the coarse cells that it covers are its as well.
+void Grid::restrict_groups(Grid& coarse) {
+  coarse.charge = charge;
+  add_group_charges(coarse.charge);
+  const int bodies = static_cast<int>(body_group_.size());
+  for (int body = 0; body < bodies; ++body) {
+    float sum = 0;
+    for (int m = coarse.covered_start_[body]; m < coarse.covered_start_[body + 1]; ++m)
+      sum += coarse.f[coarse.covered_cell_[m]];
+    coarse.charge[body_group_[body]] += sum;
+  }
+}
+
+void Grid::restrict_to(Grid& coarse) {
+  for_each_row(*team_, coarse.layout, [&](int J) { restrict_row(coarse, J); });
+  restrict_groups(coarse);
+}
+
+void Grid::spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored) {
+  const int bodies = static_cast<int>(body_group_.size()), chunks = bands(layout, *team_);
+  team_->for_each(chunks, [&](int chunk) {
+    for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
+      for (int m = covered_start_[body]; m < covered_start_[body + 1]; ++m)
+        v[covered_cell_[m]] = potential[body_group_[body]];
+  });
+  const auto write_row = [&](int j, int from, float sign) {
+    float* row = &natural_[(j + 1) * natural_stride_ + Layout::pad];
+    for (int colour = 0; colour < 2; ++colour) {
+      const float* v_row = &v[layout.row(colour, from)];
+      const int parity = Layout::parity(colour, from);
+      for (int k = 0; k < layout.row_length(colour, from); ++k) row[2 * k + parity] = sign * v_row[k];
+    }
+    row[-1] = mirrored[left] * row[0];
+    row[layout.nx] = mirrored[right] * row[layout.nx - 1];
+  };
+  for_each_row(*team_, layout, [&](int j) { write_row(j, j, 1.0f); });
+  write_row(-1, 0, mirrored[bottom]);
+  write_row(layout.ny, layout.ny - 1, mirrored[top]);
+}
+
+/// Calls effect(slot, value) for the bilinear interpolation from `coarse` to every cell of a row: 9 3 3 1 / 16 of the
+/// four nearest coarse cells.
+template <class Effect>
+void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const {
+  const int beside = Layout::parity(colour, j) == 0 ? -1 : 1;
+  const float* own = coarse.natural_row(j / 2);
+  const float* next = coarse.natural_row(j / 2 + (j % 2 == 0 ? -1 : 1));
+  const std::ptrdiff_t at = layout.row(colour, j);
+  const int n = layout.row_length(colour, j);
+  for (int I = 0; I < n; ++I)
+    effect(at + I,
+           0.75f * (0.75f * own[I] + 0.25f * own[I + beside]) + 0.25f * (0.75f * next[I] + 0.25f * next[I + beside]));
+}
+
+/// The correction goes to the red cells only: the black ones are relaxed next and forget what they had.
+void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_product) {
+  wavefront(*team_, layout, 3, [&](int stage, int j) {
+    if (stage == 0) {
+      links_.add_to_row(j, coarse.phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
+      float* __restrict to = v.data();
+      const float* __restrict inverse_diagonal = inverse_diagonal_.data();
+      interpolate_row(coarse, 0, j, [=](std::ptrdiff_t slot, float correction) {
+        to[slot] = inverse_diagonal[slot] > 0 ? to[slot] + correction : 0.0f;
+      });
+    } else if (stage == 1) {
+      relax(1, j);
+    } else {
+      relax(0, j);
+      if (!r) return;
+      row_product[j] = 0;
+      for (int colour = 0; colour < 2; ++colour) {
+        const std::ptrdiff_t at = layout.row(colour, j);
+        row_product[j] += row_dot(layout.row_length(colour, j), r + at, v.data() + at);
+      }
+    }
+  });
+  for (std::size_t g = 0; g < phi.size(); ++g) phi[g] += coarse.phi[g];
+  std::fill(flux_.begin(), flux_.end(), 0.0f);
+  links_.add_to_groups(*team_, v.data(), flux_.data());
+  relax_groups(false);
+}
+
+void Grid::interpolate_from(const Grid& coarse) {
+  for_each_row(*team_, layout, [&](int j) {
+    float* __restrict to = v.data();
+    const float* __restrict inverse_diagonal = inverse_diagonal_.data();
+    for (int colour = 0; colour < 2; ++colour)
+      interpolate_row(coarse, colour, j,
+                      [=](std::ptrdiff_t slot, float value) { to[slot] = inverse_diagonal[slot] > 0 ? value : 0.0f; });
+  });
+  phi = coarse.phi;
+}
+
+void Grid::form_residual() {
+  for_each_row(*team_, layout, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t at = layout.row(colour, j), other = 1 - colour;
+      residual_row(layout.row_length(colour, j), &f[at], &v[at], &inverse_diagonal_[at],
+                   &v[layout.row(other, j) + Layout::parity(colour, j) - 1], &v[layout.row(other, j - 1)],
+                   &v[layout.row(other, j + 1)]);
+    }
+    links_.add_to_row(j, phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
+  });
+  add_group_charges(charge);
+}
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "solvers/laplace/cutcell/link_lists.hpp"
+
+namespace lichtenberg::laplace {
+
+/// One grid of the multigrid cycle: its system and its vectors, in single precision, and the passes that a cycle is
+/// made of. Every pass over cells runs in bands of rows on the team (wavefront.hpp).
+class Grid {
+ public:
+  Grid(const Layout& at, Team& team);
+
+  void build(const LaplaceProblem& problem, const Level& level);
+
+  /// Smooths f and charge from zero (conductors, red cells, black cells) and finds the residual.
+  void smooth_from_zero();
+  /// Sends the residual to the right-hand side of `coarse`.
+  void restrict_to(Grid& coarse);
+  /// Adds the correction of `coarse` after its `spread`, then smooths: black cells, red cells, conductors. With r,
+  /// row_product[j] is set to r'v over row j.
+  void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
+  /// Writes v by row and column into `natural`, covered cells with their group's entry of `potential`; beyond a side
+  /// lies the mirror image, multiplied by mirrored[side].
+  void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
+  /// v = what `coarse` has after its `spread`, interpolated to all fluid cells; phi = that of `coarse`.
+  void interpolate_from(const Grid& coarse);
+  /// f and charge become the residual of v and phi.
+  void form_residual();
+
+  Layout layout;
+  std::vector<float> v, f;         // by slot
+  std::vector<float> phi, charge;  // by group; 0 where the potential is given
+  std::array<float, 4> mirror{};   // +1 at an insulating side, -1 at an electrode: what a correction continues as
+
+ private:
+  /// Groups coupled directly by pair links, as a sparse matrix over groups.
+  struct GroupCoupling {
+    std::vector<int> start, other;
+    std::vector<float> conductance;
+  };
+  static GroupCoupling couple_groups(const LaplaceProblem& problem, const Level& level);
+  void relax(int colour, int j);
+  void form_red_residual(int j);
+  void relax_groups(bool forward);
+  void add_group_charges(std::vector<float>& sum) const;
+  template <class Effect>
+  void interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const;
+  void restrict_row(Grid& coarse, int J) const;
+  void restrict_groups(Grid& coarse);
+  const float* natural_row(int j) const { return &natural_[(j + 1) * natural_stride_ + Layout::pad]; }
+
+  Team* team_;
+  LinkLists<float> links_;
+  std::vector<float> residual_;          // by slot, red cells only
+  std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown
+  std::vector<float> group_inverse_diagonal_, flux_;
+  GroupCoupling coupling_;
+  std::vector<std::int32_t> covered_cell_;  // by body
+  std::vector<int> covered_start_, body_group_;
+  std::ptrdiff_t natural_stride_ = 0;
+  std::vector<float> natural_;
+};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,116 @@
+#include "solvers/laplace/cutcell/team.hpp"
+
+#include <chrono>
+#include <exception>
+#include <utility>
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+// In loop_: 24 bits for the loop's number, 20 for its count, 20 for the next index.
+constexpr int index_bits = 20;
+constexpr std::uint64_t index_mask = (1u << index_bits) - 1;
+constexpr std::uint64_t next_index(std::uint64_t loop) { return loop & index_mask; }
+constexpr std::uint64_t index_count(std::uint64_t loop) { return (loop >> index_bits) & index_mask; }
+
+/// How long a helper watches before it sleeps: longer than the serial stretches between a solve's loops, far shorter
+/// than what lies between two solves.
+constexpr std::chrono::microseconds watch{50};
+
+void pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#else
+  std::this_thread::yield();
+#endif
+}
+
+}  // namespace
+
+Team::Team(int threads) {
+  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
+  for (int k = 1; k < threads; ++k) helpers_.emplace_back([this] { help_until_stopped(); });
+}
+
+Team::~Team() {
+  stop_ = true;
+  loop_.fetch_add(std::uint64_t{1} << (2 * index_bits));
+  loop_.notify_all();
+}
+
+Team& Team::single() {
+  static Team team(1);
+  return team;
+}
+
+/// Does one piece of the loop in progress; false if none is left.
+bool Team::help() {
+  std::uint64_t loop = loop_.load(std::memory_order_acquire);
+  do {
+    if (next_index(loop) >= index_count(loop)) return false;
+  } while (!loop_.compare_exchange_weak(loop, loop + 1, std::memory_order_acq_rel, std::memory_order_acquire));
+  call_(context_, static_cast<int>(next_index(loop)));
+  done_.fetch_add(1, std::memory_order_release);
+  return true;
+}
+
+void Team::share(int count, Call call, const void* context) {
+  call_ = call;
+  context_ = context;
+  done_.store(0, std::memory_order_relaxed);
+  const std::uint64_t number = (loop_.load(std::memory_order_relaxed) >> (2 * index_bits)) + 1;
+  loop_.store(number << (2 * index_bits) | static_cast<std::uint64_t>(count) << index_bits, std::memory_order_release);
+  loop_.notify_all();
+  while (help()) {
+  }
+  while (done_.load(std::memory_order_acquire) < count) pause();
+}
+
+bool Team::run_side_task() {
+  int expected = waiting;
+  if (!side_task_.compare_exchange_strong(expected, running, std::memory_order_acq_rel)) return false;
+  try {
+    side_work_();
+  } catch (...) {
+    side_error_ = std::current_exception();
+  }
+  side_task_.store(ended, std::memory_order_release);
+  side_task_.notify_all();
+  return true;
+}
+
+void Team::help_until_stopped() {
+  while (!stop_) {
+    const auto asleep = std::chrono::steady_clock::now() + watch;
+    std::uint64_t seen = loop_.load(std::memory_order_acquire);
+    while (!run_side_task() && !help()) {
+      pause();
+      if (std::chrono::steady_clock::now() < asleep) continue;
+      seen = loop_.load(std::memory_order_acquire);
+      if (next_index(seen) < index_count(seen) || side_task_ == waiting || stop_) break;
+      loop_.wait(seen, std::memory_order_acquire);
+      break;
+    }
+  }
+}
+
+void Team::start(std::function<void()> task) {
+  side_work_ = std::move(task);
+  side_error_ = nullptr;
+  side_task_.store(waiting, std::memory_order_release);
+  if (helpers_.empty()) return;
+  // An empty loop wakes the helpers.
+  loop_.store(((loop_.load(std::memory_order_relaxed) >> (2 * index_bits)) + 1) << (2 * index_bits),
+              std::memory_order_release);
+  loop_.notify_all();
+}
+
+void Team::finish() {
+  if (!run_side_task()) side_task_.wait(running, std::memory_order_acquire);
+  side_task_.store(none, std::memory_order_relaxed);
+  side_work_ = nullptr;
+  if (side_error_) std::rethrow_exception(std::exchange(side_error_, nullptr));
+}
+
+}  // namespace lichtenberg::laplace

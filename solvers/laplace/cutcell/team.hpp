@@ -1,0 +1,68 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace lichtenberg::laplace {
+
+/// Threads that share loops of some microseconds. Who has nothing to do watches for the next loop for a moment, then
+/// sleeps; a loop never waits for a thread that has not come to help, so that a busy machine delays nobody. What a task
+/// computes must not depend on who does it: then the results are the same bits for any number of threads.
+class Team {
+ public:
+  /// Threads in all, the caller's among them. 0: as many as the machine has.
+  explicit Team(int threads);
+  ~Team();
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  /// A team of the caller alone.
+  static Team& single();
+
+  int size() const { return static_cast<int>(helpers_.size()) + 1; }
+
+  /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are done. Tasks must not throw
+  /// and must not call for_each themselves.
+  template <class Task>
+  void for_each(int count, const Task& task) {
+    if (helpers_.empty() || count == 1) {
+      for (int k = 0; k < count; ++k) task(k);
+      return;
+    }
+    share(
+        count, [](const void* context, int k) { (*static_cast<const Task*>(context))(k); }, &task);
+  }
+
+  /// Leaves a longer task to a helper while the caller goes on; `finish` does it now if no helper has begun, waits for
+  /// its end and rethrows what it threw. One at a time.
+  void start(std::function<void()> task);
+  void finish();
+
+ private:
+  using Call = void (*)(const void*, int);
+  void share(int count, Call call, const void* context);
+  bool help();
+  void help_until_stopped();
+  bool run_side_task();
+
+  // The loop in progress: its number, its count and the next index in one word, so that taking an index is one
+  // exchange that fails if the loop is another one by now. call_ and context_ are read by who has an index only.
+  std::atomic<std::uint64_t> loop_{0};
+  std::atomic<int> done_{0};
+  Call call_ = nullptr;
+  const void* context_ = nullptr;
+
+  enum SideTask : int { none, waiting, running, ended };
+  std::atomic<int> side_task_{none};
+  std::function<void()> side_work_;
+  std::exception_ptr side_error_;
+
+  std::atomic<bool> stop_{false};
+  std::vector<std::jthread> helpers_;
+};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "solvers/laplace/cutcell/layout.hpp"
+#include "solvers/laplace/cutcell/team.hpp"
+
+namespace lichtenberg::laplace {
+
+/// Into how many bands of rows a loop over a grid is divided. Small grids stay whole: a band takes longer than it
+/// takes to call the others.
+inline int bands(const Layout& layout, const Team& team) {
+  constexpr long cells_a_band = 8192;
+  constexpr int rows_a_band = 16;  // more than any wavefront's stages need
+  const long most = std::min<long>(static_cast<long>(layout.nx) * layout.ny / cells_a_band, layout.ny / rows_a_band);
+  return team.size() == 1 ? 1 : static_cast<int>(std::clamp<long>(most, 1, 4 * team.size()));
+}
+
+/// Calls row(j) for all rows of the grid.
+template <class Row>
+void for_each_row(Team& team, const Layout& layout, const Row& row) {
+  const int count = bands(layout, team);
+  team.for_each(count, [&](int band) {
+    for (int j = layout.ny * band / count; j < layout.ny * (band + 1) / count; ++j) row(j);
+  });
+}
+
+/// Passes over a grid, each a row behind the one before, in one pass over memory: calls row(stage, j) for all rows and
+/// stages 0 ... stages - 1. Stage s of row j comes after stage s - 1 of rows j - 1, j, j + 1 and before stage s + 1 of
+/// them. Each band of rows goes as far as it can without its neighbours; the triangles left between bands follow.
+template <class Row>
+void wavefront(Team& team, const Layout& layout, int stages, const Row& row) {
+  const int count = bands(layout, team), ny = layout.ny;
+  const auto first_row = [&](int band) { return ny * band / count; };
+  team.for_each(count, [&](int band) {
+    const int from = first_row(band), to = first_row(band + 1);
+    for (int j = from; j < to + stages - 1; ++j)
+      for (int s = 0; s < stages; ++s) {
+        const int low = from == 0 ? 0 : from + s, high = to == ny ? ny : to - s;
+        if (j - s >= low && j - s < high) row(s, j - s);
+      }
+  });
+  if (count == 1) return;
+  team.for_each(count - 1, [&](int band) {
+    const int at = first_row(band + 1);
+    for (int s = 1; s < stages; ++s)
+      for (int j = at - s; j < at + s; ++j) row(s, j);
+  });
+}
+
+/// Sum of a[k] b[k], in 16 partial sums for the compiler to vectorize.
+template <class Real>
+double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
+  constexpr int width = 16;
+  double part[width] = {};
+  int k = 0;
+  for (; k + width <= n; k += width)
+    for (int l = 0; l < width; ++l) part[l] += a[k + l] * static_cast<double>(b[k + l]);
+  for (int l = 0; k < n; ++k, ++l) part[l] += a[k] * static_cast<double>(b[k]);
+  double sum = 0;
+  for (const double value : part) sum += value;
+  return sum;
+}
+
+/// The sum of one number a row, in the order of the rows: the same bits however the rows were shared out.
+inline double ordered_sum(const std::vector<double>& of_row) {
+  double sum = 0;
+  for (const double value : of_row) sum += value;
+  return sum;
+}
+
+}  // namespace lichtenberg::laplace

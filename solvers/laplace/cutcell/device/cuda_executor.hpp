@@ -59,6 +59,13 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
   if (lane == 0) finish(s, sum);
 }
 
+struct Plus {
+  template <class T>
+  __host__ __device__ T operator()(const T& a, const T& b) const {
+    return a + b;
+  }
+};
+
 /// Runs the device's algorithms on PETSc's CUDA device, in PETSc's stream.
 class CudaExecutor {
  public:
@@ -211,13 +218,6 @@ class CudaExecutor {
   }
 
  private:
-  struct Plus {
-    template <class T>
-    __host__ __device__ T operator()(const T& a, const T& b) const {
-      return a + b;
-    }
-  };
-
   template <class F>
   void with_scratch(F f) const {
     std::size_t bytes = 0;

@@ -1,0 +1,179 @@
+// What a field solve costs on a CUDA device: 324 and 20000 floating disks around a grounded half-disk, set-up and solve
+// apart, cold (1e-8) and in a moving scene (1e-5); what the parts of an iteration move a second, beside a copy on the
+// device; and how far its potentials, charges and forces are from the CPU solver's.
+//
+//   benchmark_device [--sizes 512,1024,2048,4096] [--conductors 324,20000] [--compare 1024] [--host]
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/device/device.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+#include "src/version.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+/// Disks on a jittered lattice in a box of 1 x 1 around a grounded half-disk: no two closer than a quarter of the
+/// radius. 324 have S / 64 cells of radius; 20000 S / 512.
+LaplaceProblem scene(int conductors, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  const auto uniform = [&](double from, double to) {
+    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
+  };
+  const int a_side = static_cast<int>(std::ceil(std::sqrt(1.1 * conductors)));
+  const double pitch = 1.0 / a_side;
+  const double radius = conductors <= 400 ? 1.0 / 64 : 1.0 / 546;
+  const double shift = 0.5 * (pitch - 2.25 * radius);  // from the middle of a lattice cell
+  LaplaceProblem problem;
+  problem.size = {1, 1};
+  problem.bodies = {{Disk{{0.5, 0}, 2 * radius}, 0}};
+  problem.groups = {{false, 0, 0}};
+  for (int j = 0; j < a_side; ++j)
+    for (int i = 0; i < a_side; ++i) {
+      const Disk disk{{(i + 0.5) * pitch + uniform(-shift, shift), (j + 0.5) * pitch + uniform(-shift, shift)}, radius};
+      const double charge = uniform(0, 1);
+      if (gap(disk, problem.bodies[0].shape) < 0.25 * radius) continue;
+      if (static_cast<int>(problem.bodies.size()) > conductors) continue;
+      problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
+      problem.groups.push_back({true, charge, 0});
+    }
+  return problem;
+}
+
+/// Every disk by a tenth of a cell of S = 4096, in its own direction.
+void move(LaplaceProblem& problem, double cells) {
+  for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
+    const double angle = 2.4 * static_cast<double>(body);
+    std::get<Disk>(problem.bodies[body].shape).centre += 0.1 / cells * Vec2{std::cos(angle), std::sin(angle)};
+  }
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+void print(int cells, std::size_t conductors, const char* what, const std::vector<LaplaceSolution>& solutions) {
+  std::vector<double> setup, solve, forces;
+  for (const LaplaceSolution& s : solutions) {
+    setup.push_back(1e3 * s.seconds.setup);
+    solve.push_back(1e3 * s.seconds.solve);
+    forces.push_back(1e3 * s.seconds.forces);
+  }
+  fmt::print("{:5d} {:6d}  {:<22} {:9.2f} {:9.2f} {:9.2f} {:6d} {:10d}\n", cells, conductors, what, median(setup),
+             median(solve), median(forces), solutions.back().iterations, solutions.back().unknowns);
+  std::fflush(stdout);
+}
+
+struct Difference {
+  double potential = 0, charge = 0, force = 0, energy = 0;
+};
+
+/// Largest differences, relative to the largest value of `a`.
+Difference difference(const LaplaceSolution& a, const LaplaceSolution& b) {
+  const auto relative = [](const auto& x, const auto& y, auto magnitude) {
+    double worst = 0, largest = 0;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      worst = std::max(worst, magnitude(x[k] - y[k]));
+      largest = std::max(largest, magnitude(x[k]));
+    }
+    return worst / largest;
+  };
+  const auto absolute = [](double x) { return std::abs(x); };
+  return {relative(a.group_potential, b.group_potential, absolute), relative(a.body_charge, b.body_charge, absolute),
+          relative(a.body_force, b.body_force, [](Vec2 v) { return norm(v); }), std::abs(a.energy / b.energy - 1)};
+}
+
+void compare(const CutCellOptions& options, LaplaceSolver& device, const LaplaceProblem& problem) {
+  CutCellOptions on_cpu = options;
+  on_cpu.device = CutCellOptions::Device::cpu;
+  CutCellSolver cpu(on_cpu);
+  device.forget();
+  const LaplaceSolution a = cpu.solve(problem), b = device.solve(problem), c = [&] {
+    device.forget();
+    return device.solve(problem);
+  }();
+  const Difference d = difference(a, b);
+  const bool same = b.group_potential == c.group_potential && b.body_charge == c.body_charge && b.energy == c.energy;
+  fmt::print(
+      "{:5d} {:6d}  to the CPU's solution: potential {:.1e}, charge {:.1e}, force {:.1e}, energy {:.1e}; CPU {} "
+      "iterations, {:.1f} + {:.1f} ms; solved again: {}\n",
+      options.cells, problem.bodies.size() - 1, d.potential, d.charge, d.force, d.energy, a.iterations,
+      1e3 * a.seconds.setup, 1e3 * a.seconds.solve, same ? "the same bits" : "OTHER BITS");
+  std::fflush(stdout);
+}
+
+void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, bool host, bool with_cpu) {
+  CutCellOptions options;
+  options.cells = cells;
+  LaplaceProblem problem = scene(conductors, seed);
+  const auto solver = host ? device::make_host_solver(options) : device::make_cuda_solver(options);
+  if (with_cpu) compare(options, *solver, problem);
+  std::vector<LaplaceSolution> solutions;
+  for (int k = 0; k <= repeats; ++k) {
+    solver->forget();
+    LaplaceSolution solution = solver->solve(problem);
+    if (k > 0) solutions.push_back(std::move(solution));  // the first call allocates
+  }
+  print(cells, problem.bodies.size() - 1, "cold, 1e-8", solutions);
+  solver->set_tolerance(1e-5);
+  solutions.clear();
+  for (int k = 0; k < repeats + 4; ++k) {
+    move(problem, cells);
+    LaplaceSolution solution = solver->solve(problem);
+    if (k >= 4) solutions.push_back(std::move(solution));  // the first ones fill the history
+  }
+  print(cells, problem.bodies.size() - 1, "moving, 1e-5", solutions);
+  const device::Profile profile = solver->profile(repeats);
+  const auto rate = [](const device::Profile::Part& part) { return 1e-9 * part.bytes / part.seconds; };
+  fmt::print(
+      "{:5d} {:6d}  operator {:.3f} ms, {:.0f} GB/s; V-cycle {:.3f} ms, {:.0f} GB/s, {} grids, coarsest {} "
+      "unknowns; copy {:.3f} ms, {:.0f} GB/s\n",
+      cells, problem.bodies.size() - 1, 1e3 * profile.apply_operator.seconds, rate(profile.apply_operator),
+      1e3 * profile.cycle.seconds, rate(profile.cycle), profile.levels, profile.coarse_unknowns,
+      1e3 * profile.copy.seconds, rate(profile.copy));
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<int> sizes{512, 1024, 2048, 4096}, conductors{324};
+  std::uint64_t seed = 1;
+  int repeats = 5, largest_compared = 1024;
+  bool host = false;
+  CLI::App app("Times field solves on a CUDA device and compares them with the CPU's");
+  app.add_option("--sizes", sizes, "cells along a side")->delimiter(',');
+  app.add_option("--conductors", conductors, "how many floating disks")->delimiter(',');
+  app.add_option("--seed", seed, "of the configuration");
+  app.add_option("--repeats", repeats, "counted solves; the median is printed");
+  app.add_option("--compare", largest_compared, "compare with the CPU's solver up to this size");
+  app.add_flag("--host", host, "run the device's algorithms on the CPU");
+  std::vector<std::string> petsc;
+  app.add_option("--petsc", petsc, "options for PETSc, as on its command line")->expected(-1);
+  CLI11_PARSE(app, argc, argv);
+  set_petsc_options(petsc);
+
+  try {
+    fmt::print("lichtenberg {}, PETSc {}.{}.{}\n", lichtenberg_version().commit, PETSC_VERSION_MAJOR,
+               PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
+    fmt::print("{:>5} {:>6}  {:<22} {:>9} {:>9} {:>9} {:>6} {:>10}\n", "S", "N", "case", "setup ms", "solve ms",
+               "forces ms", "iter", "unknowns");
+    for (const int n : conductors)
+      for (const int cells : sizes) benchmark(cells, n, seed, repeats, host, cells <= largest_compared);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "benchmark_device: {}\n", error.what());
+    return 2;
+  } catch (const Failure& error) {
+    fmt::print(stderr, "benchmark_device: {}\n", error.what());
+    return 1;
+  }
+}

@@ -130,7 +130,7 @@ TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to
 TEST_CASE("help explains the program, a command and the scene") {
   const Result program = run("help");
   CHECK(program.status == 0);
-  for (const std::string command : {"run", "solve", "explain", "plot", "help", "--petsc"})
+  for (const std::string command : {"run", "solve", "explain", "plot", "work-precision", "help", "--petsc"})
     CHECK(contains(program.out, command));
   CHECK(contains(run("help solve").out, "--capacitance"));
   CHECK(run("solve --help").out == run("help solve").out);
@@ -325,4 +325,32 @@ TEST_CASE("plot refuses what is no result file") {
   write(folder.path / "text.h5", "no HDF5");
   CHECK(run(folder, "plot text.h5").status == 2);
   CHECK_FALSE(std::filesystem::exists(folder.path / "text.png"));
+}
+
+TEST_CASE("work-precision prints a table and prices, draws, and replaces nothing unless told") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  const std::string command = "work-precision small.toml --methods cut-cell,relaxation --sizes 32 --json small.json";
+  const Result first = run(folder, command);
+  INFO(first.err);
+  REQUIRE(first.status == 0);
+  for (const std::string part : {"S = 32, tolerance = 1e-08", "price list", "the multipole method", "versions"})
+    CHECK(contains(first.out, part));
+  const std::string picture = contents(folder.path / "small-work-precision.png");
+  CHECK(picture.starts_with("\x89PNG"));
+  CHECK(json::parse(contents(folder.path / "small.json"))["points"].size() == 8);
+  check_refused(run(folder, command), "small-work-precision.png exists");
+  check_refused(run(folder, command + " --output other.png"), "small.json exists");
+  CHECK(contents(folder.path / "small-work-precision.png") == picture);
+}
+
+TEST_CASE("work-precision refuses methods, sizes and pictures that are none") {
+  const Folder folder;
+  write(folder.path / "small.toml", small_scene);
+  check_refused(run(folder, "work-precision small.toml --methods sor"), "sor");
+  check_refused(run(folder, "work-precision small.toml --sizes 4"), "--sizes 4");
+  check_refused(run(folder, "work-precision small.toml --time --sizes 64"), "--sizes");
+  check_refused(run(folder, "work-precision small.toml --seconds 0"), "--seconds");
+  check_refused(run(folder, "work-precision small.toml --output small.gif"), "small.gif");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // the scene, out, err
 }

@@ -45,6 +45,7 @@ void declare(CLI::App& program) {
   add_solve(program);
   add_explain(program);
   add_plot(program);
+  add_work_precision(program);
   add_help(program);
 }
 

@@ -17,21 +17,22 @@ namespace {
 constexpr const char* python = "/usr/bin/python3";  // Debian's, which sees Debian's h5py and matplotlib
 
 /// Beside an installed program first, so that an installation does not depend on the source it came from.
-std::filesystem::path plot_script() {
+std::filesystem::path find_script(const std::string& name) {
   // Not `canonical`: a program that was rebuilt while it ran is no longer there, and its link says so.
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
-  for (const char* place : {PLOT_SCRIPT_FROM_BINARY, PLOT_SCRIPT_IN_SOURCE}) {
-    const std::filesystem::path script = program.parent_path() / place;
+  for (const char* place : {SCRIPTS_FROM_BINARY, SCRIPTS_IN_SOURCE}) {
+    const std::filesystem::path script = program.parent_path() / place / name;
     if (std::filesystem::exists(script)) return script.lexically_normal();
   }
-  throw Failure(fmt::format("cannot draw: the plot script is neither at {} beside {} nor at {}",
-                            PLOT_SCRIPT_FROM_BINARY, program.string(), PLOT_SCRIPT_IN_SOURCE));
+  throw Failure(fmt::format("cannot draw: {} is neither in {} beside {} nor in {}", name, SCRIPTS_FROM_BINARY,
+                            program.string(), SCRIPTS_IN_SOURCE));
 }
 
 /// Python, the script and its arguments as exec wants them.
 class CommandLine {
  public:
-  explicit CommandLine(const std::vector<std::string>& arguments) : words_{python, plot_script().string()} {
+  CommandLine(const std::string& script, const std::vector<std::string>& arguments)
+      : words_{python, find_script(script).string()} {
     words_.insert(words_.end(), arguments.begin(), arguments.end());
     for (std::string& word : words_) pointers_.push_back(word.data());
     pointers_.push_back(nullptr);
@@ -50,8 +51,8 @@ class CommandLine {
 
 }  // namespace
 
-void draw(const std::vector<std::string>& arguments) {
-  CommandLine command(arguments);
+void draw(const std::string& name, const std::vector<std::string>& arguments) {
+  CommandLine command(name, arguments);
   pid_t script = 0;
   const int error = posix_spawn(&script, python, nullptr, nullptr, command.argv(), environ);
   if (error != 0) refuse_start(error);
@@ -61,8 +62,8 @@ void draw(const std::vector<std::string>& arguments) {
   if (status != 0) throw Failure("the picture was not drawn (the plot script says above why)");
 }
 
-void become_plot_script(const std::vector<std::string>& arguments) {
-  CommandLine command(arguments);
+void become_script(const std::string& name, const std::vector<std::string>& arguments) {
+  CommandLine command(name, arguments);
   execve(python, command.argv(), environ);
   refuse_start(errno);
 }

@@ -17,7 +17,7 @@ struct PlotArguments {
   std::vector<std::string> arguments{request.file};
   if (request.frame) arguments.insert(arguments.end(), {"--frame", std::to_string(*request.frame)});
   if (!request.picture.empty()) arguments.insert(arguments.end(), {"--out", request.picture});
-  become_plot_script(arguments);
+  become_script("plot.py", arguments);
 }
 
 }  // namespace

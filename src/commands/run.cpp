@@ -127,7 +127,7 @@ class Run {
   void draw_picture() {
     const Stopwatch stopwatch(picture_seconds_);
     try {
-      draw({scene_.output.file});
+      draw("plot.py", {scene_.output.file});
     } catch (const Failure& failure) {
       fmt::print(stderr, "lichtenberg: {}\n", failure.what());
     }

@@ -1,0 +1,130 @@
+#include "src/commands/work_precision.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "solvers/error.hpp"
+#include "src/commands/commands.hpp"
+#include "src/commands/draw.hpp"
+#include "src/record/atomic_file.hpp"
+
+namespace lichtenberg {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string scene, json, picture;
+  bool time = false, overwrite = false;
+  work_precision::Request request;
+};
+
+/// Before the work, not after it.
+void check_output(const std::string& option, const std::string& path, bool overwrite) {
+  check_writable(path);
+  if (!overwrite && fs::exists(path))
+    throw InputError(fmt::format("{} exists: give {} another name, or allow --overwrite", path, option));
+}
+
+void check(const Arguments& arguments) {
+  if (arguments.time && !arguments.request.sizes.empty())
+    throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");
+  if (!(arguments.request.seconds > 0)) throw InputError("--seconds must be positive");
+  const std::string format = fs::path(arguments.picture).extension();
+  if (format != ".png" && format != ".pdf" && format != ".svg")
+    throw InputError(fmt::format("--output {}: the picture's name must end in .png, .pdf or .svg", arguments.picture));
+  check_output("--output", arguments.picture, arguments.overwrite);
+  if (!arguments.json.empty()) check_output("--json", arguments.json, arguments.overwrite);
+}
+
+std::string default_picture(const Arguments& arguments) {
+  return fs::path(arguments.scene).stem().string() + (arguments.time ? "-time-precision.png" : "-work-precision.png");
+}
+
+/// Which candidate is being measured, on standard error: one line rewritten in place on a terminal, elsewhere a line a
+/// method.
+void show_progress(int place, int all, const std::string& method, const work_precision::Settings& settings) {
+  static std::string last;
+  if (isatty(STDERR_FILENO)) {
+    const std::string line = fmt::format("{} of {}: {}, {}", place, all, method, work_precision::to_string(settings));
+    fmt::print(stderr, "\r\033[K{}", place < all ? line : "");  // \033[K clears what is left of a longer line
+  } else if (method != last) {
+    fmt::print(stderr, "{} of {}: {}\n", place, all, method);
+  }
+  last = method;
+}
+
+void write_json(const std::string& path, const nlohmann::ordered_json& json) {
+  const std::string text = json.dump(1) + "\n";
+  write_atomically(path, std::as_bytes(std::span(text)));
+}
+
+/// A file of no name of one's own choosing, gone with this.
+struct TemporaryFile {
+  std::string path = (fs::temp_directory_path() / "lichtenberg-XXXXXX").string();
+  TemporaryFile() {
+    const int file = mkstemp(path.data());
+    if (file < 0) throw Failure(fmt::format("cannot draw: no file can be made at {}", path));
+    close(file);
+  }
+  ~TemporaryFile() { std::remove(path.c_str()); }
+  TemporaryFile(const TemporaryFile&) = delete;
+};
+
+/// The table is on the screen, so a picture that cannot be drawn is no reason to fail.
+void draw_picture(const std::string& picture, const nlohmann::ordered_json& json) {
+  try {
+    const TemporaryFile data;
+    write_json(data.path, json);
+    draw("work_precision.py", {data.path, "--out", picture});
+    fmt::print("\n{} shows it\n", picture);
+  } catch (const Failure& failure) {
+    fmt::print(stderr, "lichtenberg: {}\n", failure.what());
+  }
+}
+
+void sweep(Arguments arguments) {
+  if (arguments.picture.empty()) arguments.picture = default_picture(arguments);
+  check(arguments);
+  arguments.request.progress = show_progress;
+  const Scene scene = read_scene(arguments.scene);
+  const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
+  const work_precision::Diagram diagram = arguments.time ? work_precision::sweep_time(scene, arguments.request)
+                                                         : work_precision::sweep_field(scene, arguments.request);
+  work_precision::print(diagram, circumstances);
+  const nlohmann::ordered_json json = work_precision::to_json(diagram, circumstances);
+  if (!arguments.json.empty()) write_json(arguments.json, json);
+  if (!diagram.points.empty()) draw_picture(arguments.picture, json);
+}
+
+}  // namespace
+
+void add_work_precision(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("work-precision",
+                                             "Sweeps the accuracy of every method that can solve a scene: error "
+                                             "against time, as a table and as a picture");
+  auto arguments = std::make_shared<Arguments>();
+  work_precision::Request& request = arguments->request;
+  command->add_option("SCENE", arguments->scene, "scene file (.toml)")->required();
+  command->add_flag("--time", arguments->time,
+                    "integrators over the scene's motion until stop.time, in place of field solvers at its first "
+                    "instant");
+  command->add_option("--methods", request.methods, "only these, as in cut-cell,multipole (default: all)")
+      ->delimiter(',');
+  command->add_option("--sizes", request.sizes, "cells along the longer side (default: 128,256,512,1024,2048)")
+      ->delimiter(',');
+  command->add_option("--seconds", request.seconds, "leave out what is expected to take longer")->capture_default_str();
+  command->add_option("--json", arguments->json, "write all figures to this file");
+  command->add_option("--output", arguments->picture,
+                      "picture to write: .png, .pdf or .svg (default: the scene's name with -work-precision.png, or "
+                      "-time-precision.png)");
+  command->add_flag("--overwrite", arguments->overwrite, "replace files that exist");
+  command->callback([arguments] { sweep(*arguments); });
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Draws what `lichtenberg work-precision` measured: error against time, a line a method.
+
+    work_precision.py FILE.json [--out PICTURE]
+
+A line joins the points of a method that are cheaper than all its more accurate ones; the others are faint. Exit status 2
+and one sentence for input that cannot be used.
+"""
+import argparse
+import json
+import sys
+import textwrap
+from pathlib import Path
+
+from plot import INK, InputError, plt, save, set_style
+
+# Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
+STYLES = {
+    "cut-cell": ("#0072b2", "o-"),
+    "cut-cell-plain": ("#56b4e9", "o--"),
+    "cut-cell-gamg": ("#e69f00", "s-"),
+    "cut-cell-boomeramg": ("#d55e00", "s-"),
+    "cut-cell-cholmod": ("#8c5a2b", "s-"),
+    "cut-cell-aperture": ("#cc79a7", "s--"),
+    "cut-cell-cuda": ("#009e73", "D-"),
+    "cut-cell-aijcusparse": ("#6fbf9a", "D--"),
+    "relaxation": ("#8c8c8c", "^-"),
+    "multipole": (INK, "*-"),
+    "split": ("#0072b2", "o-"),
+    "monolithic": ("#e69f00", "s-"),
+    "euler": ("#8c8c8c", "^-"),
+}
+OTHER = ("#f0e442", "v-")
+
+
+def read(path):
+    """Throws InputError."""
+    try:
+        return json.loads(Path(path).read_text())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as JSON ({error})") from None
+
+
+def front(points):
+    """The pairs (error, cost) that no other one beats in both, in ascending order of error."""
+    best = []
+    for error, cost in sorted(points):
+        if not best or cost < best[-1][1]:
+            best.append((error, cost))
+    return best
+
+
+def draw_method(axes, name, points):
+    colour, style = STYLES.get(name, OTHER)
+    size = 7 if "*" in style else 4
+    chosen = front(points)
+    rest = [point for point in points if point not in chosen]
+    if rest:
+        axes.plot(*zip(*rest), style[0], color=colour, alpha=0.25, markersize=size - 1, markeredgewidth=0)
+    return axes.plot(*zip(*chosen), style, color=colour, markersize=size, linewidth=1.2, label=name)[0]
+
+
+def draw_panel(axes, sweep, quantity, cost):
+    """Returns the lines, by method."""
+    lines = {}
+    for name in sweep["methods"]:
+        points = [
+            (point["errors"][quantity], point[cost])
+            for point in sweep["points"]
+            if point["method"] == name and point["errors"][quantity] > 0 and point[cost] > 0
+        ]
+        if points:
+            lines[name] = draw_method(axes, name, points)
+    axes.set(xscale="log", yscale="log", xlabel=f"error of the {quantity}")
+    axes.grid(True, which="major", linewidth=0.3)
+    axes.tick_params(which="minor", length=0)
+    return lines
+
+
+def panels(sweep):
+    """What is drawn against what: a panel a quantity, or one quantity against both costs."""
+    quantities = list(sweep["reference_errors"])
+    if len(quantities) > 1:
+        return [(quantity, "seconds") for quantity in quantities]
+    return [(quantities[0], "seconds"), (quantities[0], "work")]
+
+
+def footnote(sweep):
+    cores = f"{sweep['cores']} core{'s' if sweep['cores'] > 1 else ''}"
+    return (
+        f"{Path(sweep['scene']).name}: {sweep['title']}. Errors: {sweep['errors']}. Reference: {sweep['reference']}. "
+        f"{sweep['processor']}, {cores}, load {sweep['load']:.1f}; {sweep['versions']}."
+    )
+
+
+def draw(sweep):
+    """The whole picture, as a figure."""
+    set_style()
+    plt.rcParams.update({"font.size": 8})
+    wanted = panels(sweep)
+    labels = {"seconds": "time (s)", "work": sweep["work"]}
+    same_cost = len({cost for _, cost in wanted}) == 1
+    size, widths = (2.5 * len(wanted) + 1.5, 3.2), [1] * len(wanted) + [0.45]
+    figure, (*row, legend) = plt.subplots(
+        1, len(widths), figsize=size, width_ratios=widths, layout="constrained", gridspec_kw={"wspace": 0.03}
+    )
+    lines = {}
+    for axes, (quantity, cost) in zip(row, wanted):
+        lines.update(draw_panel(axes, sweep, quantity, cost))
+        if axes is not row[0]:
+            axes.sharex(row[0])
+        if same_cost and axes is not row[0]:
+            axes.sharey(row[0])
+            axes.tick_params(labelleft=False)
+        else:
+            axes.set_ylabel(labels[cost])
+    row[0].invert_xaxis()  # and with it all that share it
+    legend.axis("off")
+    handles = [lines[name] for name in sweep["methods"] if name in lines]
+    legend.legend(handles=handles, loc="upper left", frameon=False, borderaxespad=0)
+    figure.supxlabel("\n".join(textwrap.wrap(footnote(sweep), 55 * len(wanted))), fontsize=6, x=0.01, ha="left")
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", help="what `lichtenberg work-precision --json` wrote")
+    parser.add_argument("--out", help="picture to write (default: FILE with .png)")
+    request = parser.parse_args()
+    try:
+        save(draw(read(request.file)), request.out or Path(request.file).with_suffix(".png"))
+    except InputError as error:
+        print(f"lichtenberg: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

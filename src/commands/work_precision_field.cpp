@@ -1,0 +1,284 @@
+#include <fmt/format.h>
+#include <petscksp.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
+#include "solvers/laplace/relaxation/solver.hpp"
+#include "src/commands/field_problem.hpp"
+#include "src/commands/work_precision.hpp"
+
+namespace lichtenberg::work_precision {
+namespace {
+
+using laplace::CutCellOptions;
+using laplace::LaplaceProblem;
+using laplace::LaplaceSolution;
+using laplace::LaplaceSolver;
+
+enum Quantity { potentials, charges, forces, quantities };
+
+/// Largest deviation of each quantity, and the quantity's own largest magnitude with `other` left out.
+using Magnitudes = std::array<double, quantities>;
+
+struct Comparison {
+  std::size_t conductors = 0;  ///< the first bodies of the problem; forces on electrodes are of no consequence
+
+  Magnitudes difference(const LaplaceSolution& one, const LaplaceSolution& other) const {
+    Magnitudes largest{};
+    for (std::size_t g = 0; g < one.group_potential.size(); ++g)
+      raise(largest[potentials], one.group_potential[g] - other.group_potential[g]);
+    for (std::size_t b = 0; b < one.body_charge.size(); ++b)
+      raise(largest[charges], one.body_charge[b] - other.body_charge[b]);
+    for (std::size_t b = 0; b < conductors; ++b) raise(largest[forces], norm(one.body_force[b] - other.body_force[b]));
+    return largest;
+  }
+
+  Magnitudes largest(const LaplaceSolution& solution) const {
+    LaplaceSolution zero;
+    zero.group_potential.resize(solution.group_potential.size());
+    zero.body_charge.resize(solution.body_charge.size());
+    zero.body_force.resize(solution.body_force.size());
+    return difference(solution, zero);
+  }
+
+  std::vector<double> relative(const LaplaceSolution& solution, const LaplaceSolution& reference) const {
+    const Magnitudes error = difference(solution, reference), scale = largest(reference);
+    std::vector<double> result;
+    for (int q = 0; q < quantities; ++q) result.push_back(scale[q] > 0 ? error[q] / scale[q] : error[q]);
+    return result;
+  }
+
+ private:
+  /// NaN stays.
+  static void raise(double& largest, double value) {
+    if (!(std::abs(value) <= largest)) largest = std::abs(value);
+  }
+};
+
+struct Reference {
+  LaplaceSolution solution;
+  std::string description;
+  std::vector<double> errors;  ///< estimated, relative, by quantity
+};
+
+LaplaceSolution solve_on_grid(const LaplaceProblem& problem, int cells, double tolerance) {
+  return laplace::CutCellSolver({.cells = cells, .tolerance = tolerance}).solve(problem);
+}
+
+/// The multipole method where it can solve the problem. Elsewhere the cut-cell method, twice as fine as the finest grid
+/// of the sweep; being of second order it is wrong by a third of what it differs from half as many cells.
+Reference find_reference(const LaplaceProblem& problem, const Comparison& comparison, int finest) {
+  constexpr double tolerance = 1e-12;
+  try {
+    Reference reference;
+    reference.solution = laplace::MultipoleSolver({.tolerance = tolerance}).solve(problem);
+    reference.errors.assign(quantities, reference.solution.residual);
+    reference.description = fmt::format("the multipole method at tolerance {:g}", tolerance);
+    return reference;
+  } catch (const InputError& refusal) {
+    constexpr double grid_tolerance = 1e-11;  // far below the error of any grid
+    Reference reference;
+    reference.solution = solve_on_grid(problem, 2 * finest, grid_tolerance);
+    reference.errors = comparison.relative(solve_on_grid(problem, finest, grid_tolerance), reference.solution);
+    for (double& error : reference.errors) error /= 3;
+    reference.description =
+        fmt::format("the cut-cell method at S = {}, tolerance {:g} ({})", 2 * finest, grid_tolerance, refusal.what());
+    return reference;
+  }
+}
+
+/// Options for PETSc while this lives, as on its command line.
+class PetscSetting {
+ public:
+  using Options = std::vector<std::pair<const char*, const char*>>;
+  explicit PetscSetting(Options options) : options_(std::move(options)) {
+    if (!options_.empty()) laplace::start_petsc();
+    for (const auto& [name, value] : options_) laplace::check_petsc(PetscOptionsSetValue(nullptr, name, value));
+  }
+  ~PetscSetting() {
+    for (const auto& [name, value] : options_) PetscOptionsClearValue(nullptr, name);
+  }
+  PetscSetting(const PetscSetting&) = delete;
+
+ private:
+  Options options_;
+};
+
+struct Subject {
+  LaplaceProblem problem;
+  Comparison comparison;
+  Reference reference;
+};
+
+using MakeSolver = std::function<std::unique_ptr<LaplaceSolver>()>;
+
+/// A solve that knows of no solve before.
+class FieldTrial : public Trial {
+ public:
+  FieldTrial(const Subject& subject, const PetscSetting::Options& options, const MakeSolver& make)
+      : subject_(subject), setting_(options), solver_(make()) {}
+
+  void run() override {
+    solver_->forget();
+    solution_ = solver_->solve(subject_.problem);
+  }
+  std::vector<double> errors() const override {
+    return subject_.comparison.relative(solution_, subject_.reference.solution);
+  }
+  std::int64_t work() const override { return solution_.iterations; }
+
+ private:
+  const Subject& subject_;
+  PetscSetting setting_;
+  std::unique_ptr<LaplaceSolver> solver_;
+  LaplaceSolution solution_;
+};
+
+constexpr std::array coarse_to_fine{1e-2, 1e-3, 1e-4, 1e-6, 1e-8};
+
+/// All sizes with all tolerances.
+template <class Cost, class Make>
+std::vector<Candidate> grid_candidates(const Subject& subject, const std::vector<int>& sizes,
+                                       const std::vector<double>& tolerances, const PetscSetting::Options& options,
+                                       Cost cost, Make make) {
+  std::vector<Candidate> candidates;
+  for (const int cells : sizes)
+    for (const double tolerance : tolerances)
+      candidates.push_back({{{"S", cells}, {"tolerance", tolerance}},
+                            cost(static_cast<double>(cells), tolerance),
+                            [&subject, options, make, cells, tolerance] {
+                              return std::make_unique<FieldTrial>(subject, options,
+                                                                  [&] { return make(cells, tolerance); });
+                            }});
+  return candidates;
+}
+
+Method cut_cell(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
+                const std::string& description, const CutCellOptions& options) {
+  const auto cost = [](double cells, double tolerance) { return cells * cells * (3 - std::log10(tolerance)); };
+  const auto make = [options](int cells, double tolerance) {
+    CutCellOptions own = options;
+    own.cells = cells;
+    own.tolerance = tolerance;
+    return std::make_unique<laplace::CutCellSolver>(own);
+  };
+  return {name, description,
+          grid_candidates(subject, sizes, {coarse_to_fine.begin(), coarse_to_fine.end()}, {}, cost, make)};
+}
+
+/// The same system as a matrix, for a preconditioner of PETSc's. Setting one up takes most of the time, so few
+/// tolerances will do; for a factorization one.
+Method assembled(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
+                 const std::string& description, laplace::LinkFormula links, const PetscSetting::Options& petsc,
+                 bool direct = false) {
+  const auto cost = [direct](double cells, double tolerance) {
+    return direct ? cells * cells * cells : cells * cells * (10 - std::log10(tolerance));
+  };
+  const auto make = [links](int cells, double tolerance) {
+    return std::make_unique<laplace::CutCellSolver>(
+        CutCellOptions{.cells = cells,
+                       .tolerance = tolerance,
+                       .links = links,
+                       .linear_solver = CutCellOptions::LinearSolver::assembled});
+  };
+  const std::vector<double> tolerances = direct ? std::vector{1e-8} : std::vector{1e-3, 1e-6};
+  return {name, description, grid_candidates(subject, sizes, tolerances, petsc, cost, make)};
+}
+
+/// First order in the spacing: tolerances below 1e-3 are of no use.
+Method relaxation(const Subject& subject, const std::vector<int>& sizes) {
+  const auto cost = [](double cells, double tolerance) { return cells * cells * cells * -std::log10(tolerance); };
+  const auto make = [](int cells, double tolerance) {
+    return std::make_unique<laplace::RelaxationSolver>(
+        laplace::RelaxationOptions{.sites = cells, .tolerance = tolerance});
+  };
+  return {"relaxation",
+          "the dissertation's scheme: over-relaxed lattice, gradient descent on the potentials (D 6.3-6.5)",
+          grid_candidates(subject, sizes, {1e-1, 1e-2, 1e-3}, {}, cost, make)};
+}
+
+Method multipole(const Subject& subject) {
+  Method method{"multipole", "spectral: a logarithm and Fourier multipoles a disk, walls as mirrors", {}};
+  for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}) {
+    const auto make = [tolerance] {
+      return std::make_unique<laplace::MultipoleSolver>(laplace::MultipoleOptions{.tolerance = tolerance});
+    };
+    method.candidates.push_back({{{"tolerance", tolerance}}, -std::log10(tolerance), [&subject, make] {
+                                   return std::make_unique<FieldTrial>(subject, PetscSetting::Options{}, make);
+                                 }});
+  }
+  return method;
+}
+
+std::vector<Method> all_methods(const Subject& subject, const std::vector<int>& sizes) {
+  using laplace::LinkFormula;
+  const std::string matrix = "the same system as a matrix, conjugate gradients with ";
+  return {
+      cut_cell(subject, sizes, "cut-cell", "finite volumes, log-fitted links, matrix-free multigrid", {}),
+      cut_cell(subject, sizes, "cut-cell-plain", "the same with links 1 / cut length", {.links = LinkFormula::plain}),
+      assembled(subject, sizes, "cut-cell-gamg", matrix + "PETSc's GAMG", LinkFormula::log_fitted,
+                {{"-field_pc_type", "gamg"}}),
+#ifdef PETSC_HAVE_HYPRE
+      assembled(subject, sizes, "cut-cell-boomeramg", matrix + "hypre's BoomerAMG", LinkFormula::log_fitted,
+                {{"-field_pc_type", "hypre"},
+                 {"-field_pc_hypre_boomeramg_coarsen_type", "HMIS"},
+                 {"-field_pc_hypre_boomeramg_interp_type", "ext+i"},
+                 {"-field_pc_hypre_boomeramg_agg_nl", "1"}}),
+#endif
+#ifdef PETSC_HAVE_SUITESPARSE
+      assembled(subject, sizes, "cut-cell-cholmod", "the same system as a matrix, factorized by CHOLMOD",
+                LinkFormula::log_fitted,
+                {{"-field_pc_type", "cholesky"}, {"-field_pc_factor_mat_solver_type", "cholmod"}}, true),
+#endif
+      cut_cell(subject, sizes, "cut-cell-cuda", "cut-cell on a CUDA device", {.device = CutCellOptions::Device::cuda}),
+      relaxation(subject, sizes),
+      multipole(subject)};
+}
+
+void check_sizes(const Scene& scene, const std::vector<int>& sizes) {
+  constexpr int smallest = 8, largest = 32768;
+  const double longer = std::max(scene.domain.size.x, scene.domain.size.y),
+               shorter = std::min(scene.domain.size.x, scene.domain.size.y);
+  for (const int cells : sizes) {
+    if (cells < smallest || cells > largest)
+      throw InputError(fmt::format("--sizes {}: {} to {} cells along the longer side of the domain are allowed", cells,
+                                   smallest, largest));
+    const double across = shorter / longer * cells, whole = std::max(1.0, std::round(across));
+    constexpr double rounding = 1e-9;  // of sides written as decimal numbers
+    if (std::abs(across - whole) > rounding * whole)
+      throw InputError(
+          fmt::format("--sizes {}: the domain's shorter side would have {:g} cells, and only a whole number is allowed",
+                      cells, across));
+  }
+}
+
+}  // namespace
+
+Diagram sweep_field(const Scene& scene, const Request& request) {
+  std::vector<int> sizes = request.sizes;
+  if (sizes.empty()) sizes = {128, 256, 512, 1024, 2048};
+  std::ranges::sort(sizes);
+  check_sizes(scene, sizes);
+  Subject subject{
+      .problem = make_field_problem(scene).problem, .comparison = {scene.conductors.size()}, .reference = {}};
+  subject.problem.check();
+  const std::vector<Method> methods = choose(all_methods(subject, sizes), request.methods);
+  subject.reference = find_reference(subject.problem, subject.comparison, sizes.back());
+  Diagram diagram{.title = fmt::format("field of {} conductors in {} groups", scene.conductors.size(),
+                                       subject.problem.groups.size()),
+                  .quantities = {"potentials", "charges", "forces"},
+                  .measure = "the largest of all conductors, relative to the largest potential, charge or force",
+                  .work = "iterations",
+                  .reference = subject.reference.description,
+                  .reference_errors = subject.reference.errors};
+  measure(methods, request, diagram);
+  return diagram;
+}
+
+}  // namespace lichtenberg::work_precision

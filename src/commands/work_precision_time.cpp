@@ -1,0 +1,175 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
+#include "src/commands/work_precision.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/mechanics/simulation.hpp"
+
+namespace lichtenberg::work_precision {
+namespace {
+
+/// The scene's motion with a field solver that is the same for all, and so good that only the error in time is left.
+struct Subject {
+  Scene scene;
+  bool multipole = false;  ///< field by the multipole method
+  double field_tolerance = 0;
+  double radius = 0;            ///< m, the smallest
+  std::vector<Vec2> reference;  ///< m, positions at the end
+  std::int64_t contacts = 0;    ///< made and lost on the way
+};
+
+std::unique_ptr<laplace::LaplaceSolver> make_solver(const Subject& subject) {
+  if (!subject.scene.effects.floating_conductors) return nullptr;
+  if (subject.multipole)
+    return std::make_unique<laplace::MultipoleSolver>(laplace::MultipoleOptions{.tolerance = subject.field_tolerance});
+  FieldOptions options = subject.scene.field;
+  options.tolerance = subject.field_tolerance;
+  return effects::make_field_solver(options);
+}
+
+/// Largest distance between two conductors that should be in the same place, in smallest radii.
+double distance(const Subject& subject, const std::vector<Vec2>& one, const std::vector<Vec2>& other) {
+  double largest = 0;
+  for (std::size_t i = 0; i < one.size(); ++i)
+    if (const double apart = norm(one[i] - other[i]); !(apart <= largest)) largest = apart;  // NaN stays
+  return largest / subject.radius;
+}
+
+/// A run of the whole scene.
+class TimeTrial : public Trial {
+ public:
+  TimeTrial(const Subject& subject, const MechanicsOptions& mechanics) : subject_(subject), scene_(subject.scene) {
+    scene_.mechanics = mechanics;
+    scene_.mechanics.largest_step = scene_.stop.time;  // the tolerance alone decides
+  }
+
+  void run() override {
+    Simulation simulation(scene_, make_solver(subject_));
+    simulation.advance_to(scene_.stop.time);
+    position_ = simulation.frame().position;
+    counters_ = simulation.counters();
+  }
+  std::vector<double> errors() const override { return {distance(subject_, position_, subject_.reference)}; }
+  std::int64_t work() const override { return counters_.field_solves; }
+  const std::vector<Vec2>& position() const { return position_; }
+  std::int64_t contacts() const { return counters_.contacts_made + counters_.contacts_lost; }
+
+ private:
+  const Subject& subject_;
+  Scene scene_;
+  std::vector<Vec2> position_;
+  Counters counters_;
+};
+
+MechanicsOptions monolithic_at(double tolerance) {
+  return {.integrator = "cvode", .coupling = "monolithic", .relative_tolerance = tolerance};
+}
+
+/// CVODE inside a coupling step a thousand times better than the step, as by default; rounding allows no more than
+/// 1e-12.
+MechanicsOptions split_at(double tolerance, double radius) {
+  return {.integrator = "cvode",
+          .coupling = "split",
+          .relative_tolerance = std::max(1e-3 * tolerance, 1e-12),
+          .position_tolerance = tolerance * radius};
+}
+
+/// A hundred steps of mechanics to a field solve, as in D 6.7.
+MechanicsOptions euler_at(double step) {
+  return {.integrator = "euler", .euler_step = step / 100, .euler_field_step = step};
+}
+
+Candidate candidate(const Subject& subject, Settings settings, double cost, const MechanicsOptions& mechanics) {
+  return {std::move(settings), cost, [&subject, mechanics] { return std::make_unique<TimeTrial>(subject, mechanics); }};
+}
+
+Method split(const Subject& subject, double tightest) {
+  Method method{"split", "field extrapolated over error-controlled coupling steps, mechanics by CVODE", {}};
+  for (int decade = 1; std::pow(10, -decade) > 0.9 * tightest; ++decade) {
+    const double tolerance = std::pow(10, -decade);
+    method.candidates.push_back(candidate(subject, {{"position tolerance / R", tolerance}}, std::cbrt(1 / tolerance),
+                                          split_at(tolerance, subject.radius)));
+  }
+  return method;
+}
+
+Method monolithic(const Subject& subject, double tightest) {
+  Method method{"monolithic", "CVODE with the field solved in every evaluation", {}};
+  for (int decade = 2; std::pow(10, -decade) > 0.9 * tightest; ++decade) {
+    const double tolerance = std::pow(10, -decade);
+    method.candidates.push_back(
+        candidate(subject, {{"relative tolerance", tolerance}}, std::pow(tolerance, -0.25), monolithic_at(tolerance)));
+  }
+  return method;
+}
+
+Method euler(const Subject& subject) {
+  Method method{"euler", "explicit Euler with a fixed step, a hundred of mechanics to a field solve (D 6.7)", {}};
+  for (int solves = 16; solves <= 4096; solves *= 2) {
+    const double step = subject.scene.stop.time / solves;
+    method.candidates.push_back(candidate(subject, {{"field step (s)", step}}, solves, euler_at(step)));
+  }
+  return method;
+}
+
+/// On a grid forces jitter as conductors move through it, and tolerances below that cost much and bring nothing.
+std::vector<Method> all_methods(const Subject& subject) {
+  if (subject.multipole) return {split(subject, 1e-7), monolithic(subject, 1e-8), euler(subject)};
+  return {split(subject, 1e-5), monolithic(subject, 1e-5), euler(subject)};
+}
+
+/// Runs at a tolerance a hundred times and more below any of the sweep's. What that changes against a tolerance ten
+/// times larger is more than what is left of its error.
+void find_reference(Subject& subject, const MechanicsOptions& tight, const MechanicsOptions& looser, Diagram& diagram) {
+  TimeTrial best(subject, tight), second(subject, looser);
+  best.run();
+  second.run();
+  subject.reference = best.position();
+  subject.contacts = best.contacts();
+  diagram.reference_errors = {distance(subject, second.position(), best.position())};
+}
+
+/// The field by the multipole method, which is smooth in time, or else by the scene's own.
+void choose_field(Subject& subject, Diagram& diagram) {
+  try {
+    subject.multipole = true;
+    subject.field_tolerance = 1e-12;
+    find_reference(subject, monolithic_at(1e-11), monolithic_at(1e-10), diagram);
+    diagram.reference = "the monolithic method at relative tolerance 1e-11";
+  } catch (const InputError&) {
+    subject.multipole = false;
+    subject.field_tolerance = 1e-10;
+    find_reference(subject, split_at(1e-7, subject.radius), split_at(1e-6, subject.radius), diagram);
+    diagram.reference = "the split method at position tolerance 1e-7 R";
+  }
+}
+
+std::string describe_field(const Subject& subject) {
+  const FieldOptions& field = subject.scene.field;
+  if (!subject.scene.effects.floating_conductors) return "no field";
+  if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
+  return fmt::format("field by the {} method on S = {} at tolerance {:g}", field.method, field.cells,
+                     subject.field_tolerance);
+}
+
+}  // namespace
+
+Diagram sweep_time(const Scene& scene, const Request& request) {
+  Subject subject{.scene = scene, .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
+  choose(all_methods(subject), request.methods);  // names are checked before anything is computed
+  Diagram diagram{
+      .quantities = {"positions"},
+      .measure = "the largest distance of a conductor from where it should be at the end, in smallest radii",
+      .work = "field solves"};
+  choose_field(subject, diagram);
+  diagram.title = fmt::format("motion of {} conductors over {:g} s, {} contacts made or lost; {}",
+                              scene.conductors.size(), scene.stop.time, subject.contacts, describe_field(subject));
+  measure(choose(all_methods(subject), request.methods), request, diagram);
+  return diagram;
+}
+
+}  // namespace lichtenberg::work_precision

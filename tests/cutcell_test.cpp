@@ -162,7 +162,10 @@ TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
 }
 
 TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
-  const LaplaceProblem problem = crowd(12, 128, 5, 0.05);
+  LaplaceProblem problem = crowd(12, 128, 5, 0.05);  // the coarsest grids do not resolve them
+  problem.groups[problem.bodies[2].group].floating = false;
+  problem.bodies[2].group = problem.bodies[9].group;  // far apart: wells there
+  REQUIRE(gap(std::get<Disk>(problem.bodies[2].shape), problem.bodies[9].shape) > 40);
   Level level(problem, 128, 128);
   level.build(problem, LinkFormula::log_fitted);
   CutCellOperator op;
@@ -194,6 +197,76 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   CHECK(y_my > 0);
   // single precision: 6e-8 a term, the scale being the energy of either vector
   CHECK(std::abs(x_my - y_mx) < 1e-5 * std::sqrt(x_mx * y_my));
+}
+
+namespace {
+
+/// A lattice of n x n disks of radius R in an n x n box, one in the middle of each unit cell.
+LaplaceProblem lattice(int n, double radius) {
+  LaplaceProblem problem;
+  problem.size = {static_cast<double>(n), static_cast<double>(n)};
+  problem.sides[bottom].kind = problem.sides[top].kind = Side::Kind::electrode;
+  for (int k = 0; k < n * n; ++k) {
+    problem.bodies.push_back({Disk{{k % n + 0.5, k / n + 0.5}, radius}, k});
+    problem.groups.push_back({true, 0, 0});
+  }
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("a coarse grid takes floating disks that it does not resolve for a medium") {
+  const double radius = 0.3, fill = pi * radius * radius;
+  Level level(lattice(8, radius), 8, 8);
+  level.build_coarse(lattice(8, radius), LinkFormula::log_fitted, nullptr);
+  const double permittivity = (1 + fill) / (1 - fill);  // Maxwell Garnett
+  CHECK(level.fluid_cells == 64);
+  CHECK(level.links.empty());
+  CHECK(level.absorbed.size() == 64);
+  const double single = 6e-8 * 10;
+  CHECK(level.east[level.layout(3, 4)] == doctest::Approx(permittivity).epsilon(single));
+  CHECK(level.north[level.layout(7, 0)] == doctest::Approx(permittivity).epsilon(single));
+  CHECK(level.diagonal[level.layout(3, 4)] == doctest::Approx(4 * permittivity).epsilon(single));
+  // in a corner: two faces, and half a cell of the medium to the electrode
+  CHECK(level.diagonal[level.layout(0, 0)] == doctest::Approx((2 + 2) * permittivity).epsilon(single));
+}
+
+TEST_CASE("a coarse grid takes small disks whose potential is not their own for wells") {
+  LaplaceProblem problem = lattice(8, 0.1);
+  for (Group& group : problem.groups) group.floating = false;
+  Level level(problem, 8, 8);
+  level.build_coarse(problem, LinkFormula::log_fitted, nullptr);
+  CHECK(level.fluid_cells == 64);
+  CHECK(level.absorbed.empty());
+  REQUIRE(level.links.size() == 64);  // centred in their cells
+  CHECK(level.links[0].conductance == doctest::Approx(2 * pi / std::log(0.208 / 0.1)).epsilon(1e-12));
+  CHECK(level.has_unknown(3));
+}
+
+TEST_CASE("a group is absorbed once and for all when it fits into two cells of a coarse grid") {
+  LaplaceProblem problem = lattice(16, 0.2);
+  for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
+  problem.groups[1].floating = false;  // nobody's
+  Level finer(problem, 16, 16), coarser(problem, 8, 8);
+  finer.build_coarse(problem, LinkFormula::log_fitted, nullptr);
+  coarser.build_coarse(problem, LinkFormula::log_fitted, &finer);
+  CHECK(finer.newly_absorbed == 255);  // the pair is 1.4 cells long
+  CHECK_FALSE(finer.has_unknown(0));
+  CHECK_FALSE(coarser.has_unknown(0));
+  CHECK(coarser.absorbed.size() == 255);
+  CHECK(coarser.newly_absorbed == 0);
+}
+
+TEST_CASE("iterations do not grow with the number of disks that the coarse grids do not resolve") {
+  // The same lattice of disks of radius 2.4 cells on ever larger boxes: with every size another grid has them below
+  // its cells. Regression values, with 2 to spare: 11, 11, 11.
+  for (const int n : {8, 16, 32}) {
+    CAPTURE(n);
+    LaplaceProblem problem = lattice(n, 0.3);
+    problem.sides[top].potential = 1;
+    CutCellSolver solver(options(8 * n));
+    CHECK(solver.solve(problem).iterations <= 13);
+  }
 }
 
 TEST_CASE("two disks: capacitance and force against the bipolar field at R = 8 cells") {

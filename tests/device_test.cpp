@@ -230,8 +230,11 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
 }
 
 TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled directly") {
-  const LaplaceProblem problem = crowd(20, 3.5);  // on the coarsest grid, of cells 2 m wide, no two are neighbours
-  const int nx = 192, ny = 128;
+  // Resolved on every grid, and on the coarsest, of cells 8 m wide, no two are neighbours.
+  LaplaceProblem problem = crowd(3, 20);
+  for (std::size_t body = 1; body < problem.bodies.size(); ++body)
+    std::get<Disk>(problem.bodies[body].shape).radius = 6;
+  const int nx = 96, ny = 64;
   Level level(problem, nx, ny);
   level.build(problem, LinkFormula::log_fitted);
   CutCellOperator op;
@@ -275,7 +278,7 @@ TEST_CASE("the device's solution is the CPU's to solver tolerance") {
       const LaplaceSolution a = cpu.solve(c.problem), b = device->solve(c.problem);
       CHECK(b.unknowns == a.unknowns);
       // Where groups are coupled directly the two smooth differently.
-      CHECK(std::abs(b.iterations - a.iterations) <= 2 + a.iterations / 3);
+      CHECK(b.iterations <= a.iterations + 2 + a.iterations / 3);
       double potential = 0, charge = 0, force = 0;
       for (const double v : a.group_potential) potential = std::max(potential, std::abs(v));
       for (const double q : a.body_charge) charge = std::max(charge, std::abs(q));

@@ -8,11 +8,29 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// v = (f + sum of the four neighbours) / diagonal along one row of one colour. `west` points at the neighbour on the
-/// left of the first cell; the one on its right follows it.
-void relax_row(int n, float* __restrict v, const float* __restrict f, const float* __restrict inverse_diagonal,
-               const float* __restrict west, const float* __restrict south, const float* __restrict north) {
-  for (int k = 0; k < n; ++k) v[k] = (f[k] + west[k] + west[k + 1] + south[k] + north[k]) * inverse_diagonal[k];
+/// What a row of cells of one colour gets from its neighbours, all faces having conductance 1. `west` points at the
+/// neighbour on the left of the first cell; the one on its right follows it.
+struct Neighbours {
+  const float *west, *south, *north;
+  float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
+};
+
+/// The same in a medium: each face's conductance stands at the cell on its left or below it.
+struct NeighboursInMedium {
+  Neighbours cell;
+  const float *west, *east, *south, *north;
+  float flux(int k) const {
+    return west[k] * cell.west[k] + east[k] * cell.west[k + 1] + south[k] * cell.south[k] + north[k] * cell.north[k];
+  }
+};
+
+// Neighbours are of the other colour, so that no row that is written is read.
+
+/// v = (f + flux from the neighbours) / diagonal
+template <class Around>
+void relax_row(int n, float* v, const float* f, const float* inverse_diagonal, Around around) {
+#pragma GCC ivdep
+  for (int k = 0; k < n; ++k) v[k] = (f[k] + around.flux(k)) * inverse_diagonal[k];
 }
 
 void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
@@ -21,17 +39,18 @@ void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
 }
 
 /// After a sweep from zero over red and then black, a red cell's residual is what its black neighbours have brought.
-void red_residual_row(int n, float* __restrict r, const float* __restrict inverse_diagonal,
-                      const float* __restrict west, const float* __restrict south, const float* __restrict north) {
-  for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? west[k] + west[k + 1] + south[k] + north[k] : 0.0f;
+template <class Around>
+void red_residual_row(int n, float* r, const float* inverse_diagonal, Around around) {
+#pragma GCC ivdep
+  for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? around.flux(k) : 0.0f;
 }
 
-/// f = f + neighbours - diagonal v
-void residual_row(int n, float* __restrict f, const float* __restrict v, const float* __restrict inverse_diagonal,
-                  const float* __restrict west, const float* __restrict south, const float* __restrict north) {
+/// f = f + flux from the neighbours - diagonal v
+template <class Around>
+void residual_row(int n, float* f, const float* v, const float* inverse_diagonal, Around around) {
+#pragma GCC ivdep
   for (int k = 0; k < n; ++k)
-    f[k] = inverse_diagonal[k] > 0 ? f[k] + west[k] + west[k + 1] + south[k] + north[k] - v[k] / inverse_diagonal[k]
-                                   : 0.0f;
+    f[k] = inverse_diagonal[k] > 0 ? f[k] + around.flux(k) - v[k] / inverse_diagonal[k] : 0.0f;
 }
 
 }  // namespace
@@ -96,20 +115,35 @@ void Grid::build(const LaplaceProblem& problem, const Level& level) {
   for (std::size_t g = 0; g < groups; ++g)
     if (group_diagonal[g] > 0) group_inverse_diagonal_[g] = 1.0f / group_diagonal[g];
   coupling_ = couple_groups(problem, level);
+  east_ = level.east;
+  north_ = level.north;
+  newly_absorbed_.assign(level.absorbed.begin(), level.absorbed.begin() + level.newly_absorbed);
   for (int side = 0; side < 4; ++side) mirror[side] = problem.sides[side].kind == Side::Kind::electrode ? -1.0f : 1.0f;
 }
 
+/// Calls effect(first slot, number of cells, neighbours) for the row of a colour.
+template <class Effect>
+void Grid::with_neighbours(int colour, int j, const Effect& effect) const {
+  const std::ptrdiff_t at = layout.row(colour, j), south = layout.row(1 - colour, j - 1);
+  const std::ptrdiff_t west = layout.row(1 - colour, j) + Layout::parity(colour, j) - 1;
+  const Neighbours cells{&v[west], &v[south], &v[layout.row(1 - colour, j + 1)]};
+  if (east_.empty())
+    effect(at, layout.row_length(colour, j), cells);
+  else
+    effect(at, layout.row_length(colour, j),
+           NeighboursInMedium{cells, &east_[west], &east_[at], &north_[south], &north_[at]});
+}
+
 void Grid::relax(int colour, int j) {
-  const std::ptrdiff_t at = layout.row(colour, j), other = 1 - colour;
-  relax_row(layout.row_length(colour, j), &v[at], &f[at], &inverse_diagonal_[at],
-            &v[layout.row(other, j) + Layout::parity(colour, j) - 1], &v[layout.row(other, j - 1)],
-            &v[layout.row(other, j + 1)]);
+  with_neighbours(colour, j, [&](std::ptrdiff_t at, int n, const auto& around) {
+    relax_row(n, &v[at], &f[at], &inverse_diagonal_[at], around);
+  });
 }
 
 void Grid::form_red_residual(int j) {
-  const std::ptrdiff_t at = layout.row(0, j);
-  red_residual_row(layout.row_length(0, j), &residual_[at], &inverse_diagonal_[at],
-                   &v[layout.row(1, j) + Layout::parity(0, j) - 1], &v[layout.row(1, j - 1)], &v[layout.row(1, j + 1)]);
+  with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
+    red_residual_row(n, &residual_[at], &inverse_diagonal_[at], around);
+  });
 }
 
 /// Each group's potential from its charge, its cells' flux_ and the groups it is coupled with directly (Gauss-Seidel,
@@ -181,10 +215,19 @@ void Grid::add_group_charges(std::vector<float>& sum) const {
   }
 }
 
-/// A conductor is the same unknown on both grids; the residuals of the coarse cells that it covers are its as well.
+void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
+  for (const AbsorbedGroup& group : groups) {
+    for (int k = 0; k < 4; ++k) f[group.cell[k]] += group.weight[k] * charge[group.group];
+    charge[group.group] = 0;
+  }
+}
+
+/// A conductor is the same unknown on both grids, unless the coarse one absorbs it; the residuals of the coarse cells
+/// that it covers are its as well.
 void Grid::restrict_groups(Grid& coarse) {
   coarse.charge = charge;
   add_group_charges(coarse.charge);
+  coarse.absorb_charges(coarse.newly_absorbed_);
   const int bodies = static_cast<int>(body_group_.size());
   for (int body = 0; body < bodies; ++body) {
     float sum = 0;
@@ -206,6 +249,10 @@ void Grid::spread(const std::vector<float>& potential, const std::array<float, 4
       for (int m = covered_start_[body]; m < covered_start_[body + 1]; ++m)
         v[covered_cell_[m]] = potential[body_group_[body]];
   });
+  for (const AbsorbedGroup& group : newly_absorbed_) {
+    phi[group.group] = 0;
+    for (int k = 0; k < 4; ++k) phi[group.group] += group.weight[k] * v[group.cell[k]];
+  }
   const auto write_row = [&](int j, int from, float sign) {
     float* row = &natural_[(j + 1) * natural_stride_ + Layout::pad];
     for (int colour = 0; colour < 2; ++colour) {
@@ -276,12 +323,10 @@ void Grid::interpolate_from(const Grid& coarse) {
 
 void Grid::form_residual() {
   for_each_row(*team_, layout, [&](int j) {
-    for (int colour = 0; colour < 2; ++colour) {
-      const std::ptrdiff_t at = layout.row(colour, j), other = 1 - colour;
-      residual_row(layout.row_length(colour, j), &f[at], &v[at], &inverse_diagonal_[at],
-                   &v[layout.row(other, j) + Layout::parity(colour, j) - 1], &v[layout.row(other, j - 1)],
-                   &v[layout.row(other, j + 1)]);
-    }
+    for (int colour = 0; colour < 2; ++colour)
+      with_neighbours(colour, j, [&](std::ptrdiff_t at, int n, const auto& around) {
+        residual_row(n, &f[at], &v[at], &inverse_diagonal_[at], around);
+      });
     links_.add_to_row(j, phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
   });
   add_group_charges(charge);

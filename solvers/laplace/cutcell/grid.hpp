@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "solvers/laplace/cutcell/link_lists.hpp"
@@ -22,8 +23,11 @@ class Grid {
   /// Adds the correction of `coarse` after its `spread`, then smooths: black cells, red cells, conductors. With r,
   /// row_product[j] is set to r'v over row j.
   void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
+  /// Moves the charges of these groups to the cells around them.
+  void absorb_charges(std::span<const AbsorbedGroup> groups);
   /// Writes v by row and column into `natural`, covered cells with their group's entry of `potential`; beyond a side
-  /// lies the mirror image, multiplied by mirrored[side].
+  /// lies the mirror image, multiplied by mirrored[side]. Groups that the finer grid has and this one has absorbed get
+  /// their phi.
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
   /// v = what `coarse` has after its `spread`, interpolated to all fluid cells; phi = that of `coarse`.
   void interpolate_from(const Grid& coarse);
@@ -42,6 +46,8 @@ class Grid {
     std::vector<float> conductance;
   };
   static GroupCoupling couple_groups(const LaplaceProblem& problem, const Level& level);
+  template <class Effect>
+  void with_neighbours(int colour, int j, const Effect& effect) const;
   void relax(int colour, int j);
   void form_red_residual(int j);
   void relax_groups(bool forward);
@@ -58,6 +64,9 @@ class Grid {
   std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown
   std::vector<float> group_inverse_diagonal_, flux_;
   GroupCoupling coupling_;
+  // As in Level.
+  std::vector<float> east_, north_;
+  std::vector<AbsorbedGroup> newly_absorbed_;
   std::vector<std::int32_t> covered_cell_;  // by body
   std::vector<int> covered_start_, body_group_;
   std::ptrdiff_t natural_stride_ = 0;

@@ -27,7 +27,18 @@ GridSize finest_grid(const LaplaceProblem& problem, int cells) {
   return {nx, ny};
 }
 
-std::vector<GridSize> grid_sizes(const LaplaceProblem& problem, int nx, int ny) {
+std::vector<GridSize> grid_sizes(int nx, int ny) {
+  constexpr int least = 8;  // cells along the shorter side: small enough to be factorized in no time
+  std::vector<GridSize> sizes{{nx, ny}};
+  while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > least) {
+    nx /= 2;
+    ny /= 2;
+    sizes.push_back({nx, ny});
+  }
+  return sizes;
+}
+
+std::vector<GridSize> resolving_grid_sizes(const LaplaceProblem& problem, int nx, int ny) {
   // Coarsen until the smallest conductor has a radius of about a cell: beyond half a cell conductors lose the shape
   // that couples them, and CG needs hundreds of iterations. A factorization that is large all the same is worth
   // the two or three more iterations of one level more.

@@ -12,6 +12,10 @@ Level::Level(const LaplaceProblem& problem, int nx, int ny)
 void Level::build(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
+  discretize(problem, formula, team);
+}
+
+void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
   divide();
   cover_cells(team);
   team.for_each(part_count_, [&](int k) { link_part(problem, formula, parts_[k]); });
@@ -53,7 +57,8 @@ void Level::cover_cells(Team& team) {
     std::fill(cover.begin() + size * k / chunks, cover.begin() + size * (k + 1) / chunks, -1);
   });
   team.for_each(part_count_, [&](int k) {
-    for (int piece = parts_[k].from_piece; piece < parts_[k].to_piece; ++piece) claim(pieces_[piece], team.size() == 1);
+    for (int piece = parts_[k].from_piece; piece < parts_[k].to_piece; ++piece)
+      if (resolves(pieces_[piece].body)) claim(pieces_[piece], team.size() == 1);
   });
   // A conductor is a conductor on every grid: a disk that covers no cell centre takes the cell it lies in, after all
   // others. The log-fitted link stays right for it (it knows R, however small). Where that cell is taken, it is linked
@@ -61,7 +66,7 @@ void Level::cover_cells(Team& team) {
   lodgers_.clear();
   for (int body = 0; body < static_cast<int>(outlines_.size()); ++body) {
     const Outline& outline = outlines_[body];
-    if (outline.kind != Outline::Kind::disk || has_cell(body)) continue;
+    if (outline.kind != Outline::Kind::disk || !resolves(body) || has_cell(body)) continue;
     std::int32_t& owner = cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))];
     if (owner < 0)
       owner = body;
@@ -108,6 +113,10 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
   part.pairs.clear();
   for (int k = part.from_piece; k < part.to_piece; ++k) {
     const auto& [body, range] = pieces_[k];
+    if (!resolves(body)) {
+      link_well(problem, body, part);
+      continue;
+    }
     for (int j = range.from_j; j <= range.to_j; ++j)
       for (int i = range.from_i; i <= range.to_i; ++i) {
         const std::ptrdiff_t slot = layout(i, j);

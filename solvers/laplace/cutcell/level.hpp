@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -43,8 +44,17 @@ struct SideLink {
   Vec2 gradient;     ///< of the conductance, with respect to the body's position, per cell
 };
 
+/// A floating group that is no unknown of a coarse grid: it takes part in the potential at its centre, which is
+/// interpolated between four cells.
+struct AbsorbedGroup {
+  int group;
+  std::array<std::ptrdiff_t, 4> cell;
+  std::array<float, 4> weight;
+};
+
 /// The discretized geometry on one grid: which body covers each cell and the links between cells, conductors and
-/// electrode sides. Together with conductance 1 between neighbouring fluid cells it is the whole linear system.
+/// electrode sides. Together with the conductances between neighbouring fluid cells (1, unless `east` and `north` say
+/// otherwise) it is the whole linear system.
 class Level {
  public:
   /// Finest grid: nx x ny square cells over the problem's box.
@@ -52,6 +62,11 @@ class Level {
 
   /// Discretizes the problem anew, reusing memory.
   void build(const LaplaceProblem& problem, LinkFormula formula, Team& team = Team::single());
+  /// The same for a coarse grid of the preconditioner, which has unknowns only for the conductors that it resolves:
+  /// smaller ones are smeared out (homogenize.cpp). `finer` is the grid of cells half as large, null if that one is the
+  /// finest.
+  void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer,
+                    Team& team = Team::single());
 
   Layout layout;
   double h = 0;  ///< m
@@ -70,6 +85,14 @@ class Level {
   /// Sum of a fluid cell's conductances; 0 in covered cells and padding. By slot.
   std::vector<double> diagonal;
   long fluid_cells = 0;
+
+  /// Conductance of a fluid cell's face to the cell on its right and above it, by slot. Empty: 1 everywhere.
+  std::vector<float> east, north;
+  /// Groups that this grid has absorbed, those first that the finer grid had not.
+  std::vector<AbsorbedGroup> absorbed;
+  int newly_absorbed = 0;
+  /// Whether a floating group has a potential of its own on this grid.
+  bool has_unknown(int group) const { return is_absorbed_.empty() || !is_absorbed_[group]; }
 
  private:
   struct Cell {
@@ -94,6 +117,7 @@ class Level {
     std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
     std::vector<PairLink> pairs;
   };
+  void discretize(const LaplaceProblem& problem, LinkFormula formula, Team& team);
   void divide();
   void cover_cells(Team& team);
   void claim(const Piece& piece, bool alone);
@@ -106,10 +130,18 @@ class Level {
   void sum_diagonal(Team& team);
   void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);
+  void choose_resolved(const LaplaceProblem& problem);
+  void absorb_groups(const LaplaceProblem& problem, const Level* finer);
+  std::vector<float> effective_permittivity(const LaplaceProblem& problem) const;
+  void fill_fluid(const std::vector<float>& permittivity, Team& team);
+  void link_well(const LaplaceProblem& problem, int body, Part& part) const;
+  bool resolves(int body) const { return is_resolved_.empty() || is_resolved_[body]; }
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
 
   std::vector<Outline> outlines_;  // of the bodies
+  std::vector<char> is_resolved_;  // by body; empty: all are
+  std::vector<char> is_absorbed_;  // by group; empty: none is
   std::vector<Piece> pieces_;      // by body
   std::vector<Part> parts_;
   int part_count_ = 0;  // parts_ keeps its memory

@@ -13,11 +13,10 @@ Multigrid::Multigrid(LinkFormula formula, Team& team) : formula_(formula), team_
 Multigrid::~Multigrid() = default;
 
 int Multigrid::levels() const { return static_cast<int>(grids_.size()); }
-long Multigrid::coarse_unknowns() const { return coarse_solver_->unknowns(); }
 
 void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
   if (!grids_.empty()) return;
-  for (const GridSize size : grid_sizes(problem, finest.nx, finest.ny)) {
+  for (const GridSize size : grid_sizes(finest.nx, finest.ny)) {
     if (!grids_.empty()) coarse_levels_.push_back(std::make_unique<Level>(problem, size.nx, size.ny));
     grids_.push_back(std::make_unique<Grid>(grids_.empty() ? finest : coarse_levels_.back()->layout, team_));
   }
@@ -27,7 +26,7 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
 
 void Multigrid::build_coarse(const LaplaceProblem& problem) {
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
-    coarse_levels_[l]->build(problem, formula_, team_);
+    coarse_levels_[l]->build_coarse(problem, formula_, l > 0 ? coarse_levels_[l - 1].get() : nullptr, team_);
     grids_[l + 1]->build(problem, *coarse_levels_[l]);
   }
   if (!coarse_levels_.empty()) team_.start([&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); });
@@ -111,6 +110,7 @@ void Multigrid::nested_guess(const LaplaceProblem& problem, double scale, double
     Grid& grid = *grids_[l];
     const Level& level = *coarse_levels_[l - 1];
     write_right_hand_side(problem, level, scale, grid.f.data(), grid.charge.data());
+    grid.absorb_charges(level.absorbed);
     if (l + 1 == levels()) {
       cycle(l, nullptr, nullptr);
     } else {

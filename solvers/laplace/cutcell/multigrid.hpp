@@ -10,8 +10,9 @@ namespace lichtenberg::laplace {
 class CoarseSolver;
 
 /// One symmetric V-cycle on the cut-cell system, the preconditioner of CG. Every level is discretized anew with the
-/// same links (conductances do not depend on the cell size), a conductor is a conductor on every level, and all of it
-/// runs in single precision: a preconditioner need not know more than its own convergence rate.
+/// same links (conductances do not depend on the cell size); a conductor is a conductor on every level that resolves it
+/// and part of the medium below (homogenize.cpp). All of it runs in single precision: a preconditioner need not know
+/// more than its own convergence rate.
 class Multigrid {
  public:
   explicit Multigrid(LinkFormula formula, Team& team = Team::single());
@@ -42,7 +43,6 @@ class Multigrid {
   double take_work();
 
   int levels() const;
-  long coarse_unknowns() const;
 
  private:
   void cycle(int l, const double* r, double* row_product);

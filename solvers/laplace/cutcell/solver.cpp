@@ -29,7 +29,6 @@ struct CutCellSolver::Implementation {
   CutCellOptions options;
   Team team{options.threads};
   Vec2 size;  // of the box the grids were made for
-  double smallest_radius = 0;
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
@@ -55,14 +54,12 @@ std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, Team& t
 }  // namespace
 
 void CutCellSolver::Implementation::prepare_grids(const LaplaceProblem& problem) {
-  const double smallest = smallest_disk(problem);
-  if (level && size == problem.size && smallest == smallest_radius) return;
+  if (level && size == problem.size) return;
   const GridSize finest = finest_grid(problem, options.cells);
   level = std::make_unique<Level>(problem, finest.nx, finest.ny);
   system = make_system(options, team);
   history.clear();
   size = problem.size;
-  smallest_radius = smallest;
 }
 
 void CutCellSolver::Implementation::fix_mean(const LaplaceProblem& problem) {

@@ -27,7 +27,7 @@ Numbering number_unknowns(const LaplaceProblem& problem, const Level& level, Spa
       system.slot.push_back(slot);
     }
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
-    if (!problem.groups[g].floating) continue;
+    if (!problem.groups[g].floating || !level.has_unknown(static_cast<int>(g))) continue;
     number.of_group[g] = next++;
     system.group.push_back(static_cast<int>(g));
   }
@@ -90,15 +90,15 @@ SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool up
   for (int j = 0; j < at.ny; ++j)
     for (int i = 0; i < at.nx; ++i) {
       if (level.cover[at(i, j)] >= 0) continue;
-      const auto neighbour = [&](int ni, int nj) {
+      const auto neighbour = [&](int ni, int nj, std::ptrdiff_t face, const std::vector<float>& conductance) {
         if (ni < 0 || ni >= at.nx || nj < 0 || nj >= at.ny) return;
         const int b = number.of_slot[at(ni, nj)];
-        if (b >= 0 && (!upper_only || b < a)) row.push_back({b, -1.0});
+        if (b >= 0 && (!upper_only || b < a)) row.push_back({b, conductance.empty() ? -1.0 : -conductance[face]});
       };
-      neighbour(i, j - 1);
-      neighbour(i - 1, j);
-      neighbour(i + 1, j);
-      neighbour(i, j + 1);
+      neighbour(i, j - 1, at(i, j - 1), level.north);
+      neighbour(i - 1, j, at(i - 1, j), level.east);
+      neighbour(i + 1, j, at(i, j), level.east);
+      neighbour(i, j + 1, at(i, j), level.north);
       finish_row();
     }
   while (a < unknowns) finish_row();

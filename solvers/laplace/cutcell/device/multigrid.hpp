@@ -52,7 +52,7 @@ class Multigrid {
  public:
   Multigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : run_(run), coarsest_(run) {
-    for (const GridSize& size : grid_sizes(problem, nx, ny))
+    for (const GridSize& size : resolving_grid_sizes(problem, nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
   }
 

@@ -7,10 +7,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <new>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/processes.hpp"
 #include "src/commands/commands.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/version.hpp"
@@ -50,7 +52,6 @@ void declare(CLI::App& program) {
 }
 
 void dispatch(std::vector<std::string> arguments) {
-  laplace::set_petsc_options(take_petsc_options(arguments));
   CLI::App program("Charged conductors in a dielectric: how they move, touch, exchange charge and form structures.",
                    "lichtenberg");
   declare(program);
@@ -70,6 +71,11 @@ void dispatch(std::vector<std::string> arguments) {
   }
 }
 
+void warn_of_unused_options() {
+  for (const std::string& option : laplace::unused_petsc_options())
+    fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", option);
+}
+
 /// What was printed may still wait in memory, and a full disk behind stdout shows only when it is written.
 void finish_output() {
   errno = 0;
@@ -82,13 +88,10 @@ int report(const std::exception& error, int status) {
   return status;
 }
 
-}  // namespace
-
-int run_command_line(std::vector<std::string> arguments) {
+/// The exit status that `work` or its error gives.
+int status_of(const std::function<int()>& work) {
   try {
-    dispatch(std::move(arguments));
-    finish_output();
-    return 0;
+    return work();
   } catch (const InputError& error) {
     return report(error, 2);
   } catch (const std::bad_alloc&) {
@@ -99,6 +102,21 @@ int run_command_line(std::vector<std::string> arguments) {
   } catch (const std::exception& error) {
     return report(error, 1);
   }
+}
+
+}  // namespace
+
+int run_command_line(std::vector<std::string> arguments) {
+  const int status = status_of([&] {
+    laplace::set_petsc_options(take_petsc_options(arguments));
+    if (!laplace::join_processes()) return 0;  // one of mpirun's that only helped the first
+    dispatch(std::move(arguments));
+    warn_of_unused_options();
+    finish_output();
+    return 0;
+  });
+  laplace::dismiss_processes(status != 0);
+  return status;
 }
 
 }  // namespace lichtenberg

@@ -14,6 +14,7 @@
 #include "src/commands/progress.hpp"
 #include "src/commands/summary.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/scene.hpp"
@@ -29,6 +30,7 @@ struct RunArguments {
 Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
+  effects::check_processes(scene.effects.floating_conductors ? &scene.field : nullptr);
   return scene;
 }
 

@@ -116,6 +116,7 @@ void check_output(const SolveArguments& request) {
 
 Answer solve(const SolveArguments& request) {
   Answer answer{.scene = read_scene_for(request.scene, request.device), .field = {}, .solution = {}, .capacitance = {}};
+  effects::check_processes(&answer.scene.field);
   answer.field = make_field_problem(answer.scene);
   const auto solver = effects::make_field_solver(answer.scene.field);
   answer.solution = solver->solve(answer.field.problem);

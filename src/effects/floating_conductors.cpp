@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
@@ -67,6 +68,19 @@ void check_can_move(const Scene& scene) {
                   "overlap{}, and nothing else keeps moving ones from it; \"cut-cell\" can do without",
                   scene.path, scene.effects.hertz_contact ? "wall_contact" : "hertz_contact",
                   scene.effects.hertz_contact ? " a side or an electrode" : ""));
+}
+
+void check_processes(const FieldOptions* field) {
+  const int processes = laplace::process_count();
+  if (processes == 1 || (field && field->method == "cut-cell" && field->linear_solver == "assembled")) return;
+  throw InputError(
+      fmt::format("{} runs on one process, and mpirun started {}: {}",
+                  !field                        ? "a scene without a field"
+                  : field->method == "cut-cell" ? fmt::format("field.linear_solver = \"{}\"", field->linear_solver)
+                                                : fmt::format("field.method = \"{}\"", field->method),
+                  processes,
+                  field ? "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out"
+                        : "leave mpirun out"));
 }
 
 namespace {

@@ -24,6 +24,10 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
 /// other or out of the domain, which only contact forces prevent, are beyond the multipole method.
 void check_can_move(const Scene& scene);
 
+/// Several processes (mpirun) share assembled field solves and nothing else. Throws InputError if there are several and
+/// `field` asks for another solver; null: no field is solved at all.
+void check_processes(const FieldOptions* field);
+
 /// What the field does to the conductors: a solution with the scene's depth, in SI.
 struct Electrostatics {
   std::vector<Vec2> force;        ///< N

@@ -11,13 +11,13 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
-#include <random>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "src/version.hpp"
+#include "validation/benchmarks/scene.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -25,27 +25,6 @@ using namespace lichtenberg::laplace;
 namespace {
 
 constexpr int conductors = 324;
-constexpr double side = 512, radius = 8, least_gap = 2;  // in cells of S = 512
-
-LaplaceProblem scene(std::uint64_t seed) {
-  std::mt19937_64 generator(seed);
-  const auto uniform = [&](double from, double to) {
-    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
-  };
-  LaplaceProblem problem;
-  problem.size = {side, side};
-  problem.bodies = {{Disk{{0.5 * side, 0}, 2 * radius}, 0}};
-  problem.groups = {{false, 0, 0}};
-  while (problem.bodies.size() <= conductors) {
-    const Disk disk{{uniform(radius + 1, side - radius - 1), uniform(radius + 1, side - radius - 1)}, radius};
-    const bool free = std::all_of(problem.bodies.begin(), problem.bodies.end(),
-                                  [&](const Body& body) { return gap(disk, body.shape) > least_gap; });
-    if (!free) continue;
-    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
-    problem.groups.push_back({true, uniform(0, 1), 0});
-  }
-  return problem;
-}
 
 struct Cost {
   double setup, solve;
@@ -195,7 +174,7 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", seconds, "the dissertation's scheme may take for a size");
   CLI11_PARSE(app, argc, argv);
 
-  const LaplaceProblem problem = scene(seed);
+  const LaplaceProblem problem = benchmarks::disks_round_ground(conductors, seed);
   fmt::print("lichtenberg {}, PETSc {}.{}.{}, {}, one core; {} conductors, R = S/64 cells, seed {}\n",
              lichtenberg_version().commit, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR,
              processor(), conductors, seed);

@@ -1,36 +1,59 @@
 #include "solvers/laplace/cutcell/assembled.hpp"
 
 #include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/system.hpp"
 
 namespace lichtenberg::laplace {
 
-AssembledSystem::AssembledSystem(LinkFormula links, double tolerance) : links_(links), tolerance_(tolerance) {}
+AssembledSystem::AssembledSystem(LinkFormula links, double tolerance, CutCellOptions::Device device)
+    : links_(links), tolerance_(tolerance), device_(device) {}
 
 void AssembledSystem::build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   level.build(problem, links_);
   op.build(problem, level);
-  krylov_.release();
-  cells_ = level.layout.size();
-  sparse_ = assemble(problem, level, false, false);
-  make_krylov();
-  MatNullSpace constants = nullptr;
-  if (!problem.has_ground()) check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_TRUE, 0, nullptr, &constants));
-  krylov_.set_null_space(constants);
-  check_petsc(KSPSetUp(krylov_.ksp));
+  assemble_matrix(problem, level);
+  set_up_preconditioner(problem);
 }
 
-void AssembledSystem::make_krylov() {
-  const auto n = static_cast<PetscInt>(sparse_.unknowns());
-  check_petsc(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, n, n, sparse_.start.data(), sparse_.index.data(),
-                                        sparse_.value.data(), &krylov_.matrix));
-  check_petsc(MatSetOption(krylov_.matrix, MAT_SPD, PETSC_TRUE));
-  check_petsc(MatCreateVecs(krylov_.matrix, &krylov_.x, &krylov_.b));
-  check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
+void AssembledSystem::assemble_matrix(const LaplaceProblem& problem, const Level& level) {
+  krylov_.release();
+  SparseSystem system = number_unknowns(problem, level);
+  const PetscInt n = system.unknowns();
+  PetscInt own = PETSC_DECIDE, all = n, end = 0;
+  check_petsc(PetscSplitOwnership(PETSC_COMM_WORLD, &own, &all));
+  check_petsc(MPI_Scan(&own, &end, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  assemble_rows(problem, level, static_cast<int>(end - own), static_cast<int>(end), system);
+
+  Mat& matrix = krylov_.matrix;
+  check_petsc(MatCreate(PETSC_COMM_WORLD, &matrix));
+  check_petsc(MatSetSizes(matrix, own, own, n, n));
+  check_petsc(MatSetOptionsPrefix(matrix, "field_"));
+  check_petsc(MatSetType(matrix, device_ == CutCellOptions::Device::cuda ? MATAIJCUSPARSE : MATAIJ));
+  check_petsc(MatSetFromOptions(matrix));
+  // One of the two is of no effect, according to the number of processes.
+  check_petsc(MatSeqAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
+  check_petsc(MatMPIAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
+  check_petsc(MatSetOption(matrix, MAT_SPD, PETSC_TRUE));
+
+  check_petsc(MatCreateVecs(matrix, &krylov_.x, nullptr));
+  check_petsc(VecSetOptionsPrefix(krylov_.x, "field_"));
+  check_petsc(VecSetFromOptions(krylov_.x));
+  check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
+  entry_ = std::move(system.slot);
+  for (const int g : system.group) entry_.push_back(level.layout.size() + g);
+}
+
+void AssembledSystem::set_up_preconditioner(const LaplaceProblem& problem) {
+  check_petsc(KSPCreate(PETSC_COMM_WORLD, &krylov_.ksp));
   PC pc = nullptr;
   check_petsc(KSPGetPC(krylov_.ksp, &pc));
   check_petsc(PCSetType(pc, PCGAMG));
   krylov_.set_options(tolerance_);
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+  MatNullSpace constants = nullptr;
+  if (!problem.has_ground()) check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 0, nullptr, &constants));
+  krylov_.set_null_space(constants);
+  check_petsc(KSPSetUp(krylov_.ksp));
 }
 
 void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
@@ -42,21 +65,29 @@ void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, cons
   gather(krylov_.x, x);
 }
 
+/// Each process takes its rows.
 void AssembledSystem::scatter(const std::vector<double>& from, Vec to) const {
+  PetscInt begin = 0, end = 0;
+  check_petsc(VecGetOwnershipRange(to, &begin, &end));
   PetscScalar* value = nullptr;
   check_petsc(VecGetArrayWrite(to, &value));
-  for (std::size_t a = 0; a < sparse_.slot.size(); ++a) value[a] = from[sparse_.slot[a]];
-  for (std::size_t g = 0; g < sparse_.group.size(); ++g)
-    value[sparse_.slot.size() + g] = from[cells_ + sparse_.group[g]];
+  for (PetscInt row = begin; row < end; ++row) value[row - begin] = from[entry_[row]];
   check_petsc(VecRestoreArrayWrite(to, &value));
 }
 
+/// Each process gets all rows.
 void AssembledSystem::gather(Vec from, std::vector<double>& to) const {
+  VecScatter all_of = nullptr;
+  Vec all = nullptr;
+  check_petsc(VecScatterCreateToAll(from, &all_of, &all));
+  check_petsc(VecScatterBegin(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
+  check_petsc(VecScatterEnd(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
   const PetscScalar* value = nullptr;
-  check_petsc(VecGetArrayRead(from, &value));
-  for (std::size_t a = 0; a < sparse_.slot.size(); ++a) to[sparse_.slot[a]] = value[a];
-  for (std::size_t g = 0; g < sparse_.group.size(); ++g) to[cells_ + sparse_.group[g]] = value[sparse_.slot.size() + g];
-  check_petsc(VecRestoreArrayRead(from, &value));
+  check_petsc(VecGetArrayRead(all, &value));
+  for (std::size_t row = 0; row < entry_.size(); ++row) to[entry_[row]] = value[row];
+  check_petsc(VecRestoreArrayRead(all, &value));
+  check_petsc(VecScatterDestroy(&all_of));
+  check_petsc(VecDestroy(&all));
 }
 
 }  // namespace lichtenberg::laplace

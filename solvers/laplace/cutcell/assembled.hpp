@@ -1,27 +1,33 @@
 #pragma once
 
 #include "solvers/laplace/cutcell/linear_system.hpp"
-#include "solvers/laplace/cutcell/system.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
 
 namespace lichtenberg::laplace {
 
-/// The system as an AIJ matrix, for any PETSc preconditioner (default GAMG; -field_pc_type chooses).
+/// The system as an AIJ matrix, for any PETSc preconditioner (default GAMG; -field_pc_type chooses). Where several
+/// processes run, each knows the whole geometry, holds a share of the rows, and gets the whole solution: build and
+/// solve are collective over PETSC_COMM_WORLD. On a CUDA device the matrix is of PETSc's type aijcusparse;
+/// -field_mat_type and -field_vec_type choose PETSc's types.
 class AssembledSystem : public LinearSystem {
  public:
-  AssembledSystem(LinkFormula links, double tolerance);
+  AssembledSystem(LinkFormula links, double tolerance, CutCellOptions::Device device = CutCellOptions::Device::cpu);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
   void solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
              LaplaceSolution& solution) override;
 
+  // The two parts of `build` after the discretization.
+  void assemble_matrix(const LaplaceProblem& problem, const Level& level);
+  void set_up_preconditioner(const LaplaceProblem& problem);
+
  private:
-  void make_krylov();
   void scatter(const std::vector<double>& from, Vec to) const;
   void gather(Vec from, std::vector<double>& to) const;
   LinkFormula links_;
   double tolerance_;
-  std::size_t cells_ = 0;  // slots of the layout: where the groups begin in the operator's vectors
-  SparseSystem sparse_;    // the matrix borrows its arrays
+  CutCellOptions::Device device_;
+  std::vector<std::ptrdiff_t> entry_;  // of each unknown in the operator's vectors
   Krylov krylov_;
 };
 

@@ -41,6 +41,10 @@ void Krylov::set_options(double tolerance, KSPType cg) {
   check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
   check_petsc(KSPSetConvergenceTest(ksp, stop_test, &criterion, nullptr));
   check_petsc(KSPSetFromOptions(ksp));
+  PetscReal value = 0;
+  PetscBool given = PETSC_FALSE;
+  check_petsc(PetscOptionsGetReal(nullptr, "field_", "-ksp_rtol", &value, &given));
+  if (given) rtol = value;
 }
 
 void Krylov::require_shell() {
@@ -62,6 +66,7 @@ void Krylov::set_null_space(MatNullSpace space) {
 }
 
 void Krylov::solve(LaplaceSolution& solution) {
+  if (rtol) criterion.tolerance = *rtol;
   check_petsc(KSPSolve(ksp, b, x));
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;

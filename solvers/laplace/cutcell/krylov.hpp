@@ -2,6 +2,8 @@
 
 #include <petscksp.h>
 
+#include <optional>
+
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
@@ -22,6 +24,7 @@ struct Krylov {
   Vec x = nullptr, b = nullptr;
   MatNullSpace null_space = nullptr;
   StopCriterion criterion;
+  std::optional<double> rtol;  // -field_ksp_rtol
 
   Krylov() = default;
   Krylov(const Krylov&) = delete;
@@ -29,13 +32,15 @@ struct Krylov {
   ~Krylov() { release(); }
   void release();
 
-  /// CG, of the KSP type `cg`, with the criterion above, then what the options with prefix "field_" say.
+  /// CG, of the KSP type `cg`, with the criterion above, then what the options with prefix "field_" say;
+  /// -field_ksp_rtol overrules the tolerance of every criterion.
   void set_options(double tolerance, KSPType cg = KSPCG);
   /// Throws InputError, and releases everything, if an option asks for a preconditioner that needs a matrix.
   void require_shell();
   /// Takes over `space`; null: the matrix is regular.
   void set_null_space(MatNullSpace space);
-  /// Solves from the guess in x; sets iterations and residual of `solution`. Throws Failure without convergence.
+  /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. Throws Failure
+  /// without convergence.
   void solve(LaplaceSolution& solution);
 };
 

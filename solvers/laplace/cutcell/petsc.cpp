@@ -1,5 +1,6 @@
 #include "solvers/laplace/cutcell/petsc.hpp"
 
+#include <cctype>
 #include <cstdlib>
 
 #include "solvers/error.hpp"
@@ -37,6 +38,18 @@ bool petsc_started() {
   return started == PETSC_TRUE;
 }
 
+int process_rank() {
+  int rank = 0;
+  if (petsc_started()) MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank;
+}
+
+int process_count() {
+  int count = 1;
+  if (petsc_started()) MPI_Comm_size(PETSC_COMM_WORLD, &count);
+  return count;
+}
+
 void start_petsc() {
   if (petsc_started()) return;
   std::vector<std::string> arguments = options();
@@ -54,6 +67,29 @@ void start_petsc() {
   check_petsc(PetscPushErrorHandler(keep_message, nullptr));
   register_fused_cg();
   std::atexit([] { PetscFinalize(); });
+}
+
+std::vector<std::string> unused_petsc_options() {
+  std::vector<std::string> unused;
+  if (!petsc_started()) return unused;
+  for (const std::string& word : options()) {
+    if (word.size() < 2 || word[0] != '-' || !std::isalpha(static_cast<unsigned char>(word[1]))) continue;
+    if (word.starts_with("-options_")) continue;  // PETSc asks for these when it ends
+    PetscBool used = PETSC_FALSE;
+    check_petsc(PetscOptionsUsed(nullptr, word.c_str() + 1, &used));
+    if (!used) unused.push_back(word);
+  }
+  return unused;
+}
+
+void check_petsc_options() {
+  for (const std::string& option : unused_petsc_options()) {
+    if (option.starts_with("-field_"))
+      throw InputError("--petsc " + option +
+                       ": the field solver has no such option (misspelt, or one of a method that it does not use)");
+    if (option.starts_with("-ksp_") || option.starts_with("-pc_"))
+      throw InputError("--petsc " + option + ": the field solver's options have a prefix, -field_" + option.substr(1));
+  }
 }
 
 void check_petsc(PetscErrorCode code) {

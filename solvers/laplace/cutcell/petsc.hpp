@@ -17,6 +17,17 @@ void start_petsc();
 /// True once PETSc has been started in this process.
 bool petsc_started();
 
+/// This process's number among those that mpirun started, from 0, and how many they are (0 and 1 before PETSc runs).
+int process_rank();
+int process_count();
+
+/// Which of the options of `set_petsc_options` nothing has asked for (yet); none before PETSc runs.
+std::vector<std::string> unused_petsc_options();
+
+/// To be called after a field solve, when all that concerns it has been asked for: throws InputError if one of the
+/// options was meant for the field solver (-field_..., or -ksp_... and -pc_... without the prefix) and is unused.
+void check_petsc_options();
+
 /// Turns a PETSc error code into a Failure with PETSc's own message.
 void check_petsc(PetscErrorCode code);
 

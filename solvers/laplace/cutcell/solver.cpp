@@ -11,6 +11,7 @@
 #include "solvers/laplace/cutcell/history.hpp"
 #include "solvers/laplace/cutcell/matrix_free.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/processes.hpp"
 #include "solvers/laplace/cutcell/results.hpp"
 
 namespace lichtenberg::laplace {
@@ -24,9 +25,17 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }  // namespace
 
 struct CutCellSolver::Implementation {
-  explicit Implementation(CutCellOptions o) : options(o) {}
+  explicit Implementation(CutCellOptions o) : options(o) {
+    static int solvers = 0;
+    number = solvers++;
+  }
+  ~Implementation() {
+    if (assembled()) announce_end(number);
+  }
+  bool assembled() const { return options.linear_solver == CutCellOptions::LinearSolver::assembled; }
 
   CutCellOptions options;
+  int number;  // among the solvers of this program, for its other processes
   Team team{options.threads};
   Vec2 size;  // of the box the grids were made for
   std::unique_ptr<Level> level;
@@ -48,7 +57,7 @@ namespace {
 std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, Team& team) {
   if (options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     return std::make_unique<MatrixFreeSystem>(options.links, options.tolerance, team);
-  return std::make_unique<AssembledSystem>(options.links, options.tolerance);
+  return std::make_unique<AssembledSystem>(options.links, options.tolerance, options.device);
 }
 
 }  // namespace
@@ -94,7 +103,6 @@ void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) 
 }
 
 LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
-  problem.check();
   start_petsc();
   LaplaceSolution solution;
   auto start = std::chrono::steady_clock::now();
@@ -133,6 +141,10 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
 
 CutCellSolver::CutCellSolver(CutCellOptions options) {
   const bool on_device = options.device == CutCellOptions::Device::cuda;
+#ifndef PETSC_HAVE_CUDA
+  if (on_device && options.linear_solver == CutCellOptions::LinearSolver::assembled)
+    throw InputError("device = \"cuda\": this program stands on a PETSc without CUDA (cmake/petsc-cuda.sh makes one)");
+#endif
   if (on_device && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     on_device_ = device::make_cuda_solver(options);
   else
@@ -141,14 +153,18 @@ CutCellSolver::CutCellSolver(CutCellOptions options) {
 CutCellSolver::~CutCellSolver() = default;
 
 LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
-  return on_device_ ? on_device_->solve(problem) : implementation_->solve(problem);
+  problem.check();
+  if (implementation_ && implementation_->assembled())
+    announce_solve(implementation_->number, implementation_->options, problem);
+  LaplaceSolution solution = on_device_ ? on_device_->solve(problem) : implementation_->solve(problem);
+  check_petsc_options();
+  return solution;
 }
 
 void CutCellSolver::forget() {
-  if (on_device_)
-    on_device_->forget();
-  else
-    implementation_->history.clear();
+  if (on_device_) return on_device_->forget();
+  if (implementation_->assembled()) announce_forgetting(implementation_->number);
+  implementation_->history.clear();
 }
 
 void CutCellSolver::set_tolerance(double tolerance) {

@@ -6,6 +6,13 @@ namespace lichtenberg::laplace {
 
 namespace {
 
+/// Which part of the matrix is wanted.
+struct Part {
+  int begin, end;  // rows
+  bool upper_only;
+  bool pin;
+};
+
 struct Entry {
   int column;
   double value;
@@ -16,41 +23,34 @@ struct Numbering {
   std::vector<int> of_slot, of_group;
 };
 
-Numbering number_unknowns(const LaplaceProblem& problem, const Level& level, SparseSystem& system) {
+Numbering invert(const LaplaceProblem& problem, const Level& level, const SparseSystem& system) {
   Numbering number{std::vector<int>(level.layout.size(), -1), std::vector<int>(problem.groups.size(), -1)};
   int next = 0;
-  for (int j = 0; j < level.layout.ny; ++j)
-    for (int i = 0; i < level.layout.nx; ++i) {
-      const std::ptrdiff_t slot = level.layout(i, j);
-      if (level.cover[slot] >= 0) continue;
-      number.of_slot[slot] = next++;
-      system.slot.push_back(slot);
-    }
-  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
-    if (!problem.groups[g].floating || !level.has_unknown(static_cast<int>(g))) continue;
-    number.of_group[g] = next++;
-    system.group.push_back(static_cast<int>(g));
-  }
+  for (const std::ptrdiff_t slot : system.slot) number.of_slot[slot] = next++;
+  for (const int g : system.group) number.of_group[g] = next++;
   return number;
 }
 
-}  // namespace
+/// Diagonal and couplings that are not the regular stencil's.
+struct Links {
+  std::vector<double> diagonal;                  // by unknown
+  std::vector<std::pair<int, Entry>> couplings;  // by row and column
+};
 
-SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin) {
-  SparseSystem system;
-  const Numbering number = number_unknowns(problem, level, system);
-  const int cells = static_cast<int>(system.slot.size());
-  const int unknowns = cells + static_cast<int>(system.group.size());
-
-  // Links first, by the row of each end; the regular stencil is written straight into the rows below.
-  std::vector<double> diagonal(unknowns, 0.0);
-  std::vector<std::pair<int, Entry>> couplings;
+Links collect_links(const LaplaceProblem& problem, const Level& level, const SparseSystem& system,
+                    const Numbering& number, Part part) {
+  Links links;
+  links.diagonal.resize(system.unknowns(), 0.0);
+  const auto add = [&](int row, int column, double c) {
+    if (row >= part.begin && row < part.end && (!part.upper_only || row > column))
+      links.couplings.push_back({row, {column, -c}});
+  };
   const auto couple = [&](int a, int b, double c) {
-    if (a >= 0) diagonal[a] += c;
-    if (b >= 0) diagonal[b] += c;
+    if (a >= 0) links.diagonal[a] += c;
+    if (b >= 0) links.diagonal[b] += c;
     if (a < 0 || b < 0) return;
-    if (!upper_only || a > b) couplings.push_back({a, {b, -c}});
-    if (!upper_only || b > a) couplings.push_back({b, {a, -c}});
+    add(a, b, c);
+    add(b, a, c);
   };
   const auto unknown_of_body = [&](int body) { return number.of_group[problem.bodies[body].group]; };
   for (const Link& link : level.links) couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
@@ -58,51 +58,90 @@ SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool up
     couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
   for (const SideLink& link : level.side_links)
     couple(link.cell >= 0 ? number.of_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
-  for (int a = 0; a < cells; ++a) diagonal[a] = level.diagonal[system.slot[a]];
-  if (pin) diagonal[unknowns - 1] *= 2;
-  std::stable_sort(couplings.begin(), couplings.end(), [](const auto& a, const auto& b) {
+  for (std::size_t a = 0; a < system.slot.size(); ++a) links.diagonal[a] = level.diagonal[system.slot[a]];
+  if (part.pin) links.diagonal.back() *= 2;
+  std::stable_sort(links.couplings.begin(), links.couplings.end(), [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first < b.first : a.second.column < b.second.column;
   });
+  return links;
+}
 
-  system.start.reserve(unknowns + 1);
-  system.index.reserve(5 * static_cast<std::size_t>(unknowns));
-  system.value.reserve(5 * static_cast<std::size_t>(unknowns));
-  std::size_t next = 0;
-  std::vector<Entry> row;
-  const Layout& at = level.layout;
-  int a = 0;
-  const auto finish_row = [&] {
-    system.start.push_back(static_cast<int>(system.index.size()));
-    row.push_back({a, diagonal[a]});
-    for (; next < couplings.size() && couplings[next].first == a; ++next) row.push_back(couplings[next].second);
-    std::sort(row.begin(), row.end(), [](Entry x, Entry y) { return x.column < y.column; });
-    for (const Entry& entry : row) {
-      if (static_cast<int>(system.index.size()) > system.start.back() && system.index.back() == entry.column) {
-        system.value.back() += entry.value;  // several links between the same two unknowns
-        continue;
-      }
-      system.index.push_back(entry.column);
-      system.value.push_back(entry.value);
+/// Appends a row; several links between the same two unknowns become one entry.
+void append_row(std::vector<Entry>& row, SparseSystem& system) {
+  std::sort(row.begin(), row.end(), [](Entry x, Entry y) { return x.column < y.column; });
+  for (const Entry& entry : row) {
+    if (static_cast<int>(system.index.size()) > system.start.back() && system.index.back() == entry.column) {
+      system.value.back() += entry.value;
+      continue;
     }
+    system.index.push_back(entry.column);
+    system.value.push_back(entry.value);
+  }
+  system.start.push_back(static_cast<int>(system.index.size()));
+}
+
+/// The cell of a layout's slot.
+struct Cell {
+  int i, j;
+};
+
+Cell cell_of(const Layout& at, std::ptrdiff_t slot) {
+  const int colour = slot >= at.colour_size();
+  const int j = static_cast<int>(slot % at.colour_size() / at.stride) - 1;
+  return {2 * static_cast<int>(slot - at.row(colour, j)) + Layout::parity(colour, j), j};
+}
+
+void assemble_part(const LaplaceProblem& problem, const Level& level, Part part, SparseSystem& system) {
+  const Numbering number = invert(problem, level, system);
+  const Links links = collect_links(problem, level, system, number, part);
+  const Layout& at = level.layout;
+  const auto rows = static_cast<std::size_t>(part.end - part.begin);
+  system.start.reserve(rows + 1);
+  system.index.reserve(5 * rows);
+  system.value.reserve(5 * rows);
+  system.start.assign(1, 0);
+  auto coupling = links.couplings.begin();
+  std::vector<Entry> row;
+  for (int a = part.begin; a < part.end; ++a) {
     row.clear();
-    ++a;
-  };
-  for (int j = 0; j < at.ny; ++j)
-    for (int i = 0; i < at.nx; ++i) {
-      if (level.cover[at(i, j)] >= 0) continue;
+    if (a < static_cast<int>(system.slot.size())) {
+      const auto [i, j] = cell_of(at, system.slot[a]);
       const auto neighbour = [&](int ni, int nj, std::ptrdiff_t face, const std::vector<float>& conductance) {
         if (ni < 0 || ni >= at.nx || nj < 0 || nj >= at.ny) return;
         const int b = number.of_slot[at(ni, nj)];
-        if (b >= 0 && (!upper_only || b < a)) row.push_back({b, conductance.empty() ? -1.0 : -conductance[face]});
+        if (b >= 0 && (!part.upper_only || b < a)) row.push_back({b, conductance.empty() ? -1.0 : -conductance[face]});
       };
       neighbour(i, j - 1, at(i, j - 1), level.north);
       neighbour(i - 1, j, at(i - 1, j), level.east);
       neighbour(i + 1, j, at(i, j), level.east);
       neighbour(i, j + 1, at(i, j), level.north);
-      finish_row();
     }
-  while (a < unknowns) finish_row();
-  system.start.push_back(static_cast<int>(system.index.size()));
+    row.push_back({a, links.diagonal[a]});
+    for (; coupling != links.couplings.end() && coupling->first == a; ++coupling) row.push_back(coupling->second);
+    append_row(row, system);
+  }
+}
+
+}  // namespace
+
+SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) {
+  SparseSystem system;
+  for (int j = 0; j < level.layout.ny; ++j)
+    for (int i = 0; i < level.layout.nx; ++i)
+      if (const std::ptrdiff_t slot = level.layout(i, j); level.cover[slot] < 0) system.slot.push_back(slot);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+    if (problem.groups[g].floating && level.has_unknown(static_cast<int>(g)))
+      system.group.push_back(static_cast<int>(g));
+  return system;
+}
+
+void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system) {
+  assemble_part(problem, level, {begin, end, false, false}, system);
+}
+
+SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin) {
+  SparseSystem system = number_unknowns(problem, level);
+  assemble_part(problem, level, {0, system.unknowns(), upper_only, pin}, system);
   return system;
 }
 

@@ -1,0 +1,135 @@
+// The assembled system on one process, and on all of those that mpirun starts: `mpirun -n 2 assembled_test`.
+#define DOCTEST_CONFIG_IMPLEMENT
+#include <doctest/doctest.h>
+
+#include <random>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+constexpr double tolerance = 1e-10;
+
+/// Potentials are good to the tolerance in the energy norm relative to the solution's; the largest group potential is
+/// of the order of that norm here (a few groups in a box of a few radii), so a factor 100 covers the constants.
+constexpr double agreement = 100 * tolerance;
+
+/// Twelve disks, some sharing a potential, around a grounded half-disk; nothing is grounded without it.
+LaplaceProblem crowd(bool grounded) {
+  std::mt19937_64 generator(3);
+  const auto random = [&](double from, double to) {
+    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
+  };
+  LaplaceProblem problem;
+  problem.size = {96, 64};
+  if (grounded) {
+    problem.bodies = {{Disk{{48, 0}, 10}, 0}};
+    problem.groups = {{false, 0, 0}};
+  }
+  while (problem.bodies.size() < 12) {
+    const Disk disk{{random(6, 90), random(6, 58)}, 5};
+    bool free = true;
+    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > 0.2;
+    if (!free) continue;
+    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({true, random(-1, 1), 0});
+  }
+  problem.bodies.back().group = static_cast<int>(problem.groups.size()) - 2;  // two disks, one potential
+  problem.groups.pop_back();
+  if (!grounded) {
+    double sum = 0;
+    for (const Group& group : problem.groups) sum += group.charge;
+    problem.groups[0].charge -= sum;
+  }
+  return problem;
+}
+
+CutCellOptions options(CutCellOptions::LinearSolver linear_solver) {
+  return {.cells = 96, .tolerance = tolerance, .linear_solver = linear_solver};
+}
+
+void check_same(const LaplaceSolution& a, const LaplaceSolution& b) {
+  double potential = 0, charge = 0, force = 0;
+  for (const double phi : a.group_potential) potential = std::max(potential, std::abs(phi));
+  for (const double q : a.body_charge) charge = std::max(charge, std::abs(q));
+  for (const Vec2 f : a.body_force) force = std::max(force, norm(f));
+  for (std::size_t g = 0; g < a.group_potential.size(); ++g)
+    CHECK(std::abs(a.group_potential[g] - b.group_potential[g]) < agreement * potential);
+  for (std::size_t k = 0; k < a.body_charge.size(); ++k) {
+    CHECK(std::abs(a.body_charge[k] - b.body_charge[k]) < agreement * charge);
+    // through the shortest link, 1 / gap = 5 cells, squared
+    CHECK(norm(a.body_force[k] - b.body_force[k]) < 25 * agreement * force);
+  }
+}
+
+/// What each process has found, in the first.
+std::vector<double> all_of(double value) {
+  std::vector<double> values(process_count());
+  MPI_Gather(&value, 1, MPI_DOUBLE, values.data(), 1, MPI_DOUBLE, 0, PETSC_COMM_WORLD);
+  return values;
+}
+
+}  // namespace
+
+TEST_CASE("the assembled system gives the matrix-free one's answer, with and without ground, cold and in motion") {
+  for (const bool grounded : {true, false}) {
+    CAPTURE(grounded);
+    LaplaceProblem problem = crowd(grounded);
+    CutCellSolver matrix_free(options(CutCellOptions::LinearSolver::multigrid));
+    CutCellSolver assembled(options(CutCellOptions::LinearSolver::assembled));
+    for (int step = 0; step < 3; ++step) {
+      const LaplaceSolution a = matrix_free.solve(problem), b = assembled.solve(problem);
+      check_same(a, b);
+      CHECK(a.unknowns == b.unknowns);
+      for (Body& body : problem.bodies) std::get<Disk>(body.shape).centre += Vec2{0.02, 0.01};
+    }
+  }
+}
+
+TEST_CASE("every process gets the same bits") {
+  CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
+  const LaplaceSolution solution = solver.solve(crowd(true));
+  double sum = 0;
+  for (const double v : solver.field().value) sum += v;
+  for (const double value : {solution.energy, solution.group_potential[3], solution.body_force[5].x, sum}) {
+    const std::vector<double> values = all_of(value);
+    if (process_rank() == 0)
+      for (const double other : values) CHECK(other == values[0]);
+  }
+}
+
+TEST_CASE("with more processes than some have use for: four unknown cells and a group") {
+  LaplaceProblem problem;
+  problem.size = {4, 4};
+  problem.sides[left] = {Side::Kind::electrode, 1, {}};
+  problem.bodies = {{Disk{{2, 2}, 1.5}, 0}};
+  problem.groups = {{true, 0, 0}};
+  CutCellOptions o = options(CutCellOptions::LinearSolver::assembled);
+  o.cells = 4;
+  CutCellSolver solver(o);
+  // no charge anywhere: the electrode's potential
+  CHECK(solver.solve(problem).group_potential[0] == doctest::Approx(1).epsilon(agreement));
+}
+
+TEST_CASE("-field_ksp_rtol overrules the tolerance") {
+  start_petsc();
+  CutCellSolver strict(options(CutCellOptions::LinearSolver::assembled));
+  const int iterations = strict.solve(crowd(true)).iterations;
+  check_petsc(PetscOptionsSetValue(nullptr, "-field_ksp_rtol", "1e-3"));
+  CutCellSolver loose(options(CutCellOptions::LinearSolver::assembled));
+  const LaplaceSolution solution = loose.solve(crowd(true));
+  check_petsc(PetscOptionsClearValue(nullptr, "-field_ksp_rtol"));
+  CHECK(solution.iterations < iterations);
+  CHECK(solution.residual < 1e-3);
+  CHECK(solution.residual > tolerance);
+}
+
+int main(int argc, char** argv) {
+  start_petsc();
+  return doctest::Context(argc, argv).run();
+}

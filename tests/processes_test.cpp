@@ -1,0 +1,140 @@
+// The program itself, alone and started by mpirun.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+using nlohmann::json;
+
+const std::string scene = R"(
+  [domain]
+  size = [16e-3, 16e-3]
+  bottom = { potential = 0.0 }
+  [medium]
+  permittivity = 4e-11
+  viscosity = 1.0
+  [[conductor]]
+  position = [5e-3, 8e-3]
+  radius = 1e-3
+  charge = 1e-10
+  [[conductor]]
+  position = [10e-3, 9e-3]
+  radius = 1e-3
+  charge = 2e-10
+  [effects.floating_conductors]
+  [effects.stokes_drag]
+  [stop]
+  time = 2e-3
+  [output]
+  every = 1e-3
+  picture = false
+  [field]
+  cells = 64
+  tolerance = 1e-10
+)";
+const std::string assembled = "linear_solver = \"assembled\"\n";
+
+struct Result {
+  int status;
+  std::string out, err;
+};
+
+/// Runs `command` in a folder of its own with scene.toml, LICHTENBERG standing for the program.
+Result run(std::string command, const std::string& text, bool (*look)(const std::filesystem::path&) = nullptr) {
+  std::string folder = (std::filesystem::temp_directory_path() / "lichtenberg-assembled-XXXXXX").string();
+  REQUIRE(mkdtemp(folder.data()) != nullptr);
+  std::ofstream(folder + "/scene.toml") << text;
+  for (std::size_t at; (at = command.find("LICHTENBERG")) != std::string::npos;)
+    command.replace(at, 11, "'" LICHTENBERG_BINARY "'");
+  const int status = std::system(fmt::format("cd '{}' && {} >out 2>err </dev/null", folder, command).c_str());
+  REQUIRE(WIFEXITED(status));
+  const auto contents = [&](const char* name) {
+    std::ifstream file(folder + "/" + name);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  Result result{WEXITSTATUS(status), contents("out"), contents("err")};
+  if (look) CHECK(look(folder));
+  std::filesystem::remove_all(folder);
+  return result;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++n;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("two processes print one answer, that of one process") {
+  const Result alone = run("LICHTENBERG solve scene.toml --json", scene + assembled);
+  const Result two = run("mpirun -n 2 LICHTENBERG solve scene.toml --json --capacitance", scene + assembled);
+  INFO(two.err);
+  REQUIRE(alone.status == 0);
+  REQUIRE(two.status == 0);
+  const json a = json::parse(alone.out), b = json::parse(two.out);
+  for (int k = 0; k < 2; ++k)
+    CHECK(a["conductors"][k]["potential"].get<double>() ==
+          doctest::Approx(b["conductors"][k]["potential"].get<double>()).epsilon(1e-8));
+  CHECK(a["unknowns"] == b["unknowns"]);
+}
+
+TEST_CASE("two processes run a scene in time and write one file") {
+  const auto has_result = [](const std::filesystem::path& folder) { return exists(folder / "scene.h5"); };
+  const Result result = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + assembled, has_result);
+  INFO(result.err);
+  CHECK(result.status == 0);
+  CHECK(count(result.out, "energy") == 1);
+}
+
+TEST_CASE("what runs on one process only says so, before a file is made") {
+  const auto no_file = [](const std::filesystem::path& folder) { return !exists(folder / "scene.h5"); };
+  const Result multigrid = run("mpirun -n 2 LICHTENBERG run scene.toml", scene, no_file);
+  CHECK(multigrid.status == 2);
+  CHECK(count(multigrid.err, "lichtenberg: ") == 1);
+  CHECK(count(multigrid.err, "field.linear_solver = \"multigrid\" runs on one process") == 1);
+}
+
+TEST_CASE("an error that all processes have is told once") {
+  const Result result = run("mpirun -n 2 LICHTENBERG solve scene.toml --petsc -field_ksp_max_it 1", scene + assembled);
+  CHECK(result.status == 1);
+  CHECK(count(result.err, "lichtenberg") == 1);
+  CHECK(count(result.err, "no convergence after 1 iterations") == 1);
+}
+
+TEST_CASE("an error on one process ends the others") {
+  const std::string program = "LICHTENBERG solve scene.toml --petsc -field_mat_type ";
+  const auto start = std::chrono::steady_clock::now();
+  const Result first = run("mpirun -n 1 " + program + "nonsense : -n 1 " + program + "aij", scene + assembled);
+  const Result second = run("mpirun -n 1 " + program + "aij : -n 1 " + program + "nonsense", scene + assembled);
+  CHECK(first.status == 1);
+  CHECK(second.status == 1);
+  CHECK(count(first.err, "lichtenberg: PETSc: ") == 1);
+  CHECK(count(second.err, "lichtenberg, process 1: PETSc: ") == 1);
+  // two seconds of patience each, on a machine that may be busy
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(30));
+}
+
+TEST_CASE("a misspelt option is refused, one for nobody is remarked") {
+  const Result misspelt = run("LICHTENBERG solve scene.toml --petsc -field_pc_tpye jacobi", scene + assembled);
+  CHECK(misspelt.status == 2);
+  CHECK(count(misspelt.err, "-field_pc_tpye") == 1);
+  const Result bare = run("LICHTENBERG solve scene.toml --petsc -pc_type jacobi", scene + assembled);
+  CHECK(bare.status == 2);
+  CHECK(count(bare.err, "-field_pc_type") == 1);
+  const Result other = run("LICHTENBERG solve scene.toml --petsc -nonsense 3", scene + assembled);
+  CHECK(other.status == 0);
+  CHECK(count(other.err, "-nonsense") == 1);
+  const Result good =
+      run("LICHTENBERG solve scene.toml --petsc -field_pc_type jacobi -log_view :log", scene + assembled);
+  CHECK(good.status == 0);
+  CHECK(good.err.empty());
+}

@@ -1,0 +1,37 @@
+#pragma once
+
+// The scene that field solves are timed on.
+
+#include <algorithm>
+#include <cstdint>
+#include <random>
+
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::benchmarks {
+
+/// `conductors` floating disks of radius S/64 around a grounded half-disk on the bottom of a square box, surfaces at
+/// least S/256 apart, with charges between 0 and 1. Lengths are in cells of S = 512.
+inline laplace::LaplaceProblem disks_round_ground(int conductors, std::uint64_t seed) {
+  using namespace laplace;
+  constexpr double side = 512, radius = 8, least_gap = 2;
+  std::mt19937_64 generator(seed);
+  const auto uniform = [&](double from, double to) {
+    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
+  };
+  LaplaceProblem problem;
+  problem.size = {side, side};
+  problem.bodies = {{Disk{{0.5 * side, 0}, 2 * radius}, 0}};
+  problem.groups = {{false, 0, 0}};
+  while (static_cast<int>(problem.bodies.size()) <= conductors) {
+    const Disk disk{{uniform(radius + 1, side - radius - 1), uniform(radius + 1, side - radius - 1)}, radius};
+    const bool free = std::all_of(problem.bodies.begin(), problem.bodies.end(),
+                                  [&](const Body& body) { return gap(disk, body.shape) > least_gap; });
+    if (!free) continue;
+    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
+    problem.groups.push_back({true, uniform(0, 1), 0});
+  }
+  return problem;
+}
+
+}  // namespace lichtenberg::benchmarks

@@ -1,121 +1,26 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <random>
-#include <stdexcept>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
-#include "src/effects/contact_discharge.hpp"
 #include "src/effects/effects.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/step_control.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/spheres.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::mechanics;
-using std::numbers::pi;
+using namespace lichtenberg::spheres;
 
 namespace {
 
 /// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
 doctest::Approx near(double value, double tolerance = 1e-9) {
   return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
-
-constexpr double radius = 0.775e-3;
-const double mass = 4.0 / 3.0 * pi * 8050 * radius * radius * radius;  // 1.57e-5 kg
-const double drag = 6 * pi * 0.7 * radius;                             // 1.02e-2 kg/s
-const double relaxation = mass / drag;                                 // 1.53 ms
-
-/// Spheres of D's size and material in a box of 10 cm of castor oil; no effects yet.
-Scene scene_of(const std::vector<Vec2>& places) {
-  Scene scene;
-  scene.domain.size = {0.1, 0.1};
-  scene.medium = {.permittivity = 4.2e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
-  scene.mechanics.position_tolerance = 1e-3 * radius;
-  scene.mechanics.largest_step = 0.1;
-  return scene;
-}
-
-/// The same with a field, contacts at a gap of one radius, drag and a source.
-Scene conductor_scene(const std::vector<Vec2>& places) {
-  Scene scene = scene_of(places);
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = ContactDischarge{.gap = radius, .hysteresis = 0.01};
-  scene.effects.stokes_drag.emplace();
-  return scene;
-}
-
-Electrode ball(std::string name, Vec2 centre, double potential) {
-  return {std::move(name), Disk{centre, radius}, potential};
-}
-
-/// Twelve fed conductors round a grounded ball: contacts of all kinds are made and lost.
-Scene crowd() {
-  Scene scene = conductor_scene({});
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> place(0.042, 0.058);
-  while (scene.conductors.size() < 12) {
-    const Vec2 p = {place(random), place(random)};
-    const bool free =
-        norm(p - Vec2{0.05, 0.05}) > 2.2 * radius &&
-        std::ranges::all_of(scene.conductors, [&](const Conductor& c) { return norm(p - c.position) > 2.2 * radius; });
-    if (free) scene.conductors.push_back({.position = p, .radius = radius, .charge = 2e-12});
-  }
-  scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-  scene.effects.current_source = CurrentSource{.current = 0.2e-9};
-  scene.effects.hertz_contact.emplace();
-  scene.effects.wall_contact.emplace();
-  return scene;
-}
-
-/// A field solver whose forces (N, for the scenes' depth) are any function of the problem. Members of a group share
-/// their charge evenly; what is held is empty.
-class Scripted : public laplace::LaplaceSolver {
- public:
-  using Forces = std::function<std::vector<Vec2>(const laplace::LaplaceProblem&)>;
-  explicit Scripted(Forces forces) : forces_(std::move(forces)) {}
-  laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
-    laplace::LaplaceSolution solution;
-    std::vector<int> members(problem.groups.size());
-    for (const laplace::Body& body : problem.bodies) ++members[body.group];
-    for (const laplace::Body& body : problem.bodies) {
-      const laplace::Group& group = problem.groups[body.group];
-      solution.body_charge.push_back(group.floating ? group.charge / members[body.group] : 0);
-    }
-    for (const Vec2 force : forces_(problem)) solution.body_force.push_back(force / (2 * radius));
-    solution.group_potential.resize(problem.groups.size());
-    return solution;
-  }
-  laplace::Field field() const override { return {}; }
-  void forget() override {}
-
- private:
-  Forces forces_;
-};
-
-std::unique_ptr<laplace::LaplaceSolver> scripted(Scripted::Forces forces) {
-  return std::make_unique<Scripted>(std::move(forces));
-}
-
-Vec2 centre(const laplace::LaplaceProblem& problem, int body) {
-  return std::get<Disk>(problem.bodies[body].shape).centre;
-}
-
-double largest_distance(const Frame& a, const Frame& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.position.size(); ++i) largest = std::max(largest, norm(a.position[i] - b.position[i]));
-  return largest;
-}
-
-double imbalance(const Frame& frame, double initial) {
-  return std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - initial);
 }
 
 }  // namespace
@@ -364,30 +269,6 @@ TEST_CASE("split coupling keeps the position tolerance with far fewer solves") {
   CHECK(5 * coarse.field_solves < reference.field_solves);
 }
 
-TEST_CASE("split and monolithic coupling agree through contacts made and lost") {
-  // Conductors of many charges round a grounded ball: in a tenth of a second groups merge, part and drain. Errors grow
-  // with each event, so both are asked for more than they give.
-  Scene scene = crowd();
-  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = (i % 3 - 1.0) * 3e-10;
-  scene.mechanics.relative_tolerance = 1e-8;
-  const auto run = [&](const std::string& coupling) {
-    scene.mechanics.coupling = coupling;
-    scene.mechanics.position_tolerance = 1e-5 * radius;
-    Simulation simulation(scene, std::make_unique<LineCharges>());
-    simulation.advance_to(0.1);
-    const Counters& c = simulation.counters();
-    CHECK(c.regroupings > 5);
-    CHECK(c.contacts_lost > 2);
-    return std::pair(simulation.frame(), c.regroupings);
-  };
-  const auto [split, split_regroupings] = run("split");
-  const auto [monolithic, monolithic_regroupings] = run("monolithic");
-  CHECK(split_regroupings == monolithic_regroupings);
-  CHECK(split.group == monolithic.group);
-  CHECK(largest_distance(split, monolithic) < 1e-3 * radius);
-  CHECK(split.charge_drained == near(monolithic.charge_drained, 1e-3));
-}
-
 TEST_CASE("a force much stiffer than the largest step is followed to its rest") {
   // A trap of 1 ms behind drag, steps of up to 0.1 s: extrapolation alone would oscillate and grow.
   Scene scene = conductor_scene({{0.05, 0.05}});
@@ -399,200 +280,6 @@ TEST_CASE("a force much stiffer than the largest step is followed to its rest") 
   const Frame frame = simulation.frame();
   CHECK(norm(frame.position[0] - Vec2{0.051, 0.05}) < 2 * scene.mechanics.position_tolerance);
   CHECK(frame.field_solves < 3000);
-}
-
-TEST_CASE("contacts are located where the gap says, not where steps end") {
-  // A constant force until contact with the grounded ball, none after it: v = sqrt(2 a s) remembers where that was.
-  for (const std::string coupling : {"split", "monolithic"}) {
-    Scene scene = conductor_scene({{0.02, 0.05}});
-    scene.effects.stokes_drag.reset();
-    scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-    scene.mechanics.coupling = coupling;
-    const double force = 1e-6;
-    Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
-                            const bool floating = problem.groups[problem.bodies[0].group].floating;
-                            return std::vector<Vec2>{{floating ? force : 0, 0}, {0, 0}};
-                          }));
-    const double way = 0.03 - 3 * radius, at = std::sqrt(2 * way * mass / force);
-    CHECK(simulation.frame().group[0] == 0);
-    simulation.advance_to(at + 1e-3);
-    const Frame frame = simulation.frame();
-    CHECK(frame.group[0] == -1);
-    CHECK(simulation.counters().contacts_made == 1);
-    // Accuracy of CVODE: 1e-6 of the momentum a step
-    CHECK(frame.velocity[0].x == near(std::sqrt(2 * force / mass * way), 1e-4));
-  }
-}
-
-TEST_CASE("events at the same instant are one event") {
-  Scene scene = conductor_scene({{0.04, 0.05}, {0.05, 0.05}, {0.06, 0.05}});
-  scene.effects.stokes_drag.reset();
-  scene.conductors[0].velocity = {0.01, 0};
-  scene.conductors[2].velocity = {-0.01, 0};
-  scene.conductors[0].charge = 3e-12;
-  Simulation simulation(scene, scripted([](const auto& problem) { return std::vector<Vec2>(problem.bodies.size()); }));
-  simulation.advance_to((0.01 - 2.9 * radius) / 0.01);
-  const Frame frame = simulation.frame();
-  CHECK(frame.group == std::vector<int>{0, 0, 0});
-  CHECK(simulation.counters().contacts_made == 2);
-  CHECK(simulation.counters().regroupings == 1);
-  for (const double charge : frame.charge) CHECK(charge == near(1e-12));
-}
-
-TEST_CASE("a pair that is driven together and apart by its own contact neither stalls the run nor loses charge") {
-  // Attraction A until contact, repulsion A after it: the gap swings between the two thresholds, h = 7.75 um apart. At
-  // the terminal speed A / drag = 1 mm/s one way takes 7.75 ms and turning round some relaxation times more, so in 1 s
-  // there are at least 1 / (7.75 + 3 * 1.5) ms = 80 changes and at most 1 / 7.75 ms = 129.
-  for (const double hysteresis : {0.01, 0.0}) {
-    Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 3.1 * radius, 0.05}});
-    scene.effects.contact_discharge->hysteresis = hysteresis;
-    scene.effects.current_source = CurrentSource{.current = 1e-10};
-    scene.conductors[0].charge = 1e-11;
-    const double pull = 0.5 * 1e-3 * drag;  // on each: the gap changes by 1 mm/s
-    Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
-                            const bool one = problem.bodies[0].group == problem.bodies[1].group;
-                            return std::vector<Vec2>{{one ? -pull : pull, 0}, {one ? pull : -pull, 0}};
-                          }));
-    simulation.advance_to(0.2);  // they have met
-    const std::int64_t before = simulation.counters().regroupings;
-    simulation.advance_to(1.2);
-    const std::int64_t changes = simulation.counters().regroupings - before;
-    if (hysteresis > 0) {
-      CHECK(changes >= 80);
-      CHECK(changes <= 129);
-    } else {
-      // The thresholds are one tolerance, 0.775 um, apart, far less than the way of turning round: each change takes a
-      // few relaxation times all the same.
-      CHECK(changes >= 129);
-      CHECK(changes <= 1 / relaxation);
-    }
-    const Frame frame = simulation.frame();
-    CHECK(frame.field_solves < 5 * simulation.counters().regroupings);
-    CHECK(imbalance(frame, 1e-11) < 1e-14 * frame.charge_fed);
-    CHECK(frame.charge_fed == near(2 * 1e-10 * 1.2, 1e-14));
-  }
-}
-
-TEST_CASE("members of a group that splits keep the charge that they had") {
-  // The two repel and part. A charged third one behind the first makes their shares unequal: potentials are equal while
-  // they touch, which the field says and this test need not know; when they part, nothing may move.
-  Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2.9 * radius, 0.05}, {0.045, 0.05}});
-  scene.groups = {{.name = "fixed", .potential = 2000.0}};
-  scene.conductors[2].group = 0;
-  scene.conductors[0].charge = scene.conductors[1].charge = 3e-10;
-  Simulation simulation(scene, std::make_unique<LineCharges>());
-  REQUIRE(simulation.frame().group == std::vector<int>{0, 0, -1});
-  double time = 0;
-  Frame before = simulation.frame(), after = before;
-  while (after.group[1] == 0 && time < 1) {
-    before = after;
-    simulation.advance_to(time += 1e-3);
-    after = simulation.frame();
-  }
-  REQUIRE(after.group == std::vector<int>{0, 1, -1});
-  CHECK(std::abs(before.charge[0] - before.charge[1]) > 0.05 * 6e-10);
-  CHECK(after.charge[0] == near(before.charge[0], 5e-3));  // in 1 ms the shares move by less
-  CHECK(after.charge[0] + after.charge[1] == near(6e-10, 1e-15));
-  const double kept = after.charge[0];
-  simulation.advance_to(time + 5e-3);
-  CHECK(simulation.frame().group[1] == 1);
-  CHECK(simulation.frame().charge[0] == kept);
-}
-
-TEST_CASE("the charges at the instant of a parting are those of that instant, not of the last solve") {
-  // The field gives conductor 0 a share of the pair's charge that falls by half over the way from the start to the
-  // release gap, in proportion to the gap. The pair parts at terminal speed, 0.5 mm/s each, somewhere within a step.
-  Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2.9 * radius, 0.05}});
-  scene.conductors[0].charge = 1e-11;
-  scene.mechanics.largest_step = 0.02;
-  const double push = 0.5e-3 * drag, first_gap = 0.9 * radius, last_gap = 1.01 * radius;
-  struct Sharing : Scripted {
-    using Scripted::Scripted;
-    double first = 0, last = 0;
-    laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
-      laplace::LaplaceSolution solution = Scripted::solve(problem);
-      if (problem.groups.size() > 1) return solution;
-      const double gap = norm(centre(problem, 1) - centre(problem, 0)) - 2 * radius;
-      const double share = 1 - 0.5 * (gap - first) / (last - first);
-      solution.body_charge = {share * problem.groups[0].charge, (1 - share) * problem.groups[0].charge};
-      return solution;
-    }
-  };
-  auto solver = std::make_unique<Sharing>([&](const auto&) { return std::vector<Vec2>{{-push, 0}, {push, 0}}; });
-  solver->first = first_gap, solver->last = last_gap;
-  Simulation simulation(scene, std::move(solver));
-  simulation.advance_to(0.2);
-  const Frame frame = simulation.frame();
-  REQUIRE(frame.group == std::vector<int>{0, 1});
-  // They move 85 um: a solve 1 ms too early would find 1.2 % more. The gap may part one tolerance, 0.9 %, early.
-  CHECK(frame.charge[0] == near(0.5e-11, 0.01));
-  CHECK(frame.charge[0] >= 0.5e-11 * (1 - 1e-9));
-  CHECK(frame.charge[0] + frame.charge[1] == near(1e-11, 1e-15));
-}
-
-TEST_CASE("charge is balanced to 1e-12 over whole runs, whatever the integrator") {
-  for (const auto& [integrator, coupling, end] :
-       {std::tuple{"cvode", "split", 2.0}, {"cvode", "monolithic", 0.1}, {"euler", "split", 0.5}}) {
-    Scene scene = crowd();
-    scene.mechanics.integrator = integrator;
-    scene.mechanics.coupling = coupling;
-    Simulation simulation(scene, std::make_unique<LineCharges>());
-    for (int k = 1; k <= 20; ++k) {
-      simulation.advance_to(end * k / 20);
-      const Frame frame = simulation.frame();
-      REQUIRE(imbalance(frame, 12 * 2e-12) <= 1e-12 * (frame.charge_fed + 12 * 2e-12));
-      REQUIRE(frame.charge_fed == near(12 * 0.2e-9 * end * k / 20, 1e-13));
-      REQUIRE(frame.charge_drained != 0);
-    }
-    CHECK(simulation.counters().contacts_made > 2);
-    if (end > 1) CHECK(simulation.counters().contacts_lost > 3);
-  }
-}
-
-TEST_CASE("current fed into a grounded conductor drains at once") {
-  Scene scene = conductor_scene({{0.05, 0.05}});
-  scene.electrodes = {ball("ground", {0.05 + 2.5 * radius, 0.05}, 0)};
-  scene.effects.current_source = CurrentSource{.current = 1e-10};
-  Simulation simulation(scene, std::make_unique<LineCharges>());
-  simulation.advance_to(0.5);
-  const Frame frame = simulation.frame();
-  CHECK(std::abs(frame.charge[0]) < 1e-20);
-  CHECK(frame.charge_drained == near(5e-11, 1e-14));
-  CHECK(std::abs(frame.potential[0]) < 1e-9);
-  CHECK(simulation.stationary());
-}
-
-TEST_CASE("wires: a prescribed potential drains, a prescribed charge is shared") {
-  Scene scene = conductor_scene({{0.03, 0.03}, {0.07, 0.03}, {0.05, 0.07}, {0.02, 0.08}});
-  scene.groups = {{.name = "held", .potential = 100.0}, {.name = "charged", .charge = 6e-12}};
-  scene.conductors[0].group = 0;
-  scene.conductors[1].group = scene.conductors[2].group = 1;
-  scene.effects.contact_discharge.reset();
-  Simulation simulation(scene, std::make_unique<LineCharges>());
-  simulation.advance_to(0.01);
-  const Frame frame = simulation.frame();
-  CHECK(frame.group == std::vector<int>{-1, 1, 1, 3});
-  CHECK(frame.potential[0] == near(100, 1e-7));  // LineCharges: 1e-9 a solve
-  CHECK(frame.potential[1] == frame.potential[2]);
-  CHECK(frame.charge[1] + frame.charge[2] == near(6e-12, 1e-14));
-  CHECK(frame.charge[0] > 0);
-  CHECK(frame.charge_drained == near(-frame.charge[0]));
-}
-
-TEST_CASE("a short circuit is the user's at the start and a failure later") {
-  Scene scene = conductor_scene({{0.05, 0.05}});
-  scene.electrodes = {ball("a", {0.05 - 2.9 * radius, 0.05}, 0), ball("b", {0.05 + 2.9 * radius, 0.05}, 5)};
-  CHECK_THROWS_AS(Simulation(scene, std::make_unique<LineCharges>()).advance_to(1), InputError);
-  scene.electrodes[1].shape = Disk{{0.05 + 3.5 * radius, 0.05}, radius};
-  scene.conductors[0].velocity = {0.1, 0};
-  scene.effects.stokes_drag.reset();
-  scene.conductors[0].position.x -= 0.3 * radius;
-  Simulation simulation(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
-  simulation.advance_to(1e-3);
-  CHECK_NOTHROW(simulation.frame());
-  scene.effects.contact_discharge->gap = 1.6 * radius;
-  Simulation wider(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
-  CHECK_THROWS_AS(wider.advance_to(1), Failure);
 }
 
 // ---- only what the scene calls for
@@ -629,83 +316,4 @@ TEST_CASE("a field without contacts looks for none; a resting scene costs a solv
   CHECK(simulation.counters().field_solves == 11);
   CHECK(simulation.counters().contact_seconds == 0);
   CHECK(!simulation.model().neighbours);
-}
-
-// ---- stationary state, checkpoints
-
-TEST_CASE("a run is stationary when all are grounded and at rest, not before") {
-  // One conductor starts near the ball, charged by the source, and is drawn to it.
-  Scene scene = conductor_scene({{0.05 + 3.2 * radius, 0.05}});
-  scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-  scene.effects.current_source = CurrentSource{.current = 0.2e-9};
-  Simulation simulation(scene, std::make_unique<LineCharges>());
-  CHECK(!simulation.stationary());
-  double time = 0;
-  while (!simulation.stationary() && time < 10) simulation.advance_to(time += 0.1);
-  CHECK(time < 10);
-  const Frame frame = simulation.frame();
-  CHECK(frame.group[0] == -1);
-  CHECK(norm(frame.velocity[0]) < 1e-5);
-}
-
-TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the one that made it") {
-  for (const auto& [integrator, coupling, every] :
-       {std::tuple{"cvode", "split", 0.05}, {"cvode", "monolithic", 0.005}, {"euler", "split", 0.02}}) {
-    Scene scene = crowd();
-    scene.mechanics.integrator = integrator;
-    scene.mechanics.coupling = coupling;
-    scene.mechanics.position_tolerance = 1e-5 * radius;  // strict, so that the error control has a say in the steps
-    const auto log = std::make_shared<SolverLog>();
-    Simulation whole(scene, std::make_unique<LineCharges>(log));
-    std::vector<Checkpoint> checkpoints;
-    for (int k = 1; k <= 10; ++k) {
-      whole.advance_to(k * every);
-      whole.frame();  // looking at it changes nothing
-      checkpoints.push_back(whole.checkpoint());
-    }
-    CHECK(log->forgets == 10);
-    for (const int from : {1, 4, 7}) {
-      Simulation resumed(scene, std::make_unique<LineCharges>());
-      resumed.restore(checkpoints[from - 1]);
-      CHECK(resumed.time() == from * every);
-      for (int k = from + 1; k <= 10; ++k) {
-        resumed.advance_to(k * every);
-        const Checkpoint same = resumed.checkpoint();
-        CHECK(same.reals == checkpoints[k - 1].reals);
-        CHECK(same.integers == checkpoints[k - 1].integers);
-      }
-      const Frame a = whole.frame(), b = resumed.frame();
-      CHECK(a.force == b.force);
-      CHECK(a.energy == b.energy);
-      CHECK(a.potential == b.potential);
-    }
-    CHECK(checkpoints[0].reals != checkpoints[9].reals);
-  }
-}
-
-TEST_CASE("a neutral simulation is restored bit for bit as well") {
-  Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
-  scene.conductors[0].velocity = {0.1, 0};
-  scene.effects.hertz_contact.emplace();
-  Simulation whole(scene);
-  whole.advance_to(0.1);
-  const Checkpoint middle = whole.checkpoint();
-  whole.advance_to(0.3);
-  Simulation resumed(scene);
-  resumed.restore(middle);
-  resumed.advance_to(0.3);
-  CHECK(whole.checkpoint().reals == resumed.checkpoint().reals);
-}
-
-TEST_CASE("a checkpoint of another scene or program is refused with a sentence") {
-  Simulation simulation(crowd(), std::make_unique<LineCharges>());
-  Checkpoint checkpoint = simulation.checkpoint();
-  Scene smaller = crowd();
-  smaller.conductors.pop_back();
-  CHECK_THROWS_WITH_AS(
-      Simulation(smaller, std::make_unique<LineCharges>()).restore(checkpoint),
-      "the checkpoint holds 24 values of \"position\", but this scene needs 22: it is of another scene", Failure);
-  checkpoint.reals.erase("charges");
-  CHECK_THROWS_WITH_AS(simulation.restore(checkpoint),
-                       "the checkpoint has no \"charges\": another version of the program wrote it", Failure);
 }

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "solvers/laplace/problem.hpp"
+#include "src/model/frame.hpp"
+#include "src/scene/scene.hpp"
+
+/// Scenes of D's spheres, and a field solver whose forces are whatever a test wants them to be.
+namespace lichtenberg::spheres {
+
+inline constexpr double radius = 0.775e-3;                                                  // m
+inline const double mass = 4.0 / 3.0 * std::numbers::pi * 8050 * radius * radius * radius;  // 1.57e-5 kg
+inline const double drag = 6 * std::numbers::pi * 0.7 * radius;                             // 1.02e-2 kg/s
+inline const double relaxation = mass / drag;                                               // 1.53 ms
+
+/// Spheres of D's size and material in a box of 10 cm of castor oil; no effects yet.
+inline Scene scene_of(const std::vector<Vec2>& places) {
+  Scene scene;
+  scene.domain.size = {0.1, 0.1};
+  scene.medium = {.permittivity = 4.2e-11, .viscosity = 0.7, .depth = 2 * radius};
+  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  scene.mechanics.position_tolerance = 1e-3 * radius;
+  scene.mechanics.largest_step = 0.1;
+  return scene;
+}
+
+/// The same with a field, contacts at a gap of one radius and drag.
+inline Scene conductor_scene(const std::vector<Vec2>& places) {
+  Scene scene = scene_of(places);
+  scene.effects.floating_conductors.emplace();
+  scene.effects.contact_discharge = ContactDischarge{.gap = radius, .hysteresis = 0.01};
+  scene.effects.stokes_drag.emplace();
+  return scene;
+}
+
+inline Electrode ball(std::string name, Vec2 centre, double potential) {
+  return {std::move(name), Disk{centre, radius}, potential};
+}
+
+/// Twelve fed conductors round a grounded ball: contacts of all kinds are made and lost.
+inline Scene crowd(unsigned seed = 7) {
+  Scene scene = conductor_scene({});
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(0.042, 0.058);
+  while (scene.conductors.size() < 12) {
+    const Vec2 p = {place(random), place(random)};
+    const bool free =
+        norm(p - Vec2{0.05, 0.05}) > 2.2 * radius &&
+        std::ranges::all_of(scene.conductors, [&](const Conductor& c) { return norm(p - c.position) > 2.2 * radius; });
+    if (free) scene.conductors.push_back({.position = p, .radius = radius, .charge = 2e-12});
+  }
+  scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
+  scene.effects.current_source = CurrentSource{.current = 0.2e-9};
+  scene.effects.hertz_contact.emplace();
+  scene.effects.wall_contact.emplace();
+  return scene;
+}
+
+/// A field solver whose forces (N, for the scenes' depth) are any function of the problem. Members of a group share
+/// their charge evenly; what is held is empty.
+class Scripted : public laplace::LaplaceSolver {
+ public:
+  using Forces = std::function<std::vector<Vec2>(const laplace::LaplaceProblem&)>;
+  explicit Scripted(Forces forces) : forces_(std::move(forces)) {}
+  laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
+    laplace::LaplaceSolution solution;
+    std::vector<int> members(problem.groups.size());
+    for (const laplace::Body& body : problem.bodies) ++members[body.group];
+    for (const laplace::Body& body : problem.bodies) {
+      const laplace::Group& group = problem.groups[body.group];
+      solution.body_charge.push_back(group.floating ? group.charge / members[body.group] : 0);
+    }
+    for (const Vec2 force : forces_(problem)) solution.body_force.push_back(force / (2 * radius));
+    solution.group_potential.resize(problem.groups.size());
+    return solution;
+  }
+  laplace::Field field() const override { return {}; }
+  void forget() override {}
+
+ private:
+  Forces forces_;
+};
+
+inline std::unique_ptr<laplace::LaplaceSolver> scripted(Scripted::Forces forces) {
+  return std::make_unique<Scripted>(std::move(forces));
+}
+
+/// No forces whatever the problem.
+inline std::unique_ptr<laplace::LaplaceSolver> no_forces() {
+  return scripted([](const laplace::LaplaceProblem& problem) { return std::vector<Vec2>(problem.bodies.size()); });
+}
+
+inline Vec2 centre(const laplace::LaplaceProblem& problem, int body) {
+  return std::get<Disk>(problem.bodies[body].shape).centre;
+}
+
+inline double largest_distance(const Frame& a, const Frame& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.position.size(); ++i) largest = std::max(largest, norm(a.position[i] - b.position[i]));
+  return largest;
+}
+
+/// C, of what should be zero at every instant; `initial` is the sum of all charges at the start.
+inline double imbalance(const Frame& frame, double initial) {
+  return std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - initial);
+}
+
+}  // namespace lichtenberg::spheres

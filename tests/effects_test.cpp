@@ -332,6 +332,34 @@ TEST_CASE("only contacts that can change are watched") {
   for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
 }
 
+TEST_CASE("one body that may move far brings its own contacts under watch, no others") {
+  Scene scene = scene_of({{0.02, 0.02}, {0.08, 0.02}, {0.02, 0.08}, {0.08, 0.08}});
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
+  const effects::ContactDischarge discharge(scene);
+  const std::vector<double> travel = {0, 0, 0.06, 0};
+  std::vector<Contact> watched;
+  for (const auto& w : discharge.watch(make_bodies(scene), electrical_groups(scene, {}), travel))
+    watched.push_back(w.contact);
+  // 6 cm to 0 and 3, less 3 mm; 4.2 cm to the ball; 8.5 cm to 1.
+  CHECK(watched == std::vector<Contact>{{0, 2}, {2, 3}, {2, 4}});
+}
+
+TEST_CASE("between two looks a gap dips by no more than a tolerance") {
+  // On a straight line past each other whose least gap is a tolerance below the threshold, two looks a blind way apart,
+  // where the gap is at its threshold, are no closer than the chord beyond it.
+  Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.05}});
+  const effects::ContactDischarge discharge(scene);
+  Bodies bodies = make_bodies(scene);
+  const double tolerance = 1e-6, arm = 3 * radius;
+  bodies.position = {0.05, 0.05, 0.05 + std::sqrt(arm * arm - std::pow(arm - tolerance, 2)), 0.05 + arm - tolerance};
+  const effects::ContactDischarge::Watch pair = {{0, 1}, false};
+  REQUIRE(std::abs(discharge.excess(bodies, pair)) < 1e-15);
+  const double chord = 2 * (bodies.position[2] - 0.05);
+  CHECK(discharge.blind_way(bodies, pair) == near(chord, tolerance / arm));
+  bodies.position = {0.05, 0.05, 0.05 + arm + 0.01, 0.05};  // far away, the gap itself is the way
+  CHECK(discharge.blind_way(bodies, pair) == near(0.01));
+}
+
 TEST_CASE("a compensated sum keeps what a plain one loses") {
   // 1e-11 C a time into 1 C: each addition is rounded to a multiple of 2^-52, the same way each time
   const double step = 1e-11 / 3;

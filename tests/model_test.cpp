@@ -44,14 +44,15 @@ Bodies random_bodies(int n, int dimension, double width, std::uint32_t seed) {
   return bodies;
 }
 
-std::vector<Pair> all_pairs_closer_than(const Bodies& bodies, double range) {
+std::vector<Pair> all_pairs_closer_than(const Bodies& bodies, double range, std::vector<double> reach = {}) {
+  reach.resize(bodies.size());
   std::vector<Pair> pairs;
   for (int i = 0; i < bodies.size(); ++i)
     for (int j = i + 1; j < bodies.size(); ++j) {
       double d2 = 0;
       for (int k = 0; k < bodies.dimension; ++k)
         d2 += std::pow(bodies.position[i * bodies.dimension + k] - bodies.position[j * bodies.dimension + k], 2);
-      if (std::sqrt(d2) - bodies.radius[i] - bodies.radius[j] < range) pairs.push_back({i, j});
+      if (std::sqrt(d2) - bodies.radius[i] - bodies.radius[j] < range + reach[i] + reach[j]) pairs.push_back({i, j});
     }
   return pairs;
 }
@@ -109,6 +110,21 @@ TEST_CASE("the cell list finds the pairs that a look at all pairs finds, in the 
     for (const double range : {-0.5, 0.0, 0.7, 3.0, 40.0}) {
       const Bodies bodies = random_bodies(150, dimension, 20, 1);
       CHECK(pairs_closer_than(bodies, range) == all_pairs_closer_than(bodies, range));
+    }
+}
+
+TEST_CASE("bodies with reaches of their own find the pairs that a look at all pairs finds") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> exponent(-2, 2);
+  for (const int dimension : {2, 3})
+    for (const double range : {-0.5, 0.0, 1.0}) {
+      const Bodies bodies = random_bodies(150, dimension, 20, 4);
+      std::vector<double> reach(150);
+      for (double& r : reach) r = std::pow(10, exponent(random));
+      CHECK(pairs_within_reach(bodies, range, reach) == all_pairs_closer_than(bodies, range, reach));
+      std::ranges::fill(reach, 0.1);
+      reach[7] = 1e12;  // one that may fly anywhere
+      CHECK(pairs_within_reach(bodies, range, reach) == all_pairs_closer_than(bodies, range, reach));
     }
 }
 

@@ -1,6 +1,7 @@
 #include "src/effects/contact_discharge.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lichtenberg::effects {
 namespace {
@@ -12,10 +13,10 @@ bool contains(const std::vector<Contact>& sorted, Contact contact) {
 }  // namespace
 
 ContactDischarge::ContactDischarge(const Scene& scene)
-    : make_gap_(scene.effects.contact_discharge->gap),
-      release_gap_(make_gap_ + std::max(scene.effects.contact_discharge->hysteresis * make_gap_,
-                                        scene.mechanics.position_tolerance)),
-      together_(std::min(scene.mechanics.position_tolerance, 0.25 * (release_gap_ - make_gap_))),
+    : tolerance_(scene.mechanics.position_tolerance),
+      make_gap_(scene.effects.contact_discharge->gap),
+      release_gap_(make_gap_ + std::max(scene.effects.contact_discharge->hysteresis * make_gap_, tolerance_)),
+      together_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),
       terminals_(terminals_of(scene)) {}
 
 double ContactDischarge::gap(const Bodies& bodies, Contact contact) const {
@@ -31,13 +32,13 @@ double ContactDischarge::gap_rate(const Bodies& bodies, Contact contact) const {
   return dot(velocity(bodies, i) - velocity(bodies, j), r) / norm(r);
 }
 
-std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range) const {
+std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, std::span<const double> travel) const {
   std::vector<Contact> found;
-  for (const Pair pair : pairs_closer_than(bodies, range)) found.push_back({pair.i, pair.j});
+  for (const Pair pair : pairs_within_reach(bodies, range, travel)) found.push_back({pair.i, pair.j});
   const int n = bodies.size();
   for (int i = 0; i < n; ++i)
     for (int t = 0; t < static_cast<int>(terminals_.size()); ++t)
-      if (gap(bodies, {i, n + t}) < range) found.push_back({i, n + t});
+      if (gap(bodies, {i, n + t}) < range + travel[i]) found.push_back({i, n + t});
   std::ranges::sort(found);
   return found;
 }
@@ -54,7 +55,8 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies) {
   Changes changes;
   std::vector<Contact> now;
   // What is not even near the release gap is lost whether it is looked at or not.
-  for (const Contact contact : near(bodies, release_gap_ + together_)) {
+  const std::vector<double> here(bodies.size());
+  for (const Contact contact : near(bodies, release_gap_ + together_, here)) {
     const bool was = contains(contacts_, contact);
     const bool is = was ? !lost_now(contact) : made_now(contact);
     if (is) now.push_back(contact);
@@ -72,15 +74,23 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
     return c.partner < n ? groups.id[c.conductor] == groups.id[c.partner]
                          : groups.potential[c.conductor] == terminals_[c.partner - n].potential;
   };
-  const auto approach = [&](Contact c) { return travel[c.conductor] + (c.partner < n ? travel[c.partner] : 0); };
   std::vector<Watch> watched;
-  const double farthest = travel.empty() ? 0 : *std::ranges::max_element(travel);
-  for (const Contact contact : near(bodies, make_gap_ + 2 * farthest))
-    if (!contains(contacts_, contact) && !one_already(contact) && gap(bodies, contact) - make_gap_ <= approach(contact))
-      watched.push_back({contact, false});
-  for (const Contact contact : contacts_)
-    if (release_gap_ - gap(bodies, contact) <= approach(contact)) watched.push_back({contact, true});
+  for (const Contact contact : near(bodies, make_gap_, travel))
+    if (!contains(contacts_, contact) && !one_already(contact)) watched.push_back({contact, false});
+  for (const Contact contact : contacts_) {
+    const double approach = travel[contact.conductor] + (contact.partner < n ? travel[contact.partner] : 0);
+    if (release_gap_ - gap(bodies, contact) <= approach) watched.push_back({contact, true});
+  }
   return watched;
+}
+
+double ContactDischarge::blind_way(const Bodies& bodies, const Watch& watch) const {
+  const int i = watch.contact.conductor, j = watch.contact.partner;
+  // Where the gap is at its threshold, centres lie on a circle round each other, or on a curve round the electrode that
+  // is nowhere bent more sharply than at its corner. The chord of a circle that rises by s over it is sqrt(8 r s).
+  const double arm =
+      bodies.radius[i] + (watch.made ? release_gap_ : make_gap_) + (j < bodies.size() ? bodies.radius[j] : 0);
+  return std::max(std::abs(excess(bodies, watch)), std::sqrt(8 * arm * tolerance_));
 }
 
 }  // namespace lichtenberg::effects

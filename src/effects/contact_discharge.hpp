@@ -50,10 +50,14 @@ class ContactDischarge : public Effect {
   double excess(const Bodies& bodies, const Watch& watch) const {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ : make_gap_);
   }
+  /// How far (m) the two may move against each other between two looks at them. A gap that passes its threshold by one
+  /// position tolerance, on a straight way past each other, is beyond it for at least this long: no graze is missed.
+  double blind_way(const Bodies& bodies, const Watch& watch) const;
 
  private:
-  std::vector<Contact> near(const Bodies& bodies, double range) const;
+  std::vector<Contact> near(const Bodies& bodies, double range, std::span<const double> travel) const;
 
+  double tolerance_;                          ///< m, of positions
   double make_gap_, release_gap_, together_;  ///< m
   std::vector<Terminal> terminals_;
   std::vector<Contact> contacts_;

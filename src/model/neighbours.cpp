@@ -16,10 +16,10 @@ double distance(const Bodies& bodies, int i, int j) {
   return std::sqrt(sum);
 }
 
-/// Bodies sorted into square or cubic cells at least `reach` wide: partners stand in the same or an adjacent cell.
+/// Bodies sorted into square or cubic cells at least `width` wide.
 class Cells {
  public:
-  Cells(const Bodies& bodies, double reach) : bodies_(bodies) {
+  Cells(const Bodies& bodies, double width) : bodies_(bodies) {
     const int n = bodies.size();
     // No more cells than bodies, or a body that flew far away would cost memory for nothing.
     const int most = std::max(1, static_cast<int>(std::pow(n, 1.0 / bodies.dimension)));
@@ -29,19 +29,19 @@ class Cells {
         low_[k] = std::min(low_[k], coordinate(i, k));
         high = std::max(high, coordinate(i, k));
       }
-      side_[k] = std::max(reach, (high - low_[k]) / most * (1 + 1e-12));
+      side_[k] = std::max(width, (high - low_[k]) / most * (1 + 1e-12));
       count_[k] = static_cast<int>((high - low_[k]) / side_[k]) + 1;
     }
     sort();
   }
 
-  /// Calls visit(j) for every body j in the cells around body i.
+  /// Calls visit(j) for every body j in the cells within `distance` (m) of body i's centre, in each direction.
   template <class Visit>
-  void for_each_near(int i, Visit visit) const {
+  void for_each_near(int i, double distance, Visit visit) const {
     std::array<int, 3> first{}, last{};
     for (int k = 0; k < bodies_.dimension; ++k) {
-      first[k] = std::max(column(i, k) - 1, 0);
-      last[k] = std::min(column(i, k) + 1, count_[k] - 1);
+      first[k] = column(coordinate(i, k) - distance, k);
+      last[k] = column(coordinate(i, k) + distance, k);
     }
     for (int z = first[2]; z <= last[2]; ++z)
       for (int y = first[1]; y <= last[1]; ++y)
@@ -53,9 +53,14 @@ class Cells {
 
  private:
   double coordinate(int i, int k) const { return bodies_.position[i * bodies_.dimension + k]; }
-  int column(int i, int k) const { return static_cast<int>((coordinate(i, k) - low_[k]) / side_[k]); }
+  int column(double x, int k) const {
+    return static_cast<int>(std::clamp((x - low_[k]) / side_[k], 0.0, count_[k] - 1.0));
+  }
   int index(int x, int y, int z) const { return (z * count_[1] + y) * count_[0] + x; }
-  int cell_of(int i) const { return index(column(i, 0), column(i, 1), bodies_.dimension == 3 ? column(i, 2) : 0); }
+  int cell_of(int i) const {
+    const auto along = [&](int k) { return k < bodies_.dimension ? column(coordinate(i, k), k) : 0; };
+    return index(along(0), along(1), along(2));
+  }
 
   /// Counting sort: cell c holds order_[start_[c]] ... order_[start_[c + 1] - 1].
   void sort() {
@@ -77,14 +82,23 @@ class Cells {
 }  // namespace
 
 std::vector<Pair> pairs_closer_than(const Bodies& bodies, double range) {
+  return pairs_within_reach(bodies, range, std::vector<double>(bodies.size()));
+}
+
+std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::span<const double> reach) {
   std::vector<Pair> pairs;
   if (bodies.size() == 0) return pairs;
-  const double reach = 2 * *std::ranges::max_element(bodies.radius) + range;
-  if (!(reach > 0)) return pairs;
-  const Cells cells(bodies, reach);
+  const double largest = *std::ranges::max_element(bodies.radius);
+  const double shortest = *std::ranges::min_element(reach), width = 2 * (largest + shortest) + range;
+  if (!(width > 0)) return pairs;
+  const Cells cells(bodies, width);
+  // The one that reaches farther looks for the other: what one fast body costs, it alone costs.
+  const auto looks_for = [&](int i, int j) { return reach[j] < reach[i] || (reach[j] == reach[i] && i < j); };
   for (int i = 0; i < bodies.size(); ++i)
-    cells.for_each_near(i, [&](int j) {
-      if (j > i && distance(bodies, i, j) - bodies.radius[i] - bodies.radius[j] < range) pairs.push_back({i, j});
+    cells.for_each_near(i, bodies.radius[i] + largest + range + 2 * reach[i], [&](int j) {
+      if (!looks_for(i, j)) return;
+      const double gap = distance(bodies, i, j) - bodies.radius[i] - bodies.radius[j];
+      if (gap < range + reach[i] + reach[j]) pairs.push_back({std::min(i, j), std::max(i, j)});
     });
   std::ranges::sort(pairs);
   return pairs;

@@ -18,6 +18,10 @@ struct Pair {
 /// with the number of bodies and of pairs: bodies are sorted into cells that a pair cannot reach across.
 std::vector<Pair> pairs_closer_than(const Bodies& bodies, double range);
 
+/// The same with a reach (m, [N], not negative) of each body's own: all pairs whose surfaces are closer than `range`
+/// and both reaches together. One body with a long reach costs the bodies in that reach, not every other's search.
+std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::span<const double> reach);
+
 /// The pairs within `range`, kept up to date while bodies move. A new search is made only when a body has moved by
 /// half of `skin`; until then the list, which holds all pairs that were within range + skin, cannot miss one.
 class NeighbourList {

@@ -71,6 +71,36 @@ TEST_CASE("contacts are located where the gap says, not where steps end") {
   }
 }
 
+TEST_CASE("a contact that is made and lost on the way is not missed, however long steps could be") {
+  // Straight past a grounded ball, the least gap 1 % below the contact gap; no force, so nothing else ends a step.
+  for (const std::string coupling : {"split", "monolithic"})
+    for (const double start : {0.02, 0.0203, 0.0206}) {
+      Scene scene = conductor_scene({{start, 0.05 + 2.99 * radius}});
+      scene.effects.stokes_drag.reset();
+      scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
+      scene.conductors[0].velocity = {1, 0};
+      scene.mechanics.coupling = coupling;
+      Simulation simulation(scene, no_forces());
+      simulation.advance_to(0.05);
+      CHECK(simulation.counters().contacts_made == 1);
+      CHECK(simulation.counters().contacts_lost == 1);
+    }
+}
+
+TEST_CASE("a step that leads to a contact by a force far off is judged like any other") {
+  // In a trap that turns it round half a contact gap before contact; at rest, its force would lead it there.
+  Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
+  scene.effects.stokes_drag.reset();
+  scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
+  scene.mechanics.largest_step = 10;
+  const double middle = 0.05 - 4.75 * radius;  // it swings from 6 to 3.5 R
+  Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
+                          return std::vector<Vec2>{{-1e-3 * (centre(problem, 0).x - middle), 0}, {0, 0}};
+                        }));
+  simulation.advance_to(2);
+  CHECK(simulation.counters().contacts_made == 0);
+}
+
 TEST_CASE("events at the same instant are one event") {
   Scene scene = conductor_scene({{0.04, 0.05}, {0.05, 0.05}, {0.06, 0.05}});
   scene.effects.stokes_drag.reset();

@@ -6,9 +6,11 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/step_control.hpp"
+#include "src/mechanics/stepper.hpp"
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
@@ -70,6 +72,21 @@ TEST_CASE("the next step aims at one tolerance, within bounds") {
   CHECK(next_step(1, 0, 3) == 2);
   CHECK(next_step(1, 1e-9, 2) == 2);
   CHECK(next_step(1, 1e9, 2) == 0.2);
+}
+
+TEST_CASE("the time to displace from rest is that of a force error growing with the way fallen") {
+  // m x'' = growth t^2 / 2 m, twice integrated: x = growth t^4 / 24 m^2
+  const double t = time_to_displace_from_rest(1e-6, 3e-4, mass);
+  CHECK(3e-4 * std::pow(t, 4) / (24 * mass * mass) == near(1e-6));
+  CHECK(std::isinf(time_to_displace_from_rest(1e-6, 0, mass)));
+}
+
+TEST_CASE("the time to move solves v t + a t^2 / 2 = way") {
+  const double t = time_to_move(0.3, 2, 5);
+  CHECK(2 * t + 2.5 * t * t == near(0.3));
+  CHECK(time_to_move(0.3, 2, 0) == near(0.15));
+  CHECK(std::isinf(time_to_move(0.3, 0, 0)));
+  CHECK(std::isinf(time_to_move(INFINITY, 2, 5)));
 }
 
 // ---- CVODE
@@ -141,6 +158,57 @@ TEST_CASE("steel spheres bounce elastically off each other and off walls, and ar
   }
 }
 
+TEST_CASE("two that collide among hundreds at rest do so as if they were alone") {
+  Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2.1 * radius, 0.05}});
+  scene.conductors[0].velocity = {1e-3, 0};
+  scene.effects.hertz_contact.emplace();
+  const auto end = [&] {
+    Simulation simulation(scene);
+    simulation.advance_to(0.2);
+    return simulation.frame();
+  };
+  const Frame alone = end();
+  for (int i = 0; i < 400; ++i)
+    scene.conductors.push_back({.position = {2e-3 + i % 40 * 2.2e-3, 0.06 + i / 40 * 2.2e-3}, .radius = radius});
+  const Frame watched = end();
+  CHECK(alone.velocity[1].x > 0.9e-3);
+  for (const int i : {0, 1}) {
+    CHECK(watched.position[i] == alone.position[i]);
+    CHECK(watched.velocity[i] == alone.velocity[i]);
+  }
+}
+
+TEST_CASE("steel pressed together in oil comes to rest, and rest costs nothing") {
+  Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
+  scene.effects.contact_discharge.reset();
+  scene.effects.hertz_contact.emplace();
+  Model model = effects::make_model(scene, no_forces());
+  model.find<effects::FloatingConductors>()->hold(0, {{1e-3, 0}, {-1e-3, 0}}, {{}, {}});
+  Cvode cvode = make_cvode(scene, model);
+  cvode.advance(0, 0.1);
+  const std::int64_t before = cvode.steps();
+  cvode.advance(0.1, 1.1);
+  CHECK(cvode.steps() - before < 100);  // the vibration's period is 30 us
+  CHECK(norm(velocity(model.bodies, 0)) < 1e-9);
+}
+
+TEST_CASE("a body under constant force, whose steps could be as long as they like, does not jump over an event") {
+  // x = a t^2 / 2 is exact for a formula of order 2: only the events' own longest step bounds it.
+  Scene scene = conductor_scene({{0.02, 0.05}});
+  scene.effects.stokes_drag.reset();
+  Model model = effects::make_model(scene, no_forces());
+  model.find<effects::FloatingConductors>()->hold(0, {{mass, 0}}, {{}});
+  Cvode cvode = make_cvode(scene, model);
+  Events events;
+  const auto x = [&] { return position(model.bodies, 0).x; };
+  events.direction = {-1};
+  events.values = [&](std::span<double> value) { value[0] = std::abs(x() - 0.05) - 1e-4; };
+  events.longest_step = [&](std::span<const double> force) {
+    return time_to_move(std::max(2e-4, std::abs(x() - 0.05) - 1e-4), velocity(model.bodies, 0).x, force[0] / mass);
+  };
+  CHECK(cvode.advance(0, 1, events) == near(std::sqrt(2 * 0.0299), 1e-6));
+}
+
 TEST_CASE("an integration ends at the first event, in the direction asked for") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].velocity = {1, 0};
@@ -169,6 +237,20 @@ TEST_CASE("an interval of a rounding error is none") {
   REQUIRE(start < end);
   CHECK(cvode.advance(start, end) == end);
   CHECK(position(model.bodies, 0).x == 0.05);
+}
+
+TEST_CASE("a place without a field that an iteration tries is no failure, one that a body reaches is") {
+  Scene scene = conductor_scene({{0.05, 0.05}});
+  scene.mechanics.coupling = "monolithic";
+  int solves = 0;
+  Simulation once(scene, scripted([&](const auto&) -> std::vector<Vec2> {
+                    if (++solves == 5) throw Failure("here is no field");
+                    return {{1e-5, 0}};
+                  }));
+  CHECK_NOTHROW(once.advance_to(0.1));
+  scene.conductors[0].velocity = {100, 0};
+  Simulation out(scene, no_forces());
+  CHECK_THROWS_WITH_AS(out.advance_to(0.1), doctest::Contains("conductor 0 has left the domain"), Failure);
 }
 
 TEST_CASE("an exception in the middle of an integration comes out of it as it is") {

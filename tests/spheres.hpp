@@ -109,6 +109,12 @@ inline double largest_distance(const Frame& a, const Frame& b) {
   return largest;
 }
 
+inline double total(const std::vector<double>& charge) {
+  double sum = 0;
+  for (const double q : charge) sum += q;
+  return sum;
+}
+
 /// C, of what should be zero at every instant; `initial` is the sum of all charges at the start.
 inline double imbalance(const Frame& frame, double initial) {
   return std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - initial);

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "src/mechanics/step_control.hpp"
 
 namespace lichtenberg::mechanics {
 
@@ -26,7 +27,10 @@ struct Cvode::Implementation {
 
   void store(N_Vector y) const;
   bool load(N_Vector y);
-  double longest_step() const;
+  void start(double time, int order);
+  void count();
+  double longest_step();
+  bool presses(double time);
   void assemble();
   void copy_to(SUNMatrix matrix);
   [[noreturn]] void fail(double time) const;
@@ -40,12 +44,12 @@ struct Cvode::Implementation {
   std::vector<Eigen::Triplet<double>> triplets;
   Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
   const Events* events = nullptr;
-  std::exception_ptr thrown;  ///< by a callback: exceptions cannot cross C code
+  std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
   std::string message;        ///< CVODE's last words
   std::int64_t steps = 0, rejected = 0;
 
   SUNContext context = nullptr;
-  N_Vector y = nullptr;
+  N_Vector y = nullptr, rate = nullptr;  ///< the state; its rate at the end of the last step, 0 before the first
   SUNMatrix matrix = nullptr;
   SUNLinearSolver linear_solver = nullptr;
   void* memory = nullptr;
@@ -57,20 +61,23 @@ using Implementation = Cvode::Implementation;
 
 std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
 
-/// Runs a callback's body: 0 done, 1 CVODE should try a smaller step, -1 give up because of an exception.
+/// Runs a callback's body: 0 done, 1 CVODE should try a smaller step, `if_thrown` after an exception.
 template <class Body>
-int guarded(Implementation& self, Body body) {
+int guarded(Implementation& self, int if_thrown, Body body) {
   try {
-    return body();
+    const int result = body();
+    self.thrown = nullptr;
+    return result;
   } catch (...) {
     self.thrown = std::current_exception();
-    return -1;
+    return if_thrown;
   }
 }
 
+/// The iteration of a step that a collision falls into may try places where there is no field: a smaller step will not.
 int rates(double time, N_Vector y, N_Vector rate, void* data) {
   auto& self = *static_cast<Implementation*>(data);
-  return guarded(self, [&] {
+  return guarded(self, 1, [&] {
     if (!self.load(y)) return 1;
     if (self.owner.before_forces) self.owner.before_forces(time);
     const std::span<double> out = values(rate);
@@ -83,7 +90,7 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
 
 int jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* data, N_Vector, N_Vector, N_Vector) {
   auto& self = *static_cast<Implementation*>(data);
-  return guarded(self, [&] {
+  return guarded(self, -1, [&] {
     if (!self.load(y)) return 1;
     self.model.jacobian(time, self.force_jacobian);
     self.assemble();
@@ -105,11 +112,23 @@ int error_weights(N_Vector y, N_Vector weight, void* data) {
 
 int event_values(double, N_Vector y, double* value, void* data) {
   auto& self = *static_cast<Implementation*>(data);
-  return guarded(self, [&] {
+  return guarded(self, -1, [&] {
     if (!self.load(y)) return 1;
     self.events->values({value, self.events->direction.size()});
     return 0;
   });
+}
+
+/// The norm of CVODE's error tests: the worst component. In its own, the root mean square, the error of two bodies that
+/// collide would disappear among a thousand at rest.
+realtype largest(N_Vector v, N_Vector weight) {
+  const std::span<const double> error = values(v), w = values(weight);
+  double worst = 0;
+  for (std::size_t k = 0; k < error.size(); ++k) {
+    const double e = std::abs(error[k]) * w[k];
+    if (e > worst || std::isnan(e)) worst = e;  // once no number, always no number
+  }
+  return worst;
 }
 
 void keep_message(int, const char*, const char*, char* text, void* data) {
@@ -133,6 +152,8 @@ Cvode::Implementation::Implementation(Cvode& o, Model& m, Accuracy a)
   jacobian.resize(size, size);
   if (SUNContext_Create(nullptr, &context) != 0) throw Failure("mechanics: SUNDIALS could not be started");
   y = N_VNew_Serial(size, context);
+  y->ops->nvwrmsnorm = largest;
+  rate = N_VClone(y);
   matrix = SUNSparseMatrix(size, size, 4 * size, CSC_MAT, context);
   linear_solver = SUNLinSol_KLU(y, matrix, context);
   memory = CVodeCreate(CV_BDF, context);
@@ -150,6 +171,7 @@ Cvode::Implementation::~Implementation() {
   SUNLinSolFree(linear_solver);
   SUNMatDestroy(matrix);
   N_VDestroy(y);
+  N_VDestroy(rate);
   SUNContext_Free(&context);
 }
 
@@ -167,13 +189,43 @@ bool Cvode::Implementation::load(N_Vector v) {
   return true;
 }
 
-/// The time in which the fastest body moves as far as the effects allow (s).
-double Cvode::Implementation::longest_step() const {
+/// Begins anew at `time` from the state in y, with formulas up to `order`.
+void Cvode::Implementation::start(double time, int order) {
+  N_VConst(0, rate);
+  check(CVodeSetMaxOrd(memory, order));
+  check(CVodeReInit(memory, time, y));
+}
+
+/// Adds what CVODE has counted since it last began anew.
+void Cvode::Implementation::count() {
+  long now = 0, failures = 0, stiff_failures = 0;
+  CVodeGetNumSteps(memory, &now);
+  CVodeGetNumErrTestFails(memory, &failures);
+  CVodeGetNumNonlinSolvConvFails(memory, &stiff_failures);
+  steps += now;
+  rejected += failures + stiff_failures;
+}
+
+/// The time (s) in which no body moves farther than the effects allow, and no event comes and goes.
+double Cvode::Implementation::longest_step() {
   const Bodies& bodies = model.bodies;
-  double fastest = 0;
-  for (std::size_t k = 0; k < n; ++k)
-    fastest = std::max(fastest, std::abs(bodies.momentum[k]) / bodies.mass[k / bodies.dimension]);
-  return largest_move / (std::sqrt(bodies.dimension) * fastest);
+  const std::span<const double> force = values(rate).subspan(n);
+  double longest = INFINITY;
+  for (int i = 0; i < bodies.size(); ++i) {
+    double speed = 0, acceleration = 0;
+    for (std::size_t k = i * bodies.dimension; k < (i + 1.0) * bodies.dimension; ++k) {
+      speed = std::hypot(speed, bodies.momentum[k] / bodies.mass[i]);
+      acceleration = std::hypot(acceleration, force[k] / bodies.mass[i]);
+    }
+    longest = std::min(longest, time_to_move(largest_move, speed, acceleration));
+  }
+  return events->longest_step ? std::min(longest, events->longest_step(force)) : longest;
+}
+
+/// Whether forces stiffen with position: elastic contacts.
+bool Cvode::Implementation::presses(double time) {
+  model.jacobian(time, force_jacobian);
+  return !force_jacobian.by_position.empty();
 }
 
 /// The Jacobian of the whole system. Its diagonal is always stored, so that CVODE's I - gamma J has the same pattern.
@@ -218,33 +270,46 @@ Cvode::Cvode(Model& model, Accuracy accuracy)
     : implementation_(std::make_unique<Implementation>(*this, model, std::move(accuracy))) {}
 Cvode::~Cvode() = default;
 
+std::vector<bool> Events::due() const {
+  std::vector<double> value(direction.size());
+  if (values) values(value);
+  std::vector<bool> come;
+  for (std::size_t k = 0; k < value.size(); ++k) come.push_back(direction[k] * value[k] >= 0);
+  return come;
+}
+
 double Cvode::advance(double start, double end, const Events& events) {
   Implementation& self = *implementation_;
   // CVODE refuses what rounding leaves of an interval when an event falls next to its end.
-  if (end - start <= 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end))) return end;
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
+  if (end - start <= rounding) return end;
   self.store(self.y);
   self.events = &events;
   self.thrown = nullptr;
-  check(CVodeReInit(self.memory, start, self.y));
+  const int high = 5, low = 2, patience = 300;
+  int order = self.presses(start) ? low : high;
+  self.start(start, order);
   check(CVodeRootInit(self.memory, static_cast<int>(events.direction.size()), event_values));
   if (!events.direction.empty()) check(CVodeSetRootDirection(self.memory, const_cast<int*>(events.direction.data())));
-  check(CVodeSetStopTime(self.memory, end));
 
   double time = start;
-  int flag = CV_SUCCESS;
-  while (flag == CV_SUCCESS) {
-    check(CVodeSetMaxStep(self.memory, self.longest_step()));
+  for (int flag = CV_SUCCESS, steps = 0; flag != CV_ROOT_RETURN && end - time > rounding; ++steps) {
+    if (order == high && steps >= patience) {
+      self.count();
+      self.start(time, order = low);
+    }
+    // CVODE heeds a largest step from the step after the next on, a stop at once. It passes over none of less than some
+    // hundred roundings.
+    const double longest = std::max(self.longest_step(), 1000 * rounding);
+    check(CVodeSetMaxStep(self.memory, longest));
+    check(CVodeSetStopTime(self.memory, std::min(end, time + longest)));
     flag = CVode(self.memory, end, self.y, &time, CV_ONE_STEP);
     if (flag < 0) self.fail(time);
+    CVodeGetDky(self.memory, time, 1, self.rate);
     self.load(self.y);
   }
-  long steps = 0, failures = 0, stiff_failures = 0;
-  CVodeGetNumSteps(self.memory, &steps);
-  CVodeGetNumErrTestFails(self.memory, &failures);
-  CVodeGetNumNonlinSolvConvFails(self.memory, &stiff_failures);
-  self.steps += steps;
-  self.rejected += failures + stiff_failures;
-  return time;
+  self.count();
+  return end - time > rounding ? time : end;
 }
 
 std::int64_t Cvode::steps() const { return implementation_->steps; }

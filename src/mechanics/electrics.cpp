@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/mechanics/checkpoint.hpp"
+#include "src/mechanics/step_control.hpp"
 
 namespace lichtenberg::mechanics {
 
@@ -58,18 +60,6 @@ void Electrics::settle(double time) {
   }
 }
 
-bool Electrics::about_to_part() const {
-  if (!discharge_) return false;
-  const Stopwatch watch(counters_.contact_seconds);
-  effects::ContactDischarge tried = *discharge_;
-  if (tried.update(model_.bodies).lost == 0) return false;
-  try {
-    return effects::parts(groups_, groups_of(&tried));
-  } catch (const InputError&) {
-    return false;  // a short circuit: `reconnect` says so
-  }
-}
-
 bool Electrics::reconnect(double time) {
   if (!discharge_) return false;
   const effects::ElectricalGroups before = groups_;
@@ -96,13 +86,38 @@ bool Electrics::reconnect(double time) {
 Events Electrics::events(std::span<const double> travel) const {
   if (!discharge_) return {};
   const Stopwatch watch(counters_.contact_seconds);
-  std::vector<effects::ContactDischarge::Watch> watched = discharge_->watch(model_.bodies, groups_, travel);
+  // A little more than it takes: a body that moves exactly as far as it can is no event.
+  std::vector<double> reach;
+  for (const double way : travel) reach.push_back(1.01 * way + scene_.mechanics.position_tolerance);
+  const std::vector<Watch> watched = discharge_->watch(model_.bodies, groups_, reach);
   Events events;
-  for (const auto& w : watched) events.direction.push_back(w.made ? +1 : -1);
-  events.values = [this, list = std::move(watched)](std::span<double> value) {
-    for (std::size_t k = 0; k < list.size(); ++k) value[k] = discharge_->excess(model_.bodies, list[k]);
+  for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
+  events.direction.push_back(+1);
+  events.values = [this, watched, reach, start = model_.bodies.position](std::span<double> value) {
+    for (std::size_t k = 0; k < watched.size(); ++k) value[k] = discharge_->excess(model_.bodies, watched[k]);
+    value.back() = -INFINITY;
+    for (int i = 0; i < model_.bodies.size(); ++i) {
+      const Vec2 moved = position(model_.bodies, i) - Vec2{start[2 * i], start[2 * i + 1]};
+      value.back() = std::max(value.back(), norm(moved) - reach[i]);
+    }
   };
+  events.longest_step = [this, watched](std::span<const double> force) { return longest_step(watched, force); };
   return events;
+}
+
+/// The time (s) in which no watched contact can come and go unseen.
+double Electrics::longest_step(const std::vector<Watch>& watched, std::span<const double> force) const {
+  const Bodies& bodies = model_.bodies;
+  const auto acceleration = [&](int i) { return Vec2{force[2 * i], force[2 * i + 1]} / bodies.mass[i]; };
+  double longest = INFINITY;
+  for (const Watch& w : watched) {
+    const int i = w.contact.conductor, j = w.contact.partner;
+    const bool both_move = j < bodies.size();
+    const Vec2 v = velocity(bodies, i) - (both_move ? velocity(bodies, j) : Vec2{});
+    const Vec2 a = acceleration(i) - (both_move ? acceleration(j) : Vec2{});
+    longest = std::min(longest, time_to_move(discharge_->blind_way(bodies, w), norm(v), norm(a)));
+  }
+  return longest;
 }
 
 bool Electrics::stationary(double fraction) const {

@@ -28,16 +28,15 @@ class Electrics {
   void settle(double time);
   /// The same at an instant without a solve, with charges `by_field` (C) that are known otherwise.
   void share(double time, std::span<const double> by_field);
-  /// Whether contacts made and lost where the bodies are now would part a group: its members keep the charges they have
-  /// at this instant, so charges must be settled or shared before `reconnect`. For a merger alone they need not: they
-  /// are pooled.
-  bool about_to_part() const;
-  /// Makes and loses contacts where the bodies are now. If groups merge, charges move: solves and settles again and
+  /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
+  /// these must be settled or shared at this instant. If groups merge, charges move: solves and settles again and
   /// returns true. Groups that only part keep charges, potentials and so the field as it was settled: returns false.
   /// Throws Failure for a short circuit.
   bool reconnect(double time);
 
-  /// Contacts that may change while body i moves by travel[i] (m), as events. Empty without contact_discharge.
+  /// Contacts that may change while body i moves by travel[i] (m), as events, and one event more, the last, for the
+  /// first body that moves farther: what elastic contacts do to it is not known beforehand. Empty without
+  /// contact_discharge.
   Events events(std::span<const double> travel) const;
 
   const effects::Electrostatics& last() const { return field_.last(); }
@@ -55,6 +54,8 @@ class Electrics {
   void restore(const Checkpoint& checkpoint, double time);
 
  private:
+  using Watch = effects::ContactDischarge::Watch;
+  double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
   effects::ElectricalGroups groups_of(const effects::ContactDischarge* discharge) const;
   void charge_bodies(double time);
 

@@ -15,7 +15,6 @@ class Monolithic : public Stepper {
 
  private:
   void solve_field(double time);
-  Events events() const;
   double step(double time, double end);
 
   Workplace at_;

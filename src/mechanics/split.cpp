@@ -3,17 +3,29 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/effects/contact_discharge.hpp"
 #include "src/mechanics/checkpoint.hpp"
 #include "src/mechanics/step_control.hpp"
 
 namespace lichtenberg::mechanics {
+
+namespace {
+
+/// The gap (m) below which conductors are one; infinite without contacts.
+double shortest_gap(const Model& model) {
+  const auto* discharge = model.find<effects::ContactDischarge>();
+  return discharge && discharge->make_gap() > 0 ? discharge->make_gap() : INFINITY;
+}
+
+}  // namespace
 
 Split::Split(Workplace workplace)
     : at_(workplace),
       cvode_(make_cvode(at_.scene, at_.model)),
       drag_(drag_coefficients(at_.model)),
       largest_step_(at_.scene.mechanics.largest_step),
-      shortest_step_(1e-6 * largest_step_),
+      shortest_step_(1e-9 * largest_step_),
+      shortest_gap_(shortest_gap(at_.model)),
       force_(at_.model.bodies.size()),
       force_rate_(at_.model.bodies.size()),
       charge_(at_.model.bodies.size()),
@@ -59,25 +71,31 @@ double Split::try_step(double time, double end) {
 
 /// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way.
 double Split::move(double time, double target) {
-  const double dt = target - time;
-  std::vector<Vec2> largest_force = held_forces(time);
-  for (std::size_t i = 0; i < force_.size(); ++i)
-    largest_force[i] += std::copysign(dt, dot(largest_force[i], force_rate_[i])) * force_rate_[i];
-  const Events events = at_.electrics->events(longest_travel(at_.model, drag_, largest_force, dt));
-  const Stopwatch watch(at_.counters.mechanics_seconds);
-  return cvode_.advance(time, target, events);
+  while (time < target) {
+    const double dt = target - time;
+    std::vector<Vec2> largest_force = held_forces(time);
+    for (std::size_t i = 0; i < force_.size(); ++i)
+      largest_force[i] += std::copysign(dt, dot(largest_force[i], force_rate_[i])) * force_rate_[i];
+    const Events events = at_.electrics->events(longest_travel(at_.model, drag_, largest_force, dt));
+    const Stopwatch watch(at_.counters.mechanics_seconds);
+    time = cvode_.advance(time, target, events);
+    std::vector<bool> due = events.due();
+    if (!due.empty()) due.pop_back();
+    if (std::ranges::find(due, true) != due.end()) break;
+    // Otherwise a collision has thrown a body farther than was looked for: look again.
+  }
+  return time;
 }
 
-/// Contacts made or lost before the step's end. A merger needs one solve, with the new groups: its step was within what
-/// the error control allows. Groups that part need none, because they part with the charges and potentials that they
-/// have, which leaves the field as it is; but these charges must be known. Half a step has an eighth of a step's error:
-/// so far the extrapolation will do. Returns false if the old groups' field is needed after all.
+/// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
+/// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
+/// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
+/// extrapolation will do. Returns false if the old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time) {
-  const bool charges_known = time - solved_at_ < 0.5 * step_;
-  if (!charges_known && at_.electrics->about_to_part()) return false;
-  if (charges_known) at_.electrics->share(time, extrapolated_charges(time));
+  if (time - solved_at_ >= 0.5 * step_) return false;
+  at_.electrics->share(time, extrapolated_charges(time));
   const std::vector<Vec2> before = held_forces(time);
-  if (!at_.electrics->reconnect(time)) return charges_known;
+  if (!at_.electrics->reconnect(time)) return true;
   ++at_.counters.steps;
   restart(time, before);
   return true;
@@ -144,16 +162,20 @@ void Split::reject(double time, double reached, double error) {
 }
 
 /// Groups have merged, and forces have jumped: what is known of their rates no longer holds. A body that a force jump
-/// drives at jump/drag through a field that varies over one radius sees its force change at the rate below.
+/// drives at jump/drag through a field that varies over a certain length sees its force change at the rate below. That
+/// length is a radius, or the contact gap if that is less: conductors at different potentials are never closer.
 void Split::restart(double time, const std::vector<Vec2>& force_before) {
   const std::vector<Vec2>& force = at_.electrics->last().force;
   const Bodies& bodies = at_.model.bodies;
+  const double tolerance = at_.scene.mechanics.position_tolerance;
   double step = largest_step_;
   for (int i = 0; i < bodies.size(); ++i) {
-    const double jump = norm(force[i] - force_before[i]);
+    const double jump = norm(force[i] - force_before[i]), length = std::min(bodies.radius[i], shortest_gap_);
     const double speed = std::max(norm(velocity(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
-    const double rate = norm(force_rate_[i]) + jump * speed / bodies.radius[i];
-    step = std::min(step, time_to_displace(at_.scene.mechanics.position_tolerance, rate, bodies.mass[i], drag_[i]));
+    const double rate = norm(force_rate_[i]) + jump * speed / length;
+    step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
+    if (drag_[i] == 0)
+      step = std::min(step, time_to_displace_from_rest(tolerance, jump * norm(force[i]) / length, bodies.mass[i]));
   }
   step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
   std::ranges::fill(force_rate_, Vec2{});

@@ -34,7 +34,8 @@ class Split : public Stepper {
   Cvode cvode_;
   std::vector<double> drag_;  ///< kg/s
   double largest_step_, shortest_step_;
-  double step_ = 0;  ///< s, allowed by the error control, from solve to solve; 0: to be estimated
+  double shortest_gap_;  ///< m
+  double step_ = 0;      ///< s, allowed by the error control, from solve to solve; 0: to be estimated
   // The extrapolation: what the last solve found, and its rate of change.
   double solved_at_ = 0;                      ///< s
   std::vector<Vec2> force_, force_rate_;      ///< N, N/s

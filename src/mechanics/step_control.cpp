@@ -23,6 +23,15 @@ double time_to_displace(double tolerance, double rate, double mass, double drag)
   return std::max(std::sqrt(2 * drag * tolerance / rate), std::cbrt(6 * mass * tolerance / rate));
 }
 
+double time_to_displace_from_rest(double tolerance, double growth, double mass) {
+  return growth > 0 ? std::pow(24 * mass * mass * tolerance / growth, 0.25) : INFINITY;
+}
+
+double time_to_move(double distance, double speed, double acceleration) {
+  if (std::isinf(distance)) return INFINITY;
+  return 2 * distance / (speed + std::sqrt(speed * speed + 2 * acceleration * distance));
+}
+
 double next_step(double dt, double error, int order) {
   constexpr double margin = 0.9, most_growth = 2, most_shrinkage = 0.2;
   if (error <= 0) return most_growth * dt;

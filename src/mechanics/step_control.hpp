@@ -12,6 +12,14 @@ double displacement(double error, double dt, double mass, double drag);
 /// larger of the two limits' times; infinite if the rate is 0.
 double time_to_displace(double tolerance, double rate, double mass, double drag);
 
+/// The same for a body at rest without drag, whose force error grows with the way it has fallen since, as
+/// growth t^2 / 2 m: displaced by growth t^4 / 24 m^2 (`growth`: N^2/m, force times its slope in space).
+double time_to_displace_from_rest(double tolerance, double growth, double mass);
+
+/// The time (s) in which a body of that speed (m/s) and acceleration (m/s2, along the speed at worst) moves by
+/// `distance` (m): v t + a t^2 / 2 = distance.
+double time_to_move(double distance, double speed, double acceleration);
+
 /// Step that should give an error of one tolerance, with a margin: 0.9 dt error^(-1/order), where `error` is that of
 /// a step dt in tolerances and grows as dt^order. Changes by at most a factor 2 up and 5 down.
 double next_step(double dt, double error, int order);

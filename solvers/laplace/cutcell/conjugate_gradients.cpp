@@ -37,7 +37,7 @@ class Iteration {
       in_row(j, [&](std::ptrdiff_t k) { r_[k] = b[k] - r_[k]; });
       multigrid_.take_row(j, r_);
     });
-    op_.apply_groups(x_, r_);
+    op_.apply_groups(x_, r_ + cells_);
     in_groups([&](std::ptrdiff_t k) { r_[k] = b[k] - r_[k]; });
     multigrid_.take_groups(r_);
   }
@@ -64,7 +64,7 @@ class Iteration {
       else
         in_row(j, [&](std::ptrdiff_t k) { p_[k] = z[k] + beta * p_[k]; });
     });
-    return ordered_sum(row_product_) + op_.apply_groups(p_, q_);
+    return ordered_sum(row_product_) + op_.apply_groups(p_, q_ + cells_);
   }
 
   /// x += alpha p, r -= alpha q

@@ -3,58 +3,177 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
 
-/// Past potentials as a vector of the present geometry: uncovered cells have their conductor's last potential, a new
-/// group the mean of its members'.
-std::vector<double> History::on_unknowns(const LaplaceProblem& problem, const CutCellOperator& op, const Past& past) {
-  const std::size_t cells = past.cell.size();
-  std::vector<double> v(op.size(), 0.0);
-  std::copy(past.cell.begin(), past.cell.end(), v.begin());
-  std::vector<int> members(problem.groups.size(), 0);
-  for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
-    v[cells + problem.bodies[body].group] += past.body[body];
-    ++members[problem.bodies[body].group];
-  }
-  for (std::size_t g = 0; g < members.size(); ++g)
-    if (members[g] > 0) v[cells + g] /= members[g];
-  op.mask(v.data());
-  return v;
+namespace {
+
+/// Cells whose equations other geometries do not share: beside and just inside a surface, at electrode sides.
+std::vector<std::int32_t> edge_cells(const Level& level) {
+  std::vector<std::int32_t> edge(level.rim.begin(), level.rim.end());
+  for (const Link& link : level.links) edge.push_back(static_cast<std::int32_t>(link.cell));
+  for (const SideLink& link : level.side_links)
+    if (link.cell >= 0) edge.push_back(static_cast<std::int32_t>(link.cell));
+  return edge;
 }
 
-/// The combination of the last solutions that is closest to the new one in the energy norm (a Galerkin projection with
-/// the new operator; Fischer 1998). For a scene in motion that is extrapolation in time, whatever the steps were.
-/// Returns the work.
-double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
-                            std::vector<double>& x) const {
-  std::fill(x.begin(), x.end(), 0.0);
-  if (past_.empty()) return 0.0;
-  const auto n = static_cast<Eigen::Index>(op.size());
-  // The newest solution and successive differences: nearly orthogonal where the solutions are nearly parallel.
-  std::vector<std::vector<double>> basis, image;
-  for (std::size_t p = 0; p < past_.size(); ++p) {
-    basis.push_back(on_unknowns(problem, op, past_[p == 0 ? 0 : p - 1]));
-    if (p > 0) {
-      const std::vector<double> older = on_unknowns(problem, op, past_[p]);
-      for (std::size_t k = 0; k < op.size(); ++k) basis[p][k] -= older[k];
+/// Indices of the marks that are not 0, of which there are few.
+void find_marked(const std::uint8_t* mark, int count, std::vector<std::int32_t>& index) {
+  index.clear();
+  constexpr int width = sizeof(std::uint64_t);
+  for (int k = 0; k < count; k += width) {
+    std::uint64_t several = 0;
+    std::memcpy(&several, mark + k, std::min(width, count - k));
+    if (several == 0) continue;
+    for (int l = k; l < std::min(k + width, count); ++l)
+      if (mark[l] > 0) index.push_back(l);
+  }
+}
+
+}  // namespace
+
+void History::clear() {
+  past_.clear();
+  edges_.clear();
+}
+
+/// Group potentials of the past solutions: a new group's is the mean of its members'.
+void History::set_groups(const LaplaceProblem& problem, std::size_t cells) {
+  std::vector<int> members(problem.groups.size(), 0);
+  for (const Body& body : problem.bodies) ++members[body.group];
+  for (Past& past : past_) {
+    past.x.resize(cells + problem.groups.size());
+    std::fill(past.x.begin() + cells, past.x.end(), 0.0);
+    for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
+      const int g = problem.bodies[body].group;
+      if (problem.groups[g].floating) past.x[cells + g] += past.body[body] / members[g];
     }
-    image.emplace_back(op.size());
-    op.apply(basis[p].data(), image[p].data());
   }
-  const auto dot = [n](const std::vector<double>& v, const std::vector<double>& w) {
-    return Eigen::Map<const Eigen::VectorXd>(v.data(), n).dot(Eigen::Map<const Eigen::VectorXd>(w.data(), n));
-  };
+}
+
+void History::count_edges(const std::vector<std::int32_t>& edge, int change) {
+  for (const std::int32_t cell : edge) edges_[cell] = static_cast<std::uint8_t>(edges_[cell] + change);
+}
+
+/// The newest solution and successive differences are the basis: nearly orthogonal where the solutions are nearly
+/// parallel. `e` and `image` hold m solutions and what A makes of them.
+void History::Products::add(int m, const double* e, const double* image, double b) {
+  for (int p = 0; p < m; ++p) {
+    const double basis = p == 0 ? e[0] : e[p - 1] - e[p];
+    for (int q = 0; q <= p; ++q) gram[p][q] += basis * (q == 0 ? image[0] : image[q - 1] - image[q]);
+    rhs[p] += basis * b;
+  }
+}
+
+void History::Products::add(const Products& other) {
+  for (int p = 0; p < length; ++p) {
+    for (int q = 0; q <= p; ++q) gram[p][q] += other.gram[p][q];
+    rhs[p] += other.rhs[p];
+  }
+  cells += other.cells;
+}
+
+History::Products History::row_products(const CutCellOperator& op, const double* b, int j) const {
+  const Level& level = op.level();
+  const Layout& at = level.layout;
+  const int m = static_cast<int>(past_.size());
+  Products products;
+  thread_local std::vector<std::array<double, length>> image;
+  thread_local std::vector<std::int32_t> active;
+  for (int colour = 0; colour < 2; ++colour) {
+    const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
+    const std::ptrdiff_t beside = at.row(other, j) + Layout::parity(colour, j) - row;
+    const std::ptrdiff_t below = at.row(other, j - 1) - row, above = at.row(other, j + 1) - row;
+    image.resize(at.stride);
+    find_marked(&edges_[row], at.row_length(colour, j), active);
+    std::erase_if(active, [&](std::int32_t k) { return level.diagonal[row + k] == 0; });
+    for (const std::int32_t k : active) {
+      image[k] = {};
+      const std::ptrdiff_t cell = row + k;
+      for (int q = 0; q < m; ++q) image[k][q] = level.diagonal[cell] * past_[q].x[cell];
+      for (const std::ptrdiff_t neighbour : {cell + beside - 1, cell + beside, cell + below, cell + above})
+        if (level.diagonal[neighbour] > 0)
+          for (int q = 0; q < m; ++q) image[k][q] -= past_[q].x[neighbour];
+    }
+    const std::ptrdiff_t end = row + at.row_length(colour, j);
+    for (int q = 0; q < m; ++q)
+      op.links().add_to_row(j, past_[q].x.data() + op.cells(), [&](std::int32_t cell, double flux) {
+        if (cell >= row && cell < end) image[cell - row][q] -= flux;
+      });
+    for (const std::int32_t k : active) {
+      std::array<double, length> e{};
+      for (int q = 0; q < m; ++q) e[q] = past_[q].x[row + k];
+      products.add(m, e.data(), image[k].data(), b[row + k]);
+    }
+    products.cells += static_cast<long>(active.size());
+  }
+  return products;
+}
+
+History::Products History::products(const CutCellOperator& op, const std::vector<double>& b) const {
+  const Layout& at = op.level().layout;
+  std::vector<Products> of_row(at.ny);
+  for_each_row(op.team(), at, [&](int j) { of_row[j] = row_products(op, b.data(), j); });
+  Products all;
+  for (const Products& row : of_row) all.add(row);
+
+  const int m = static_cast<int>(past_.size());
+  const std::size_t groups = op.size() - op.cells();
+  std::vector<std::vector<double>> image(m, std::vector<double>(groups));
+  for (int q = 0; q < m; ++q) op.apply_groups(past_[q].x.data(), image[q].data());
+  for (std::size_t g = 0; g < groups; ++g) {
+    std::array<double, length> e{}, of_group{};
+    for (int q = 0; q < m; ++q) {
+      e[q] = past_[q].x[op.cells() + g];
+      of_group[q] = image[q][g];
+    }
+    all.add(m, e.data(), of_group.data(), b[op.cells() + g]);
+  }
+  return all;
+}
+
+double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
+                            std::vector<double>& x) {
+  if (past_.empty()) {
+    std::fill(x.begin(), x.end(), 0.0);
+    return 0;
+  }
+  set_groups(problem, op.cells());
+  const std::vector<std::int32_t> present = edge_cells(op.level());
+  count_edges(present, 1);
+  const Products known = products(op, b);
+  count_edges(present, -1);
+
   const std::size_t m = past_.size();
-  std::vector<double> gram(m * m), projection(m);
+  std::vector<double> gram(m * m);
+  for (std::size_t p = 0; p < m; ++p)
+    for (std::size_t q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = known.gram[p][q];
+  const std::vector<double> alpha = closest_combination(gram, {known.rhs.begin(), known.rhs.begin() + m});
+  std::array<double, length> share{};  // of each solution
   for (std::size_t p = 0; p < m; ++p) {
-    for (std::size_t q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = dot(basis[p], image[q]);
-    projection[p] = dot(basis[p], b);
+    share[p] += p == 0 ? alpha[p] : -alpha[p];
+    if (p > 0) share[p - 1] += alpha[p];
   }
-  const std::vector<double> alpha = closest_combination(gram, projection);
-  Eigen::Map<Eigen::VectorXd> guess(x.data(), n);
-  for (std::size_t p = 0; p < m; ++p) guess += alpha[p] * Eigen::Map<const Eigen::VectorXd>(basis[p].data(), n);
-  return static_cast<double>(past_.size());
+
+  const Layout& at = op.level().layout;
+  const auto combine = [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) x[k] = share[0] * past_[0].x[k];
+    for (std::size_t p = 1; p < m; ++p)
+      for (std::size_t k = from; k < to; ++k) x[k] += share[p] * past_[p].x[k];
+  };
+  for_each_row(op.team(), at, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t row = at.row(colour, j), end = row + at.row_length(colour, j);
+      combine(row, end);
+      const double* diagonal = op.level().diagonal.data();
+      for (std::ptrdiff_t k = row; k < end; ++k) x[k] = diagonal[k] > 0 ? x[k] : 0.0;
+    }
+  });
+  combine(op.cells(), op.size());
+  return static_cast<double>(m) * known.cells / (static_cast<double>(at.nx) * at.ny);
 }
 
 std::vector<double> closest_combination(const std::vector<double>& gram_by_rows, const std::vector<double>& products) {
@@ -71,15 +190,20 @@ std::vector<double> closest_combination(const std::vector<double>& gram_by_rows,
   return {alpha.begin(), alpha.end()};
 }
 
-void History::remember(const Level& level, const std::vector<double>& x, std::vector<double> body_potential) {
+void History::remember(const Level& level, std::vector<double>& x, std::vector<double> body_potential) {
   Past past;
   if (past_.size() == length) {
     past = std::move(past_.back());
     past_.pop_back();
+    count_edges(past.edge, -1);
   }
-  past.cell.assign(x.begin(), x.begin() + level.layout.size());
+  edges_.resize(level.layout.size());
+  past.x.resize(x.size());
+  std::swap(past.x, x);
   past.body = std::move(body_potential);
-  for (const std::ptrdiff_t slot : level.covered) past.cell[slot] = past.body[level.cover[slot]];
+  past.edge = edge_cells(level);
+  count_edges(past.edge, 1);
+  for (const std::ptrdiff_t slot : level.covered) past.x[slot] = past.body[level.cover[slot]];
   past_.push_front(std::move(past));
 }
 

@@ -106,6 +106,7 @@ bool Level::has_cell(int body) const {
 
 void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part) {
   part.covered.clear();
+  part.rim.clear();
   part.covered_body.clear();
   part.links.clear();
   part.link_row.clear();
@@ -127,9 +128,11 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
         const int colour = (i + j) & 1, number = i >> 1;
         const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
         const std::ptrdiff_t south = layout.row(1 - colour, j - 1) + number;
-        if (cover[west] != body || cover[west + 1] != body || cover[south] != body ||
-            cover[south + 2 * layout.stride] != body)
-          link_cell(problem, formula, {i, j}, body, part);
+        if (cover[west] == body && cover[west + 1] == body && cover[south] == body &&
+            cover[south + 2 * layout.stride] == body)
+          continue;
+        part.rim.push_back(slot);
+        link_cell(problem, formula, {i, j}, body, part);
       }
   }
 }
@@ -166,10 +169,12 @@ void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec
 /// One list after the other: the same lists for any number of threads.
 void Level::join_parts(Team& team) {
   std::vector<std::size_t> first_covered(part_count_ + 1, 0), first_link(part_count_ + 1, 0);
+  rim.clear();
   cross_gradients.clear();
   pairs.clear();
   for (int k = 0; k < part_count_; ++k) {
     const Part& part = parts_[k];
+    rim.insert(rim.end(), part.rim.begin(), part.rim.end());
     first_covered[k + 1] = first_covered[k] + part.covered.size();
     first_link[k + 1] = first_link[k] + part.links.size();
     for (CrossGradient cross : part.cross_gradients) {

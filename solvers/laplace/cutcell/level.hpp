@@ -75,6 +75,7 @@ class Level {
   std::vector<std::int32_t> cover;
   std::vector<std::ptrdiff_t> covered;  ///< slots of all covered cells, by body
   std::vector<int> covered_start;       ///< [bodies + 1] a body's first in `covered`
+  std::vector<std::ptrdiff_t> rim;      ///< covered cells beside one that their body does not cover
   std::vector<Link> links;              ///< by body
   std::vector<int> link_start;          ///< [bodies + 1] a body's first in `links`
   std::vector<int> links_by_row;        ///< indices of all links, by the row of their cell
@@ -110,7 +111,7 @@ class Level {
   /// Consecutive pieces, the work of one thread, and what it makes of them.
   struct Part {
     int from_piece, to_piece;
-    std::vector<std::ptrdiff_t> covered;
+    std::vector<std::ptrdiff_t> covered, rim;
     std::vector<int> covered_body;
     std::vector<Link> links;
     std::vector<int> link_row;

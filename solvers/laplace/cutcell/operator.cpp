@@ -43,9 +43,8 @@ double CutCellOperator::apply_row(int j, const double* x, double* y) const {
   return product;
 }
 
-double CutCellOperator::apply_groups(const double* x, double* y) const {
+double CutCellOperator::apply_groups(const double* x, double* y_group) const {
   const double* x_group = x + cells_;
-  double* y_group = y + cells_;
   std::fill_n(y_group, groups_, 0.0);
   links_.add_to_groups(*team_, x, y_group);
   for (const GroupPair& pair : pairs_) {
@@ -63,7 +62,7 @@ double CutCellOperator::apply_groups(const double* x, double* y) const {
 void CutCellOperator::apply(const double* x, double* y) const {
   std::fill(y, y + cells_, 0.0);  // the padding
   for_each_row(*team_, level_->layout, [&](int j) { apply_row(j, x, y); });
-  apply_groups(x, y);
+  apply_groups(x, y + cells_);
 }
 
 double CutCellOperator::dot(const double* x, const double* y) const {

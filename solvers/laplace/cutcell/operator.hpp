@@ -20,7 +20,7 @@ class CutCellOperator {
   void apply(const double* x, double* y) const;
   /// The part of it in row j, and in the groups; returns that part of x'y.
   double apply_row(int j, const double* x, double* y) const;
-  double apply_groups(const double* x, double* y) const;
+  double apply_groups(const double* x, double* y_group) const;
   /// x'y
   double dot(const double* x, const double* y) const;
   /// Right-hand side: charges / eps, and what groups and sides of given potential bring, in units of `scale` (V).
@@ -31,6 +31,7 @@ class CutCellOperator {
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
+  const LinkLists<double>& links() const { return links_; }
   const Level& level() const { return *level_; }
   Team& team() const { return *team_; }
 

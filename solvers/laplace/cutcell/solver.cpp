@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
@@ -22,6 +23,16 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Unless told, no more threads than have work for longer than it takes to call them. The assembled system is PETSc's.
+int team_size(const CutCellOptions& options) {
+  if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
+  if (options.threads > 0) return options.threads;
+  constexpr long cells_a_thread = 32768;
+  const long useful = static_cast<long>(options.cells) * options.cells / cells_a_thread;
+  const long available = std::max(1u, std::thread::hardware_concurrency());
+  return static_cast<int>(std::clamp(useful, 1L, available));
+}
+
 }  // namespace
 
 struct CutCellSolver::Implementation {
@@ -36,7 +47,7 @@ struct CutCellSolver::Implementation {
 
   CutCellOptions options;
   int number;  // among the solvers of this program, for its other processes
-  Team team{options.threads};
+  Team team{team_size(options)};
   Vec2 size;  // of the box the grids were made for
   std::unique_ptr<Level> level;
   CutCellOperator op;

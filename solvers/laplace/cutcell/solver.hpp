@@ -16,7 +16,9 @@ struct CutCellOptions {
   int cells = 512;          ///< S: cells along the longer side of the box; the shorter one must hold whole cells
   double tolerance = 1e-8;  ///< error of a solve in the energy norm, relative to the solution's
   LinkFormula links = LinkFormula::log_fitted;
-  int threads = 0;  ///< that share set-up and solve, the results being the same bits for any number; 0: the machine's
+  /// That share set-up and solve; the results are the same bits for any number. 0: as many as the machine has, fewer
+  /// on small grids.
+  int threads = 0;
   /// multigrid: matrix-free, geometric multigrid as preconditioner. assembled: the same system as an AIJ matrix, for
   /// any PETSc preconditioner (default GAMG; -field_pc_type chooses).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;

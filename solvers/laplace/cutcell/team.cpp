@@ -29,7 +29,6 @@ void pause() {
 }  // namespace
 
 Team::Team(int threads) {
-  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
   for (int k = 1; k < threads; ++k) helpers_.emplace_back([this] { help_until_stopped(); });
 }
 

@@ -14,7 +14,7 @@ namespace lichtenberg::laplace {
 /// computes must not depend on who does it: then the results are the same bits for any number of threads.
 class Team {
  public:
-  /// Threads in all, the caller's among them. 0: as many as the machine has.
+  /// Threads in all, the caller's among them.
   explicit Team(int threads);
   ~Team();
   Team(const Team&) = delete;

@@ -65,6 +65,7 @@ void print_table(const Answer& answer) {
   fmt::print("method      {}\n", method_in_words(answer.scene.field));
   fmt::print("unknowns    {}\n", solution.unknowns);
   fmt::print("iterations  {}\n", solution.iterations);
+  if (solution.work > 0) fmt::print("work        {:.1f} evaluations of the residual on the whole grid\n", solution.work);
   fmt::print("residual    {:.2g}\n", solution.residual);
   fmt::print("seconds     {:.4f} setup, {:.4f} solve, {:.4f} forces\n", solution.seconds.setup, solution.seconds.solve,
              solution.seconds.forces);
@@ -99,6 +100,7 @@ void print_json(const Answer& answer) {
   json["method"] = answer.scene.field.method;
   json["unknowns"] = solution.unknowns;
   json["iterations"] = solution.iterations;
+  if (solution.work > 0) json["work"] = solution.work;
   json["residual"] = solution.residual;
   json["seconds"] = {
       {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};

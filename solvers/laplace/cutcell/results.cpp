@@ -1,5 +1,6 @@
 #include "solvers/laplace/cutcell/results.hpp"
 
+#include <algorithm>
 #include <map>
 
 namespace lichtenberg::laplace {
@@ -56,7 +57,7 @@ std::map<std::size_t, double> short_link_differences(const LaplaceProblem& probl
 }  // namespace
 
 void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, double scale,
-              LaplaceSolution& solution) {
+              LaplaceSolution& solution, Team& team) {
   const double eps = problem.permittivity;
   const double stress = 0.5 * eps / level.h;
   solution.body_charge.assign(problem.bodies.size(), 0.0);
@@ -65,14 +66,19 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   const auto potential = [&](int body) { return solution.group_potential[problem.bodies[body].group]; };
 
   const std::map<std::size_t, double> short_links = short_link_differences(problem, level, cell, scale, solution);
-  for (std::size_t m = 0; m < level.links.size(); ++m) {
-    const Link& link = level.links[m];
-    double difference = potential(link.body) - scale * cell[link.cell];
-    if (link.conductance >= short_link)
-      if (const auto found = short_links.find(m); found != short_links.end()) difference = found->second;
-    solution.body_charge[link.body] += eps * link.conductance * difference;
-    solution.body_force[link.body] += (stress * difference * difference) * link.gradient;
-  }
+  const int bodies = static_cast<int>(problem.bodies.size());
+  const int chunks = std::clamp(static_cast<int>(level.links.size()) / 1024, 1, 4 * team.size());
+  team.for_each(chunks, [&](int chunk) {
+    for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
+      for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m) {
+        const Link& link = level.links[m];
+        double difference = potential(body) - scale * cell[link.cell];
+        if (link.conductance >= short_link)
+          if (const auto found = short_links.find(m); found != short_links.end()) difference = found->second;
+        solution.body_charge[body] += eps * link.conductance * difference;
+        solution.body_force[body] += (stress * difference * difference) * link.gradient;
+      }
+  });
   for (const CrossGradient& cross : level.cross_gradients) {
     const Link& link = level.links[cross.link];
     const double difference = potential(link.body) - scale * cell[link.cell];

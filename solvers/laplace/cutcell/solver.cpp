@@ -144,7 +144,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     solution.group_potential[g] =
         problem.groups[g].floating ? scale * x[level->layout.size() + g] : problem.groups[g].potential;
-  evaluate(problem, *level, x.data(), scale, solution);
+  evaluate(problem, *level, x.data(), scale, solution, team);
   remember(problem, solution);
   solution.seconds.forces = seconds_since(start);
   return solution;

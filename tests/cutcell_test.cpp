@@ -1,6 +1,7 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -12,6 +13,7 @@
 #include "solvers/laplace/cutcell/operator.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
+#include "solvers/laplace/cutcell/team.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -489,4 +491,73 @@ TEST_CASE("a box that does not hold whole cells is refused") {
   problem.size.y = 50.3;
   CutCellSolver solver(options(64));
   CHECK_THROWS_AS(solver.solve(problem), InputError);
+}
+
+TEST_CASE("any number of threads gives the same bits") {
+  // 324 disks on 512 cells: grids of several bands of rows, and parts of the set-up, for every thread.
+  LaplaceProblem problem = crowd(324, 512, 8, 0.05);
+  problem.bodies.push_back({Ring{{256, 256}, 300}, 0});
+  const auto solve = [&](int threads) {
+    CutCellSolver solver({.cells = 512, .threads = threads});
+    std::vector<double> bits;
+    LaplaceProblem moving = problem;
+    for (int step = 0; step < 3; ++step) {
+      const LaplaceSolution solution = solver.solve(moving);
+      bits.insert(bits.end(), solution.group_potential.begin(), solution.group_potential.end());
+      bits.insert(bits.end(), solution.body_charge.begin(), solution.body_charge.end());
+      for (const Vec2 f : solution.body_force) bits.insert(bits.end(), {f.x, f.y});
+      bits.push_back(solution.work);
+      for (std::size_t k = 1; k < moving.bodies.size() - 1; ++k)
+        std::get<Disk>(moving.bodies[k].shape).centre += Vec2{0.01, 0.02};
+    }
+    const Field field = solver.field();
+    bits.insert(bits.end(), field.value.begin(), field.value.end());
+    return bits;
+  };
+  const std::vector<double> one = solve(1);
+  for (const int threads : {2, 3, 7}) CHECK((solve(threads) == one));
+}
+
+TEST_CASE("a team does every task once, however often it is called, and hands on what a side task throws") {
+  Team team(4);
+  for (int round = 0; round < 2000; ++round) {
+    const int count = 1 + round % 37;
+    std::vector<int> done(count, 0);
+    bool aside = false;
+    if (round % 3 == 0) team.start([&] { aside = true; });
+    team.for_each(count, [&](int k) { ++done[k]; });
+    if (round % 3 == 0) team.finish();
+    CHECK(aside == (round % 3 == 0));
+    CHECK(std::all_of(done.begin(), done.end(), [](int times) { return times == 1; }));
+  }
+  team.start([] { throw Failure("aside"); });
+  CHECK_THROWS_AS(team.finish(), Failure);
+}
+
+TEST_CASE("work is counted in residual evaluations on the whole grid") {
+  // Two grids of 16 x 16 and 8 x 8 cells, so that all can be counted by hand. A V-cycle: red cells from zero (no
+  // stencil), black cells 1/2, residual in the red 1/2, its restriction 1/2, interpolation to the red 1/2, black cells
+  // 1/2, red cells 1/2: 3 in all; the coarser grid is solved directly. Every iteration adds one to a cycle for the
+  // operator, the first residual is one too, and the first guess is interpolated to all cells of the finest grid, 1.
+  LaplaceProblem problem;
+  problem.size = {16, 16};
+  problem.sides[left] = {Side::Kind::electrode, 0, {}};
+  problem.bodies = {{Disk{{9, 8}, 3}, 0}};
+  problem.groups = {{true, 1, 0}};
+  CutCellSolver solver(options(16));
+  const LaplaceSolution cold = solver.solve(problem);
+  CHECK(cold.iterations > 1);
+  CHECK(cold.work == doctest::Approx(1 + 1 + 3 + cold.iterations * (1 + 3)).epsilon(1e-12));
+  // The same again: the past solution is right, and the operator is applied to it at edge cells: those with links,
+  // those at the electrode.
+  const LaplaceSolution warm = solver.solve(problem);
+  CHECK(warm.iterations == 0);
+  Level level(problem, 16, 16);
+  level.build(problem, LinkFormula::log_fitted);
+  std::vector<std::ptrdiff_t> edge;
+  for (const Link& link : level.links) edge.push_back(link.cell);
+  for (const SideLink& link : level.side_links) edge.push_back(link.cell);
+  std::sort(edge.begin(), edge.end());
+  edge.erase(std::unique(edge.begin(), edge.end()), edge.end());
+  CHECK(warm.work == doctest::Approx(static_cast<double>(edge.size()) / (16 * 16) + 1 + 3).epsilon(1e-12));
 }

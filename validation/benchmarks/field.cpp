@@ -1,8 +1,9 @@
 // What a field solve costs: 324 floating disks around a grounded half-disk (the dendrite's numbers), set-up and solve
-// apart, for the multigrid solver cold and in a moving scene, beside the same system under PETSc's other
-// preconditioners and the dissertation's scheme, all in one run on one core.
+// apart, for the multigrid solver cold and in a moving scene, on one thread and on several, with its work in residual
+// evaluations, both to a tight tolerance and to the discretization error; beside it, on one core, the same system under
+// PETSc's other preconditioners and the dissertation's scheme.
 //
-//   benchmark_field [--sizes 256,512,1024] [--seed 1] [--repeats 5]
+//   benchmark_field [--sizes 256,512,1024] [--threads 1,2] [--seed 1] [--repeats 5] [--multigrid-only]
 
 #include <fmt/format.h>
 
@@ -29,6 +30,9 @@ constexpr int conductors = 324;
 struct Cost {
   double setup, solve;
   int iterations;
+  double work = 0;
+
+  double total() const { return setup + solve; }
 };
 
 double median(std::vector<double> values) {
@@ -42,7 +46,7 @@ Cost median(const std::vector<LaplaceSolution>& solutions) {
     setup.push_back(s.seconds.setup);
     solve.push_back(s.seconds.solve + s.seconds.forces);
   }
-  return {median(setup), median(solve), solutions.back().iterations};
+  return {median(setup), median(solve), solutions.back().iterations, solutions.back().work};
 }
 
 Cost cold(LaplaceSolver& solver, const LaplaceProblem& problem, int repeats) {
@@ -55,14 +59,18 @@ Cost cold(LaplaceSolver& solver, const LaplaceProblem& problem, int repeats) {
   return median(solutions);
 }
 
-/// Every disk moves by a tenth of a cell of S = 512 between solves, in its own direction.
+/// Every disk moves by a tenth of a cell of S = 512, in its own direction.
+void move(LaplaceProblem& problem) {
+  for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
+    const double angle = 2.4 * static_cast<double>(body);
+    std::get<Disk>(problem.bodies[body].shape).centre += 0.1 * Vec2{std::cos(angle), std::sin(angle)};
+  }
+}
+
 Cost moving(LaplaceSolver& solver, LaplaceProblem problem, int repeats) {
   std::vector<LaplaceSolution> solutions;
   for (int k = 0; k < repeats + 4; ++k) {
-    for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
-      const double angle = 2.4 * static_cast<double>(body);
-      std::get<Disk>(problem.bodies[body].shape).centre += 0.1 * Vec2{std::cos(angle), std::sin(angle)};
-    }
+    move(problem);
     LaplaceSolution solution = solver.solve(problem);
     if (k >= 4) solutions.push_back(std::move(solution));  // the first ones fill the history
   }
@@ -86,8 +94,8 @@ std::string processor() {
 }
 
 void print(int cells, const std::string& method, Cost cost, double reference) {
-  fmt::print("{:5d}  {:<44} {:9.1f} {:9.1f} {:6d} {:8.1f}\n", cells, method, 1e3 * cost.setup, 1e3 * cost.solve,
-             cost.iterations, (cost.setup + cost.solve) / reference);
+  fmt::print("{:5d}  {:<48} {:9.1f} {:9.1f} {:6d} {:>6} {:8.1f}\n", cells, method, 1e3 * cost.setup, 1e3 * cost.solve,
+             cost.iterations, cost.work > 0 ? fmt::format("{:.1f}", cost.work) : "", cost.total() / reference);
   std::fflush(stdout);
 }
 
@@ -130,17 +138,68 @@ void dissertation(int cells, const LaplaceProblem& problem, double eta, double s
       all * one, all * one / reference);
 }
 
-void benchmark(int cells, const LaplaceProblem& problem, int repeats, double seconds) {
+/// Root mean square over the groups of the difference of two solutions' potentials.
+double difference(const LaplaceSolution& a, const LaplaceSolution& b) {
+  double sum = 0;
+  for (std::size_t g = 0; g < a.group_potential.size(); ++g)
+    sum += std::pow(a.group_potential[g] - b.group_potential[g], 2);
+  return std::sqrt(sum / static_cast<double>(a.group_potential.size()));
+}
+
+/// The last solution of a scene in motion, or of the scene at rest and from nothing.
+LaplaceSolution last_solution(int cells, LaplaceProblem problem, double tolerance, bool in_motion) {
+  CutCellSolver solver({.cells = cells, .tolerance = tolerance});
+  if (!in_motion) return solver.solve(problem);
+  LaplaceSolution solution;
+  for (int k = 0; k < 6; ++k) {
+    move(problem);
+    solution = solver.solve(problem);
+  }
+  return solution;
+}
+
+/// The loosest tolerance at which the potentials are nearer to the discrete problem's than those to the exact ones,
+/// whose error Richardson's extrapolation from S and 2S estimates (second order: 4/3 of the difference).
+void print_to_discretization_error(int cells, const LaplaceProblem& problem, bool in_motion) {
+  const LaplaceSolution exact = last_solution(cells, problem, 1e-10, in_motion);
+  const double error = 4.0 / 3.0 * difference(exact, last_solution(2 * cells, problem, 1e-10, in_motion));
+  for (double tolerance = 0.5; tolerance > 1e-8; tolerance /= 2) {
+    const LaplaceSolution solution = last_solution(cells, problem, tolerance, in_motion);
+    const double left = difference(exact, solution);
+    if (left > error) continue;
+    fmt::print(
+        "{:5d}  to the discretization error ({:.2g}, rms of potentials of {:.2g}), {}: {} iterations (tolerance "
+        "{:.2g}), work {:.1f}\n",
+        cells, error, difference(exact, {.group_potential = std::vector<double>(exact.group_potential.size())}),
+        in_motion ? "moving scene" : "cold", solution.iterations, tolerance, solution.work);
+    return;
+  }
+}
+
+/// Returns the cost of a cold solve on the first of the numbers of threads.
+double benchmark_multigrid(int cells, const LaplaceProblem& problem, int repeats, const std::vector<int>& threads) {
+  std::vector<std::pair<Cost, Cost>> costs;
+  for (const int count : threads) {
+    CutCellSolver solver({.cells = cells, .threads = count});
+    const Cost at_rest = cold(solver, problem, repeats);
+    solver.set_tolerance(1e-5);
+    costs.emplace_back(at_rest, moving(solver, problem, repeats));
+    const double total = costs.front().first.total();
+    const std::string with = fmt::format(", {} thread{}", count, count > 1 ? "s" : "");
+    print(cells, "multigrid + CG, cold, 1e-8" + with, costs.back().first, total);
+    print(cells, "multigrid + CG, moving scene, 1e-5" + with, costs.back().second, total);
+  }
+  for (std::size_t k = 1; k < threads.size(); ++k)
+    fmt::print("{:5d}  {} threads are {:.2f} times as fast as {} cold, {:.2f} times in the moving scene\n", cells,
+               threads[k], costs[0].first.total() / costs[k].first.total(), threads[0],
+               costs[0].second.total() / costs[k].second.total());
+  for (const bool in_motion : {false, true}) print_to_discretization_error(cells, problem, in_motion);
+  return costs.front().first.total();
+}
+
+void benchmark_others(int cells, const LaplaceProblem& problem, int repeats, double seconds, double total) {
   CutCellOptions options;
   options.cells = cells;
-  set_preconditioner({});
-  CutCellSolver multigrid(options);
-  const Cost reference = cold(multigrid, problem, repeats);
-  const double total = reference.setup + reference.solve;
-  print(cells, "multigrid + CG, cold, 1e-8", reference, total);
-  multigrid.set_tolerance(1e-5);
-  print(cells, "multigrid + CG, moving scene, 1e-5", moving(multigrid, problem, repeats), total);
-
   const std::vector<std::pair<std::string, std::vector<std::pair<const char*, const char*>>>> others{
       {"assembled, GAMG + CG", {{"-field_pc_type", "gamg"}}},
       {"assembled, BoomerAMG (HMIS, ext+i, agg 1) + CG",
@@ -167,17 +226,26 @@ int main(int argc, char** argv) {
   std::uint64_t seed = 1;
   int repeats = 5;
   double seconds = 20;
+  std::vector<int> threads{1, 2};
+  bool multigrid_only = false;
   CLI::App app("Times field solves: set-up and solve apart, several sizes, beside other solvers");
   app.add_option("--sizes", sizes, "cells along a side")->delimiter(',');
+  app.add_option("--threads", threads, "of the multigrid solver")->delimiter(',');
+  app.add_flag("--multigrid-only", multigrid_only, "leave out the other methods");
   app.add_option("--seed", seed, "of the configuration");
   app.add_option("--repeats", repeats, "counted solves; the median is printed");
   app.add_option("--seconds", seconds, "the dissertation's scheme may take for a size");
   CLI11_PARSE(app, argc, argv);
 
   const LaplaceProblem problem = benchmarks::disks_round_ground(conductors, seed);
-  fmt::print("lichtenberg {}, PETSc {}.{}.{}, {}, one core; {} conductors, R = S/64 cells, seed {}\n",
+  fmt::print("lichtenberg {}, PETSc {}.{}.{}, {}, {} cores; {} conductors, R = S/64 cells, seed {}\n",
              lichtenberg_version().commit, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR,
-             processor(), conductors, seed);
-  fmt::print("{:>5}  {:<44} {:>9} {:>9} {:>6} {:>8}\n", "S", "method", "setup ms", "solve ms", "iter", "ratio");
-  for (const int cells : sizes) benchmark(cells, problem, repeats, seconds);
+             processor(), std::thread::hardware_concurrency(), conductors, seed);
+  fmt::print("{:>5}  {:<48} {:>9} {:>9} {:>6} {:>6} {:>8}\n", "S", "method", "setup ms", "solve ms", "iter", "work",
+             "ratio");
+  set_preconditioner({});
+  for (const int cells : sizes) {
+    const double total = benchmark_multigrid(cells, problem, repeats, threads);
+    if (!multigrid_only) benchmark_others(cells, problem, repeats, seconds, total);
+  }
 }

@@ -117,7 +117,7 @@ struct DeviceGrid {
   DeviceGrid(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : scene(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     scene.upload(problem, nx, ny);
-    grid.build(scene.view());
+    grid.build(scene.view(), false, nullptr);
   }
   HostExecutor run;
   device::Scene<HostExecutor> scene;

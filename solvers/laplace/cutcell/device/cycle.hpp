@@ -7,7 +7,7 @@
 // On the way down red cells (colour 0) hold f / diagonal, which is computed where it is needed and never stored; so is
 // the coarse correction on the way up, since black cells are relaxed first and red ones forget what they had.
 
-#include "solvers/laplace/cutcell/device/grid.hpp"
+#include "solvers/laplace/cutcell/device/discretize.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -66,6 +66,25 @@ void add_group_potentials(const Executor& run, GridView grid, const float* phi, 
   });
 }
 
+/// The same for what wells bring, in all cells.
+template <class Executor>
+void add_well_potentials(const Executor& run, SceneView scene, GridView grid, const float* phi, bool red, bool black) {
+  const int colour_size = static_cast<int>(grid.layout.colour_size());
+  sum_wells(
+      run, scene, grid, [=] LICHTENBERG_HOST_DEVICE(int body, float c) { return c * phi[scene.group_of[body]]; },
+      [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) {
+        if (slot < colour_size ? red : black) grid.f[slot] += sum;
+      });
+}
+
+/// What a cell's neighbours bring: conductance times potential, value(slot, side).
+template <class Value>
+LICHTENBERG_HOST_DEVICE float neighbour_flux(const GridView& grid, int slot, const Neighbours& n, Value value) {
+  if (!grid.medium) return value(n.west, 0) + value(n.east, 1) + value(n.south, 2) + value(n.north, 3);
+  return grid.east[n.west] * value(n.west, 0) + grid.east[slot] * value(n.east, 1) +
+         grid.north[n.south] * value(n.south, 2) + grid.north[slot] * value(n.north, 3);
+}
+
 /// Zero in what lies behind the last row of each colour.
 template <class V>
 LICHTENBERG_HOST_DEVICE void clear_end(const Layout& at, int colour, int row, int column, V* v) {
@@ -83,45 +102,53 @@ void sweep_from_zero(const Executor& run, GridView grid, V* v) {
                  float value = 0;
                  if (inverse > 0) {
                    const Neighbours n = neighbours(at, 1, row, column);
-                   const auto red = [&](int s) { return grid.f[s] * grid.inverse_diagonal[s]; };
-                   value = (grid.f[slot] + red(n.west) + red(n.east) + red(n.south) + red(n.north)) * inverse;
+                   const auto red = [&](int s, int) { return grid.f[s] * grid.inverse_diagonal[s]; };
+                   value = (grid.f[slot] + neighbour_flux(grid, slot, n, red)) * inverse;
                  }
                  v[slot] = value;
                  clear_end(at, 1, row, column, v);
                });
 }
 
-/// The coarse f: full weighting of the residuals, which are zero in black cells and what the black neighbours have
-/// brought in red ones.
+/// After that a red cell's residual is what its black neighbours have brought, a black one's zero. The red cells of v
+/// are free to hold it.
 template <class V, class Executor>
-void restrict_residual(const Executor& run, SceneView scene, GridView fine, GridView coarse, const V* v) {
-  run.for_each(
-      2 * (coarse.layout.ny + 2), static_cast<int>(coarse.layout.stride),
-      [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
-        const Layout &at = coarse.layout, &from = fine.layout;
-        const int colour = row >= at.ny + 2;
-        const int J = row - colour * (at.ny + 2) - 1, k = column - Layout::pad;
-        const int I = 2 * k + Layout::parity(colour, J);
-        if (k < 0 || !inside(at, I, J)) return;
-        const int stride = static_cast<int>(from.stride);
-        // The residual of red cell number m of fine row j.
-        const auto residual = [&](int m, int j) {
-          const int slot = (j + 1) * stride + Layout::pad + m;
-          if (!(fine.inverse_diagonal[slot] > 0)) return 0.0f;
-          const Neighbours n = neighbours(from, 0, j + 1, Layout::pad + m);
-          return static_cast<float>(v[n.west]) + static_cast<float>(v[n.east]) + static_cast<float>(v[n.south]) +
-                 static_cast<float>(v[n.north]);
-        };
-        const auto mirror = [&](int side) { return scene.electrode[side] ? -1.0f : 1.0f; };
-        const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
-        const float own_upper = J == at.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
-        const auto even = [&](int m) { return own_lower * residual(m, 2 * J) + 0.25f * residual(m, 2 * J + 2); };
-        const auto odd = [&](int m) { return 0.25f * residual(m, 2 * J - 1) + own_upper * residual(m, 2 * J + 1); };
-        const float own_even = even(I), own_odd = odd(I);
-        const float odd_before = I == 0 ? mirror(0) * own_even : odd(I - 1);
-        const float even_behind = I == at.nx - 1 ? mirror(1) * own_odd : even(I + 1);
-        coarse.f[slot_of(at, I, J)] = 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
-      });
+void leave_residual(const Executor& run, GridView grid, V* v) {
+  run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
+               [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+                 const Layout& at = grid.layout;
+                 const int slot = row * static_cast<int>(at.stride) + column;
+                 float value = 0;
+                 if (grid.inverse_diagonal[slot] > 0)
+                   value = neighbour_flux(grid, slot, neighbours(at, 0, row, column),
+                                          [&](int s, int) { return static_cast<float>(v[s]); });
+                 v[slot] = value;
+               });
+}
+
+/// The coarse f by full weighting.
+template <class V, class Executor>
+void restrict_residual(const Executor& run, SceneView scene, GridView fine, GridView coarse, const V* residual) {
+  run.for_each(2 * (coarse.layout.ny + 2), static_cast<int>(coarse.layout.stride),
+               [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+                 const Layout& at = coarse.layout;
+                 const int colour = row >= at.ny + 2;
+                 const int J = row - colour * (at.ny + 2) - 1, k = column - Layout::pad;
+                 const int I = 2 * k + Layout::parity(colour, J);
+                 if (k < 0 || !inside(at, I, J)) return;
+                 // Red cell number m of fine row 2 J + j.
+                 const std::ptrdiff_t stride = fine.layout.stride, own = (2 * J + 1) * stride + Layout::pad;
+                 const auto red = [&](int m, int j) { return static_cast<float>(residual[own + j * stride + m]); };
+                 const auto mirror = [&](int side) { return scene.electrode[side] ? -1.0f : 1.0f; };
+                 const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
+                 const float own_upper = J == at.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
+                 const auto even = [&](int m) { return own_lower * red(m, 0) + 0.25f * red(m, 2); };
+                 const auto odd = [&](int m) { return 0.25f * red(m, -1) + own_upper * red(m, 1); };
+                 const float own_even = even(I), own_odd = odd(I);
+                 const float odd_before = I == 0 ? mirror(0) * own_even : odd(I - 1);
+                 const float even_behind = I == at.nx - 1 ? mirror(1) * own_odd : even(I + 1);
+                 coarse.f[slot_of(at, I, J)] = 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
+               });
 }
 
 /// Partial sums over links of conductance times potential, by piece. `from_zero`: red cells hold f / diagonal.
@@ -137,6 +164,37 @@ struct LinkFlux {
     return static_cast<float>(grid.conductance[link]) * value;
   }
 };
+
+template <class V, class Executor>
+void sum_pieces(const Executor& run, SceneView scene, GridView grid, LinkFlux<V> flux) {
+  run.sum_segments(
+      grid.pieces,
+      [=] LICHTENBERG_HOST_DEVICE(int piece) {
+        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int piece, int t) { return flux(grid.piece_begin[piece] + t); },
+      [=] LICHTENBERG_HOST_DEVICE(int piece, float sum) { grid.partial[piece] = sum; });
+}
+
+/// finish(g, what a group's links and contacts bring).
+template <class Executor, class Finish>
+void sum_groups(const Executor& run, SceneView scene, GridView grid, const float* phi, Finish finish) {
+  const bool contacts = grid.contacts > 0;
+  run.sum_segments(
+      scene.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) {
+        const int links = grid.piece_start[g + 1] - grid.piece_start[g];
+        if (!contacts) return links;
+        return links + grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int links = grid.piece_start[g + 1] - grid.piece_start[g];
+        if (t < links) return grid.partial[grid.piece_start[g] + t];
+        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t - links];
+        return contact.other < 0 ? 0.0f : static_cast<float>(contact.conductance) * phi[scene.group_of[contact.other]];
+      },
+      finish);
+}
 
 /// The residuals of the groups, and with what the coarse grid's covered cells have collected its groups' charges; the
 /// coarse grid's conductors start from these.
@@ -189,6 +247,54 @@ void restrict_groups(const Executor& run, SceneView scene, GridView fine, GridVi
       });
 }
 
+/// The residuals of the groups, in `flux`: for those that the coarse grid absorbs.
+template <class V, class Executor>
+void leave_group_residual(const Executor& run, SceneView scene, GridView grid, const V* v) {
+  sum_pieces(run, scene, grid, LinkFlux<V>{grid, v, true});
+  sum_groups(run, scene, grid, grid.phi, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+    const float inverse = grid.group_inverse_diagonal[g];
+    grid.flux[g] = inverse > 0 ? grid.charge[g] + sum - grid.phi[g] / inverse : 0.0f;
+  });
+}
+
+/// The residual of a group that the coarse grid absorbs goes to the four cells around it.
+template <class Executor>
+void restrict_absorbed(const Executor& run, SceneView scene, GridView grid, const float* residual) {
+  gather(
+      run, grid, grid.absorbed_groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g, int slot) {
+        return residual[g] * weight_in(grid.layout, grid.centre[g], scene.electrode, slot, true);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] += sum; });
+}
+
+/// And its potential is theirs.
+template <class Executor>
+void interpolate_absorbed(const Executor& run, SceneView scene, GridView grid) {
+  run.for_each(grid.newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    const int g = grid.absorbed_groups.item[m];
+    const Interpolation around = interpolate(grid.layout, grid.centre[g], scene.electrode);
+    float sum = 0;
+    for (int k = 0; k < 4; ++k) sum += around.weight[k] * grid.v[around.cell[k]];
+    grid.phi[g] = sum;
+  });
+}
+
+/// v and phi of the coarsest grid's unknowns (a cell's slot, or -1 - group) from f and charge.
+template <class Executor>
+void multiply_inverse(const Executor& run, GridView grid, int unknowns, const int* unknown, const float* inverse,
+                      float* v) {
+  run.sum_segments(
+      unknowns, [=] LICHTENBERG_HOST_DEVICE(int) { return unknowns; },
+      [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
+        const int name = unknown[b];
+        return inverse[a * unknowns + b] * (name >= 0 ? grid.f[name] : grid.charge[-1 - name]);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int a, float sum) {
+        (unknown[a] >= 0 ? v[unknown[a]] : grid.phi[-1 - unknown[a]]) = sum;
+      });
+}
+
 /// Covered cells take their group's potential: bilinear interpolation reads them.
 template <class Executor>
 void fill_covered(const Executor& run, GridView grid, int covered) {
@@ -196,60 +302,62 @@ void fill_covered(const Executor& run, GridView grid, int covered) {
                [=] LICHTENBERG_HOST_DEVICE(int m) { grid.v[grid.covered_slot[m]] = grid.phi[grid.covered_group[m]]; });
 }
 
-/// Relaxes the black cells after the red ones have got the coarse correction.
+/// The coarse potentials around coarse cell (I, J), beyond the box their mirror images.
+struct CoarsePatch {
+  const GridView& grid;
+  const SceneView& scene;
+  int I, J;
+
+  LICHTENBERG_HOST_DEVICE float operator()(int i, int j) const {
+    const Layout& at = grid.layout;
+    i += I;
+    j += J;
+    float sign = 1;
+    if (!inside(at, i, j)) {
+      if (i < 0 ? scene.electrode[0] : i >= at.nx && scene.electrode[1]) sign = -sign;
+      if (j < 0 ? scene.electrode[2] : j >= at.ny && scene.electrode[3]) sign = -sign;
+      i = i < 0 ? 0 : i < at.nx ? i : at.nx - 1;
+      j = j < 0 ? 0 : j < at.ny ? j : at.ny - 1;
+    }
+    return sign * grid.v[slot_of(at, i, j)];
+  }
+};
+
+/// Relaxes the black cells after the red ones have got the coarse correction, bilinearly interpolated. Red cells of
+/// even rows lie left and below in their coarse cell, those of odd rows right and above, so that what an odd row's
+/// black cell sees is what an even row's does, turned by half a turn: s = 1 and -1.
 template <class V, class Executor>
 void prolongate_and_relax_black(const Executor& run, SceneView scene, GridView fine, GridView coarse, V* v) {
   run.for_each(fine.layout.ny + 2, static_cast<int>(fine.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
-                 const Layout &at = fine.layout, &below = coarse.layout;
+                 const Layout& at = fine.layout;
                  const int slot = static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
                  const float inverse = fine.inverse_diagonal[slot];
                  float value = 0;
                  if (inverse > 0) {
-                   const auto mirror = [&](int side) { return scene.electrode[side] ? -1.0f : 1.0f; };
-                   const auto coarse_value = [&](int I, int J) {
-                     float sign = 1.0f;
-                     if (I < 0) {
-                       I = 0;
-                       sign *= mirror(0);
-                     }
-                     if (I >= below.nx) {
-                       I = below.nx - 1;
-                       sign *= mirror(1);
-                     }
-                     if (J < 0) {
-                       J = 0;
-                       sign *= mirror(2);
-                     }
-                     if (J >= below.ny) {
-                       J = below.ny - 1;
-                       sign *= mirror(3);
-                     }
-                     return sign * coarse.v[slot_of(below, I, J)];
+                   const int j = row - 1, s = j & 1 ? 1 : -1;
+                   const CoarsePatch patch{coarse, scene, column - Layout::pad, j >> 1};
+                   const float own = patch(0, 0), ahead = patch(s, 0), behind = patch(-s, 0), up = patch(0, s),
+                               up_ahead = patch(s, s), up_behind = patch(-s, s), down = patch(0, -s),
+                               down_behind = patch(-s, -s);
+                   const auto between = [](float a, float b, float c, float d) {
+                     return 0.75f * (0.75f * a + 0.25f * b) + 0.25f * (0.75f * c + 0.25f * d);
                    };
-                   // Red cells of even rows lie left and below in their coarse cell, those of odd rows right and above.
-                   const auto red = [&](int s, int I, int J, int step) {
-                     if (!(fine.inverse_diagonal[s] > 0)) return 0.0f;
-                     const float own = 0.75f * coarse_value(I, J) + 0.25f * coarse_value(I + step, J);
-                     const float next = 0.75f * coarse_value(I, J + step) + 0.25f * coarse_value(I + step, J + step);
-                     return fine.f[s] * fine.inverse_diagonal[s] + (0.75f * own + 0.25f * next);
-                   };
-                   const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(1, j);
-                   const int I = i >> 1, J = j >> 1;
+                   const float red_ahead = between(own, ahead, up, up_ahead);
+                   const float red_behind = between(behind, own, up_behind, up);
+                   const float red_up = between(up, up_behind, own, behind);
+                   const float red_down = between(own, behind, down, down_behind);
                    const Neighbours n = neighbours(at, 1, row, column);
-                   float sum = fine.f[slot];
-                   if (j & 1) {  // i even: west and east in an odd row, south and north in even ones
-                     sum += red(n.west, I - 1, J, 1);
-                     sum += red(n.east, I, J, 1);
-                     sum += red(n.south, I, J, -1);
-                     sum += red(n.north, I, J + 1, -1);
-                   } else {
-                     sum += red(n.west, I, J, -1);
-                     sum += red(n.east, I + 1, J, -1);
-                     sum += red(n.south, I, J - 1, 1);
-                     sum += red(n.north, I, J, 1);
-                   }
-                   value = sum * inverse;
+                   const bool odd = s > 0;
+                   const auto red = [&](int cell, int side) {
+                     const float correction = side == 0   ? (odd ? red_behind : red_ahead)
+                                              : side == 1 ? (odd ? red_ahead : red_behind)
+                                              : side == 2 ? (odd ? red_down : red_up)
+                                                          : (odd ? red_up : red_down);
+                     const float own_inverse = fine.inverse_diagonal[cell];
+                     return own_inverse > 0 ? fine.f[cell] * own_inverse + correction : 0.0f;
+                   };
+                   value = (fine.f[slot] + neighbour_flux(fine, slot, n, red)) * inverse;
                  }
                  v[slot] = value;
                  clear_end(at, 1, row, column, v);
@@ -266,26 +374,18 @@ void relax_red(const Executor& run, GridView grid, V* v) {
                  float value = 0;
                  if (inverse > 0) {
                    const Neighbours n = neighbours(at, 0, row, column);
-                   value = (grid.f[slot] + static_cast<float>(v[n.west]) + static_cast<float>(v[n.east]) +
-                            static_cast<float>(v[n.south]) + static_cast<float>(v[n.north])) *
-                           inverse;
+                   const auto black = [&](int s, int) { return static_cast<float>(v[s]); };
+                   value = (grid.f[slot] + neighbour_flux(grid, slot, n, black)) * inverse;
                  }
                  v[slot] = value;
                  clear_end(at, 0, row, column, v);
                });
 }
 
-/// flux: the groups' charges and what their cells bring; phi: their potentials from that, contacts left out.
+/// flux: the groups' charges and what their cells bring; phi_next: their potentials from that, contacts left out.
 template <class V, class Executor>
 void relax_groups(const Executor& run, SceneView scene, GridView grid, const V* v) {
-  const LinkFlux<V> flux{grid, v, false};
-  run.sum_segments(
-      grid.pieces,
-      [=] LICHTENBERG_HOST_DEVICE(int piece) {
-        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int piece, int t) { return flux(grid.piece_begin[piece] + t); },
-      [=] LICHTENBERG_HOST_DEVICE(int piece, float sum) { grid.partial[piece] = sum; });
+  sum_pieces(run, scene, grid, LinkFlux<V>{grid, v, false});
   run.sum_segments(
       scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.piece_start[g + 1] - grid.piece_start[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.partial[grid.piece_start[g] + t]; },

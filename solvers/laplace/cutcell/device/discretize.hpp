@@ -16,6 +16,11 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
+/// A disk that its grid does not resolve and that is no part of the medium either.
+LICHTENBERG_HOST_DEVICE inline bool is_well(const SceneView& scene, const GridView& grid, int body) {
+  return !grid.resolved[body] && !grid.absorbed[scene.group_of[body]];
+}
+
 LICHTENBERG_HOST_DEVICE inline Strip strip_at(const SceneView& scene, const GridView& grid, int index) {
   const int rank = segment_of(grid.strip_start, scene.bodies, index);
   const int body = scene.body_at[rank];
@@ -34,9 +39,28 @@ void outline_bodies(const Executor& run, SceneView scene, GridView grid) {
     const Outline& shape = scene.shape[body];
     const Outline outline{shape.kind, shape.centre / grid.h, shape.end / grid.h, shape.size / grid.h};
     grid.outline[body] = outline;
-    grid.strip_start[rank] = strips_of(cells_around(outline, grid.layout.nx, grid.layout.ny));
-    grid.present[body] = 0;
+    const int g = scene.group_of[body];
+    const bool alone = scene.floating[g] && scene.first_rank[g + 1] - scene.first_rank[g] == 1;
+    const bool resolved = !grid.medium || is_resolved(outline, alone);
+    grid.resolved[body] = resolved;
+    grid.present[body] = !resolved;  // it needs no cell
     grid.lodger[body] = -1;
+  });
+}
+
+/// Strips of a body's cells. A well has a strip for its links.
+template <class Executor>
+void count_strips(const Executor& run, SceneView scene, GridView grid) {
+  run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    int strips = 0;
+    if (rank < scene.bodies) {
+      const int body = scene.body_at[rank];
+      if (grid.resolved[body])
+        strips = strips_of(cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny));
+      else
+        strips = is_well(scene, grid, body);
+    }
+    grid.strip_start[rank] = strips;
   });
 }
 
@@ -46,6 +70,7 @@ template <class Executor>
 void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips) {
   run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(scene, grid, index);
+    if (!grid.resolved[strip.body]) return;
     const Outline& outline = grid.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (covers(outline, i, strip.j)) claim(&grid.cover[slot_of(grid.layout, i, strip.j)], strip.body);
@@ -79,6 +104,13 @@ void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips
 template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const SceneView& scene, const GridView& grid, const Strip& strip, Visitor& visitor) {
   const Layout& at = grid.layout;
+  if (!grid.resolved[strip.body]) {
+    const Interpolation around = interpolate(at, grid.outline[strip.body].centre, scene.electrode);
+    for (int k = 0; k < 4; ++k)
+      if (around.weight[k] != 0 && grid.cover[around.cell[k]] < 0)
+        visitor.link(static_cast<int>(around.cell[k]), -1 - (4 * strip.body + k), false);
+    return;
+  }
   for (int i = strip.from_i; i <= strip.to_i; ++i) {
     const int slot = slot_of(at, i, strip.j);
     if (grid.cover[slot] != strip.body) continue;
@@ -102,7 +134,7 @@ LICHTENBERG_HOST_DEVICE void visit(const SceneView& scene, const GridView& grid,
         const int bi = ni + step_i(s), bj = nj + step_j(s);
         first = first && !(inside(at, bi, bj) && grid.cover[slot_of(at, bi, bj)] >= 0);
       }
-      visitor.link(next, side ^ 1, first);
+      visitor.link(next, 4 * strip.body + (side ^ 1), first);
     }
   }
 }
@@ -128,10 +160,10 @@ struct FillVisitor {
   LICHTENBERG_HOST_DEVICE void contact(int slot, int side, int other) {
     grid.contact[at.contacts++] = {body, other, slot, side, 0, {}};
   }
-  LICHTENBERG_HOST_DEVICE void link(int slot, int side, bool first) {
+  LICHTENBERG_HOST_DEVICE void link(int slot, int code, bool first) {
     grid.link_slot[at.links] = slot;
     grid.link_group[at.links] = group;
-    grid.link_code[at.links++] = 4 * body + side;
+    grid.link_code[at.links++] = code;
     if (!first) return;
     grid.cover[slot] = -2 - at.boundary;
     grid.boundary_slot[at.boundary++] = slot;
@@ -139,7 +171,7 @@ struct FillVisitor {
 };
 
 template <class Executor>
-void count_strips(const Executor& run, SceneView scene, GridView grid, int strips) {
+void count_in_strips(const Executor& run, SceneView scene, GridView grid, int strips) {
   run.for_each(strips + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
     if (index < strips) visit(scene, grid, strip_at(scene, grid, index), visitor);
@@ -156,11 +188,156 @@ void fill_strips(const Executor& run, SceneView scene, GridView grid, int strips
   });
 }
 
+/// The rectangle around a group's disks.
+struct Extent {
+  double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
+  double resolved = 0;  // how many are
+  static constexpr double infinite = 1e300;
+  LICHTENBERG_HOST_DEVICE Extent& operator+=(const Extent& other) {
+    low_x = other.low_x < low_x ? other.low_x : low_x;
+    low_y = other.low_y < low_y ? other.low_y : low_y;
+    high_x = other.high_x > high_x ? other.high_x : high_x;
+    high_y = other.high_y > high_y ? other.high_y : high_y;
+    resolved += other.resolved;
+    return *this;
+  }
+};
+
+/// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `key`, `index`:
+/// for sorting, the bins of the groups that this grid is the first to absorb.
+template <class Executor>
+void absorb_groups(const Executor& run, SceneView scene, GridView grid, const int* finer_absorbed, int* key,
+                   int* index) {
+  run.sum_segments(
+      scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return scene.first_rank[g + 1] - scene.first_rank[g]; },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int body = scene.body_at[scene.first_rank[g] + t];
+        const Outline& outline = grid.outline[body];
+        Extent extent;
+        extent.resolved = grid.resolved[body];
+        extent.low_x = outline.centre.x - outline.size;
+        extent.low_y = outline.centre.y - outline.size;
+        extent.high_x = outline.centre.x + outline.size;
+        extent.high_y = outline.centre.y + outline.size;
+        return extent;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, Extent extent) {
+        const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
+        const bool absorbed =
+            scene.floating[g] && extent.resolved == 0 && width <= least_extent && height <= least_extent;
+        const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
+        grid.absorbed[g] = absorbed;
+        grid.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
+        key[g] = newly ? bin_of(grid.layout, grid.centre[g]) : bins_of(grid.layout);
+        index[g] = g;
+      });
+}
+
+template <class Executor>
+void smeared_keys(const Executor& run, SceneView scene, GridView grid, int* key, int* index) {
+  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    key[body] = grid.resolved[body] ? bins_of(grid.layout) : bin_of(grid.layout, grid.outline[body].centre);
+    index[body] = body;
+  });
+}
+
+/// `start[k]`: the first of the n ascending keys that is not below k.
+template <class Executor>
+void start_segments(const Executor& run, const int* key, int n, int segments, int* start) {
+  run.for_each(segments + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
+    int low = 0, high = n;
+    while (low < high) {
+      const int middle = (low + high) / 2;
+      if (key[middle] < segment)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    start[segment] = low;
+  });
+}
+
+/// The items that may bring something to a cell: those of four bins.
+struct CellBins {
+  const Bins& bins;
+  int below, above;  // first bin of either row
+
+  LICHTENBERG_HOST_DEVICE CellBins(const Layout& at, const Bins& b, int i, int j)
+      : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
+  LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
+  LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
+  LICHTENBERG_HOST_DEVICE int item(int t) const {
+    const int n = below_count();
+    return bins.item[t < n ? bins.start[below] + t : bins.start[above] + t - n];
+  }
+};
+
+/// finish(slot, sum of value(item, interpolation, k) over the items that a cell is the k-th of four for).
+template <class Executor, class Value, class Finish>
+void gather(const Executor& run, GridView grid, Bins bins, Value value, Finish finish) {
+  run.sum_segments(
+      static_cast<long>(grid.layout.nx) * grid.layout.ny,
+      [=] LICHTENBERG_HOST_DEVICE(int cell) {
+        return CellBins(grid.layout, bins, cell % grid.layout.nx, cell / grid.layout.nx).count();
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int cell, int t) {
+        const int i = cell % grid.layout.nx, j = cell / grid.layout.nx;
+        return value(CellBins(grid.layout, bins, i, j).item(t), slot_of(grid.layout, i, j));
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int cell, float sum) {
+        finish(slot_of(grid.layout, cell % grid.layout.nx, cell / grid.layout.nx), sum);
+      });
+}
+
+/// Share of a point in a cell: its interpolation weights, a mirrored one counted with or without its sign.
+LICHTENBERG_HOST_DEVICE inline float weight_in(const Layout& at, Vec2 p, const bool* electrode, int slot, bool sign) {
+  const Interpolation around = interpolate(at, p, electrode);
+  float sum = 0;
+  for (int k = 0; k < 4; ++k)
+    if (around.cell[k] == slot) sum += sign ? around.weight[k] : std::abs(around.weight[k]);
+  return sum;
+}
+
+/// finish(slot, sum over a cell's wells of value(body, conductance)).
+template <class Executor, class Value, class Finish>
+void sum_wells(const Executor& run, SceneView scene, GridView grid, Value value, Finish finish) {
+  gather(
+      run, grid, grid.smeared_bodies,
+      [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
+        if (grid.absorbed[scene.group_of[body]]) return 0.0f;
+        const Outline& well = grid.outline[body];
+        const float weight = weight_in(grid.layout, well.centre, scene.electrode, slot, false);
+        return value(body, weight * static_cast<float>(well_conductance(well.size)));
+      },
+      finish);
+}
+
+/// What the smeared-out disks make of the medium.
+template <class Executor>
+void make_permittivity(const Executor& run, SceneView scene, GridView grid) {
+  gather(
+      run, grid, grid.smeared_bodies,
+      [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
+        if (!grid.absorbed[scene.group_of[body]]) return 0.0f;
+        const Outline& disk = grid.outline[body];
+        const float area = static_cast<float>(std::numbers::pi * disk.size * disk.size);
+        return area * weight_in(grid.layout, disk.centre, scene.electrode, slot, false);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int slot, float fill) { grid.permittivity[slot] = effective_permittivity(fill); });
+}
+
 /// Every link's conductance, on the finest grid with its derivatives.
 template <class Executor>
 void make_links(const Executor& run, SceneView scene, GridView grid) {
   run.for_each(grid.links, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    const int slot = grid.link_slot[m], body = grid.link_code[m] / 4, side = grid.link_code[m] % 4;
+    const int slot = grid.link_slot[m], code = grid.link_code[m];
+    if (code < 0) {
+      const Outline& well = grid.outline[(-1 - code) / 4];
+      const Interpolation around = interpolate(grid.layout, well.centre, scene.electrode);
+      grid.conductance[m] = std::abs(around.weight[(-1 - code) % 4]) * well_conductance(well.size);
+      return;
+    }
+    const int body = code / 4, side = code % 4;
     const CellIndex cell = cell_of(grid.layout, slot);
     const Vec2 p = cell_centre(cell.i, cell.j), to_body = direction(side), onward = direction(side ^ 1);
     const Outline& outline = grid.outline[body];
@@ -179,7 +356,7 @@ void make_links(const Executor& run, SceneView scene, GridView grid) {
         partner_gradient = squeezed.partner_gradient;
       }
     }
-    grid.conductance[m] = c.value;
+    grid.conductance[m] = grid.medium ? c.value * grid.permittivity[slot] : c.value;
     const int k = -2 - grid.cover[slot];
     grid.boundary_link[side * grid.boundary + k] = m;
     if (!grid.finest) return;
@@ -189,10 +366,57 @@ void make_links(const Executor& run, SceneView scene, GridView grid) {
   });
 }
 
+/// Conductances between the cells of a medium, each at the cell on the left or below.
+template <class Executor>
+void make_faces(const Executor& run, GridView grid) {
+  run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
+    const Layout& at = grid.layout;
+    const int slot = slot_of(at, i, j);
+    const auto face = [&](int ni, int nj) {
+      if (!inside(at, ni, nj) || grid.cover[slot] >= 0 || grid.cover[slot_of(at, ni, nj)] >= 0) return 0.0f;
+      return face_conductance(grid.permittivity[slot], grid.permittivity[slot_of(at, ni, nj)]);
+    };
+    grid.east[slot] = face(i + 1, j);
+    grid.north[slot] = face(i, j + 1);
+  });
+}
+
+template <class Executor>
+void make_medium_diagonals(const Executor& run, SceneView scene, GridView grid) {
+  make_faces(run, grid);
+  // f is the sum over a cell's wells for now.
+  run.fill(grid.f, 0, grid.layout.size() * sizeof(float));
+  if (grid.wells > 0)
+    sum_wells(
+        run, scene, grid, [=] LICHTENBERG_HOST_DEVICE(int, float c) { return c; },
+        [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] = sum; });
+  run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
+    const Layout& at = grid.layout;
+    const int slot = slot_of(at, i, j);
+    double sum = 0;
+    if (grid.cover[slot] < 0) {
+      const Neighbours n = neighbours(at, slot);
+      sum = static_cast<double>(grid.east[n.west]) + grid.east[slot] + grid.north[n.south] + grid.north[slot] +
+            grid.f[slot];
+      for (int side = 0; side < 4; ++side) {
+        if (!inside(at, i + step_i(side), j + step_j(side)) && scene.electrode[side])
+          sum += 2 * grid.permittivity[slot];
+        const int link = grid.cover[slot] <= -2 ? grid.boundary_link[side * grid.boundary - 2 - grid.cover[slot]] : -1;
+        if (link >= 0) sum += grid.conductance[link];
+      }
+    }
+    grid.inverse_diagonal[slot] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
+  });
+}
+
 /// 1 / sum of conductances, for cells that have no link: 4 neighbours, at an electrode half a cell away conductance 2,
 /// at an insulating side none; the boundary cells' own sums.
 template <class Executor>
 void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
+  if (grid.medium) {
+    make_medium_diagonals(run, scene, grid);
+    return;
+  }
   const int rows = 2 * (grid.layout.ny + 2), columns = static_cast<int>(grid.layout.stride);
   run.for_each(rows, columns, [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
     const Layout& at = grid.layout;
@@ -230,34 +454,57 @@ void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
   });
 }
 
-/// 1 for a lodger that is linked to its host (two contacts).
+/// Calls f(host, slot) for each body in whose cells one without a cell is: slot as in Contact.
+template <class F>
+LICHTENBERG_HOST_DEVICE void for_each_host(const SceneView& scene, const GridView& grid, int body, F f) {
+  const int group = scene.group_of[body];
+  if (const int host = grid.lodger[body]; host >= 0 && scene.group_of[host] != group) f(host, -1);
+  if (!grid.medium || !is_well(scene, grid, body)) return;
+  const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, scene.electrode);
+  for (int k = 0; k < 4; ++k) {
+    const int host = grid.cover[around.cell[k]];
+    if (around.weight[k] != 0 && host >= 0 && scene.group_of[host] != group) f(host, -2 - k);
+  }
+}
+
 template <class Executor>
-void count_lodgers(const Executor& run, SceneView scene, GridView grid, int* number) {
+void count_homeless(const Executor& run, SceneView scene, GridView grid, Homeless* number) {
   run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    const int host = body < scene.bodies ? grid.lodger[body] : -1;
-    number[body] = host >= 0 && scene.group_of[host] != scene.group_of[body];
+    Homeless own;
+    if (body < scene.bodies) {
+      for_each_host(scene, grid, body, [&](int, int) { ++own.contacts; });
+      own.wells = grid.medium && is_well(scene, grid, body);
+    }
+    number[body] = own;
   });
 }
 
-/// The lodgers' contacts behind those of the strips; `number`: how many lodgers before each body.
+/// Their contacts behind those of the strips; `number`: how many before each body.
 template <class Executor>
-void list_lodgers(const Executor& run, SceneView scene, GridView grid, const int* number, int from_strips) {
+void list_homeless(const Executor& run, SceneView scene, GridView grid, const Homeless* number, int from_strips) {
   run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (number[body + 1] == number[body]) return;
-    const int at = from_strips + 2 * number[body], host = grid.lodger[body];
-    grid.contact[at] = {body, host, -1, 0, 0, {}};
-    grid.contact[at + 1] = {host, body, -1, 1, 0, {}};
+    int at = from_strips + 2 * number[body].contacts;
+    for_each_host(scene, grid, body, [&](int host, int slot) {
+      grid.contact[at++] = {body, host, slot, 0, 0, {}};
+      grid.contact[at++] = {host, body, slot, 1, 0, {}};
+    });
   });
 }
 
 template <class Executor>
-void make_contacts(const Executor& run, GridView grid) {
+void make_contacts(const Executor& run, SceneView scene, GridView grid) {
   run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
     Contact& contact = grid.contact[m];
     const Outline& own = grid.outline[contact.own];
     if (contact.slot < 0) {
       const bool host = contact.side == 1;
       const Outline& other = grid.outline[contact.other];
+      if (contact.slot <= -2) {
+        const Outline& well = host ? other : own;
+        const Interpolation around = interpolate(grid.layout, well.centre, scene.electrode);
+        contact.conductance = std::abs(around.weight[-2 - contact.slot]) * well_conductance(well.size);
+        return;
+      }
       const PairConductance c = host ? lodger_link(other, own) : lodger_link(own, other);
       contact.conductance = c.value;
       contact.gradient = host ? c.gradient_b : c.gradient_a;
@@ -293,22 +540,6 @@ void contact_keys(const Executor& run, SceneView scene, GridView grid, int* key,
 template <class Executor>
 void sort_contacts(const Executor& run, GridView grid, const int* index, Contact* sorted) {
   run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.contact[index[m]]; });
-}
-
-/// `key` ascending: the contacts' ranks.
-template <class Executor>
-void start_contacts(const Executor& run, SceneView scene, GridView grid, const int* key) {
-  run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
-    int low = 0, high = grid.contacts;
-    while (low < high) {
-      const int middle = (low + high) / 2;
-      if (key[middle] < rank)
-        low = middle + 1;
-      else
-        high = middle;
-    }
-    grid.contact_start[rank] = low;
-  });
 }
 
 /// Begin and end of a group's links (segment < groups) or covered cells.

@@ -5,6 +5,7 @@
 
 #include "solvers/laplace/cutcell/device/array.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
+#include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 
 namespace lichtenberg::laplace::device {
@@ -39,10 +40,33 @@ struct Counts {
 /// A body's direct neighbour: another body, or an electrode side. Each is listed once for either body.
 struct Contact {
   int own, other;  ///< bodies; other < 0: face -1 - other of the sides
-  int slot, side;  ///< the own cell, and its side; slot < 0: a lodger and its host
+  int slot, side;  ///< the own cell, and its side. slot < 0: a body without a cell (side 0) and whose it is (1), a
+                   ///< lodger (slot -1) or the well that draws from its k-th cell (-2 - k)
   double conductance;
   Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
 };
+
+/// Numbers of what a body without cells has: contacts with those who have them; whether it is a well.
+struct Homeless {
+  int contacts = 0, wells = 0;
+  LICHTENBERG_HOST_DEVICE friend Homeless operator+(Homeless a, Homeless b) {
+    return {a.contacts + b.contacts, a.wells + b.wells};
+  }
+};
+
+/// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated: what they
+/// bring to a cell can then be summed in the same order each time.
+struct Bins {
+  int* start;  ///< by bin, and one behind the last
+  int* item;   ///< sorted by bin
+};
+LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
+LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
+  const InterpolationBase base = interpolation_base(p);
+  const int i = base.i < -1 ? -1 : base.i < at.nx ? base.i : at.nx - 1;
+  const int j = base.j < -1 ? -1 : base.j < at.ny ? base.j : at.ny - 1;
+  return (j + 1) * (at.nx + 1) + i + 1;
+}
 
 /// One grid's arrays. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
 struct GridView {
@@ -50,10 +74,21 @@ struct GridView {
   double h;
   LinkFormula formula;
   bool finest;
+  bool medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
 
   Outline* outline;  ///< by body
   int* present;      ///< by body: covers a cell
   int* lodger;       ///< by body: who has its only cell, or -1
+  int* resolved;     ///< by body
+
+  // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
+  // of the groups those that the finer grid still has.
+  int* absorbed;              ///< by group
+  Vec2* centre;               ///< by group
+  int newly_absorbed, wells;  ///< numbers
+  Bins smeared_bodies, absorbed_groups;
+  float* permittivity;  ///< by slot
+  float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
 
   // Cells. cover: the body that covers it, -1: fluid, -2 - k: fluid with at least one link, boundary cell k.
   int* cover;
@@ -67,7 +102,8 @@ struct GridView {
   int* covered_slot;
   int* covered_group;
 
-  // Links of a body to a fluid cell, sorted by body. code: 4 body + the cell's side at which the body is.
+  // Links of a body to a fluid cell, sorted by body. code: 4 body + the cell's side at which the body is; of a well
+  // -1 - (4 body + which of the four cells around it).
   int links;
   int* link_slot;
   int* link_code;

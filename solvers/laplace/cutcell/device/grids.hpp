@@ -14,7 +14,18 @@ class Grid {
         outline_(run),
         present_(run),
         lodger_(run),
-        lodger_number_(run),
+        resolved_(run),
+        absorbed_(run),
+        centre_(run),
+        permittivity_(run),
+        east_(run),
+        north_(run),
+        body_bin_start_(run),
+        body_in_bin_(run),
+        group_bin_start_(run),
+        group_in_bin_(run),
+        homeless_number_(run),
+        sort_key_(run),
         cover_(run),
         inverse_diagonal_(run),
         strip_start_(run),
@@ -33,7 +44,6 @@ class Grid {
         boundary_diagonal_(run),
         contact_(run),
         sorted_contact_(run),
-        contact_key_(run),
         contact_index_(run),
         contact_start_(run),
         piece_start_(run),
@@ -74,11 +84,15 @@ class Grid {
   /// Sums by piece, in double precision.
   double* partial() const { return partial_double_.data(); }
 
-  void build(const SceneView& scene) {
+  /// `medium`: some bodies are smaller than this grid resolves; `finer`: the next finer grid, null for the finest.
+  void build(const SceneView& scene, bool medium, const GridView* finer) {
+    view_.medium = medium;
+    outline(scene, finer);
     const int strips = cover(scene);
     count(scene, strips);
     fill_strips(run_, scene, view_, strips);
     run_.fill(boundary_link_.data(), 0xff, boundary_link_.size() * sizeof(int));
+    if (medium) make_permittivity(run_, scene, view_);
     make_links(run_, scene, view_);
     make_diagonals(run_, scene, view_);
     build_contacts(scene);
@@ -86,13 +100,46 @@ class Grid {
   }
 
  private:
-  /// Returns the number of strips.
-  int cover(const SceneView& scene) {
+  void outline(const SceneView& scene, const GridView* finer) {
     view_.outline = sized(outline_, scene.bodies);
     view_.present = sized(present_, scene.bodies);
     view_.lodger = sized(lodger_, scene.bodies);
-    view_.strip_start = sized(strip_start_, scene.bodies + 1);
+    view_.resolved = sized(resolved_, scene.bodies);
+    view_.wells = view_.newly_absorbed = 0;
     outline_bodies(run_, scene, view_);
+    if (view_.medium) smear(scene, finer && finer->medium ? finer->absorbed : nullptr);
+  }
+
+  /// Sorts what is smeared out by where it is.
+  void smear(const SceneView& scene, const int* finer_absorbed) {
+    const std::size_t size = view_.layout.size();
+    if (permittivity_.size() == 0)
+      for (auto* array : {&permittivity_, &east_, &north_}) {
+        array->resize(size);
+        array->zero();
+      }
+    view_.permittivity = permittivity_.data();
+    view_.east = east_.data();
+    view_.north = north_.data();
+    view_.absorbed = sized(absorbed_, scene.groups);
+    view_.centre = sized(centre_, scene.groups);
+    const int bins = bins_of(view_.layout);
+    int* key = sized(sort_key_, std::max(scene.groups, scene.bodies));
+    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, scene.groups)};
+    absorb_groups(run_, scene, view_, finer_absorbed, key, view_.absorbed_groups.item);
+    run_.sort(key, view_.absorbed_groups.item, scene.groups);
+    start_segments(run_, key, scene.groups, bins, view_.absorbed_groups.start);
+    run_.to_host(&view_.newly_absorbed, view_.absorbed_groups.start + bins, sizeof(int));
+    view_.smeared_bodies = {sized(body_bin_start_, bins + 1), sized(body_in_bin_, scene.bodies)};
+    smeared_keys(run_, scene, view_, key, view_.smeared_bodies.item);
+    run_.sort(key, view_.smeared_bodies.item, scene.bodies);
+    start_segments(run_, key, scene.bodies, bins, view_.smeared_bodies.start);
+  }
+
+  /// Returns the number of strips.
+  int cover(const SceneView& scene) {
+    view_.strip_start = sized(strip_start_, scene.bodies + 1);
+    count_strips(run_, scene, view_);
     run_.exclusive_scan(view_.strip_start, scene.bodies + 1);
     int strips = 0;
     run_.to_host(&strips, view_.strip_start + scene.bodies, sizeof strips);
@@ -103,18 +150,21 @@ class Grid {
 
   void count(const SceneView& scene, int strips) {
     view_.counts = sized(counts_, strips + 1);
-    count_strips(run_, scene, view_, strips);
+    count_in_strips(run_, scene, view_, strips);
     run_.exclusive_scan(view_.counts, strips + 1);
-    count_lodgers(run_, scene, view_, sized(lodger_number_, scene.bodies + 1));
-    run_.exclusive_scan(lodger_number_.data(), scene.bodies + 1);
+    count_homeless(run_, scene, view_, sized(homeless_number_, scene.bodies + 1));
+    run_.exclusive_scan(homeless_number_.data(), scene.bodies + 1);
     Counts total;
+    Homeless homeless;
     run_.to_host(&total, view_.counts + strips, sizeof total);
-    run_.to_host(&lodgers_, lodger_number_.data() + scene.bodies, sizeof lodgers_);
+    run_.to_host(&homeless, homeless_number_.data() + scene.bodies, sizeof homeless);
+    homeless_ = homeless.contacts;
+    view_.wells = homeless.wells;
     covered_ = total.covered;
     from_strips_ = total.contacts;
     view_.links = total.links;
     view_.boundary = total.boundary;
-    view_.contacts = total.contacts + 2 * lodgers_;
+    view_.contacts = total.contacts + 2 * homeless_;
     view_.covered_slot = sized(covered_slot_, total.covered);
     view_.covered_group = sized(covered_group_, total.covered);
     view_.link_slot = sized(link_slot_, total.links);
@@ -134,18 +184,18 @@ class Grid {
   }
 
   void build_contacts(const SceneView& scene) {
-    if (lodgers_ > 0) list_lodgers(run_, scene, view_, lodger_number_.data(), from_strips_);
-    make_contacts(run_, view_);
-    int* key = sized(contact_key_, view_.contacts);
+    if (homeless_ > 0) list_homeless(run_, scene, view_, homeless_number_.data(), from_strips_);
+    make_contacts(run_, scene, view_);
+    int* key = sized(sort_key_, view_.contacts);
     int* index = sized(contact_index_, view_.contacts);
     contact_keys(run_, scene, view_, key, index);
-    if (lodgers_ > 0) {
+    if (homeless_ > 0) {
       run_.sort(key, index, view_.contacts);
       sort_contacts(run_, view_, index, sized(sorted_contact_, view_.contacts));
       std::swap(contact_, sorted_contact_);
       view_.contact = contact_.data();
     }
-    start_contacts(run_, scene, view_, key);
+    start_segments(run_, key, view_.contacts, scene.bodies, view_.contact_start);
   }
 
   void build_groups(const SceneView& scene) {
@@ -175,9 +225,14 @@ class Grid {
 
   const Executor& run_;
   GridView view_{};
-  int covered_ = 0, lodgers_ = 0, from_strips_ = 0;
+  int covered_ = 0, homeless_ = 0, from_strips_ = 0;
   Array<Outline, Executor> outline_;
-  Array<int, Executor> present_, lodger_, lodger_number_, cover_;
+  Array<int, Executor> present_, lodger_, resolved_, absorbed_;
+  Array<Vec2, Executor> centre_;
+  Array<float, Executor> permittivity_, east_, north_;
+  Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
+  Array<Homeless, Executor> homeless_number_;
+  Array<int, Executor> sort_key_, cover_;
   Array<float, Executor> inverse_diagonal_;
   Array<int, Executor> strip_start_;
   Array<Counts, Executor> counts_;
@@ -189,7 +244,7 @@ class Grid {
   Array<int, Executor> boundary_slot_, boundary_link_;
   Array<double, Executor> boundary_diagonal_;
   Array<Contact, Executor> contact_, sorted_contact_;
-  Array<int, Executor> contact_key_, contact_index_, contact_start_;
+  Array<int, Executor> contact_index_, contact_start_;
   Array<int, Executor> piece_start_, piece_begin_, piece_end_;
   Array<double, Executor> group_diagonal_;
   Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;

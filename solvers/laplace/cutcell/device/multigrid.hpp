@@ -3,47 +3,12 @@
 #include <map>
 #include <memory>
 
-#include "solvers/laplace/cutcell/coarse.hpp"
+#include "solvers/laplace/cutcell/device/coarsest.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/scene.hpp"
-#include "solvers/laplace/cutcell/grid_sizes.hpp"
 
 namespace lichtenberg::laplace::device {
-
-/// The coarsest grid's system by a factorization on the host: right-hand side down, solution up.
-template <class Executor>
-class FactorizedCoarsest {
- public:
-  explicit FactorizedCoarsest(const Executor& run) : run_(run) {}
-
-  void build(const LaplaceProblem& problem, const GridView& grid) {
-    if (!level_ || level_->layout.nx != grid.layout.nx || level_->layout.ny != grid.layout.ny)
-      level_ = std::make_unique<Level>(problem, grid.layout.nx, grid.layout.ny);
-    level_->build(problem, grid.formula);
-    factor_.factorize(problem, *level_);
-    f_.resize(level_->layout.size());
-    v_.assign(level_->layout.size(), 0.0f);
-    charge_.resize(problem.groups.size());
-    phi_.assign(problem.groups.size(), 0.0f);
-  }
-
-  /// Fluid cells of v and phi from f and charge.
-  void solve(const GridView& grid, float* v) {
-    run_.to_host(f_.data(), grid.f, f_.size() * sizeof(float));
-    run_.to_host(charge_.data(), grid.charge, charge_.size() * sizeof(float));
-    factor_.solve(f_.data(), charge_.data(), v_.data(), phi_.data());
-    run_.to_device(v, v_.data(), v_.size() * sizeof(float));
-    run_.to_device(grid.phi, phi_.data(), phi_.size() * sizeof(float));
-  }
-  long unknowns() const { return factor_.unknowns(); }
-
- private:
-  const Executor& run_;
-  std::unique_ptr<Level> level_;
-  CoarseSolver factor_;
-  std::vector<float> f_, charge_, v_, phi_;
-};
 
 /// The grids and the V-cycle on them (../multigrid.hpp). Where groups are coupled directly, each sweep over conductors
 /// is two Jacobi sweeps in place of one of Gauss-Seidel.
@@ -52,14 +17,26 @@ class Multigrid {
  public:
   Multigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : run_(run), coarsest_(run) {
-    for (const GridSize& size : resolving_grid_sizes(problem, nx, ny))
-      grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
+    for (;;) {
+      grids_.emplace_back(run, nx, ny, problem.size.x / nx, formula, grids_.empty());
+      if (nx % 2 != 0 || ny % 2 != 0 || std::min(nx, ny) <= least_cells) break;
+      nx /= 2;
+      ny /= 2;
+    }
   }
 
   void build(const LaplaceProblem& problem, const SceneView& scene) {
     recordings_.clear();
+    if (levels() == 1) {
+      only_.resize(grids_[0].view().layout.size());
+      only_.zero();
+    }
     scene_ = scene;
-    for (Grid<Executor>& grid : grids_) grid.build(scene);
+    const GridView* finer = nullptr;
+    for (Grid<Executor>& grid : grids_) {
+      grid.build(scene, finer && unresolved(problem, grid.view().h), finer);
+      finer = &grid.view();
+    }
     coarsest_.build(problem, grids_.back().view());
   }
 
@@ -70,32 +47,36 @@ class Multigrid {
   /// z = M r
   void apply(const double* r, double* z) {
     Recordings& recordings = recordings_[{r, z}];
-    run_.run(recordings.down, [&] {
-      take_residual(run_, scene_, grids_[0].view(), r);
-      down(0, z);
-      for (int l = 1; l + 1 < levels(); ++l) down(l, grids_[l].view().v);
-    });
+    if (coarsest_.on_device()) {
+      run_.run(recordings.first, [&] {
+        go_down(r, z);
+        solve_coarsest(z);
+        go_up(z);
+      });
+      return;
+    }
+    run_.run(recordings.first, [&] { go_down(r, z); });
     solve_coarsest(z);
-    run_.run(recordings.up, [&] {
-      for (int l = levels() - 2; l > 0; --l) up(l, grids_[l].view().v);
-      if (levels() > 1) up(0, z);
-      widen(run_, scene_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
-    });
+    run_.run(recordings.second, [&] { go_up(z); });
   }
 
   template <class V>
   void down(int l, V* v) {
-    if (l + 1 >= levels()) return;
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     // Conductors first: a conductor's charge spreads into its potential before the cells see it.
     if (grid.contacts > 0) {
       relax_contacts(run_, scene_, grid, grid.charge, grid.phi, grid.phi_next);
       run_.copy(grid.phi, grid.phi_next, scene_.groups * sizeof(float));
     }
-    add_group_potentials(run_, grid, grid.phi, true, true);
+    add_potentials(grid, grid.phi, true, true);
     sweep_from_zero(run_, grid, v);
-    restrict_residual(run_, scene_, grid, coarse, v);
-    restrict_groups(run_, scene_, grid, coarse, v);
+    leave_residual(run_, grid, v);
+    restrict_residual(run_, scene_, grid, coarse, static_cast<const V*>(v));
+    if (coarse.newly_absorbed > 0) {
+      leave_group_residual(run_, scene_, grid, static_cast<const V*>(v));
+      restrict_absorbed(run_, scene_, coarse, grid.flux);
+    }
+    restrict_groups(run_, scene_, grid, coarse, static_cast<const V*>(v));
   }
 
   /// The mirror image: black, red, conductors.
@@ -103,9 +84,10 @@ class Multigrid {
   void up(int l, V* v) {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     fill_covered(run_, coarse, grids_[l + 1].covered());
-    add_group_potentials(run_, grid, coarse.phi, false, true);
+    if (coarse.newly_absorbed > 0) interpolate_absorbed(run_, scene_, coarse);
+    add_potentials(grid, coarse.phi, false, true);
     prolongate_and_relax_black(run_, scene_, grid, coarse, v);
-    add_group_potentials(run_, grid, coarse.phi, true, false);
+    add_potentials(grid, coarse.phi, true, false);
     relax_red(run_, grid, v);
     relax_groups(run_, scene_, grid, static_cast<const V*>(v));
     if (grid.contacts == 0) {
@@ -118,9 +100,39 @@ class Multigrid {
   }
 
  private:
+  /// Cells along the shorter side of the coarsest grid, if the finest has 2^n times as many.
+  static constexpr int least_cells = 8;
   struct Recordings {
-    typename Executor::Recording down, up;
+    typename Executor::Recording first, second;
   };
+
+  void go_down(const double* r, double* z) {
+    take_residual(run_, scene_, grids_[0].view(), r);
+    if (levels() > 1) down(0, z);
+    for (int l = 1; l + 1 < levels(); ++l) down(l, grids_[l].view().v);
+  }
+
+  void go_up(double* z) {
+    for (int l = levels() - 2; l > 0; --l) up(l, grids_[l].view().v);
+    if (levels() > 1) up(0, z);
+    widen(run_, scene_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
+  }
+
+  void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
+    add_group_potentials(run_, grid, phi, red, black);
+    if (grid.wells > 0) add_well_potentials(run_, scene_, grid, phi, red, black);
+  }
+
+  /// Whether a grid of cells of size h leaves a disk unresolved.
+  static bool unresolved(const LaplaceProblem& problem, double h) {
+    std::vector<int> members(problem.groups.size(), 0);
+    for (const Body& body : problem.bodies) ++members[body.group];
+    for (const Body& body : problem.bodies)
+      if (!is_resolved(outline_in_cells(body.shape, h),
+                       problem.groups[body.group].floating && members[body.group] == 1))
+        return true;
+    return false;
+  }
 
   void solve_coarsest(double* z) {
     const GridView& grid = grids_.back().view();
@@ -129,16 +141,14 @@ class Multigrid {
       return;
     }
     // The finest grid is the coarsest: its potentials are double.
-    const std::size_t cells = grid.layout.size();
-    only_.resize(cells);
     coarsest_.solve(grid, only_.data());
-    widen(run_, cells, only_.data(), z);
+    widen(run_, grid.layout.size(), only_.data(), z);
   }
 
   const Executor& run_;
   std::vector<Grid<Executor>> grids_;
   SceneView scene_{};
-  FactorizedCoarsest<Executor> coarsest_;
+  Coarsest<Executor> coarsest_;
   std::map<std::pair<const double*, double*>, Recordings> recordings_;
   Array<float, Executor> only_{run_};
 };

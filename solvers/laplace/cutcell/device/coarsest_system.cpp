@@ -1,0 +1,97 @@
+#include "solvers/laplace/cutcell/device/coarsest_system.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::laplace::device {
+
+struct CoarsestSystem::Factor {
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+};
+
+namespace {
+
+using Entries = std::vector<Eigen::Triplet<double>>;
+
+/// Lower triangle.
+void couple(Entries& entries, int a, int b, double conductance) {
+  if (a >= 0 && b >= 0) entries.emplace_back(std::max(a, b), std::min(a, b), -conductance);
+}
+
+void couple_cells(const CoarsestArrays& arrays, const std::vector<int>& of_slot, Entries& entries) {
+  const Layout& at = arrays.layout;
+  for (int j = 0; j < at.ny; ++j)
+    for (int i = 0; i < at.nx; ++i) {
+      const std::ptrdiff_t slot = at(i, j);
+      if (i + 1 < at.nx)
+        couple(entries, of_slot[slot], of_slot[at(i + 1, j)], arrays.east.empty() ? 1.0f : arrays.east[slot]);
+      if (j + 1 < at.ny)
+        couple(entries, of_slot[slot], of_slot[at(i, j + 1)], arrays.north.empty() ? 1.0f : arrays.north[slot]);
+    }
+}
+
+}  // namespace
+
+CoarsestSystem::CoarsestSystem() = default;
+CoarsestSystem::CoarsestSystem(CoarsestSystem&&) noexcept = default;
+CoarsestSystem& CoarsestSystem::operator=(CoarsestSystem&&) noexcept = default;
+CoarsestSystem::~CoarsestSystem() = default;
+
+CoarsestSystem::CoarsestSystem(const CoarsestArrays& arrays, bool pin)
+    : factor_(std::make_unique<Factor>()), groups_(arrays.group_diagonal.size()) {
+  Entries entries;
+  std::vector<int> of_slot(arrays.inverse_diagonal.size(), -1), of_group(groups_, -1);
+  const auto add = [&](int name, double diagonal) {
+    const int index = static_cast<int>(unknown_.size());
+    entries.emplace_back(index, index, diagonal);
+    unknown_.push_back(name);
+    return index;
+  };
+  for (std::size_t slot = 0; slot < of_slot.size(); ++slot)
+    if (arrays.inverse_diagonal[slot] > 0)
+      of_slot[slot] = add(static_cast<int>(slot), 1.0 / arrays.inverse_diagonal[slot]);
+  for (std::size_t g = 0; g < groups_; ++g)
+    if (arrays.group_diagonal[g] > 0) of_group[g] = add(-1 - static_cast<int>(g), arrays.group_diagonal[g]);
+  if (pin && !unknown_.empty()) {
+    // Twice the last one's diagonal.
+    const int last = static_cast<int>(unknown_.size()) - 1;
+    entries.emplace_back(last, last, entries[last].value());
+  }
+  couple_cells(arrays, of_slot, entries);
+  for (std::size_t m = 0; m < arrays.link_slot.size(); ++m)
+    couple(entries, of_slot[arrays.link_slot[m]], of_group[arrays.link_group[m]], arrays.conductance[m]);
+  for (const auto& [own, other, conductance] : arrays.contacts)
+    if (own < other) couple(entries, of_group[own], of_group[other], conductance);
+  const auto n = static_cast<Eigen::Index>(unknown_.size());
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  factor_->solver.compute(matrix);
+  if (n > 0 && (factor_->solver.info() != Eigen::Success || factor_->solver.vectorD().minCoeff() <= 0))
+    throw Failure(
+        "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
+}
+
+std::vector<float> CoarsestSystem::inverse() const {
+  const auto n = static_cast<Eigen::Index>(unknown_.size());
+  if (n == 0) return {};
+  const Eigen::MatrixXd inverse = factor_->solver.solve(Eigen::MatrixXd::Identity(n, n));
+  std::vector<float> values(n * n);
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (Eigen::Index b = 0; b < n; ++b)
+      values[a * n + b] = static_cast<float>(0.5 * (inverse(a, b) + inverse(b, a)));  // symmetric to the last bit
+  return values;
+}
+
+void CoarsestSystem::solve(const std::vector<float>& f, const std::vector<float>& charge, std::vector<float>& v,
+                           std::vector<float>& phi) const {
+  Eigen::VectorXd rhs(static_cast<Eigen::Index>(unknown_.size()));
+  for (std::size_t a = 0; a < unknown_.size(); ++a)
+    rhs[static_cast<Eigen::Index>(a)] = unknown_[a] >= 0 ? f[unknown_[a]] : charge[-1 - unknown_[a]];
+  const Eigen::VectorXd x = factor_->solver.solve(rhs);
+  for (std::size_t a = 0; a < unknown_.size(); ++a)
+    (unknown_[a] >= 0 ? v[unknown_[a]] : phi[-1 - unknown_[a]]) = static_cast<float>(x[static_cast<Eigen::Index>(a)]);
+}
+
+}  // namespace lichtenberg::laplace::device

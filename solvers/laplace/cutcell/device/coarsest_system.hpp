@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "solvers/laplace/cutcell/layout.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// What the coarsest grid's system is made of (GridView), on the host.
+struct CoarsestArrays {
+  Layout layout;
+  std::vector<float> inverse_diagonal, east, north;  ///< by slot; faces empty: 1 everywhere
+  std::vector<int> link_slot, link_group;
+  std::vector<double> conductance;
+  struct GroupPair {
+    int own, other;
+    double conductance;
+  };
+  std::vector<GroupPair> contacts;  ///< each twice
+  std::vector<double> group_diagonal;
+};
+
+/// The coarsest grid's system, factorized.
+class CoarsestSystem {
+ public:
+  CoarsestSystem();
+  /// `pin`: nothing is grounded, and the potential of one unknown is to be held. Throws Failure if the system is not
+  /// positive definite to working precision.
+  CoarsestSystem(const CoarsestArrays& arrays, bool pin);
+  CoarsestSystem(CoarsestSystem&&) noexcept;
+  CoarsestSystem& operator=(CoarsestSystem&&) noexcept;
+  ~CoarsestSystem();
+
+  /// By unknown: a cell's slot, or -1 - group.
+  const std::vector<int>& unknown() const { return unknown_; }
+  std::size_t groups() const { return groups_; }
+  /// Of the matrix, by rows.
+  std::vector<float> inverse() const;
+  /// v (by slot) and phi (by group) of the unknowns.
+  void solve(const std::vector<float>& f, const std::vector<float>& charge, std::vector<float>& v,
+             std::vector<float>& phi) const;
+
+ private:
+  struct Factor;
+  std::unique_ptr<Factor> factor_;
+  std::vector<int> unknown_;
+  std::size_t groups_ = 0;
+};
+
+}  // namespace lichtenberg::laplace::device

@@ -50,6 +50,12 @@ int process_count() {
   return count;
 }
 
+void finish_petsc() {
+  PetscBool finished = PETSC_FALSE;
+  PetscFinalized(&finished);
+  if (petsc_started() && !finished) PetscFinalize();
+}
+
 void start_petsc() {
   if (petsc_started()) return;
   std::vector<std::string> arguments = options();
@@ -66,7 +72,7 @@ void start_petsc() {
   PetscPopSignalHandler();
   check_petsc(PetscPushErrorHandler(keep_message, nullptr));
   register_fused_cg();
-  std::atexit([] { PetscFinalize(); });
+  std::atexit(finish_petsc);
 }
 
 std::vector<std::string> unused_petsc_options() {

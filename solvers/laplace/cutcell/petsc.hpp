@@ -14,6 +14,9 @@ void set_petsc_options(std::vector<std::string> options);
 /// Starts PETSc if it is not running (once a process). Throws Failure.
 void start_petsc();
 
+/// Ends PETSc. Happens by itself at the end of the process.
+void finish_petsc();
+
 /// True once PETSc has been started in this process.
 bool petsc_started();
 

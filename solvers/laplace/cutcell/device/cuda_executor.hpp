@@ -81,6 +81,7 @@ class CudaExecutor {
     cudaStreamDestroy(recorder_);
     cudaFreeHost(pinned_);
     if (scratch_) cudaFree(scratch_);
+    if (sorted_) cudaFree(sorted_);
   }
 
   const char* vector_type() const { return VECSEQCUDA; }
@@ -121,16 +122,16 @@ class CudaExecutor {
   }
 
   void sort(int* keys, int* values, int n) const {
-    void* copies = allocate(2 * sizeof(int) * n);
-    int *sorted_keys = static_cast<int*>(copies), *sorted_values = sorted_keys + n;
-    with_scratch([&](void* scratch, std::size_t& bytes) {
-      return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, sorted_keys, values, sorted_values, n, 0, 32,
+    if (n == 0) return;
+    const std::size_t bytes = n * sizeof(int);
+    grow(sorted_, sorted_size_, 2 * bytes);
+    int *sorted_keys = static_cast<int*>(sorted_), *sorted_values = sorted_keys + n;
+    with_scratch([&](void* scratch, std::size_t& scratch_bytes) {
+      return cub::DeviceRadixSort::SortPairs(scratch, scratch_bytes, keys, sorted_keys, values, sorted_values, n, 0, 32,
                                              stream_);
     });
-    copy(keys, sorted_keys, n * sizeof(int));
-    copy(values, sorted_values, n * sizeof(int));
-    wait();
-    release(copies);
+    copy(keys, sorted_keys, bytes);
+    copy(values, sorted_values, bytes);
   }
 
   void check_room(std::size_t bytes) const {
@@ -218,19 +219,22 @@ class CudaExecutor {
   }
 
  private:
+  void grow(void*& memory, std::size_t& size, std::size_t bytes) const {
+    if (bytes <= size) return;
+    if (memory) {
+      wait();
+      cudaFree(std::exchange(memory, nullptr));
+    }
+    size = 0;
+    memory = allocate(bytes);
+    size = bytes;
+  }
+
   template <class F>
   void with_scratch(F f) const {
     std::size_t bytes = 0;
     check_cuda(f(nullptr, bytes));
-    if (bytes > scratch_size_) {
-      if (scratch_) {
-        wait();
-        cudaFree(std::exchange(scratch_, nullptr));
-      }
-      scratch_size_ = 0;
-      scratch_ = allocate(bytes);
-      scratch_size_ = bytes;
-    }
+    grow(scratch_, scratch_size_, bytes);
     check_cuda(f(scratch_, bytes));
   }
 
@@ -244,8 +248,8 @@ class CudaExecutor {
   mutable cudaStream_t stream_ = nullptr;
   cudaStream_t recorder_ = nullptr;
   void* pinned_ = nullptr;
-  mutable void* scratch_ = nullptr;
-  mutable std::size_t scratch_size_ = 0;
+  mutable void *scratch_ = nullptr, *sorted_ = nullptr;
+  mutable std::size_t scratch_size_ = 0, sorted_size_ = 0;
 };
 
 }  // namespace lichtenberg::laplace::device

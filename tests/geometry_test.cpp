@@ -1,6 +1,10 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <numbers>
+
+#include "solvers/geometry/circle_cell.hpp"
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec2.hpp"
 
@@ -55,4 +59,30 @@ TEST_CASE("gap between a disk and each shape, surface to surface") {
   CHECK(gap(disk, Disk{{0.5, 0}, 1}) == Approx(-1.5));       // they overlap by 1.5
   CHECK(gap(disk, Bar{{-9, 3}, {9, 3}, 1}) == Approx(1.5));  // surface at y = 2.5
   CHECK(gap(disk, Ring{{0.5, 0}, 4}) == Approx(2.5));        // rim at x = 4.5 and -3.5: nearest 3.5 - 1
+}
+
+TEST_CASE("a circle's cut through a rectangle is closed") {
+  // The arc's normals and those of the edges' parts inside the circle sum to zero (divergence theorem); rounding of
+  // some ten operations on numbers of order 3.
+  for (int k = 0; k < 200; ++k) {
+    const Disk disk{{std::cos(1.7 * k), std::sin(2.9 * k)}, 0.1 + 0.01 * k};
+    const Vec2 low{-0.6, -0.5}, high{0.7, 0.9};
+    const Arc arc = arc_inside(disk, low, high);
+    const double left = length_inside(disk, low, {low.x, high.y}), right = length_inside(disk, {high.x, low.y}, high);
+    const double bottom = length_inside(disk, low, {high.x, low.y}), top = length_inside(disk, {low.x, high.y}, high);
+    CHECK(std::abs(arc.normal.x + right - left) < 1e-13);
+    CHECK(std::abs(arc.normal.y + top - bottom) < 1e-13);
+  }
+}
+
+TEST_CASE("an arc has its length") {
+  const double pi = std::numbers::pi;
+  const Disk disk{{0, 0}, 2};
+  CHECK(arc_inside(disk, {-3, -3}, {3, 3}).length == doctest::Approx(4 * pi).epsilon(1e-15));
+  CHECK(arc_inside(disk, {0, 0}, {3, 3}).length == doctest::Approx(pi).epsilon(1e-15));
+  CHECK(arc_inside(disk, {1, -3}, {3, 3}).length == doctest::Approx(4 * pi / 3).epsilon(1e-15));  // cos 60 = 1/2
+  CHECK(arc_inside(disk, {-1, -1}, {1, 1}).length == 0);
+  CHECK(length_inside(disk, {-3, 1}, {3, 1}) == doctest::Approx(2 * std::sqrt(3.0)).epsilon(1e-15));
+  CHECK(length_inside(disk, {0, 0}, {0, 1}) == doctest::Approx(1).epsilon(1e-15));
+  CHECK(length_inside(disk, {-3, 2.5}, {3, 2.5}) == 0);
 }

@@ -38,6 +38,15 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
   return problem;
 }
 
+namespace {
+
+laplace::LinkFormula link_formula(const std::string& name) {
+  if (name == "plain") return laplace::LinkFormula::plain;
+  return name == "aperture" ? laplace::LinkFormula::aperture : laplace::LinkFormula::log_fitted;
+}
+
+}  // namespace
+
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
   if (options.device != "cpu" && options.method != "cut-cell")
     throw InputError(
@@ -55,7 +64,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
   return std::make_unique<laplace::CutCellSolver>(
       CutCell{.cells = options.cells,
               .tolerance = options.tolerance,
-              .links = options.links == "plain" ? laplace::LinkFormula::plain : laplace::LinkFormula::log_fitted,
+              .links = link_formula(options.links),
               .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
               .device = options.device == "cuda" ? CutCell::Device::cuda : CutCell::Device::cpu});
 }

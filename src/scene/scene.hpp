@@ -97,7 +97,7 @@ struct FieldOptions {
   double tolerance = 1e-8;                  ///< error of a single solve, relative; default by method
   double moving_tolerance = 1e-5;           ///< the same for the solves of a moving scene
   std::string device = "cpu";               ///< cpu | cuda
-  std::string links = "log-fitted";         ///< log-fitted | plain
+  std::string links = "log-fitted";         ///< log-fitted | plain | aperture
   std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
   double relaxation_eta = 0;                ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
 };

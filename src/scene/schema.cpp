@@ -356,8 +356,10 @@ Table field() {
            .help = "where cut-cell solves; --device on the command line comes first"},
           {.name = "links",
            .place = [](Draft& d) { return &d.scene.field.links; },
-           .choices = {"log-fitted", "plain"},
-           .help = "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one"},
+           .choices = {"log-fitted", "plain", "aperture"},
+           .help =
+               "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
+               "the obvious, first-order, to compare with (linear_solver = \"assembled\")"},
           {.name = "linear_solver",
            .place = [](Draft& d) { return &d.scene.field.linear_solver; },
            .choices = {"multigrid", "assembled"},

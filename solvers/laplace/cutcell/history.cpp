@@ -94,9 +94,15 @@ History::Products History::row_products(const CutCellOperator& op, const double*
       image[k] = {};
       const std::ptrdiff_t cell = row + k;
       for (int q = 0; q < m; ++q) image[k][q] = level.diagonal[cell] * past_[q].x[cell];
-      for (const std::ptrdiff_t neighbour : {cell + beside - 1, cell + beside, cell + below, cell + above})
-        if (level.diagonal[neighbour] > 0)
-          for (int q = 0; q < m; ++q) image[k][q] -= past_[q].x[neighbour];
+      const auto subtract = [&](std::ptrdiff_t neighbour, const std::vector<float>& faces, std::ptrdiff_t face) {
+        if (level.diagonal[neighbour] == 0) return;
+        const double c = faces.empty() ? 1.0 : faces[face];
+        for (int q = 0; q < m; ++q) image[k][q] -= c * past_[q].x[neighbour];
+      };
+      subtract(cell + beside - 1, level.east, cell + beside - 1);
+      subtract(cell + beside, level.east, cell);
+      subtract(cell + below, level.north, cell + below);
+      subtract(cell + above, level.north, cell);
     }
     const std::ptrdiff_t end = row + at.row_length(colour, j);
     for (int q = 0; q < m; ++q)

@@ -4,12 +4,15 @@
 #include <atomic>
 #include <numeric>
 
+#include "solvers/laplace/cutcell/apertures.hpp"
+
 namespace lichtenberg::laplace {
 
 Level::Level(const LaplaceProblem& problem, int nx, int ny)
     : layout(nx, ny), h(problem.size.x / nx), cover(layout.size(), -1), diagonal(layout.size(), 0.0) {}
 
 void Level::build(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
+  if (formula == LinkFormula::aperture) return build_by_apertures(problem, *this);
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   discretize(problem, formula, team);

@@ -95,6 +95,8 @@ class Level {
   /// Whether a floating group has a potential of its own on this grid.
   bool has_unknown(int group) const { return is_absorbed_.empty() || !is_absorbed_[group]; }
 
+  friend void build_by_apertures(const LaplaceProblem& problem, Level& level);
+
  private:
   struct Cell {
     int i, j;

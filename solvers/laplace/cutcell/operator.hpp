@@ -36,6 +36,7 @@ class CutCellOperator {
   Team& team() const { return *team_; }
 
  private:
+  void narrow_row(int j, const double* x, double* y) const;
   const Level* level_ = nullptr;
   Team* team_ = nullptr;
   std::size_t cells_ = 0, groups_ = 0;

@@ -151,6 +151,9 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
 }
 
 CutCellSolver::CutCellSolver(CutCellOptions options) {
+  if (options.links == LinkFormula::aperture && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
+    throw InputError(
+        "field.links = \"aperture\" needs field.linear_solver = \"assembled\": the multigrid's formulas are others");
   const bool on_device = options.device == CutCellOptions::Device::cuda;
 #ifndef PETSC_HAVE_CUDA
   if (on_device && options.linear_solver == CutCellOptions::LinearSolver::assembled)

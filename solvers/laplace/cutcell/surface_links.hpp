@@ -18,6 +18,7 @@ namespace lichtenberg::laplace {
 enum class LinkFormula {
   log_fitted,  ///< exact for an isolated circle (link.hpp)
   plain,       ///< 1 / cut length
+  aperture,    ///< open faces, surface / distance (apertures.hpp); assembled systems only
 };
 
 /// A body's shape in units of cells.

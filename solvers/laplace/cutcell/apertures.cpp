@@ -1,0 +1,187 @@
+#include "solvers/laplace/cutcell/apertures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/geometry/circle_cell.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+/// Distances below this many cells are taken as this: where a centre all but lies on the surface, its distance says
+/// nothing about how far the fluid of its cell is from it.
+constexpr double least_distance = 0.25;
+
+/// Faces are closed if less than this of them is open: rounding, in single precision.
+constexpr float rounding = 1e-6f;
+
+/// A round body as the circle that is its surface, in cells.
+struct Round {
+  Disk circle;
+  bool fluid_inside;
+
+  /// Cells of which it may cover some or a face: beyond, there is none of it.
+  CellRange around(int nx, int ny) const {
+    if (fluid_inside) return {0, nx - 1, 0, ny - 1};
+    const Vec2 low = circle.centre - Vec2{circle.radius + 1, circle.radius + 1};
+    const Vec2 high = circle.centre + Vec2{circle.radius + 1, circle.radius + 1};
+    return {cell_at(low.x, nx), cell_at(high.x, nx), cell_at(low.y, ny), cell_at(high.y, ny)};
+  }
+  /// How much of a face it covers.
+  double covers(Vec2 a, Vec2 b) const {
+    const double inside = length_inside(circle, a, b);
+    return fluid_inside ? 1.0 - inside : inside;
+  }
+  double distance(Vec2 p) const { return (fluid_inside ? -1.0 : 1.0) * (norm(p - circle.centre) - circle.radius); }
+};
+
+template <class Work>
+void for_cells(const Round& body, int nx, int ny, const Work& work) {
+  const CellRange range = body.around(nx, ny);
+  for (int j = range.from_j; j <= range.to_j; ++j)
+    for (int i = range.from_i; i <= range.to_i; ++i) work(i, j);
+}
+
+std::vector<Round> round_bodies(const LaplaceProblem& problem, double h) {
+  std::vector<Round> bodies;
+  for (const Body& body : problem.bodies) {
+    const Outline outline = outline_in_cells(body.shape, h);
+    if (!outline.round())
+      throw InputError(
+          "field.links = \"aperture\" is for round conductors and electrodes: a bar needs another formula");
+    bodies.push_back({{outline.centre, outline.size}, outline.kind == Outline::Kind::ring});
+  }
+  return bodies;
+}
+
+/// How much of each cell's faces is open.
+class Faces {
+ public:
+  Faces(const std::vector<Round>& bodies, int nx, int ny)
+      : nx_(nx), ny_(ny), upright_((nx + 1) * ny, 1.0f), level_(nx * (ny + 1), 1.0f) {
+    for (const Round& body : bodies)
+      for_cells(body, nx, ny, [&](int i, int j) {
+        const Vec2 corner{static_cast<double>(i), static_cast<double>(j)};
+        close(open(i, j, left), body.covers(corner, corner + Vec2{0, 1}));
+        close(open(i, j, bottom), body.covers(corner, corner + Vec2{1, 0}));
+        if (i == nx - 1) close(open(i, j, right), body.covers(corner + Vec2{1, 0}, corner + Vec2{1, 1}));
+        if (j == ny - 1) close(open(i, j, top), body.covers(corner + Vec2{0, 1}, corner + Vec2{1, 1}));
+      });
+  }
+
+  /// 0 to 1; single precision, as the level holds it
+  float& open(int i, int j, int side) {
+    if (side == left || side == right) return upright_[j * (nx_ + 1) + i + (side == right)];
+    return level_[(j + (side == top)) * nx_ + i];
+  }
+  double all(int i, int j) {
+    double sum = 0;
+    for (const int side : {left, right, bottom, top}) sum += open(i, j, side);
+    return sum;
+  }
+
+ private:
+  static void close(float& open, double covered) {
+    open -= static_cast<float>(covered);
+    if (open < rounding) open = 0;
+  }
+  int nx_, ny_;
+  std::vector<float> upright_, level_;
+};
+
+/// A cell without an open face belongs to the body that its centre lies in, the first one where bodies overlap.
+void cover_cells(const std::vector<Round>& bodies, Faces& faces, Level& level) {
+  const Layout& at = level.layout;
+  std::fill(level.cover.begin(), level.cover.end(), -1);
+  level.covered.clear();
+  level.covered_start.assign(1, 0);
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    for_cells(bodies[body], at.nx, at.ny, [&](int i, int j) {
+      const std::ptrdiff_t slot = at(i, j);
+      if (faces.all(i, j) > 0 || bodies[body].distance(cell_centre(i, j)) > 0 || level.cover[slot] >= 0) return;
+      level.cover[slot] = static_cast<int>(body);
+      level.covered.push_back(slot);
+    });
+    level.covered_start.push_back(static_cast<int>(level.covered.size()));
+  }
+  level.rim = level.covered;  // all of them: which ones lie beside others does not matter to what needs it
+  level.fluid_cells = static_cast<long>(at.nx) * at.ny - static_cast<long>(level.covered.size());
+}
+
+void link_cells(Faces& faces, Level& level) {
+  const Layout& at = level.layout;
+  level.east.assign(at.size(), 0.0f);
+  level.north.assign(at.size(), 0.0f);
+  for (int j = 0; j < at.ny; ++j)
+    for (int i = 0; i < at.nx; ++i) {
+      const std::ptrdiff_t slot = at(i, j);
+      level.diagonal[slot] = faces.all(i, j);
+      if (i + 1 < at.nx) level.east[slot] = faces.open(i, j, right);
+      if (j + 1 < at.ny) level.north[slot] = faces.open(i, j, top);
+    }
+}
+
+/// Also returns the row of each link.
+std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
+  std::vector<int> row;
+  level.links.clear();
+  level.cross_gradients.clear();
+  level.pairs.clear();
+  level.link_start.assign(1, 0);
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    for_cells(bodies[body], level.layout.nx, level.layout.ny, [&](int i, int j) {
+      const std::ptrdiff_t slot = level.layout(i, j);
+      if (level.cover[slot] >= 0) return;
+      const Vec2 corner{static_cast<double>(i), static_cast<double>(j)};
+      const Arc arc = arc_inside(bodies[body].circle, corner, corner + Vec2{1, 1});
+      if (arc.length == 0) return;
+      const double distance = std::max(std::abs(bodies[body].distance(cell_centre(i, j))), least_distance);
+      const double outward = bodies[body].fluid_inside ? -1 : 1;
+      // Not the derivative of the conductance, which means nothing here, but what makes the link's force the pressure
+      // eps/2 (dV/dn)^2 on the arc.
+      const Vec2 gradient = (outward / (distance * distance)) * arc.normal;
+      level.links.push_back({slot, static_cast<int>(body), arc.length / distance, gradient});
+      level.diagonal[slot] += arc.length / distance;
+      row.push_back(j);
+    });
+    level.link_start.push_back(static_cast<int>(level.links.size()));
+  }
+  return row;
+}
+
+void link_sides(const LaplaceProblem& problem, Faces& faces, Level& level) {
+  level.side_links.clear();
+  const Layout& at = level.layout;
+  for (int side = 0; side < 4; ++side) {
+    const bool upright = side == left || side == right;
+    for (int k = 0; k < (upright ? at.ny : at.nx); ++k) {
+      const int i = upright ? (side == left ? 0 : at.nx - 1) : k;
+      const int j = upright ? k : (side == bottom ? 0 : at.ny - 1);
+      const double open = faces.open(i, j, side);
+      if (open == 0) continue;
+      if (problem.sides[side].kind == Side::Kind::insulating) {
+        level.diagonal[at(i, j)] -= open;
+        continue;
+      }
+      level.diagonal[at(i, j)] += open;  // half a cell to the wall: conductance 2 in place of 1
+      const double potential = problem.sides[side].potential_at(level.h * (cell_centre(i, j) + 0.5 * direction(side)));
+      level.side_links.push_back({at(i, j), -1, side, 2.0 * open, potential, {}});
+    }
+  }
+}
+
+}  // namespace
+
+void build_by_apertures(const LaplaceProblem& problem, Level& level) {
+  const std::vector<Round> bodies = round_bodies(problem, level.h);
+  Faces faces(bodies, level.layout.nx, level.layout.ny);
+  cover_cells(bodies, faces, level);
+  link_cells(faces, level);
+  level.link_row_ = link_bodies(bodies, level);
+  level.sort_by_row();
+  link_sides(problem, faces, level);
+}
+
+}  // namespace lichtenberg::laplace

@@ -96,7 +96,7 @@ def footnote(sweep):
 def draw(sweep):
     """The whole picture, as a figure."""
     set_style()
-    plt.rcParams.update({"font.size": 8})
+    plt.rcParams.update({"font.size": 8, "savefig.dpi": 160})
     wanted = panels(sweep)
     labels = {"seconds": "time (s)", "work": sweep["work"]}
     same_cost = len({cost for _, cost in wanted}) == 1
@@ -105,12 +105,13 @@ def draw(sweep):
         1, len(widths), figsize=size, width_ratios=widths, layout="constrained", gridspec_kw={"wspace": 0.03}
     )
     lines = {}
+    for axes in row[1:]:
+        axes.sharex(row[0])
+        if same_cost:
+            axes.sharey(row[0])
     for axes, (quantity, cost) in zip(row, wanted):
         lines.update(draw_panel(axes, sweep, quantity, cost))
-        if axes is not row[0]:
-            axes.sharex(row[0])
         if same_cost and axes is not row[0]:
-            axes.sharey(row[0])
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(labels[cost])

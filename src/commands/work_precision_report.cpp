@@ -36,8 +36,9 @@ void print_heading(const Diagram& diagram, const Circumstances& here) {
   fmt::print("  reference   {}; its own error is about", diagram.reference);
   for (const double error : diagram.reference_errors) fmt::print(" {:.1e}", error);
   fmt::print("\n  time        of a run from nothing: the median of up to five after one that does not count\n");
-  fmt::print("  machine     {}, {} core{}, load {:.1f} before the start\n", here.processor, here.cores,
-             here.cores == 1 ? "" : "s", here.load);
+  const bool busy = here.load > 0.5;
+  fmt::print("  machine     {}, {} core{}, load {:.1f} before the start{}\n", here.processor, here.cores,
+             here.cores == 1 ? "" : "s", here.load, busy ? ": others were at work, and times may be too long" : "");
   fmt::print("  versions    {}\n\n", here.versions);
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
 #include "src/record/atomic_file.hpp"
@@ -32,6 +33,8 @@ void check_output(const std::string& option, const std::string& path, bool overw
 }
 
 void check(const Arguments& arguments) {
+  if (laplace::process_count() > 1)
+    throw InputError("work-precision compares methods on one process: leave mpirun out");
   if (arguments.time && !arguments.request.sizes.empty())
     throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");
   if (!(arguments.request.seconds > 0)) throw InputError("--seconds must be positive");

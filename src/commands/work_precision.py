@@ -23,7 +23,7 @@ STYLES = {
     "cut-cell-cholmod": ("#8c5a2b", "s-"),
     "cut-cell-aperture": ("#cc79a7", "s--"),
     "cut-cell-cuda": ("#009e73", "D-"),
-    "cut-cell-aijcusparse": ("#6fbf9a", "D--"),
+    "cut-cell-gamg-cuda": ("#6fbf9a", "D--"),
     "relaxation": ("#8c8c8c", "^-"),
     "multipole": (INK, "*-"),
     "split": ("#0072b2", "o-"),

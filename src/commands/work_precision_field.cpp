@@ -140,8 +140,6 @@ class FieldTrial : public Trial {
   LaplaceSolution solution_;
 };
 
-constexpr std::array coarse_to_fine{1e-2, 1e-3, 1e-4, 1e-6, 1e-8};
-
 /// All sizes with all tolerances.
 template <class Cost, class Make>
 std::vector<Candidate> grid_candidates(const Subject& subject, const std::vector<int>& sizes,
@@ -159,36 +157,38 @@ std::vector<Candidate> grid_candidates(const Subject& subject, const std::vector
   return candidates;
 }
 
-Method cut_cell(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
-                const std::string& description, const CutCellOptions& options) {
-  const auto cost = [](double cells, double tolerance) { return cells * cells * (3 - std::log10(tolerance)); };
-  const auto make = [options](int cells, double tolerance) {
+auto make_cut_cell(const CutCellOptions& options) {
+  return [options](int cells, double tolerance) {
     CutCellOptions own = options;
     own.cells = cells;
     own.tolerance = tolerance;
     return std::make_unique<laplace::CutCellSolver>(own);
   };
+}
+
+Method cut_cell(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
+                const std::string& description, const CutCellOptions& options) {
+  const auto cost = [](double cells, double tolerance) { return cells * cells * (3 - std::log10(tolerance)); };
   return {name, description,
-          grid_candidates(subject, sizes, {coarse_to_fine.begin(), coarse_to_fine.end()}, {}, cost, make)};
+          grid_candidates(subject, sizes, {1e-2, 1e-3, 1e-4, 1e-6, 1e-8}, {}, cost, make_cut_cell(options))};
 }
 
 /// The same system as a matrix, for a preconditioner of PETSc's. Setting one up takes most of the time, so few
-/// tolerances will do; for a factorization one.
+/// tolerances will do.
 Method assembled(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
-                 const std::string& description, laplace::LinkFormula links, const PetscSetting::Options& petsc,
-                 bool direct = false) {
-  const auto cost = [direct](double cells, double tolerance) {
-    return direct ? cells * cells * cells : cells * cells * (10 - std::log10(tolerance));
-  };
-  const auto make = [links](int cells, double tolerance) {
-    return std::make_unique<laplace::CutCellSolver>(
-        CutCellOptions{.cells = cells,
-                       .tolerance = tolerance,
-                       .links = links,
-                       .linear_solver = CutCellOptions::LinearSolver::assembled});
-  };
-  const std::vector<double> tolerances = direct ? std::vector{1e-8} : std::vector{1e-3, 1e-6};
-  return {name, description, grid_candidates(subject, sizes, tolerances, petsc, cost, make)};
+                 const std::string& description, const PetscSetting::Options& petsc, CutCellOptions options = {}) {
+  options.linear_solver = CutCellOptions::LinearSolver::assembled;
+  const auto cost = [](double cells, double tolerance) { return cells * cells * (10 - std::log10(tolerance)); };
+  return {name, description, grid_candidates(subject, sizes, {1e-3, 1e-6}, petsc, cost, make_cut_cell(options))};
+}
+
+/// As a matrix again, factorized: one tolerance, and fill that grows faster than the unknowns.
+Method factorized(const Subject& subject, const std::vector<int>& sizes) {
+  const auto cost = [](double cells, double) { return cells * cells * cells; };
+  const PetscSetting::Options petsc{{"-field_pc_type", "cholesky"}, {"-field_pc_factor_mat_solver_type", "cholmod"}};
+  return {"cut-cell-cholmod", "the same system as a matrix, factorized by CHOLMOD",
+          grid_candidates(subject, sizes, {1e-8}, petsc, cost,
+                          make_cut_cell({.linear_solver = CutCellOptions::LinearSolver::assembled}))};
 }
 
 /// First order in the spacing: tolerances below 1e-3 are of no use.
@@ -217,28 +217,28 @@ Method multipole(const Subject& subject) {
 }
 
 std::vector<Method> all_methods(const Subject& subject, const std::vector<int>& sizes) {
-  using laplace::LinkFormula;
   const std::string matrix = "the same system as a matrix, conjugate gradients with ";
-  return {
-      cut_cell(subject, sizes, "cut-cell", "finite volumes, log-fitted links, matrix-free multigrid", {}),
-      cut_cell(subject, sizes, "cut-cell-plain", "the same with links 1 / cut length", {.links = LinkFormula::plain}),
-      assembled(subject, sizes, "cut-cell-gamg", matrix + "PETSc's GAMG", LinkFormula::log_fitted,
-                {{"-field_pc_type", "gamg"}}),
+  const PetscSetting::Options gamg{{"-field_pc_type", "gamg"}};
+  const auto cuda = CutCellOptions::Device::cuda;
+  return {cut_cell(subject, sizes, "cut-cell", "finite volumes, log-fitted links, matrix-free multigrid", {}),
+          cut_cell(subject, sizes, "cut-cell-plain", "the same with links 1 / cut length",
+                   {.links = laplace::LinkFormula::plain}),
+          assembled(subject, sizes, "cut-cell-gamg", matrix + "PETSc's GAMG", gamg),
 #ifdef PETSC_HAVE_HYPRE
-      assembled(subject, sizes, "cut-cell-boomeramg", matrix + "hypre's BoomerAMG", LinkFormula::log_fitted,
-                {{"-field_pc_type", "hypre"},
-                 {"-field_pc_hypre_boomeramg_coarsen_type", "HMIS"},
-                 {"-field_pc_hypre_boomeramg_interp_type", "ext+i"},
-                 {"-field_pc_hypre_boomeramg_agg_nl", "1"}}),
+          assembled(subject, sizes, "cut-cell-boomeramg", matrix + "hypre's BoomerAMG",
+                    {{"-field_pc_type", "hypre"},
+                     {"-field_pc_hypre_boomeramg_coarsen_type", "HMIS"},
+                     {"-field_pc_hypre_boomeramg_interp_type", "ext+i"},
+                     {"-field_pc_hypre_boomeramg_agg_nl", "1"}}),
 #endif
 #ifdef PETSC_HAVE_SUITESPARSE
-      assembled(subject, sizes, "cut-cell-cholmod", "the same system as a matrix, factorized by CHOLMOD",
-                LinkFormula::log_fitted,
-                {{"-field_pc_type", "cholesky"}, {"-field_pc_factor_mat_solver_type", "cholmod"}}, true),
+          factorized(subject, sizes),
 #endif
-      cut_cell(subject, sizes, "cut-cell-cuda", "cut-cell on a CUDA device", {.device = CutCellOptions::Device::cuda}),
-      relaxation(subject, sizes),
-      multipole(subject)};
+          cut_cell(subject, sizes, "cut-cell-cuda", "cut-cell on a CUDA device", {.device = cuda}),
+          assembled(subject, sizes, "cut-cell-gamg-cuda", "cut-cell-gamg on a CUDA device (aijcusparse)", gamg,
+                    {.device = cuda}),
+          relaxation(subject, sizes),
+          multipole(subject)};
 }
 
 void check_sizes(const Scene& scene, const std::vector<int>& sizes) {

@@ -53,11 +53,12 @@ std::string default_picture(const Arguments& arguments) {
 /// method.
 void show_progress(int place, int all, const std::string& method, const work_precision::Settings& settings) {
   static std::string last;
+  const std::string where = place == 0 ? "" : fmt::format("{} of {}: ", place, all);
   if (isatty(STDERR_FILENO)) {
-    const std::string line = fmt::format("{} of {}: {}, {}", place, all, method, work_precision::to_string(settings));
-    fmt::print(stderr, "\r\033[K{}", place < all ? line : "");  // \033[K clears what is left of a longer line
+    const std::string line = where + method + (settings.empty() ? "" : ", " + work_precision::to_string(settings));
+    fmt::print(stderr, "\r\033[K{}", place < all || all == 0 ? line : "");  // \033[K clears the rest of a longer line
   } else if (method != last) {
-    fmt::print(stderr, "{} of {}: {}\n", place, all, method);
+    fmt::print(stderr, "{}{}\n", where, method);
   }
   last = method;
 }

@@ -28,6 +28,9 @@ class Trial {
   virtual std::vector<double> errors() const = 0;
   /// Iterations or field solves of the last run.
   virtual std::int64_t work() const = 0;
+  /// The same by what a machine cannot change: operator evaluations, in residual evaluations on the whole grid; 0: not
+  /// counted.
+  virtual double evaluations() const { return 0; }
 };
 
 /// One setting of a method.
@@ -50,6 +53,7 @@ struct Point {
   double seconds = 0;          ///< wall time of a run, median
   double cores = 0;            ///< processor time over wall time
   std::int64_t work = 0;
+  double evaluations = 0;  ///< of an operator, in residual evaluations on the whole grid; 0: not counted
   std::optional<double> mebibytes;  ///< memory that it took at its peak; empty if the system does not say
 };
 
@@ -78,7 +82,7 @@ struct Request {
   std::vector<std::string> methods;  ///< names; empty: all
   std::vector<int> sizes;            ///< S, of the methods with a grid
   double seconds = 10;               ///< candidates that are expected to take longer are left out
-  /// Called before each candidate is measured, with its place in the order, from 1.
+  /// Called before each candidate is measured, with its place in the order, from 1; with place 0 before the reference.
   std::function<void(int place, int all, const std::string& method, const Settings& settings)> progress;
 };
 

@@ -132,6 +132,7 @@ class FieldTrial : public Trial {
     return subject_.comparison.relative(solution_, subject_.reference.solution);
   }
   std::int64_t work() const override { return solution_.iterations; }
+  double evaluations() const override { return solution_.work; }
 
  private:
   const Subject& subject_;
@@ -269,6 +270,7 @@ Diagram sweep_field(const Scene& scene, const Request& request) {
       .problem = make_field_problem(scene).problem, .comparison = {scene.conductors.size()}, .reference = {}};
   subject.problem.check();
   const std::vector<Method> methods = choose(all_methods(subject, sizes), request.methods);
+  if (request.progress) request.progress(0, 0, "reference", {});
   subject.reference = find_reference(subject.problem, subject.comparison, sizes.back());
   Diagram diagram{.title = fmt::format("field of {} conductors in {} groups", scene.conductors.size(),
                                        subject.problem.groups.size()),

@@ -87,6 +87,7 @@ Point measure(const std::string& method, const Candidate& candidate) {
   point.cores = median(processor) / point.seconds;
   point.errors = trial->errors();
   point.work = trial->work();
+  point.evaluations = trial->evaluations();
   point.mebibytes = memory.mebibytes();
   return point;
 }

@@ -30,12 +30,18 @@ double load_average() {
   return getloadavg(&load, 1) == 1 ? load : 0;
 }
 
+bool shows_evaluations(const Diagram& diagram) {
+  return std::ranges::any_of(diagram.points, [](const Point& point) { return point.evaluations > 0; });
+}
+
 void print_heading(const Diagram& diagram, const Circumstances& here) {
   fmt::print("{}: {}\n", here.scene, diagram.title);
   fmt::print("  errors      {}\n", diagram.measure);
   fmt::print("  reference   {}; its own error is about", diagram.reference);
   for (const double error : diagram.reference_errors) fmt::print(" {:.1e}", error);
   fmt::print("\n  time        of a run from nothing: the median of up to five after one that does not count\n");
+  if (shows_evaluations(diagram))
+    fmt::print("  evaluations of an operator, in residual evaluations on the whole grid\n");
   const bool busy = here.load > 0.5;
   fmt::print("  machine     {}, {} core{}, load {:.1f} before the start{}\n", here.processor, here.cores,
              here.cores == 1 ? "" : "s", here.load, busy ? ": others were at work, and times may be too long" : "");
@@ -56,7 +62,9 @@ void print_points(const Diagram& diagram) {
   fmt::print(heading, "method", "settings");
   for (const std::string& quantity : diagram.quantities) fmt::print("{:>12}", quantity);
   if (shows_order(diagram)) fmt::print("{:>8}", "order");
-  fmt::print("{:>12}{:>7}{:>14}{:>9}\n", "ms", "cores", diagram.work, "MiB");
+  fmt::print("{:>12}{:>7}{:>14}", "ms", "cores", diagram.work);
+  if (shows_evaluations(diagram)) fmt::print("{:>13}", "evaluations");
+  fmt::print("{:>9}\n", "MiB");
   const Point* before = nullptr;
   for (const Point& point : diagram.points) {
     fmt::print(heading, point.method, to_string(point.settings));
@@ -65,8 +73,10 @@ void print_points(const Diagram& diagram) {
       const std::optional<double> slope = before ? order(*before, point) : std::nullopt;
       fmt::print("{:>8}", slope ? fmt::format("{:.2f}", *slope) : "");
     }
-    fmt::print("{:>12.4g}{:>7.2f}{:>14}{:>9}\n", 1e3 * point.seconds, point.cores, point.work,
-               point.mebibytes ? fmt::format("{:.0f}", *point.mebibytes) : "");
+    fmt::print("{:>12.4g}{:>7.2f}{:>14}", 1e3 * point.seconds, point.cores, point.work);
+    if (shows_evaluations(diagram))
+      fmt::print("{:>13}", point.evaluations > 0 ? fmt::format("{:.1f}", point.evaluations) : "");
+    fmt::print("{:>9}\n", point.mebibytes ? fmt::format("{:.0f}", *point.mebibytes) : "");
     before = &point;
   }
 }
@@ -113,6 +123,7 @@ nlohmann::ordered_json point_json(const Diagram& diagram, const Point& point) {
   json["seconds"] = point.seconds;
   json["cores"] = point.cores;
   json["work"] = point.work;
+  if (point.evaluations > 0) json["evaluations"] = point.evaluations;
   if (point.mebibytes) json["mebibytes"] = *point.mebibytes;
   return json;
 }

@@ -165,6 +165,7 @@ Diagram sweep_time(const Scene& scene, const Request& request) {
       .quantities = {"positions"},
       .measure = "the largest distance of a conductor from where it should be at the end, in smallest radii",
       .work = "field solves"};
+  if (request.progress) request.progress(0, 0, "reference", {});
   choose_field(subject, diagram);
   diagram.title = fmt::format("motion of {} conductors over {:g} s, {} contacts made or lost; {}",
                               scene.conductors.size(), scene.stop.time, subject.contacts, describe_field(subject));

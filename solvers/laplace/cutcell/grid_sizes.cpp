@@ -8,13 +8,6 @@
 
 namespace lichtenberg::laplace {
 
-double smallest_disk(const LaplaceProblem& problem) {
-  double smallest = INFINITY;
-  for (const Body& body : problem.bodies)
-    if (const auto* disk = std::get_if<Disk>(&body.shape)) smallest = std::min(smallest, disk->radius);
-  return smallest;
-}
-
 GridSize finest_grid(const LaplaceProblem& problem, int cells) {
   const double h = std::max(problem.size.x, problem.size.y) / cells;
   const int nx = static_cast<int>(std::lround(problem.size.x / h)),
@@ -31,22 +24,6 @@ std::vector<GridSize> grid_sizes(int nx, int ny) {
   constexpr int least = 8;  // cells along the shorter side: small enough to be factorized in no time
   std::vector<GridSize> sizes{{nx, ny}};
   while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > least) {
-    nx /= 2;
-    ny /= 2;
-    sizes.push_back({nx, ny});
-  }
-  return sizes;
-}
-
-std::vector<GridSize> resolving_grid_sizes(const LaplaceProblem& problem, int nx, int ny) {
-  // Coarsen until the smallest conductor has a radius of about a cell: beyond half a cell conductors lose the shape
-  // that couples them, and CG needs hundreds of iterations. A factorization that is large all the same is worth
-  // the two or three more iterations of one level more.
-  const double smallest = smallest_disk(problem);
-  std::vector<GridSize> sizes{{nx, ny}};
-  const auto least_radius = [&] { return nx * ny > 10000 ? 0.4 : 0.6; };  // cells, on the next grid
-  while (nx % 2 == 0 && ny % 2 == 0 && std::min(nx, ny) > 8 &&
-         smallest / (problem.size.x / (nx / 2)) > least_radius()) {
     nx /= 2;
     ny /= 2;
     sizes.push_back({nx, ny});

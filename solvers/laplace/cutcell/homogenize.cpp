@@ -1,10 +1,4 @@
-// Coarse grids of the preconditioner, and what they make of conductors that they do not resolve.
-//
-// A grid that keeps a conductor far smaller than its cells as a conductor does CG more harm than good (50 iterations in
-// place of 13). What such a conductor does to the field on the scale of the cells is known: a dispersion of floating
-// disks that fill a share f of the area is a medium of permittivity (1 + f) / (1 - f) (Maxwell Garnett 1904, in two
-// dimensions), their charge is the medium's, and one whose potential is given, or is shared with others far away, is a
-// well (Peaceman 1978).
+// Coarse grids of the preconditioner, and what they make of conductors that they do not resolve (medium.hpp).
 
 #include <algorithm>
 #include <cmath>
@@ -12,25 +6,11 @@
 #include <numbers>
 
 #include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/medium.hpp"
 
 namespace lichtenberg::laplace {
 
 namespace {
-
-/// Cells. Disks of a smaller radius are smeared out: those that float alone, and those that belong to a group or have a
-/// given potential. Found by trial, over 5 to 50 % of the area, 324 to 15000 disks; half or twice as much costs a few
-/// iterations.
-constexpr double least_lone_radius = 0.7, least_radius = 0.5;
-
-/// Cells. A group all of whose members are smeared out and lie within this has no potential of its own.
-constexpr double least_extent = 2.0;
-
-/// The permittivity diverges where disks fill everything.
-constexpr double largest_fill = 0.8;
-
-/// Flux from a cell into a disk much smaller than it, per potential difference: the cell's mean potential is that at a
-/// distance of 0.208 cells (Peaceman's equivalent radius). For a disk that is not, the logarithm is kept from zero.
-double well_conductance(double radius) { return 2 * std::numbers::pi / std::log(std::max(0.208 / radius, 1.5)); }
 
 /// The rectangle around a group's disks.
 struct Extent {
@@ -39,29 +19,9 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-/// The four cells around a point and their weights in bilinear interpolation; beyond the box lies its mirror image.
-struct Interpolation {
-  std::array<std::ptrdiff_t, 4> cell;
-  std::array<int, 4> row;
-  std::array<float, 4> weight;
-};
-
-Interpolation interpolate(const Layout& at, Vec2 p, const std::array<Side, 4>& sides) {
-  const auto mirrored = [&](int side) { return sides[side].kind == Side::Kind::electrode ? -1.0 : 1.0; };
-  const double x = p.x - 0.5, y = p.y - 0.5;
-  const int i0 = static_cast<int>(std::floor(x)), j0 = static_cast<int>(std::floor(y));
-  Interpolation result;
-  for (int k = 0; k < 4; ++k) {
-    const int i = i0 + k % 2, j = j0 + k / 2;
-    double weight = (k % 2 ? x - i0 : 1 - x + i0) * (k / 2 ? y - j0 : 1 - y + j0);
-    if (i < 0) weight *= mirrored(left);
-    if (i >= at.nx) weight *= mirrored(right);
-    if (j < 0) weight *= mirrored(bottom);
-    if (j >= at.ny) weight *= mirrored(top);
-    result.row[k] = std::clamp(j, 0, at.ny - 1);
-    result.cell[k] = at(std::clamp(i, 0, at.nx - 1), result.row[k]);
-    result.weight[k] = static_cast<float>(weight);
-  }
+std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
+  std::array<bool, 4> result;
+  for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;
   return result;
 }
 
@@ -85,8 +45,7 @@ void Level::choose_resolved(const LaplaceProblem& problem) {
   for (std::size_t body = 0; body < outlines_.size(); ++body) {
     const int g = problem.bodies[body].group;
     const bool alone = problem.groups[g].floating && members[g] == 1;
-    if (outlines_[body].kind == Outline::Kind::disk)
-      is_resolved_[body] = outlines_[body].size >= (alone ? least_lone_radius : least_radius);
+    is_resolved_[body] = is_resolved(outlines_[body], alone);
   }
   if (std::find(is_resolved_.begin(), is_resolved_.end(), 0) == is_resolved_.end()) is_resolved_.clear();
 }
@@ -114,8 +73,8 @@ void Level::absorb_groups(const LaplaceProblem& problem, const Level* finer) {
     if (!is_absorbed_[g]) continue;
     is_absorbed_[g] = extent[g].size() <= least_extent;
     if (!is_absorbed_[g]) continue;
-    const Interpolation at_centre = interpolate(layout, extent[g].centre(), problem.sides);
-    absorbed.push_back({static_cast<int>(g), at_centre.cell, at_centre.weight});
+    const Interpolation at_centre = interpolate(layout, extent[g].centre(), electrodes(problem).data());
+    absorbed.push_back({static_cast<int>(g), std::to_array(at_centre.cell), std::to_array(at_centre.weight)});
   }
   const auto is_new = [&](const AbsorbedGroup& group) { return !finer || finer->has_unknown(group.group); };
   newly_absorbed = static_cast<int>(std::stable_partition(absorbed.begin(), absorbed.end(), is_new) - absorbed.begin());
@@ -126,13 +85,10 @@ std::vector<float> Level::effective_permittivity(const LaplaceProblem& problem) 
   for (std::size_t body = 0; body < outlines_.size(); ++body) {
     if (is_resolved_[body] || !is_absorbed_[problem.bodies[body].group]) continue;
     const double area = std::numbers::pi * outlines_[body].size * outlines_[body].size;
-    const Interpolation around = interpolate(layout, outlines_[body].centre, problem.sides);
+    const Interpolation around = interpolate(layout, outlines_[body].centre, electrodes(problem).data());
     for (int k = 0; k < 4; ++k) permittivity[around.cell[k]] += static_cast<float>(area) * std::abs(around.weight[k]);
   }
-  for (float& value : permittivity) {
-    const float fill = std::min(value, static_cast<float>(largest_fill));
-    value = (1 + fill) / (1 - fill);
-  }
+  for (float& value : permittivity) value = laplace::effective_permittivity(value);
   return permittivity;
 }
 
@@ -144,7 +100,7 @@ void Level::fill_fluid(const std::vector<float>& permittivity, Team& team) {
   const auto face = [&](std::ptrdiff_t a, int i, int j) {
     if (!inside({i, j})) return 0.0f;
     const std::ptrdiff_t b = layout(i, j);
-    return cover[b] >= 0 ? 0.0f : 2 * permittivity[a] * permittivity[b] / (permittivity[a] + permittivity[b]);
+    return cover[b] >= 0 ? 0.0f : face_conductance(permittivity[a], permittivity[b]);
   };
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int chunk) {
@@ -173,7 +129,7 @@ void Level::link_well(const LaplaceProblem& problem, int body, Part& part) const
   const int g = problem.bodies[body].group;
   if (is_absorbed_[g]) return;
   const double whole = well_conductance(outlines_[body].size);
-  const Interpolation around = interpolate(layout, outlines_[body].centre, problem.sides);
+  const Interpolation around = interpolate(layout, outlines_[body].centre, electrodes(problem).data());
   for (int k = 0; k < 4; ++k) {
     const std::ptrdiff_t slot = around.cell[k];
     const double c = std::abs(around.weight[k]) * whole;

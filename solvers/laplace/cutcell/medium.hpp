@@ -52,6 +52,7 @@ LICHTENBERG_HOST_DEVICE inline double well_conductance(double radius) {
 /// negative at an electrode.
 struct Interpolation {
   std::ptrdiff_t cell[4];
+  int row[4];
   float weight[4];
 };
 
@@ -78,6 +79,7 @@ LICHTENBERG_HOST_DEVICE inline Interpolation interpolate(const Layout& at, Vec2 
     i = i < 0 ? 0 : i < at.nx ? i : at.nx - 1;
     j = j < 0 ? 0 : j < at.ny ? j : at.ny - 1;
     result.cell[k] = at(i, j);
+    result.row[k] = j;
     result.weight[k] = static_cast<float>(weight);
   }
   return result;

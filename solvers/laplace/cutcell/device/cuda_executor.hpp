@@ -4,6 +4,7 @@
 #include <petscdevice_cuda.h>
 #include <petscvec.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -166,6 +167,12 @@ class CudaExecutor {
     check_cuda(cudaMemcpyAsync(small ? pinned_ : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
     wait();
     if (small) std::memcpy(to, pinned_, bytes);
+  }
+  /// PETSc is to end before CUDA does, and before what PETSc's CUDA classes keep in static variables is gone: hence
+  /// after both have been used.
+  void arrange_end() const {
+    static const int arranged = std::atexit(finish_petsc);
+    if (arranged != 0) throw Failure("the end of PETSc could not be arranged for");
   }
   void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
 

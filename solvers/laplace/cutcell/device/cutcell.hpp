@@ -77,6 +77,7 @@ class CutCell : public DeviceSolver {
     evaluate(problem, solution);
     keep();
     run_->wait();
+    run_->arrange_end();
     solution.seconds.forces = since(start);
     return solution;
   }
@@ -133,7 +134,6 @@ class CutCell : public DeviceSolver {
   std::unique_ptr<Executor> run_;
   int nx_ = 0, ny_ = 0;
   Vec2 size_;
-  double smallest_radius_ = 0;
   std::size_t bodies_ = 0, groups_ = 0;
   std::unique_ptr<Scene<Executor>> scene_;
   std::unique_ptr<Multigrid<Executor>> multigrid_;
@@ -150,10 +150,9 @@ class CutCell : public DeviceSolver {
 template <class Executor>
 void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   if (!run_) run_ = std::make_unique<Executor>();
-  const double smallest = smallest_disk(problem);
   if (bodies_ != problem.bodies.size()) forget();
   bodies_ = problem.bodies.size();
-  if (multigrid_ && size_ == problem.size && smallest == smallest_radius_) return;
+  if (multigrid_ && size_ == problem.size) return;
   const GridSize finest_size = finest_grid(problem, options_.cells);
   nx_ = finest_size.nx;
   ny_ = finest_size.ny;
@@ -171,7 +170,6 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   body_result_.emplace(run);
   side_result_.emplace(run);
   size_ = problem.size;
-  smallest_radius_ = smallest;
 }
 
 template <class Executor>
@@ -394,11 +392,13 @@ Profile CutCell<Executor>::profile(int repeats) {
   // x and 1 / diagonal read, y written
   profile.apply_operator.bytes = cells * (8 + 4 + 8);
   profile.cycle.seconds = per_call([&] { precondition(r, z); });
-  // Finest grid: f taken; down: f, 1 / diagonal read, black written; black and red 1 / diagonal read, coarse f written;
-  // up: f, 1 / diagonal, coarse v read, black written; f, 1 / diagonal of red, black read, red written. Coarser grids
-  // the same without taking f and with potentials of half the size, a quarter of the cells each.
-  profile.cycle.bytes =
-      cells * (12 + (8 + 4) + (6 + 1) + (9 + 4) + (8 + 4)) + cells / 3 * ((8 + 2) + (4 + 1) + (9 + 2) + (6 + 2));
+  // A cell, half of the grid being red: the residual taken; f and 1 / diagonal to black; black and 1 / diagonal of red
+  // to residual; residual to coarse f; f, 1 / diagonal and coarse v to black; black, f and 1 / diagonal of red to red.
+  // Potentials of the finest grid are double. Coarser grids have a third of the cells together.
+  const auto bytes = [](double v) {
+    return (8 + v / 2) + (v / 2 + 2 + 2) + (2 + 1) + (8 + 1 + v / 2) + (v / 2 + 4 + v / 2);
+  };
+  profile.cycle.bytes = cells * (8 + 4 + bytes(8)) + cells / 3 * bytes(4);
   profile.copy.seconds = per_call([&] { run_->copy(y, z, static_cast<std::size_t>(cells) * sizeof(double)); });
   profile.copy.bytes = 16 * cells;
   profile.levels = multigrid_->levels();

@@ -110,10 +110,15 @@ void sweep_from_zero(const Executor& run, GridView grid, V* v) {
                });
 }
 
-/// After that a red cell's residual is what its black neighbours have brought, a black one's zero. The red cells of v
-/// are free to hold it.
+/// Where the red cells' residuals are kept: in place of their potentials, in single precision.
+template <class V>
+float* residual_of(V* v) {
+  return reinterpret_cast<float*>(v);
+}
+
+/// After that a red cell's residual is what its black neighbours have brought, a black one's zero.
 template <class V, class Executor>
-void leave_residual(const Executor& run, GridView grid, V* v) {
+void leave_residual(const Executor& run, GridView grid, const V* v, float* residual) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -122,13 +127,13 @@ void leave_residual(const Executor& run, GridView grid, V* v) {
                  if (grid.inverse_diagonal[slot] > 0)
                    value = neighbour_flux(grid, slot, neighbours(at, 0, row, column),
                                           [&](int s, int) { return static_cast<float>(v[s]); });
-                 v[slot] = value;
+                 residual[slot] = value;
                });
 }
 
 /// The coarse f by full weighting.
-template <class V, class Executor>
-void restrict_residual(const Executor& run, SceneView scene, GridView fine, GridView coarse, const V* residual) {
+template <class Executor>
+void restrict_residual(const Executor& run, SceneView scene, GridView fine, GridView coarse, const float* residual) {
   run.for_each(2 * (coarse.layout.ny + 2), static_cast<int>(coarse.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = coarse.layout;
@@ -138,7 +143,7 @@ void restrict_residual(const Executor& run, SceneView scene, GridView fine, Grid
                  if (k < 0 || !inside(at, I, J)) return;
                  // Red cell number m of fine row 2 J + j.
                  const std::ptrdiff_t stride = fine.layout.stride, own = (2 * J + 1) * stride + Layout::pad;
-                 const auto red = [&](int m, int j) { return static_cast<float>(residual[own + j * stride + m]); };
+                 const auto red = [&](int m, int j) { return residual[own + j * stride + m]; };
                  const auto mirror = [&](int side) { return scene.electrode[side] ? -1.0f : 1.0f; };
                  const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
                  const float own_upper = J == at.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;

@@ -474,6 +474,7 @@ void count_homeless(const Executor& run, SceneView scene, GridView grid, Homeles
     if (body < scene.bodies) {
       for_each_host(scene, grid, body, [&](int, int) { ++own.contacts; });
       own.wells = grid.medium && is_well(scene, grid, body);
+      own.floating_wells = own.wells > 0 && scene.floating[scene.group_of[body]];
     }
     number[body] = own;
   });
@@ -565,10 +566,6 @@ void count_pieces(const Executor& run, SceneView scene, GridView grid) {
 template <class Executor>
 void cut_pieces(const Executor& run, SceneView scene, GridView grid) {
   run.for_each(grid.pieces, [=] LICHTENBERG_HOST_DEVICE(int piece) {
-    if (piece >= grid.piece_start[2 * scene.groups]) {
-      grid.piece_begin[piece] = grid.piece_end[piece] = 0;
-      return;
-    }
     const int segment = segment_of(grid.piece_start, 2 * scene.groups, piece);
     const int begin = piece_segment(scene, grid, segment) + (piece - grid.piece_start[segment]) * piece_length;
     const int end = piece_segment_end(scene, grid, segment);
@@ -603,6 +600,14 @@ void make_group_diagonals(const Executor& run, SceneView scene, GridView grid, d
         grid.group_diagonal[g] = unknown ? sum : 0.0;
         grid.group_inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
       });
+}
+
+template <class Executor>
+void count_unknown_groups(const Executor& run, SceneView scene, GridView grid, int* number) {
+  run.sum_segments(
+      1, [=] LICHTENBERG_HOST_DEVICE(int) { return scene.groups; },
+      [=] LICHTENBERG_HOST_DEVICE(int, int g) { return static_cast<int>(grid.group_diagonal[g] > 0); },
+      [=] LICHTENBERG_HOST_DEVICE(int, int sum) { *number = sum; });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -46,11 +46,11 @@ struct Contact {
   Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
 };
 
-/// Numbers of what a body without cells has: contacts with those who have them; whether it is a well.
+/// Numbers of what a body without cells has: contacts with those who have them; whether it is a well, and floats.
 struct Homeless {
-  int contacts = 0, wells = 0;
+  int contacts = 0, wells = 0, floating_wells = 0;
   LICHTENBERG_HOST_DEVICE friend Homeless operator+(Homeless a, Homeless b) {
-    return {a.contacts + b.contacts, a.wells + b.wells};
+    return {a.contacts + b.contacts, a.wells + b.wells, a.floating_wells + b.floating_wells};
   }
 };
 
@@ -83,9 +83,9 @@ struct GridView {
 
   // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
   // of the groups those that the finer grid still has.
-  int* absorbed;              ///< by group
-  Vec2* centre;               ///< by group
-  int newly_absorbed, wells;  ///< numbers
+  int* absorbed;                              ///< by group
+  Vec2* centre;                               ///< by group
+  int newly_absorbed, wells, floating_wells;  ///< numbers
   Bins smeared_bodies, absorbed_groups;
   float* permittivity;  ///< by slot
   float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
@@ -126,11 +126,12 @@ struct GridView {
 
   // Pieces of a group's links and, behind those of all groups, of its covered cells: partial sums run over pieces, so
   // that a large group is no long serial sum.
-  int pieces;        ///< at most
+  int pieces;
   int* piece_start;  ///< 2 groups + 1
   int* piece_begin;
   int* piece_end;
 
+  int unknown_groups;             ///< number of groups with a potential of their own
   double* group_diagonal;         ///< 0: fixed, or a group without any link
   float* group_inverse_diagonal;  ///< likewise
 

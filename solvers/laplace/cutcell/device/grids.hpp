@@ -46,6 +46,7 @@ class Grid {
         sorted_contact_(run),
         contact_index_(run),
         contact_start_(run),
+        unknown_groups_(run),
         piece_start_(run),
         piece_begin_(run),
         piece_end_(run),
@@ -160,6 +161,7 @@ class Grid {
     run_.to_host(&homeless, homeless_number_.data() + scene.bodies, sizeof homeless);
     homeless_ = homeless.contacts;
     view_.wells = homeless.wells;
+    view_.floating_wells = homeless.floating_wells;
     covered_ = total.covered;
     from_strips_ = total.contacts;
     view_.links = total.links;
@@ -199,11 +201,7 @@ class Grid {
   }
 
   void build_groups(const SceneView& scene) {
-    view_.pieces = (view_.links + covered_) / piece_length + 2 * scene.groups;
     view_.piece_start = sized(piece_start_, 2 * scene.groups + 1);
-    view_.piece_begin = sized(piece_begin_, view_.pieces);
-    view_.piece_end = sized(piece_end_, view_.pieces);
-    view_.partial = sized(partial_, view_.pieces);
     view_.group_diagonal = sized(group_diagonal_, scene.groups);
     view_.group_inverse_diagonal = sized(group_inverse_diagonal_, scene.groups);
     view_.phi = sized(phi_, scene.groups);
@@ -213,8 +211,14 @@ class Grid {
     phi_.zero();
     count_pieces(run_, scene, view_);
     run_.exclusive_scan(view_.piece_start, 2 * scene.groups + 1);
+    run_.to_host(&view_.pieces, view_.piece_start + 2 * scene.groups, sizeof(int));
+    view_.piece_begin = sized(piece_begin_, view_.pieces);
+    view_.piece_end = sized(piece_end_, view_.pieces);
+    view_.partial = sized(partial_, view_.pieces);
     cut_pieces(run_, scene, view_);
     make_group_diagonals(run_, scene, view_, sized(partial_double_, view_.pieces));
+    count_unknown_groups(run_, scene, view_, sized(unknown_groups_, 1));
+    run_.to_host(&view_.unknown_groups, unknown_groups_.data(), sizeof(int));
   }
 
   template <class T>
@@ -244,7 +248,7 @@ class Grid {
   Array<int, Executor> boundary_slot_, boundary_link_;
   Array<double, Executor> boundary_diagonal_;
   Array<Contact, Executor> contact_, sorted_contact_;
-  Array<int, Executor> contact_index_, contact_start_;
+  Array<int, Executor> contact_index_, contact_start_, unknown_groups_;
   Array<int, Executor> piece_start_, piece_begin_, piece_end_;
   Array<double, Executor> group_diagonal_;
   Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;

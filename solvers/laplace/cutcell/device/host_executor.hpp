@@ -74,6 +74,7 @@ class HostExecutor {
   void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void wait() const {}
+  void arrange_end() const {}
 
   /// A sequence of kernels that is run many times.
   struct Recording {

@@ -7,6 +7,7 @@
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/scene.hpp"
+#include "solvers/laplace/cutcell/grid_sizes.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -17,12 +18,8 @@ class Multigrid {
  public:
   Multigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : run_(run), coarsest_(run) {
-    for (;;) {
-      grids_.emplace_back(run, nx, ny, problem.size.x / nx, formula, grids_.empty());
-      if (nx % 2 != 0 || ny % 2 != 0 || std::min(nx, ny) <= least_cells) break;
-      nx /= 2;
-      ny /= 2;
-    }
+    for (const GridSize& size : grid_sizes(nx, ny))
+      grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
   }
 
   void build(const LaplaceProblem& problem, const SceneView& scene) {
@@ -70,13 +67,13 @@ class Multigrid {
     }
     add_potentials(grid, grid.phi, true, true);
     sweep_from_zero(run_, grid, v);
-    leave_residual(run_, grid, v);
-    restrict_residual(run_, scene_, grid, coarse, static_cast<const V*>(v));
+    leave_residual(run_, grid, static_cast<const V*>(v), residual_of(v));
+    restrict_residual(run_, scene_, grid, coarse, residual_of(v));
     if (coarse.newly_absorbed > 0) {
       leave_group_residual(run_, scene_, grid, static_cast<const V*>(v));
       restrict_absorbed(run_, scene_, coarse, grid.flux);
     }
-    restrict_groups(run_, scene_, grid, coarse, static_cast<const V*>(v));
+    if (coarse.unknown_groups > 0) restrict_groups(run_, scene_, grid, coarse, static_cast<const V*>(v));
   }
 
   /// The mirror image: black, red, conductors.
@@ -89,6 +86,7 @@ class Multigrid {
     prolongate_and_relax_black(run_, scene_, grid, coarse, v);
     add_potentials(grid, coarse.phi, true, false);
     relax_red(run_, grid, v);
+    if (grid.unknown_groups == 0) return;
     relax_groups(run_, scene_, grid, static_cast<const V*>(v));
     if (grid.contacts == 0) {
       run_.copy(grid.phi, grid.phi_next, scene_.groups * sizeof(float));
@@ -100,8 +98,6 @@ class Multigrid {
   }
 
  private:
-  /// Cells along the shorter side of the coarsest grid, if the finest has 2^n times as many.
-  static constexpr int least_cells = 8;
   struct Recordings {
     typename Executor::Recording first, second;
   };
@@ -119,8 +115,9 @@ class Multigrid {
   }
 
   void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
+    if (grid.unknown_groups == 0) return;
     add_group_potentials(run_, grid, phi, red, black);
-    if (grid.wells > 0) add_well_potentials(run_, scene_, grid, phi, red, black);
+    if (grid.floating_wells > 0) add_well_potentials(run_, scene_, grid, phi, red, black);
   }
 
   /// Whether a grid of cells of size h leaves a disk unresolved.

@@ -232,6 +232,9 @@ std::vector<Method> all_methods(const Subject& subject, const std::vector<int>& 
                      {"-field_pc_hypre_boomeramg_interp_type", "ext+i"},
                      {"-field_pc_hypre_boomeramg_agg_nl", "1"}}),
 #endif
+          assembled(subject, sizes, "cut-cell-aperture",
+                    "cut-cell-gamg with fluxes surface / distance, the obvious cut cell", gamg,
+                    {.links = laplace::LinkFormula::aperture}),
 #ifdef PETSC_HAVE_SUITESPARSE
           factorized(subject, sizes),
 #endif

@@ -22,11 +22,12 @@ struct Conductance {
   Vec2 gradient;  ///< per cell
 };
 
-/// Cuts below this many cells are taken as this. The surface is then where it is to that fraction of a cell, and the
-/// single precision of the preconditioner is not lost in differences of fluxes a million times larger than all others:
-/// from 1e-10 on potentials are wrong in the third digit if many cell centres lie on surfaces (conductors on a
-/// lattice), and rounding can even put a centre on the other side of the surface that it lies on.
-inline constexpr double smallest_cut = 1e-7;
+/// Cuts below this many cells are taken as this: the surface is where it is to that fraction of a cell. A flux through a
+/// short link is a small difference of potentials times a large conductance and has their rounding over the cut, 1e-12
+/// here. Single precision, the preconditioner's, is lost sooner: with cuts of 1e-10 potentials are wrong in the third
+/// digit if many cell centres lie on surfaces (conductors on a lattice). And rounding can put a centre on the other side
+/// of the surface that it lies on.
+inline constexpr double smallest_cut = 1e-4;
 
 /// Fluid cell centre p to a circle, log-fitted: the field near a round conductor goes like ln r, so the potential
 /// difference is q ln(r/R) / 2 pi and the flux through the face q dtheta / 2 pi, with dtheta the angle under which the
@@ -57,7 +58,6 @@ LICHTENBERG_HOST_DEVICE inline Conductance plain_link(double cut, Vec2 e, Vec2 n
 /// Where a line in direction e through a point inside a circle leaves it.
 struct Exit {
   double length = 0;     ///< from the point to the surface
-  double slope = 0;      ///< d length / d offset, offset across the line
   double curvature = 0;  ///< d2 length / d offset^2
   Vec2 gradient;         ///< d length / d centre
 };
@@ -69,7 +69,7 @@ LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, Vec2 centre, dou
   // A line that misses the circle by the half width of a face grazes it: keep the root off zero.
   const double root = std::sqrt(std::max(radius * radius - across * across, 1e-6 * radius * radius));
   const Vec2 normal = (root * e + across * perpendicular(e)) / radius;
-  return {-dot(w, e) + root, -across / root, -radius * radius / (root * root * root), normal * (radius / root)};
+  return {-dot(w, e) + root, -radius * radius / (root * root * root), normal * (radius / root)};
 }
 
 /// Whether the line shifted sideways by `offset` meets the circle at all.

@@ -95,17 +95,6 @@ void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, 
   write_right_hand_side(problem, *level_, scale, b, b + cells_);
 }
 
-void CutCellOperator::balance_groups(const double* b, double* x) const {
-  std::vector<double> flux(b + cells_, b + size());
-  links_.add_to_groups(*team_, x, flux.data());
-  for (const GroupPair& pair : pairs_) {
-    flux[pair.a] += pair.conductance * x[cells_ + pair.b];
-    flux[pair.b] += pair.conductance * x[cells_ + pair.a];
-  }
-  for (std::size_t g = 0; g < groups_; ++g)
-    if (group_diagonal_[g] > 0) x[cells_ + g] = flux[g] / group_diagonal_[g];
-}
-
 void CutCellOperator::mask(double* x) const {
   for (const std::ptrdiff_t slot : level_->covered) x[slot] = 0;
   for (std::size_t g = 0; g < groups_; ++g)

@@ -25,9 +25,10 @@ class CutCellOperator {
   double dot(const double* x, const double* y) const;
   /// Right-hand side: charges / eps, and what groups and sides of given potential bring, in units of `scale` (V).
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
-  /// Each floating group's potential from its own balance: its charge is then exact for the cells' potentials, to
-  /// rounding, or to the solver's tolerance where groups are linked to each other directly.
-  void balance_groups(const double* b, double* x) const;
+  /// Shifts the floating groups' potentials, and all potentials together, such that every group's charge and the sum of
+  /// all charges are exact to rounding. What CG has left open is of the order of its tolerance; these shifts are a
+  /// Galerkin correction, so that they lessen the error in the energy norm. `scale` as for the right-hand side b.
+  void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 

@@ -1,60 +1,8 @@
 #include "solvers/laplace/cutcell/results.hpp"
 
 #include <algorithm>
-#include <map>
 
 namespace lichtenberg::laplace {
-
-namespace {
-
-/// What flows into a fluid cell through its four faces with other fluid cells.
-double inflow_from_fluid(const Level& level, const double* cell, double scale, std::ptrdiff_t slot) {
-  const Layout& at = level.layout;
-  const int colour = slot >= at.colour_size();
-  const int j = static_cast<int>(slot % at.colour_size() / at.stride) - 1;
-  const std::ptrdiff_t k = slot - at.row(colour, j), beside = at.row(1 - colour, j) + k + Layout::parity(colour, j);
-  double inflow = 0;
-  const std::ptrdiff_t below = at.row(1 - colour, j - 1) + k, above = at.row(1 - colour, j + 1) + k;
-  for (const std::ptrdiff_t neighbour : {beside - 1, beside, below, above})
-    if (level.diagonal[neighbour] > 0) inflow += scale * cell[neighbour] - scale * cell[slot];
-  return inflow;
-}
-
-/// Potential differences across the short links, by index of the link; of a cell with two of them, none.
-std::map<std::size_t, double> short_link_differences(const LaplaceProblem& problem, const Level& level,
-                                                     const double* cell, double scale,
-                                                     const LaplaceSolution& solution) {
-  struct Balance {
-    std::size_t link = 0;  // the short one
-    int short_links = 0;
-    double inflow = 0;  // through all others
-  };
-  std::map<std::ptrdiff_t, Balance> balances;  // of the cells with short links
-  for (std::size_t m = 0; m < level.links.size(); ++m) {
-    if (level.links[m].conductance < short_link) continue;
-    const std::ptrdiff_t slot = level.links[m].cell;
-    const auto [balance, is_new] = balances.try_emplace(slot);
-    if (is_new) balance->second.inflow = inflow_from_fluid(level, cell, scale, slot);
-    balance->second.link = m;
-    ++balance->second.short_links;
-  }
-  if (balances.empty()) return {};
-  const auto flow_in = [&](std::ptrdiff_t slot, double conductance, double potential) {
-    const auto balance = balances.find(slot);
-    if (balance != balances.end()) balance->second.inflow += conductance * (potential - scale * cell[slot]);
-  };
-  for (const Link& link : level.links)
-    if (link.conductance < short_link)
-      flow_in(link.cell, link.conductance, solution.group_potential[problem.bodies[link.body].group]);
-  for (const SideLink& link : level.side_links) flow_in(link.cell, link.conductance, link.potential);
-
-  std::map<std::size_t, double> difference;
-  for (const auto& [slot, balance] : balances)
-    if (balance.short_links == 1) difference[balance.link] = -balance.inflow / level.links[balance.link].conductance;
-  return difference;
-}
-
-}  // namespace
 
 void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, double scale,
               LaplaceSolution& solution, Team& team) {
@@ -65,16 +13,13 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   solution.side_charge.fill(0.0);
   const auto potential = [&](int body) { return solution.group_potential[problem.bodies[body].group]; };
 
-  const std::map<std::size_t, double> short_links = short_link_differences(problem, level, cell, scale, solution);
   const int bodies = static_cast<int>(problem.bodies.size());
   const int chunks = std::clamp(static_cast<int>(level.links.size()) / 1024, 1, 4 * team.size());
   team.for_each(chunks, [&](int chunk) {
     for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
       for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m) {
         const Link& link = level.links[m];
-        double difference = potential(body) - scale * cell[link.cell];
-        if (link.conductance >= short_link)
-          if (const auto found = short_links.find(m); found != short_links.end()) difference = found->second;
+        const double difference = potential(body) - scale * cell[link.cell];
         solution.body_charge[body] += eps * link.conductance * difference;
         solution.body_force[body] += (stress * difference * difference) * link.gradient;
       }

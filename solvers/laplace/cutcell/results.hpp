@@ -4,10 +4,6 @@
 
 namespace lichtenberg::laplace {
 
-/// Above this conductance the difference of the two potentials is mostly rounding, and the link's flux is taken from
-/// the balance of its cell instead: what comes in through the other faces.
-inline constexpr double short_link = 1e6;
-
 /// Charges, forces and energy of a solved level. `cell` holds the fluid cells' potentials by slot,
 /// in units of `scale` (V); the solution's
 /// group_potential is set already. Charge of a body: the sum of its own links' fluxes (D 5.4). Force on a body: virtual

@@ -133,7 +133,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
     solution.work += history.first_guess(problem, op, b, x);
   const double guess_norm = std::sqrt(std::max(0.0, op.dot(x.data(), b.data())));
   system->solve(b, x, {options.tolerance, guess_norm, 0, 0}, solution);
-  op.balance_groups(b.data(), x.data());
+  op.balance(problem, scale, b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
   solution.seconds.solve = seconds_since(start);
 

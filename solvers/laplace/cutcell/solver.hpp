@@ -28,9 +28,9 @@ struct CutCellOptions {
 };
 
 /// The direct scheme (README.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
-/// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding
-/// (between conductors in neighbouring cells to the tolerance), forces are the exact derivative of the discrete energy
-/// (virtual work). KSP options have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
+/// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding (on a
+/// device to the tolerance), forces are the exact derivative of the discrete energy (virtual work). KSP options have
+/// the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
   explicit CutCellSolver(CutCellOptions options);

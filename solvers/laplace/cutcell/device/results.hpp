@@ -41,36 +41,9 @@ struct SolvedView {
 
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
 
-  /// Group's potential less the cell's. Across a short link that difference is mostly rounding, and the balance of
-  /// the cell gives it: what comes in through the other faces.
-  LICHTENBERG_HOST_DEVICE double difference(int link) const {
-    const int slot = grid.link_slot[link];
-    const double own = group_potential[grid.link_group[link]] - potential(slot);
-    if (grid.conductance[link] < short_link) return own;
-    const int k = -2 - grid.cover[slot];
-    const CellIndex at = cell_of(grid.layout, slot);
-    int short_links = 0;
-    double inflow = 0;
-    for (int side = 0; side < 4; ++side) {
-      const int other = grid.boundary_link[side * grid.boundary + k];
-      const int i = at.i + step_i(side), j = at.j + step_j(side);
-      if (other >= 0 && grid.conductance[other] >= short_link) {
-        ++short_links;
-      } else if (other >= 0) {
-        inflow += grid.conductance[other] * (group_potential[grid.link_group[other]] - potential(slot));
-      } else if (inside(grid.layout, i, j)) {
-        inflow += potential(slot_of(grid.layout, i, j)) - potential(slot);
-      } else if (scene.electrode[side]) {
-        const int face = side * scene.faces + (side < 2 ? at.j : at.i);
-        inflow += 2 * (scene.side_potential[face] - potential(slot));
-      }
-    }
-    return short_links == 1 ? -inflow / grid.conductance[link] : own;
-  }
-
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int link) const {
     const double eps = scene.permittivity, stress = 0.5 * eps / grid.h;
-    const double d = difference(link);
+    const double d = group_potential[grid.link_group[link]] - potential(grid.link_slot[link]);
     BodyResult result;
     result.charge = eps * grid.conductance[link] * d;
     result.pull(stress * d * d, grid.gradient[link]);

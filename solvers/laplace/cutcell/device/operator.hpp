@@ -83,7 +83,7 @@ void apply_operator(const Executor& run, SceneView scene, GridView grid, const d
   });
 }
 
-/// Each floating group's potential from its own balance (CutCellOperator::balance_groups). `next`: one a group.
+/// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group.
 template <class Executor>
 void balance_groups(const Executor& run, SceneView scene, GridView grid, const double* b, double* x, double* partial,
                     double* next) {

@@ -1,8 +1,12 @@
 #include "src/effects/hertz_contact.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "solvers/error.hpp"
 #include "src/effects/hertz.hpp"
 
 namespace lichtenberg::effects {
@@ -28,6 +32,15 @@ Overlap overlap(const Bodies& bodies, Pair pair) {
   return result;
 }
 
+/// Hertz's law is for overlaps much smaller than the spheres, and centres that pass each other are no contact at all.
+void check_depth(const Bodies& bodies, Pair pair, double depth) {
+  if (depth <= std::min(bodies.radius[pair.i], bodies.radius[pair.j])) return;
+  throw Failure(fmt::format(
+      "conductors {} and {} overlap by {:.3g} m, more than a radius: effects.hertz_contact.young is too soft "
+      "for the speed at which they met, or mechanics.euler_step too long for how hard it is",
+      pair.i, pair.j, depth));
+}
+
 double effective_radius(const Bodies& bodies, Pair pair) {
   return 1 / (1 / bodies.radius[pair.i] + 1 / bodies.radius[pair.j]);
 }
@@ -42,6 +55,7 @@ void HertzContact::add_forces(const State& state, std::span<double> force) const
   for (const Pair pair : state.neighbours) {
     const Overlap o = overlap(state.bodies, pair);
     if (!(o.depth > 0)) continue;
+    check_depth(state.bodies, pair, o.depth);
     const double push = hertz(modulus_, effective_radius(state.bodies, pair), o.depth).force;
     for (int k = 0; k < d; ++k) {
       force[pair.i * d + k] += push * o.normal[k];

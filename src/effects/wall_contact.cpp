@@ -1,7 +1,10 @@
 #include "src/effects/wall_contact.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 
+#include "solvers/error.hpp"
 #include "src/effects/hertz.hpp"
 
 namespace lichtenberg::effects {
@@ -29,6 +32,12 @@ WallContact::WallContact(const Scene& scene)
 
 void WallContact::add_forces(const State& state, std::span<double> force) const {
   for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
+    if (seen.distance < 0)
+      throw Failure(
+          fmt::format("conductor {} is pressed into a side of the domain or an electrode by {:.3g} m, more than its "
+                      "radius: effects.wall_contact.young is too soft for its speed, or mechanics.euler_step too long "
+                      "for how hard it is",
+                      i, state.bodies.radius[i] - seen.distance));
     force[2 * i] += law.force * seen.normal.x;
     force[2 * i + 1] += law.force * seen.normal.y;
   });

@@ -16,6 +16,7 @@ class WallContact : public Effect {
 
   std::string_view name() const override { return "wall_contact"; }
   Needs needs() const override { return {.largest_move = 0.5}; }
+  /// Throws Failure if a body's centre is in a wall.
   void add_forces(const State& state, std::span<double> force) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
 

@@ -45,6 +45,7 @@ struct Cvode::Implementation {
   Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
   const Events* events = nullptr;
   std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
+  int failed_trials = 0;      ///< of this integration: states at which forces threw
   std::string message;        ///< CVODE's last words
   std::int64_t steps = 0, rejected = 0;
 
@@ -61,23 +62,24 @@ using Implementation = Cvode::Implementation;
 
 std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
 
-/// Runs a callback's body: 0 done, 1 CVODE should try a smaller step, `if_thrown` after an exception.
+/// Runs a callback's body: 0 done, 1 CVODE should try a smaller step, -1 give up because of an exception.
 template <class Body>
-int guarded(Implementation& self, int if_thrown, Body body) {
+int guarded(Implementation& self, Body body) {
   try {
     const int result = body();
     self.thrown = nullptr;
     return result;
   } catch (...) {
     self.thrown = std::current_exception();
-    return if_thrown;
+    return -1;
   }
 }
 
-/// The iteration of a step that a collision falls into may try places where there is no field: a smaller step will not.
+/// The iteration of a step that a collision falls into may try places where forces have no meaning: a smaller step will
+/// not. Where it does time and again, bodies are really going there.
 int rates(double time, N_Vector y, N_Vector rate, void* data) {
   auto& self = *static_cast<Implementation*>(data);
-  return guarded(self, 1, [&] {
+  const int done = guarded(self, [&] {
     if (!self.load(y)) return 1;
     if (self.owner.before_forces) self.owner.before_forces(time);
     const std::span<double> out = values(rate);
@@ -86,11 +88,13 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
     self.model.forces(time, out.subspan(self.n));
     return 0;
   });
+  constexpr int patience = 1000;
+  return done < 0 && ++self.failed_trials < patience ? 1 : done;
 }
 
 int jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* data, N_Vector, N_Vector, N_Vector) {
   auto& self = *static_cast<Implementation*>(data);
-  return guarded(self, -1, [&] {
+  return guarded(self, [&] {
     if (!self.load(y)) return 1;
     self.model.jacobian(time, self.force_jacobian);
     self.assemble();
@@ -112,7 +116,7 @@ int error_weights(N_Vector y, N_Vector weight, void* data) {
 
 int event_values(double, N_Vector y, double* value, void* data) {
   auto& self = *static_cast<Implementation*>(data);
-  return guarded(self, -1, [&] {
+  return guarded(self, [&] {
     if (!self.load(y)) return 1;
     self.events->values({value, self.events->direction.size()});
     return 0;
@@ -286,6 +290,7 @@ double Cvode::advance(double start, double end, const Events& events) {
   self.store(self.y);
   self.events = &events;
   self.thrown = nullptr;
+  self.failed_trials = 0;
   const int high = 5, low = 2, patience = 300;
   int order = self.presses(start) ? low : high;
   self.start(start, order);

@@ -12,6 +12,7 @@
 
 #include <numbers>
 
+#include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/hertz.hpp"
 #include "src/mechanics/simulation.hpp"
@@ -220,6 +221,22 @@ void let_go(Report& report) {
                  2 * static_cast<double>(cvode.steps()) * error_a_step(scene, speed));
 }
 
+/// So soft and so fast that the centres would pass each other (or the wall): a sentence, whatever the integrator.
+void too_soft(Report& report, const std::string& integrator, bool wall) {
+  Scene scene = head_on({1e6, 40});
+  scene.effects.wall_contact = WallContact{.young = 1e6, .poisson = 0.3};
+  scene.mechanics.integrator = integrator;
+  if (wall) scene.conductors.pop_back();
+  double said = 0;
+  try {
+    Simulation(scene).advance_to(0.01);
+  } catch (const Failure& failure) {
+    said = std::string(failure.what()).find("too soft") != std::string::npos;
+  }
+  report.at_least(fmt::format("Y = 1e6 Pa, 20 m/s, {} by {}: said", wall ? "into a wall" : "head-on", integrator), said,
+                  1);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -234,7 +251,9 @@ int main(int argc, char** argv) {
     pressed_chain(report, 1e6, 1e-4, coupling);
     pressed_chain(report, 200e9, 0.1, coupling);
   }
-  report.section("Walls and starts");
+  report.section("An overlap at the start, and overlaps too deep");
   let_go(report);
+  for (const std::string integrator : {"cvode", "euler"})
+    for (const bool wall : {false, true}) too_soft(report, integrator, wall);
   return report.exit_status();
 }

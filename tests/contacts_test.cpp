@@ -1,0 +1,281 @@
+// Who touches whom, which groups follow, who holds which charge.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "src/effects/charge_ledger.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/groups.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::effects;
+
+namespace {
+
+/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
+doctest::Approx near(double value, double tolerance = 1e-9) {
+  return doctest::Approx(value).epsilon(tolerance).scale(0);
+}
+
+constexpr double radius = 1e-3;
+
+/// Conductors of radius 1 mm in a box of 10 cm, contact at a gap of 1 mm.
+Scene scene_of(std::vector<Vec2> places) {
+  Scene scene;
+  scene.domain.size = {0.1, 0.1};
+  scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
+  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  scene.effects.floating_conductors.emplace();
+  scene.effects.contact_discharge = lichtenberg::ContactDischarge{.gap = radius, .hysteresis = 0.1};
+  scene.mechanics.position_tolerance = 1e-6;
+  return scene;
+}
+
+Electrode electrode_of(std::string name, Shape shape, double potential) { return {std::move(name), shape, potential}; }
+
+}  // namespace
+
+TEST_CASE("a group is named after its smallest member, however its contacts are listed") {
+  const Scene scene = scene_of(std::vector<Vec2>(6));
+  const std::vector<Contact> contacts = {{1, 4}, {2, 3}, {3, 4}};
+  const ElectricalGroups groups = electrical_groups(scene, contacts);
+  CHECK(groups.id == std::vector<int>{0, 1, 1, 1, 1, 5});
+  CHECK(std::ranges::none_of(groups.potential, [](const auto& p) { return p.has_value(); }));
+}
+
+TEST_CASE("wires connect what does not touch, and hold it if their potential is given") {
+  Scene scene = scene_of(std::vector<Vec2>(5));
+  scene.groups = {{.name = "loose"}, {.name = "held", .potential = 3.0}};
+  scene.conductors[1].group = scene.conductors[3].group = 0;
+  scene.conductors[4].group = 1;
+  CHECK(electrical_groups(scene, {}).id == std::vector<int>{0, 1, 2, 1, 4});
+  const std::vector<Contact> contact = {{2, 4}};
+  const ElectricalGroups groups = electrical_groups(scene, contact);
+  CHECK(groups.potential[2] == 3.0);
+  CHECK(!groups.potential[1]);
+}
+
+TEST_CASE("contact with an electrode or an electrode side holds a group; all held at one potential are one") {
+  Scene scene = scene_of(std::vector<Vec2>(4));
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 1e-3}, 5)};
+  scene.domain.sides[2] = {.electrode = true, .potential = 5};
+  const std::vector<Contact> contacts = {{0, 1}, {1, 4}, {3, 5}};  // 4: the ball, 5: the bottom
+  const ElectricalGroups groups = electrical_groups(scene, contacts);
+  CHECK(groups.id == std::vector<int>{0, 0, 2, 0});
+  CHECK(groups.potential[3] == 5.0);
+  CHECK(!groups.potential[2]);
+
+  scene.domain.sides[2].potential = 6;
+  CHECK(electrical_groups(scene, contacts).id == std::vector<int>{0, 0, 2, 3});
+  const std::vector<Contact> shorted = {{0, 1}, {0, 4}, {1, 5}};
+  CHECK_THROWS_WITH_AS(
+      electrical_groups(scene, shorted),
+      "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
+      "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed",
+      InputError);
+}
+
+TEST_CASE("a group parts when its members do, when it is let go and when another potential takes it") {
+  const ElectricalGroups held = {{0, 0, 2}, {5.0, 5.0, {}}};
+  CHECK(!parts(held, held));
+  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));  // a merger
+  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));   // one leaves
+  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));    // both leave the electrode together
+  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // for another electrode, at once
+}
+
+TEST_CASE("contacts are made at the gap and lost a little beyond it") {
+  const Scene scene = scene_of({{0, 0}, {0, 0}});
+  effects::ContactDischarge discharge(scene);
+  CHECK(discharge.release_gap() == near(1.1 * radius));
+  Bodies bodies = make_bodies(scene);
+  const auto at_gap = [&](double gap) {
+    bodies.position = {0, 0, 2 * radius + gap, 0};
+    discharge.update(bodies);
+    return discharge.contacts().size();
+  };
+  CHECK(at_gap(1.05 * radius) == 0);  // between the two gaps it stays what it was
+  CHECK(at_gap(0.99 * radius) == 1);
+  CHECK(at_gap(1.05 * radius) == 1);
+  CHECK(at_gap(1.11 * radius) == 0);
+  CHECK(at_gap(1.05 * radius) == 0);
+}
+
+TEST_CASE("the release gap is never closer to the gap than positions are known") {
+  Scene scene = scene_of({{0, 0}});
+  scene.effects.contact_discharge->hysteresis = 0;
+  scene.mechanics.position_tolerance = 3e-6;
+  CHECK(effects::ContactDischarge(scene).release_gap() == near(radius + 3e-6));
+}
+
+TEST_CASE("a contact within a tolerance of its threshold comes along if it is on its way there") {
+  const Scene scene = scene_of({{0, 0}, {0, 0}});
+  Bodies bodies = make_bodies(scene);
+  bodies.position = {0, 0, 3 * radius + 0.5e-6, 0};  // half a tolerance to go
+  for (const double velocity : {-1e-3, 1e-3}) {
+    effects::ContactDischarge discharge(scene);
+    bodies.momentum = {0, 0, bodies.mass[1] * velocity, 0};
+    CHECK(discharge.update(bodies).made == (velocity < 0 ? 1 : 0));
+  }
+}
+
+TEST_CASE("unequal radii, electrodes and electrode sides count surface to surface") {
+  Scene scene = scene_of({{0.03, 0.0021}, {0.03, 0.0021}});
+  scene.conductors[1].radius = 3e-3;
+  scene.conductors[1].position.y += 5.01e-3;                                           // gap 1.01 mm
+  scene.electrodes = {electrode_of("ball", Disk{{0.03 + 3.99e-3, 0.0021}, 2e-3}, 0)};  // gap to conductor 0: 0.99 mm
+  scene.domain.sides[2] = {.electrode = true, .potential = 0};                         // gap 1.1 mm
+  effects::ContactDischarge discharge(scene);
+  Bodies bodies = make_bodies(scene);
+  CHECK(discharge.gap(bodies, {0, 1}) == near(1.01e-3));
+  CHECK(discharge.gap(bodies, {0, 2}) == near(0.99e-3));
+  CHECK(discharge.gap(bodies, {0, 3}) == near(1.1e-3));
+  discharge.update(bodies);
+  CHECK(discharge.contacts() == std::vector<Contact>{{0, 2}});
+}
+
+TEST_CASE("gap rates are the derivatives of gaps") {
+  Scene scene = scene_of({{0.03, 0.02}, {0.034, 0.023}});
+  scene.electrodes = {electrode_of("ring", Ring{{0.03, 0.03}, 0.02}, 0)};
+  scene.conductors[0].velocity = {1e-3, -2e-3};
+  scene.conductors[1].velocity = {-3e-3, 1e-3};
+  const effects::ContactDischarge discharge(scene);
+  const Bodies bodies = make_bodies(scene);
+  Bodies later = bodies;
+  const double dt = 1e-6;
+  for (int k = 0; k < 4; ++k) later.position[k] += dt * bodies.momentum[k] / bodies.mass[k / 2];
+  for (const Contact contact : {Contact{0, 1}, Contact{1, 2}})  // truncation: v dt / distance = 1e-6
+    CHECK(discharge.gap_rate(bodies, contact) ==
+          near((discharge.gap(later, contact) - discharge.gap(bodies, contact)) / dt, 1e-4));
+}
+
+TEST_CASE("only contacts that can change are watched") {
+  Scene scene = scene_of({{0.02, 0.02}, {0.0232, 0.02}, {0.0264, 0.02}, {0.0264, 0.0229}});
+  effects::ContactDischarge discharge(scene);
+  const Bodies bodies = make_bodies(scene);
+  discharge.update(bodies);
+  REQUIRE(discharge.contacts() == std::vector<Contact>{{2, 3}});  // gaps: 1.2 mm, 1.2 mm, 0.9 mm
+  const auto watched = [&](double travel) {
+    const std::vector<double> all(4, travel);
+    return discharge.watch(bodies, electrical_groups(scene, discharge.contacts()), all);
+  };
+  CHECK(watched(0.09e-3).empty());  // 0.1 mm each to meet, 0.1 mm each to part
+  REQUIRE(watched(0.11e-3).size() == 3);
+  CHECK(watched(0.11e-3)[0].contact == Contact{0, 1});
+  CHECK(!watched(0.11e-3)[0].made);
+  CHECK(watched(0.11e-3)[2].made);
+  CHECK(discharge.excess(bodies, watched(0.11e-3)[0]) == near(0.2e-3));
+  CHECK(discharge.excess(bodies, watched(0.11e-3)[2]) == near(-0.2e-3));
+  // Were 1, 2 and 3 one already, a contact between 1 and 2 would change nothing.
+  const std::vector<Contact> ring = {{1, 3}, {2, 3}};
+  discharge.set_contacts(ring);
+  for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
+}
+
+TEST_CASE("one body that may move far brings its own contacts under watch, no others") {
+  Scene scene = scene_of({{0.02, 0.02}, {0.08, 0.02}, {0.02, 0.08}, {0.08, 0.08}});
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
+  const effects::ContactDischarge discharge(scene);
+  const std::vector<double> travel = {0, 0, 0.06, 0};
+  std::vector<Contact> watched;
+  for (const auto& w : discharge.watch(make_bodies(scene), electrical_groups(scene, {}), travel))
+    watched.push_back(w.contact);
+  // 6 cm to 0 and 3, less 3 mm; 4.2 cm to the ball; 8.5 cm to 1.
+  CHECK(watched == std::vector<Contact>{{0, 2}, {2, 3}, {2, 4}});
+}
+
+TEST_CASE("between two looks a gap dips by no more than a tolerance") {
+  // On a straight line past each other whose least gap is a tolerance below the threshold, two looks a blind way apart,
+  // where the gap is at its threshold, are no closer than the chord beyond it.
+  Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.05}});
+  const effects::ContactDischarge discharge(scene);
+  Bodies bodies = make_bodies(scene);
+  const double tolerance = 1e-6, arm = 3 * radius;
+  bodies.position = {0.05, 0.05, 0.05 + std::sqrt(arm * arm - std::pow(arm - tolerance, 2)), 0.05 + arm - tolerance};
+  const effects::ContactDischarge::Watch pair = {{0, 1}, false};
+  REQUIRE(std::abs(discharge.excess(bodies, pair)) < 1e-15);
+  const double chord = 2 * (bodies.position[2] - 0.05);
+  CHECK(discharge.blind_way(bodies, pair) == near(chord, tolerance / arm));
+  bodies.position = {0.05, 0.05, 0.05 + arm + 0.01, 0.05};  // far away, the gap itself is the way
+  CHECK(discharge.blind_way(bodies, pair) == near(0.01));
+}
+
+TEST_CASE("a compensated sum keeps what a plain one loses") {
+  // 1e-11 C a time into 1 C: each addition is rounded to a multiple of 2^-52, the same way each time
+  const double step = 1e-11 / 3;
+  CompensatedSum sum(1.0);
+  double plain = 1.0;
+  for (int k = 0; k < 1000000; ++k) sum.add(step), plain += step;
+  const double exact = 1.0 + 1e6 * step;
+  CHECK(std::abs(sum.total() - exact) < 3e-16);
+  CHECK(std::abs(plain - exact) > 1e-13);
+}
+
+TEST_CASE("the ledger conserves charge through any history of merges, splits, feeding and draining") {
+  const int n = 20;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> noise(-1, 1);
+  std::uniform_int_distribution<int> pick(0, n - 1);
+  const Scene scene = [&] {
+    Scene s = scene_of(std::vector<Vec2>(n));
+    s.electrodes = {electrode_of("ground", Disk{{0.05, 0.05}, 1e-3}, 0)};
+    return s;
+  }();
+  std::vector<double> initial(n), current(n, 0.2e-9), by_field(n);
+  for (double& q : initial) q = 1e-10 * noise(random);
+  const double start = [&] {
+    CompensatedSum sum;
+    for (const double q : initial) sum.add(q);
+    return sum.total();
+  }();
+  ChargeLedger ledger(initial);
+  double time = 0;
+  for (int step = 0; step < 20000; ++step) {
+    const double dt = 1e-3 * (1 + noise(random));
+    time += dt;
+    ledger.feed(current, dt);
+    std::vector<Contact> contacts;
+    for (int k = step % 12; k > 0; --k) {
+      const int i = pick(random), j = pick(random);
+      if (i != j) contacts.push_back({std::min(i, j), std::max(i, j)});
+      if (k == 5) contacts.push_back({i, n});
+    }
+    std::ranges::sort(contacts);
+    for (double& q : by_field) q = 1e-10 * noise(random);  // a field solver that knows nothing of the charges
+    ledger.settle(electrical_groups(scene, contacts), by_field);
+  }
+  // Rounding happens only where the sums' two parts are added up: a few 1e-16 of the largest of them, fed.
+  CHECK(ledger.fed() == near(n * 0.2e-9 * time, 1e-13));  // `time` itself is a plain sum
+  CHECK(std::abs(ledger.held() + ledger.drained() - ledger.fed() - start) < 1e-15 * ledger.fed());
+}
+
+TEST_CASE("a floating group keeps its charge and shares it as the field does, a held one takes the field's") {
+  Scene scene = scene_of(std::vector<Vec2>(4));
+  scene.electrodes = {electrode_of("ground", Disk{{0.05, 0.05}, 1e-3}, 0)};
+  const std::vector<double> initial = {1, 2, 3, 4};
+  ChargeLedger ledger(initial);
+  const std::vector<Contact> contacts = {{0, 1}, {2, 4}};
+  const std::vector<double> by_field = {2.0, 1.2, -7, 99};  // 0 and 1 together hold 3: the field has 0.2 too much
+  ledger.settle(electrical_groups(scene, contacts), by_field);
+  CHECK(ledger.charge(0) == near(1.9));
+  CHECK(ledger.charge(1) == near(1.1));
+  CHECK(ledger.charge(0) + ledger.charge(1) == 3);
+  CHECK(ledger.charge(2) == -7);
+  CHECK(ledger.drained() == 10);
+  CHECK(ledger.charge(3) == 4);  // alone: it has what it has
+}
+
+TEST_CASE("a ledger is saved and restored to the last bit") {
+  const std::vector<double> initial = {1e-10, -2e-10}, current = {1e-9 / 3, 1e-9 / 7};
+  ChargeLedger ledger(initial), copy(initial);
+  for (int k = 0; k < 1000; ++k) ledger.feed(current, 1e-3 / 3);
+  copy.restore(ledger.save());
+  ledger.feed(current, 0.1);
+  copy.feed(current, 0.1);
+  CHECK(copy.save() == ledger.save());
+  CHECK_THROWS_AS(copy.restore(std::vector<double>(6)), Failure);
+}

@@ -20,6 +20,7 @@
 #include "solvers/error.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
+#include "src/record/provenance.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/record/vtkhdf.hpp"
@@ -487,4 +488,11 @@ TEST_CASE("HDF5 leaves MPI alone") {
   int initialized = 1;
   MPI_Initialized(&initialized);
   CHECK_EQ(initialized, 0);
+}
+
+TEST_CASE("the environment's options for PETSc are part of where a run came from") {
+  setenv("PETSC_OPTIONS", "-field_ksp_max_it 77", 1);
+  CHECK(provenance().petsc_options == "-field_ksp_max_it 77");
+  unsetenv("PETSC_OPTIONS");
+  CHECK(provenance().petsc_options.empty());
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -47,6 +48,7 @@ Provenance provenance() {
   Provenance here;
   here.user = user_name();
   here.command_line = command_line();
+  if (const char* options = std::getenv("PETSC_OPTIONS")) here.petsc_options = options;
   here.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   here.machine = machine();
   here.processor = processor();

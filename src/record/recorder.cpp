@@ -51,6 +51,7 @@ void put_program(const hdf5::Handle& group, const Provenance& provenance) {
   hdf5::put_attribute(group, "compiler", version.compiler);
   hdf5::put_attribute(group, "compiler_flags", version.flags);
   hdf5::put_attribute(group, "command_line", provenance.command_line);
+  hdf5::put_attribute(group, "petsc_options", provenance.petsc_options);
   hdf5::put_attribute(group, "started", provenance.started);
   hdf5::put_attribute(group, "machine", provenance.machine);
   hdf5::put_attribute(group, "processor", provenance.processor);

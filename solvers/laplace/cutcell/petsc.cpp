@@ -59,7 +59,8 @@ void finish_petsc() {
 void start_petsc() {
   if (petsc_started()) return;
   std::vector<std::string> arguments = options();
-  arguments.insert(arguments.begin(), "lichtenberg");
+  // Options come from the command line and from PETSC_OPTIONS, which results record, and not from files that lie about.
+  arguments.insert(arguments.begin(), {"lichtenberg", "-skip_petscrc"});
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);

@@ -150,7 +150,7 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
   std::vector<std::string> fields;
   for (const auto& [key, value] : answer.items()) fields.push_back(key);
   CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "energy", "iterations", "method", "residual",
-                                           "seconds", "unknowns"});
+                                           "seconds", "unknowns", "work"});
   REQUIRE(answer["conductors"].size() == 2);
   const json& held = answer["conductors"][0];
   const json& floating = answer["conductors"][1];

@@ -147,11 +147,12 @@ void Grid::form_red_residual(int j) {
 }
 
 /// Each group's potential from its charge, its cells' flux_ and the groups it is coupled with directly (Gauss-Seidel,
-/// in ascending or descending order).
+/// in ascending or descending order). Conductors that all but touch move together: one sweep would leave most of
+/// their common error (38 iterations of CG in place of 19 for gaps of 1e-4 cells).
 void Grid::relax_groups(bool forward) {
-  const int groups = static_cast<int>(phi.size());
-  for (int k = 0; k < groups; ++k) {
-    const int g = forward ? k : groups - 1 - k;
+  const int groups = static_cast<int>(phi.size()), sweeps = coupling_.other.empty() ? 1 : 4;
+  for (int k = 0; k < sweeps * groups; ++k) {
+    const int g = forward ? k % groups : groups - 1 - k % groups;
     float flux = charge[g] + flux_[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       flux += coupling_.conductance[m] * phi[coupling_.other[m]];

@@ -266,8 +266,9 @@ void fast_body(Report& report) {
   std::vector<double> travel(20000, 0.01 * radius);
   const double without = search_time(discharge, scene, travel);
   travel[0] = 0.5;
-  // It adds one search among all others, each of which looks at some ten: a tenth more, and what is found is longer.
-  report.at_most("search with one fast body, times that without", search_time(discharge, scene, travel) / without, 2);
+  // It adds one search that looks at all: as much work again, and a list of 20000 to sort. A search of all by all, as
+  // anything quadratic, takes 10000 times as long; between them is room for a busy machine.
+  report.at_most("search with one fast body, times that without", search_time(discharge, scene, travel) / without, 10);
 }
 
 /// A fast sphere strikes another, wired to it, that rests: which flies past a third, and that contact could not be

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Sparse>
 #include <array>
 #include <span>
 #include <vector>
@@ -50,6 +51,7 @@ class Grid {
   void with_neighbours(int colour, int j, const Effect& effect) const;
   void relax(int colour, int j);
   void form_red_residual(int j);
+  void couple_tightly(const std::vector<float>& group_diagonal);
   void relax_groups(bool forward);
   void add_group_charges(std::vector<float>& sum) const;
   template <class Effect>
@@ -64,6 +66,8 @@ class Grid {
   std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown
   std::vector<float> group_inverse_diagonal_, flux_;
   GroupCoupling coupling_;
+  std::vector<int> tight_, tight_place_;  // groups relaxed together; of each group its place among them or -1
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> tight_factors_;
   // As in Level.
   std::vector<float> east_, north_;
   std::vector<AbsorbedGroup> newly_absorbed_;

@@ -45,20 +45,21 @@ void red_residual_row(int n, float* r, const float* inverse_diagonal, Around aro
   for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? around.flux(k) : 0.0f;
 }
 
-/// f = f + flux from the neighbours - diagonal v
+/// r = f + flux from the neighbours - diagonal v; r may be f.
 template <class Around>
-void residual_row(int n, float* f, const float* v, const float* inverse_diagonal, Around around) {
+void residual_row(int n, float* r, const float* f, const float* v, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
   for (int k = 0; k < n; ++k)
-    f[k] = inverse_diagonal[k] > 0 ? f[k] + around.flux(k) - v[k] / inverse_diagonal[k] : 0.0f;
+    r[k] = inverse_diagonal[k] > 0 ? f[k] + around.flux(k) - v[k] / inverse_diagonal[k] : 0.0f;
 }
 
 }  // namespace
 
-Grid::Grid(const Layout& at, Team& team)
+Grid::Grid(const Layout& at, int sweeps, Team& team)
     : layout(at),
       v(at.size()),
       f(at.size()),
+      sweeps_(sweeps),
       team_(&team),
       residual_(at.colour_size()),
       inverse_diagonal_(at.size()),
@@ -141,12 +142,6 @@ void Grid::relax(int colour, int j) {
   });
 }
 
-void Grid::form_red_residual(int j) {
-  with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
-    red_residual_row(n, &residual_[at], &inverse_diagonal_[at], around);
-  });
-}
-
 /// Groups with a direct link that outweighs their links to cells are relaxed together: one after the other they would
 /// not get rid of what is common to a chain of them, and CG's natural norm would not notice.
 void Grid::couple_tightly(const std::vector<float>& group_diagonal) {
@@ -211,23 +206,51 @@ void Grid::relax_groups(bool forward) {
   if (forward) relax_tight();
 }
 
+/// The groups once more, after a sweep; flux_ becomes what their change is.
+void Grid::relax_groups_again(bool forward) {
+  const std::vector<float> before = phi;
+  std::fill(flux_.begin(), flux_.end(), 0.0f);
+  links_.add_to_groups(*team_, v.data(), flux_.data());
+  relax_groups(forward);
+  for (std::size_t g = 0; g < phi.size(); ++g) flux_[g] = phi[g] - before[g];
+}
+
+void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
+  links_.add_to_row(j, potential.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
+}
+
 /// Conductors first: a conductor's charge spreads into its potential before the cells see it. Without that the sweep
 /// smooths against a wrong boundary (26 iterations of CG in place of 12).
 void Grid::smooth_from_zero() {
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
   relax_groups(true);
-  wavefront(*team_, layout, 3, [&](int stage, int j) {
+  wavefront(*team_, layout, sweeps_ == 1 ? 3 : 2, [&](int stage, int j) {
     if (stage == 0) {
-      links_.add_to_row(j, phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
+      add_link_fluxes(j, phi);
       const std::ptrdiff_t at = layout.row(0, j);
       relax_row_from_zero(layout.row_length(0, j), &v[at], &f[at], &inverse_diagonal_[at]);
     } else if (stage == 1) {
       relax(1, j);
     } else {
-      form_red_residual(j);
+      with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
+        red_residual_row(n, &residual_[at], &inverse_diagonal_[at], around);
+      });
     }
   });
+  for (int sweep = 1; sweep < sweeps_; ++sweep) {
+    relax_groups_again(true);
+    wavefront(*team_, layout, sweep + 1 == sweeps_ ? 3 : 2, [&](int stage, int j) {
+      if (stage == 0) add_link_fluxes(j, flux_);
+      if (stage < 2) {
+        relax(stage, j);
+      } else {
+        with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
+          residual_row(n, &residual_[at], &f[at], &v[at], &inverse_diagonal_[at], around);
+        });
+      }
+    });
+  }
 }
 
 /// Full weighting, the transpose of bilinear interpolation: a coarse cell collects its fine cells' residuals with
@@ -336,30 +359,40 @@ void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& 
 
 /// The correction goes to the red cells only: the black ones are relaxed next and forget what they had.
 void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_product) {
-  wavefront(*team_, layout, 3, [&](int stage, int j) {
-    if (stage == 0) {
-      links_.add_to_row(j, coarse.phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
-      float* __restrict to = v.data();
-      const float* __restrict inverse_diagonal = inverse_diagonal_.data();
-      interpolate_row(coarse, 0, j, [=](std::ptrdiff_t slot, float correction) {
-        to[slot] = inverse_diagonal[slot] > 0 ? to[slot] + correction : 0.0f;
-      });
-    } else if (stage == 1) {
-      relax(1, j);
-    } else {
-      relax(0, j);
-      if (!r) return;
-      row_product[j] = 0;
-      for (int colour = 0; colour < 2; ++colour) {
-        const std::ptrdiff_t at = layout.row(colour, j);
-        row_product[j] += row_dot(layout.row_length(colour, j), r + at, v.data() + at);
+  for (int sweep = 0; sweep < sweeps_; ++sweep) {
+    const bool is_last = sweep + 1 == sweeps_;
+    wavefront(*team_, layout, 3, [&](int stage, int j) {
+      if (stage == 0) {
+        add_link_fluxes(j, sweep == 0 ? coarse.phi : flux_);
+        if (sweep == 0) add_correction(coarse, j);
+      } else if (stage == 1) {
+        relax(1, j);
+      } else {
+        relax(0, j);
+        if (r && is_last) row_product[j] = row_dot_of_cells(r, j);
       }
-    }
+    });
+    if (sweep == 0)
+      for (std::size_t g = 0; g < phi.size(); ++g) phi[g] += coarse.phi[g];
+    relax_groups_again(false);
+  }
+}
+
+void Grid::add_correction(const Grid& coarse, int j) {
+  float* __restrict to = v.data();
+  const float* __restrict inverse_diagonal = inverse_diagonal_.data();
+  interpolate_row(coarse, 0, j, [=](std::ptrdiff_t slot, float correction) {
+    to[slot] = inverse_diagonal[slot] > 0 ? to[slot] + correction : 0.0f;
   });
-  for (std::size_t g = 0; g < phi.size(); ++g) phi[g] += coarse.phi[g];
-  std::fill(flux_.begin(), flux_.end(), 0.0f);
-  links_.add_to_groups(*team_, v.data(), flux_.data());
-  relax_groups(false);
+}
+
+double Grid::row_dot_of_cells(const double* r, int j) const {
+  double product = 0;
+  for (int colour = 0; colour < 2; ++colour) {
+    const std::ptrdiff_t at = layout.row(colour, j);
+    product += row_dot(layout.row_length(colour, j), r + at, v.data() + at);
+  }
+  return product;
 }
 
 void Grid::interpolate_from(const Grid& coarse) {
@@ -377,9 +410,9 @@ void Grid::form_residual() {
   for_each_row(*team_, layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour)
       with_neighbours(colour, j, [&](std::ptrdiff_t at, int n, const auto& around) {
-        residual_row(n, &f[at], &v[at], &inverse_diagonal_[at], around);
+        residual_row(n, &f[at], &f[at], &v[at], &inverse_diagonal_[at], around);
       });
-    links_.add_to_row(j, phi.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
+    add_link_fluxes(j, phi);
   });
   add_group_charges(charge);
 }

@@ -13,7 +13,8 @@ namespace lichtenberg::laplace {
 /// made of. Every pass over cells runs in bands of rows on the team (wavefront.hpp).
 class Grid {
  public:
-  Grid(const Layout& at, Team& team);
+  /// `sweeps` over the cells go before, and as many after, the correction from the next coarser grid.
+  Grid(const Layout& at, int sweeps, Team& team);
 
   void build(const LaplaceProblem& problem, const Level& level);
 
@@ -50,9 +51,12 @@ class Grid {
   template <class Effect>
   void with_neighbours(int colour, int j, const Effect& effect) const;
   void relax(int colour, int j);
-  void form_red_residual(int j);
   void couple_tightly(const std::vector<float>& group_diagonal);
   void relax_groups(bool forward);
+  void relax_groups_again(bool forward);
+  void add_link_fluxes(int j, const std::vector<float>& potential);
+  void add_correction(const Grid& coarse, int j);
+  double row_dot_of_cells(const double* r, int j) const;
   void add_group_charges(std::vector<float>& sum) const;
   template <class Effect>
   void interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const;
@@ -60,6 +64,7 @@ class Grid {
   void restrict_groups(Grid& coarse);
   const float* natural_row(int j) const { return &natural_[(j + 1) * natural_stride_ + Layout::pad]; }
 
+  int sweeps_;
   Team* team_;
   LinkLists<float> links_;
   std::vector<float> residual_;          // by slot, red cells only

@@ -9,6 +9,14 @@
 
 namespace lichtenberg::laplace {
 
+namespace {
+
+/// Sweeps before and after on all grids but the finest. What a second one costs there, an eighth of an iteration, takes
+/// two iterations of eleven away.
+constexpr int coarse_sweeps = 2;
+
+}  // namespace
+
 Multigrid::Multigrid(LinkFormula formula, Team& team) : formula_(formula), team_(team) {}
 Multigrid::~Multigrid() = default;
 
@@ -18,7 +26,10 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
   if (!grids_.empty()) return;
   for (const GridSize size : grid_sizes(finest.nx, finest.ny)) {
     if (!grids_.empty()) coarse_levels_.push_back(std::make_unique<Level>(problem, size.nx, size.ny));
-    grids_.push_back(std::make_unique<Grid>(grids_.empty() ? finest : coarse_levels_.back()->layout, team_));
+    if (grids_.empty())
+      grids_.push_back(std::make_unique<Grid>(finest, 1, team_));
+    else
+      grids_.push_back(std::make_unique<Grid>(coarse_levels_.back()->layout, coarse_sweeps, team_));
   }
   coarse_solver_ = std::make_unique<CoarseSolver>();
   row_product_.resize(finest.ny);
@@ -92,14 +103,16 @@ void Multigrid::cycle(int l, const double* r, double* row_product) {
     coarse_solver_->solve(grid.f.data(), grid.charge.data(), grid.v.data(), grid.phi.data());
     return;
   }
+  const int more_sweeps = l == 0 ? 0 : coarse_sweeps - 1;
   grid.smooth_from_zero();
-  work_ += share(l);  // black cells, and the residual in the red ones; the red ones' first values take no stencil
+  // Black cells, and the residual in the red ones; the red ones' first values take no stencil.
+  work_ += (1 + more_sweeps) * share(l);
   grid.restrict_to(*grids_[l + 1]);
   work_ += 0.5 * share(l);
   cycle(l + 1, nullptr, nullptr);
   spread_correction(l + 1);
   grid.correct_and_smooth(*grids_[l + 1], r, row_product);
-  work_ += 1.5 * share(l);  // interpolation to the red cells, black cells, red cells
+  work_ += (1.5 + more_sweeps) * share(l);  // interpolation to the red cells, black cells, red cells
 }
 
 void Multigrid::nested_guess(const LaplaceProblem& problem, double scale, double* x) {

@@ -239,7 +239,7 @@ TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled di
   level.build(problem, LinkFormula::log_fitted);
   CutCellOperator op;
   op.build(problem, level);
-  Multigrid multigrid(LinkFormula::log_fitted);
+  Multigrid multigrid(LinkFormula::log_fitted, Team::single(), 1);  // launches are dear on the device: one sweep
   multigrid.prepare(problem, level.layout);
   multigrid.build_coarse(problem);
   multigrid.build_finest(problem, level);
@@ -284,8 +284,9 @@ TEST_CASE("the device's solution is the CPU's to solver tolerance") {
       for (const double q : a.body_charge) charge = std::max(charge, std::abs(q));
       for (const Vec2 f : a.body_force) force = std::max(force, norm(f));
       // The tolerance bounds the energy norm; single values may be wrong by that times sqrt(energy / conductance),
-      // across a narrow gap by the root of its conductance more: 1e-10 times some 100.
-      const double accuracy = 1e-8;
+      // across a narrow gap by the root of its conductance more: 1e-10 times some 100,
+      // in either solution.
+      const double accuracy = 2e-8;
       for (std::size_t g = 0; g < a.group_potential.size(); ++g)
         CHECK(std::abs(b.group_potential[g] - a.group_potential[g]) < accuracy * potential);
       for (std::size_t k = 0; k < a.body_charge.size(); ++k) {

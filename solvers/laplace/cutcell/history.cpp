@@ -104,11 +104,9 @@ History::Products History::row_products(const CutCellOperator& op, const double*
       subtract(cell + below, level.north, cell + below);
       subtract(cell + above, level.north, cell);
     }
-    const std::ptrdiff_t end = row + at.row_length(colour, j);
     for (int q = 0; q < m; ++q)
-      op.links().add_to_row(j, past_[q].x.data() + op.cells(), [&](std::int32_t cell, double flux) {
-        if (cell >= row && cell < end) image[cell - row][q] -= flux;
-      });
+      op.links().add_to_row(colour, j, past_[q].x.data() + op.cells(),
+                            [&](std::int32_t cell, double flux) { image[cell - row][q] -= flux; });
     for (const std::int32_t k : active) {
       std::array<double, length> e{};
       for (int q = 0; q < m; ++q) e[q] = past_[q].x[row + k];

@@ -206,12 +206,16 @@ void Level::join_parts(Team& team) {
 }
 
 void Level::sort_by_row() {
-  row_start.assign(layout.ny + 1, 0);
-  for (const int row : link_row_) ++row_start[row + 1];
-  std::partial_sum(row_start.begin(), row_start.end(), row_start.begin());
-  std::vector<int> next(row_start.begin(), row_start.end() - 1);
+  const auto colour_row = [&](std::size_t m) {
+    return 2 * link_row_[m] + (links[m].cell >= layout.colour_size() ? 1 : 0);
+  };
+  std::vector<int> start(2 * layout.ny + 1, 0);
+  for (std::size_t m = 0; m < links.size(); ++m) ++start[colour_row(m) + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  row_start.resize(layout.ny + 1);
+  for (int j = 0; j <= layout.ny; ++j) row_start[j] = start[2 * j];
   links_by_row.resize(links.size());
-  for (int m = 0; m < static_cast<int>(links.size()); ++m) links_by_row[next[link_row_[m]]++] = m;
+  for (std::size_t m = 0; m < links.size(); ++m) links_by_row[start[colour_row(m)]++] = static_cast<int>(m);
 }
 
 void Level::sum_diagonal(Team& team) {

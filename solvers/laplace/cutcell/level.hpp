@@ -78,7 +78,7 @@ class Level {
   std::vector<std::ptrdiff_t> rim;      ///< covered cells beside one that their body does not cover
   std::vector<Link> links;              ///< by body
   std::vector<int> link_start;          ///< [bodies + 1] a body's first in `links`
-  std::vector<int> links_by_row;        ///< indices of all links, by the row of their cell
+  std::vector<int> links_by_row;        ///< indices of all links, by their cell's row and in it by its colour
   std::vector<int> row_start;           ///< [ny + 1] a row's first in `links_by_row`
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups

@@ -22,6 +22,7 @@ class LinkLists {
     body_group_.resize(bodies);
     for (int body = 0; body < bodies; ++body) body_group_[body] = problem.bodies[body].group;
     body_sum_.resize(bodies);
+    black_start_.resize(rows);
     const int chunks = 4 * team.size();
     team.for_each(chunks, [&](int k) {
       const std::size_t size = level.links.size();
@@ -29,6 +30,12 @@ class LinkLists {
         const Link& link = level.links[m];
         by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
       }
+      for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j)
+        black_start_[j] = static_cast<int>(
+            std::partition_point(level.links_by_row.begin() + row_start_[j],
+                                 level.links_by_row.begin() + row_start_[j + 1],
+                                 [&](int m) { return level.links[m].cell < level.layout.colour_size(); }) -
+            level.links_by_row.begin());
       for (int m = row_start_[rows * k / chunks]; m < row_start_[rows * (k + 1) / chunks]; ++m) {
         const Link& link = level.links[level.links_by_row[m]];
         by_row_[m] = {static_cast<std::int32_t>(link.cell), body_group_[link.body],
@@ -42,6 +49,14 @@ class LinkLists {
   void add_to_row(int j, const Real* potential, const Effect& effect) const {
     for (int m = row_start_[j]; m < row_start_[j + 1]; ++m)
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
+  }
+
+  /// The same for the row's cells of one colour.
+  template <class Effect>
+  void add_to_row(int colour, int j, const Real* potential, const Effect& effect) const {
+    const int from = colour == 0 ? row_start_[j] : black_start_[j],
+              to = colour == 0 ? black_start_[j] : row_start_[j + 1];
+    for (int m = from; m < to; ++m) effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].
@@ -78,7 +93,7 @@ class LinkLists {
     for (int body = 0; body < bodies; ++body) sum[body_group_[body]] += body_sum_[body];
   }
 
-  std::vector<int> body_start_, row_start_, body_group_;
+  std::vector<int> body_start_, row_start_, black_start_, body_group_;
   std::vector<OfBody> by_body_;
   std::vector<OfRow> by_row_;
   mutable std::vector<Real> body_sum_;

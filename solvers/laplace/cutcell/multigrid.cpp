@@ -9,15 +9,8 @@
 
 namespace lichtenberg::laplace {
 
-namespace {
-
-/// Sweeps before and after on all grids but the finest. What a second one costs there, an eighth of an iteration, takes
-/// two iterations of eleven away.
-constexpr int coarse_sweeps = 2;
-
-}  // namespace
-
-Multigrid::Multigrid(LinkFormula formula, Team& team) : formula_(formula), team_(team) {}
+Multigrid::Multigrid(LinkFormula formula, Team& team, int coarse_sweeps)
+    : formula_(formula), team_(team), coarse_sweeps_(coarse_sweeps) {}
 Multigrid::~Multigrid() = default;
 
 int Multigrid::levels() const { return static_cast<int>(grids_.size()); }
@@ -29,7 +22,7 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
     if (grids_.empty())
       grids_.push_back(std::make_unique<Grid>(finest, 1, team_));
     else
-      grids_.push_back(std::make_unique<Grid>(coarse_levels_.back()->layout, coarse_sweeps, team_));
+      grids_.push_back(std::make_unique<Grid>(coarse_levels_.back()->layout, coarse_sweeps_, team_));
   }
   coarse_solver_ = std::make_unique<CoarseSolver>();
   row_product_.resize(finest.ny);
@@ -103,7 +96,7 @@ void Multigrid::cycle(int l, const double* r, double* row_product) {
     coarse_solver_->solve(grid.f.data(), grid.charge.data(), grid.v.data(), grid.phi.data());
     return;
   }
-  const int more_sweeps = l == 0 ? 0 : coarse_sweeps - 1;
+  const int more_sweeps = l == 0 ? 0 : coarse_sweeps_ - 1;
   grid.smooth_from_zero();
   // Black cells, and the residual in the red ones; the red ones' first values take no stencil.
   work_ += (1 + more_sweeps) * share(l);

@@ -95,6 +95,46 @@ void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, 
   write_right_hand_side(problem, *level_, scale, b, b + cells_);
 }
 
+double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) {
+  const Layout& at = level_->layout;
+  if (!level_->east.empty()) return 0;
+  link_flux_.resize(cells_);
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    relax_groups(b, x);
+    for (int colour = 0; colour < 2; ++colour)
+      for_each_row(*team_, at, [&](int j) { relax_edges_of_row(colour, j, b, x); });
+  }
+  relax_groups(b, x);
+  return sweeps * static_cast<double>(level_->links.size()) / (static_cast<double>(at.nx) * at.ny);
+}
+
+void CutCellOperator::relax_groups(const double* b, double* x) const {
+  std::vector<double> flux(b + cells_, b + size());
+  links_.add_to_groups(*team_, x, flux.data());
+  for (const GroupPair& pair : pairs_) {
+    flux[pair.a] += pair.conductance * x[cells_ + pair.b];
+    flux[pair.b] += pair.conductance * x[cells_ + pair.a];
+  }
+  for (std::size_t g = 0; g < groups_; ++g)
+    if (group_diagonal_[g] > 0) x[cells_ + g] = flux[g] / group_diagonal_[g];
+}
+
+void CutCellOperator::relax_edges_of_row(int colour, int j, const double* b, double* x) {
+  const Layout& at = level_->layout;
+  const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
+  const std::ptrdiff_t beside = at.row(other, j) + Layout::parity(colour, j) - row;
+  const std::ptrdiff_t below = at.row(other, j - 1) - row, above = at.row(other, j + 1) - row;
+  const double* potential = x + cells_;
+  links_.add_to_row(colour, j, potential, [&](std::int32_t cell, double flux) { link_flux_[cell] += flux; });
+  // A cell with several links is relaxed as often, to the same value.
+  links_.add_to_row(colour, j, potential, [&](std::int32_t cell, double) {
+    x[cell] =
+        (b[cell] + link_flux_[cell] + x[cell + beside - 1] + x[cell + beside] + x[cell + below] + x[cell + above]) /
+        level_->diagonal[cell];
+  });
+  links_.add_to_row(colour, j, potential, [&](std::int32_t cell, double) { link_flux_[cell] = 0; });
+}
+
 void CutCellOperator::mask(double* x) const {
   for (const std::ptrdiff_t slot : level_->covered) x[slot] = 0;
   for (std::size_t g = 0; g < groups_; ++g)

@@ -29,6 +29,9 @@ class CutCellOperator {
   /// all charges are exact to rounding. What CG has left open is of the order of its tolerance; these shifts are a
   /// Galerkin correction, so that they lessen the error in the energy norm. `scale` as for the right-hand side b.
   void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
+  /// Smooths x where a change of geometry leaves its largest errors: sweeps over the groups and the cells linked to
+  /// them. Returns the work, in evaluations of A.
+  double relax_edges(const double* b, double* x, int sweeps);
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
@@ -37,6 +40,8 @@ class CutCellOperator {
   Team& team() const { return *team_; }
 
  private:
+  void relax_groups(const double* b, double* x) const;
+  void relax_edges_of_row(int colour, int j, const double* b, double* x);
   void narrow_row(int j, const double* x, double* y) const;
   const Level* level_ = nullptr;
   Team* team_ = nullptr;
@@ -47,6 +52,7 @@ class CutCellOperator {
     double conductance;
   };
   std::vector<GroupPair> pairs_;
+  std::vector<double> link_flux_;       // by slot, 0 between two uses
   std::vector<double> group_diagonal_;  // 0: fixed
 };
 

@@ -33,6 +33,10 @@ int team_size(const CutCellOptions& options) {
   return static_cast<int>(std::clamp(useful, 1L, available));
 }
 
+/// Of a first guess before CG starts. Four cost a third of a residual evaluation and take its error in the energy norm
+/// down to an eighth.
+constexpr int edge_sweeps = 4;
+
 }  // namespace
 
 struct CutCellSolver::Implementation {
@@ -131,6 +135,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
     system->first_guess(problem, scale, x);
   else
     solution.work += history.first_guess(problem, op, b, x);
+  solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = std::sqrt(std::max(0.0, op.dot(x.data(), b.data())));
   system->solve(b, x, {options.tolerance, guess_norm, 0, 0}, solution);
   op.balance(problem, scale, b.data(), x.data());

@@ -217,6 +217,50 @@ TEST_CASE("solve and explain by multipoles") {
   check_refused(run(folder, "run small.toml"), "[effects.hertz_contact]");
 }
 
+/// The small scene with its [field] asking for an accuracy in place of cells.
+std::string small_scene_asking(const std::string& accuracy) {
+  std::string scene = small_scene;
+  scene.replace(scene.find("cells = 64"), 10, "accuracy = " + accuracy);
+  return scene;
+}
+
+TEST_CASE("solve, explain and run say what they chose for an accuracy") {
+  const Folder folder;
+  write(folder.path / "grid.toml", small_scene_asking("1e-2\n  method = \"cut-cell\""));
+  write(folder.path / "any.toml", small_scene_asking("1e-6"));
+  const json by_grid = json::parse(run(folder, "solve grid.toml --json").out);
+  const json exact = json::parse(run(folder, "solve any.toml --json").out);
+  CHECK(by_grid["method"] == "cut-cell");
+  CHECK(exact["method"] == "multipole");
+  for (const json& answer : {by_grid, exact})
+    CHECK(answer["accuracy"]["estimated_error"].get<double>() <= answer["accuracy"]["asked"].get<double>());
+  // The electrode side is at 0 V: the largest potential is the largest difference.
+  const double held = exact["conductors"][0]["potential"];
+  CHECK(by_grid["conductors"][0]["potential"].get<double>() == near(held, 1e-2));
+  CHECK(contains(run(folder, "solve grid.toml").out, "chosen      cut-cell"));
+  const std::string explained = run(folder, "explain grid.toml --petsc -options_left -nobodys_option").out;
+  CHECK(contains(explained, "accuracy             0.01: some "));
+  CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started
+  write(folder.path / "moving.toml",
+        small_scene_asking(
+            "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));
+  const Result result = run(folder, "run moving.toml");
+  INFO(result.err);
+  CHECK(result.status == 0);
+  CHECK(contains(result.out, "field          cut-cell, "));
+  CHECK(contains(result.out, "field error    at most "));
+}
+
+TEST_CASE("an accuracy that cannot be met is refused with what can") {
+  const Folder folder;
+  // A gap of a ten-thousandth of the box.
+  std::string close = small_scene_asking("1e-9\n  method = \"cut-cell\"");
+  close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
+  write(folder.path / "close.toml", close);
+  for (const std::string command : {"solve", "explain", "run"})
+    check_refused(run(folder, command + " close.toml"), "an accuracy of ");
+}
+
 TEST_CASE("other shapes than disks are refused by multipoles before any work") {
   const Folder folder;
   write(folder.path / "ring.toml",

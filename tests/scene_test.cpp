@@ -525,6 +525,24 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"rounding ends at 1e-10"});
 }
 
+TEST_CASE("an accuracy takes the place of cells and tolerances") {
+  const auto with = [](const std::string& field) {
+    return box + "[field]\naccuracy = 1e-3\n" + field + disk("[0.01, 0.01]");
+  };
+  CHECK(*parse(with("")).field.accuracy == 1e-3);
+  CHECK(parse(with("")).field.method == "");
+  CHECK(parse(with("method = \"cut-cell\"\n")).field.method == "cut-cell");
+  CHECK_FALSE(parse(with("")).field.estimate);
+  CHECK_FALSE(parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]")).field.accuracy);
+  for (const std::string key : {"cells", "tolerance", "moving_tolerance"})
+    check_refused(with(key + (key == "cells" ? " = 64\n" : " = 1e-5\n")),
+                  {"test.toml:5:", "field." + key + " is chosen for field.accuracy"});
+  check_refused(with("method = \"relaxation\"\n"),
+                {"field.method = \"relaxation\" is not allowed with field.accuracy"});
+  check_refused(with("links = \"plain\"\n"), {"field.links = \"plain\" is not allowed with field.accuracy"});
+  check_refused(box + "field.accuracy = 1e-13\n" + disk("[0.01, 0.01]"), {"at least 1e-12 and at most 0.1"});
+}
+
 TEST_CASE("frames must be told apart") {
   const auto every = [](const std::string& value) {
     return box + "field.cells = 64\noutput.every = " + value + "\nstop.time = 1.0\n" + disk("[0.01, 0.01]");

@@ -16,6 +16,7 @@
 #include "src/commands/device.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/field_choice.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -109,10 +110,19 @@ double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& pro
   return static_cast<double>(unknowns);
 }
 
+/// What is likely to be chosen: nothing has been solved.
+void explain_accuracy(const Scene& scene) {
+  if (!scene.field.accuracy) return;
+  fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
+             *scene.field.accuracy,
+             scene.field.method == "multipole" ? "this tolerance" : fmt::format("some {} cells", scene.field.cells));
+}
+
 /// Returns what the cost grows with.
 double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   fmt::print("\nfield\n");
   fmt::print("  method               {}\n", method_in_words(scene.field));
+  explain_accuracy(scene);
   fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field.tolerance,
              scene.field.moving_tolerance);
   return scene.field.method == "multipole" ? explain_multipoles(scene, problem) : explain_grid(scene, problem);
@@ -140,15 +150,28 @@ void explain_cost(const Scene& scene, double size) {
   explain_run(scene, cost);
 }
 
-void explain(const Scene& scene) {
-  const Summaries effects = effects::summarize_effects(scene);
-  // First what may be refused: a device that is not there, charge that has nowhere to go.
+bool is_for_a_run(const Scene& scene) {
+  const Effects& e = scene.effects;
+  return e.current_source || e.stokes_drag || e.hertz_contact || e.wall_contact || e.contact_discharge;
+}
+
+/// Chosen for a run if the scene has more than a field, else for `solve`.
+FieldOptions foreseen_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
+  return effects::with_choice(scene.field,
+                              laplace::foresee(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
+}
+
+void explain(Scene scene) {
+  // First what may be refused: charge that has nowhere to go, an accuracy that cannot be met, a device that is not
+  // there.
   std::optional<FieldProblem> field;
   if (scene.effects.floating_conductors) {
-    effects::make_field_solver(scene.field);
     field = make_field_problem(scene);
     field->problem.check();
+    if (scene.field.accuracy) scene.field = foreseen_field(scene, field->problem);
+    effects::make_field_solver(scene.field);
   }
+  const Summaries effects = effects::summarize_effects(scene);
   explain_scene(scene);
   explain_effects(effects);
   explain_needs(effects);

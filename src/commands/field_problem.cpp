@@ -4,17 +4,10 @@
 #include <fmt/ranges.h>
 
 #include "solvers/error.hpp"
-#include "src/effects/contact_discharge.hpp"
+#include "src/effects/field_choice.hpp"
 
 namespace lichtenberg {
 namespace {
-
-effects::ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
-  if (!scene.effects.contact_discharge) return effects::electrical_groups(scene, {});
-  effects::ContactDischarge discharge(scene);
-  discharge.update(bodies);
-  return effects::electrical_groups(scene, discharge.contacts());
-}
 
 std::string name_of_group(const Scene& scene, const std::vector<int>& members) {
   for (const int i : members)
@@ -49,6 +42,12 @@ std::string method_in_words(const FieldOptions& field) {
                      linear_solver_in_words(field), field.device == "cuda" ? ", on a CUDA device" : "");
 }
 
+std::string choice_in_words(const FieldOptions& field) {
+  const std::string grid = field.method == "multipole" ? "" : fmt::format("{} cells, ", field.cells);
+  return fmt::format("{}, {}tolerance {:.2g}: an estimated error of {:.1e}, where {:g} is allowed", field.method, grid,
+                     field.tolerance, *field.estimate, *field.accuracy);
+}
+
 FieldProblem make_field_problem(const Scene& scene) {
   if (!scene.effects.floating_conductors)
     throw InputError(
@@ -56,7 +55,7 @@ FieldProblem make_field_problem(const Scene& scene) {
   Bodies bodies = make_bodies(scene);
   bodies.charge = initial_charges(scene);
   FieldProblem field;
-  field.groups = groups_at_start(scene, bodies);
+  field.groups = effects::groups_at_start(scene, bodies);
   field.problem = effects::make_laplace_problem(scene, bodies, field.groups);
   field.group_names = name_groups(scene, field.problem);
   return field;

@@ -20,5 +20,7 @@ FieldProblem make_field_problem(const Scene& scene);
 
 /// As `explain` and `solve` name it.
 std::string method_in_words(const FieldOptions& field);
+/// What was chosen for an accuracy, in a line.
+std::string choice_in_words(const FieldOptions& field);
 
 }  // namespace lichtenberg

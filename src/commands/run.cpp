@@ -10,10 +10,12 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/draw.hpp"
+#include "src/commands/field_problem.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/commands/progress.hpp"
 #include "src/commands/summary.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/record/recorder.hpp"
@@ -31,7 +33,7 @@ Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.floating_conductors ? &scene.field : nullptr);
-  return scene;
+  return effects::with_field_chosen(std::move(scene));
 }
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
@@ -65,6 +67,7 @@ class Run {
   }
 
   void go() {
+    if (scene_.field.estimate && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field));
     advance_to_the_end();
     if (scene_.output.picture) draw_picture();
     if (!request_.quiet) print_summary(scene_.output.file, outcome_, simulation_.counters(), seconds());
@@ -109,6 +112,7 @@ class Run {
   }
 
   void save() {
+    check_accuracy();
     const Stopwatch stopwatch(recording_seconds_);
     Milestone milestone;
     if (scene_.effects.floating_conductors) milestone.field = simulation_.field();
@@ -116,6 +120,21 @@ class Run {
     milestone.seconds = seconds();
     if (outcome_.over) milestone.summary = quantities(outcome_);
     recorder_.save(milestone);
+  }
+
+  /// The choice was made at the start, and conductors have moved since.
+  void check_accuracy() {
+    const auto* field = simulation_.model().find<effects::FloatingConductors>();
+    if (field == nullptr || !field->last_problem()) return;
+    const Stopwatch stopwatch(checking_seconds_);
+    const double asked = *scene_.field.accuracy;
+    const double estimate = effects::estimated_error(scene_.field, *field->last_problem());
+    if (estimate > asked && outcome_.largest_error.value_or(0) <= asked)
+      fmt::print(
+          stderr,
+          "lichtenberg: at t = {:.6g} s the field's error is estimated at {:.1e}, more than field.accuracy = {:g}\n",
+          simulation_.time(), estimate, asked);
+    outcome_.largest_error = std::max(outcome_.largest_error.value_or(0), estimate);
   }
 
   [[noreturn]] void stop_here(Progress& progress) {
@@ -138,11 +157,13 @@ class Run {
   /// Wall time since this program started, by activity.
   std::map<std::string, double> seconds() const {
     const Counters& counters = simulation_.counters();
-    return {{"field", counters.field_seconds},
-            {"mechanics", counters.mechanics_seconds},
-            {"contacts", counters.contact_seconds},
-            {"recording", recording_seconds_},
-            {"picture", picture_seconds_}};
+    std::map<std::string, double> all = {{"field", counters.field_seconds},
+                                         {"mechanics", counters.mechanics_seconds},
+                                         {"contacts", counters.contact_seconds},
+                                         {"recording", recording_seconds_},
+                                         {"picture", picture_seconds_}};
+    if (scene_.field.accuracy) all["accuracy"] = checking_seconds_;
+    return all;
   }
 
   static double sum(const std::vector<double>& terms) { return std::accumulate(terms.begin(), terms.end(), 0.0); }
@@ -153,7 +174,7 @@ class Run {
   Simulation simulation_;
   Outcome outcome_{.initial_charge = sum(initial_charges(scene_))};
   bool nothing_unsaved_ = true;
-  double recording_seconds_ = 0, picture_seconds_ = 0;
+  double recording_seconds_ = 0, picture_seconds_ = 0, checking_seconds_ = 0;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/effects/field_choice.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/vtkhdf.hpp"
 
@@ -63,6 +64,7 @@ void print_table(const Answer& answer) {
   print_conductors(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
   fmt::print("method      {}\n", method_in_words(answer.scene.field));
+  if (answer.scene.field.accuracy) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field));
   fmt::print("unknowns    {}\n", solution.unknowns);
   fmt::print("iterations  {}\n", solution.iterations);
   if (solution.work > 0) fmt::print("work        {:.1f} evaluations of the residual on the whole grid\n", solution.work);
@@ -93,11 +95,17 @@ nlohmann::ordered_json capacitance_json(const Answer& answer) {
 
 void print_json(const Answer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
+  const FieldOptions& field = answer.scene.field;
   nlohmann::ordered_json json;
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
   json["energy"] = answer.energy();
-  json["method"] = answer.scene.field.method;
+  json["method"] = field.method;
+  if (field.accuracy)
+    json["accuracy"] = {{"asked", *field.accuracy},
+                        {"estimated_error", *field.estimate},
+                        {"cells", field.cells},
+                        {"tolerance", field.tolerance}};
   json["unknowns"] = solution.unknowns;
   json["iterations"] = solution.iterations;
   if (solution.work > 0) json["work"] = solution.work;
@@ -116,12 +124,25 @@ void check_output(const SolveArguments& request) {
     throw InputError(fmt::format("{} exists: give --field another name, or allow --overwrite", request.field));
 }
 
+/// Fills in the solution, and what was chosen for it. Returns its solver.
+std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
+  if (answer.scene.field.accuracy) {
+    laplace::AccurateSolution found =
+        solve_to_accuracy(answer.field.problem, effects::accuracy_request(answer.scene, false));
+    answer.scene.field = effects::with_choice(answer.scene.field, found.choice);
+    answer.solution = std::move(found.solution);
+    return std::move(found.solver);
+  }
+  auto solver = effects::make_field_solver(answer.scene.field);
+  answer.solution = solver->solve(answer.field.problem);
+  return solver;
+}
+
 Answer solve(const SolveArguments& request) {
   Answer answer{.scene = read_scene_for(request.scene, request.device), .field = {}, .solution = {}, .capacitance = {}};
   effects::check_processes(&answer.scene.field);
   answer.field = make_field_problem(answer.scene);
-  const auto solver = effects::make_field_solver(answer.scene.field);
-  answer.solution = solver->solve(answer.field.problem);
+  const auto solver = solve_as_asked(answer);
   if (!request.field.empty()) write_field_vtkhdf(request.field, solver->field(), request.overwrite);
   if (request.capacitance) answer.capacitance = capacitance_matrix(*solver, answer.field.problem);
   for (double& entry : answer.capacitance) entry *= answer.depth();

@@ -34,6 +34,9 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
   fmt::print(
       "field solves   {}, {:.3g} iterations each\n", counters.field_solves,
       static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));
+  if (outcome.largest_error)
+    fmt::print("field error    at most {:.1e} of the largest value, estimated at checkpoints\n",
+               *outcome.largest_error);
   fmt::print("contacts       {} made, {} lost\n", counters.contacts_made, counters.contacts_lost);
 }
 
@@ -70,6 +73,7 @@ std::vector<Quantity> quantities(const Outcome& outcome) {
                                {"energy", outcome.frame.energy, "J"},
                                {"charge_imbalance", charge_imbalance(outcome), "C"},
                                {"relative_charge_imbalance", relative_charge_imbalance(outcome), "1"}};
+  if (outcome.largest_error) result.push_back({"field_error_estimate", *outcome.largest_error, "1"});
   if (outcome.network) {
     const analysis::DegreeDistribution& degrees = outcome.network->degrees;
     result.push_back({"connected_fraction", connected_fraction(outcome), "1"});

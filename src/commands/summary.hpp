@@ -18,7 +18,8 @@ struct Outcome {
   std::optional<analysis::Network> network;  ///< of that frame
   bool over = false;
   bool stationary = false;
-  double initial_charge = 0;  ///< C, on the conductors at the start
+  double initial_charge = 0;            ///< C, on the conductors at the start
+  std::optional<double> largest_error;  ///< of the field, estimated at checkpoints; empty if no accuracy is asked for
 };
 
 /// What the source fed in is held or has drained (C); the rest is an error. Zero in a neutral scene.

@@ -4,7 +4,6 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
-#include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "src/model/neighbours.hpp"
@@ -47,8 +46,21 @@ laplace::LinkFormula link_formula(const std::string& name) {
 
 }  // namespace
 
+laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
+  using CutCell = laplace::CutCellOptions;
+  const bool assembled = options.linear_solver == "assembled";
+  return {.cells = options.cells,
+          .tolerance = options.tolerance,
+          .links = link_formula(options.links),
+          .threads = options.threads,
+          .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
+          .device = options.device == "cuda" ? CutCell::Device::cuda : CutCell::Device::cpu};
+}
+
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
-  if (options.device != "cpu" && options.method != "cut-cell")
+  if (options.accuracy && !options.estimate)
+    throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+  if (options.device != "cpu" && (options.method == "multipole" || options.method == "relaxation"))
     throw InputError(
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
                     "\"cut-cell\" is the method that can use another device",
@@ -59,14 +71,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
   if (options.method == "multipole")
     return std::make_unique<laplace::MultipoleSolver>(
         laplace::MultipoleOptions{.tolerance = options.tolerance, .cells = options.cells});
-  using CutCell = laplace::CutCellOptions;
-  const bool assembled = options.linear_solver == "assembled";
-  return std::make_unique<laplace::CutCellSolver>(
-      CutCell{.cells = options.cells,
-              .tolerance = options.tolerance,
-              .links = link_formula(options.links),
-              .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
-              .device = options.device == "cuda" ? CutCell::Device::cuda : CutCell::Device::cpu});
+  return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
 }
 
 void check_can_move(const Scene& scene) {
@@ -85,6 +90,7 @@ void check_processes(const FieldOptions* field) {
   throw InputError(
       fmt::format("{} runs on one process, and mpirun started {}: {}",
                   !field                        ? "a scene without a field"
+                  : field->method.empty()       ? "field.accuracy without a field.method"
                   : field->method == "cut-cell" ? fmt::format("field.linear_solver = \"{}\"", field->linear_solver)
                                                 : fmt::format("field.method = \"{}\"", field->method),
                   processes,
@@ -136,6 +142,7 @@ const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const Elec
   check_contacts(bodies, groups);
   const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups);
   const laplace::LaplaceSolution solution = solver_->solve(problem);
+  if (scene_.field.accuracy) last_problem_ = problem;
   ++solves_;
   iterations_ += solution.iterations;
   const double depth = scene_.medium.depth;

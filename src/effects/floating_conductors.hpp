@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/groups.hpp"
 #include "src/model/effect.hpp"
@@ -15,6 +17,9 @@ namespace lichtenberg::effects {
 /// electrodes. Groups: the electrical groups in ascending order of id, then one an electrode. Charges become charges
 /// per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups);
+
+/// Those of the cut-cell method, at the tolerance of a single solve.
+laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
 /// cannot use, or that is not there.
@@ -50,6 +55,8 @@ class FloatingConductors : public Effect {
   /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.
   const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups);
+  /// The last problem that was solved, if the scene asks for an accuracy: for checks of it.
+  const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
   /// What the last solve found.
   const Electrostatics& last() const { return last_; }
   /// From now on the force on body i is force[i] + (t - time) * rate[i] (N, s, N/s).
@@ -68,6 +75,7 @@ class FloatingConductors : public Effect {
   std::unique_ptr<laplace::LaplaceSolver> solver_;
   std::vector<Terminal> terminals_;
   Electrostatics last_;
+  std::optional<laplace::LaplaceProblem> last_problem_;
   double time_ = 0;
   std::vector<Vec2> force_, rate_;
   std::int64_t solves_ = 0, iterations_ = 0;

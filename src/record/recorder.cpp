@@ -64,6 +64,8 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
   hdf5::put_attribute(group, "cells", field.cells);
   hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
   hdf5::put_attribute(group, "device", field.device);
+  if (field.accuracy) hdf5::put_attribute(group, "accuracy", *field.accuracy);
+  if (field.estimate) hdf5::put_attribute(group, "estimated_error", *field.estimate);
 }
 
 /// Only a run that is over has one: that of a run which was resumed with a later stop goes.

@@ -43,6 +43,7 @@ double cell_size(const Draft& draft) {
   const Vec2 size = draft.scene.domain.size;
   const int cells = draft.scene.field.cells;
   const double h = std::max(size.x, size.y) / cells;
+  if (draft.scene.field.accuracy) return h;  // another number will be chosen
   const double shorter = std::min(size.x, size.y);
   const double across = shorter / h;
   const double whole = std::max(1.0, std::round(across));
@@ -54,6 +55,22 @@ double cell_size(const Draft& draft) {
                "the shorter one would have {:g}, and a whole number is allowed; {:.12g} m would do",
                size.x, size.y, cells, across, whole * h));
   return h;
+}
+
+/// What is asked for in place of other keys excludes them.
+void check_accuracy(const Draft& draft) {
+  const FieldOptions& field = draft.scene.field;
+  if (!field.accuracy) return;
+  for (const std::string key : {"field.cells", "field.tolerance", "field.moving_tolerance"})
+    if (const int line = draft.line(key); line > 0)
+      refuse(draft.scene.path, line, key + " is chosen for field.accuracy: leave one of the two out");
+  const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& why) {
+    refuse(draft.scene.path, draft.line(key),
+           fmt::format("{} = \"{}\" is not allowed with field.accuracy: {}", key, value, why));
+  };
+  if (field.method == "relaxation")
+    refuse_with("field.method", field.method, "its error is not estimated; \"cut-cell\" and \"multipole\" are allowed");
+  if (field.links != "log-fitted") refuse_with("field.links", field.links, "\"log-fitted\" needs fewer cells");
 }
 
 /// What a method makes of the tolerance.
@@ -70,6 +87,7 @@ ToleranceOf tolerance_of(const std::string& method) {
 }
 
 void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
+  if (field.accuracy) return;
   const ToleranceOf method = tolerance_of(field.method);
   const auto fill_in = [&](const std::string& key, std::optional<double> given, double usual, double& value) {
     value = given.value_or(usual);
@@ -184,6 +202,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
   if (scene.effects.contact_discharge)
     scene.effects.contact_discharge->gap = draft.contact_gap.value_or(smallest_radius);
   fill_in_tolerances(draft, scene.field);
+  if (scene.field.accuracy && draft.line("field.method") == 0) scene.field.method.clear();
   scene.field.relaxation_eta = draft.relaxation_eta.value_or(0);
   scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
   scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
@@ -194,6 +213,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 
 Scene complete(const Draft& draft) {
   check_effects(draft);
+  check_accuracy(draft);
   Scene scene = draft.scene;
   scene.seed = static_cast<std::uint64_t>(draft.seed);
   scene.electrodes = build_electrodes(draft);

@@ -91,12 +91,21 @@ struct Effects {
   std::optional<ContactDischarge> contact_discharge;
 };
 
+/// Along the domain's longer side.
+constexpr int most_cells = 32768;
+
 struct FieldOptions {
+  /// Asked for in place of cells and tolerances: largest error of potentials, charges and forces, relative
+  /// (solvers/laplace/accuracy/measure.hpp). Until `estimate` says that they have been chosen, cells and tolerances
+  /// mean nothing, and an empty method is one to be chosen.
+  std::optional<double> accuracy;
+  std::optional<double> estimate;           ///< of the error, with what has been chosen
   std::string method = "cut-cell";          ///< cut-cell | multipole | relaxation
   int cells = 512;                          ///< S: cells along the domain's longer side; multipole: of the output
   double tolerance = 1e-8;                  ///< error of a single solve, relative; default by method
   double moving_tolerance = 1e-5;           ///< the same for the solves of a moving scene
   std::string device = "cpu";               ///< cpu | cuda
+  int threads = 0;                          ///< of the cut-cell method; 0: all cores, fewer on small grids
   std::string links = "log-fitted";         ///< log-fitted | plain | aperture
   std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
   double relaxation_eta = 0;                ///< step of the gradient descent (D 6.30), V m/C; 0: chosen

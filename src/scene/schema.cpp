@@ -327,6 +327,15 @@ Table field() {
       .path = "field",
       .help = "How the potential is computed.",
       .keys = {
+          {.name = "accuracy",
+           .place = [](Draft& d) { return &d.scene.field.accuracy; },
+           .range = {.low = 1e-12, .high = 0.1},
+           .computed_default = "none; cells and tolerances count",
+           .help =
+               "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
+               "over the largest difference of potentials, of a conductor's charge over the largest, of a force on a "
+               "disk over the largest. A run is chosen for at its start, for gaps down to contact_discharge's, and "
+               "checked at checkpoints"},
           {.name = "method",
            .place = [](Draft& d) { return &d.scene.field.method; },
            .choices = {"cut-cell", "multipole", "relaxation"},
@@ -335,7 +344,7 @@ Table field() {
                "only; relaxation: lattice and gradient descent (D 6.3-6.5)"},
           {.name = "cells",
            .place = [](Draft& d) { return &d.scene.field.cells; },
-           .range = {.low = 8, .high = 32768},
+           .range = {.low = 8, .high = most_cells},
            .help =
                "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
           {.name = "tolerance",
@@ -354,6 +363,10 @@ Table field() {
            .place = [](Draft& d) { return &d.scene.field.device; },
            .choices = {"cpu", "cuda"},
            .help = "where cut-cell solves; --device on the command line comes first"},
+          {.name = "threads",
+           .place = [](Draft& d) { return &d.scene.field.threads; },
+           .range = {.low = 0, .high = 1024},
+           .help = "that cut-cell shares its work among, for the same bits; 0: one a core, fewer on small grids"},
           {.name = "links",
            .place = [](Draft& d) { return &d.scene.field.links; },
            .choices = {"log-fitted", "plain", "aperture"},

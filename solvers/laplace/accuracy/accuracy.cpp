@@ -1,0 +1,269 @@
+#include "solvers/laplace/accuracy/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <map>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/accuracy/gaps.hpp"
+#include "solvers/laplace/accuracy/grids.hpp"
+#include "solvers/laplace/accuracy/measure.hpp"
+#include "solvers/laplace/accuracy/price.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
+
+namespace lichtenberg::laplace {
+namespace {
+
+// Factors without a derivation come from 400 random scenes (README.md).
+
+/// CG's error in the energy norm, in units of the accuracy: in potentials and forces it can be 100 times as large.
+constexpr double linear_share = 1e-4;
+/// The multipole method's error is mostly a tenth of its tolerance, but up to 20 times that where potentials are all
+/// but equal. Two tolerances a factor 100 apart tell: the finer's error is at most this share of their difference.
+constexpr double multipole_share = 0.1, coarser = 100, share_of_difference = 0.2, tolerances = 3;
+
+constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
+
+/// The cut-cell method's error, over its difficulty, is between a fifth and five times this; its estimate is mostly
+/// some 2.5 times the error.
+constexpr double likely_error = 0.04, estimate_over_error = 2.5;
+
+/// Estimate over what the worst of five coarser grids predicts: larger where the narrowest gap holds no more than a
+/// cell or two, for there errors do not fall regularly yet.
+constexpr double regular_from = 2;  // cells
+double safety(double cells_in_gap) { return cells_in_gap < 1 ? 7 : cells_in_gap < regular_from ? 3 : 2; }
+
+bool reaches_a_side(const Ring& ring, Vec2 size) {
+  const Vec2 c = ring.centre;
+  return ring.radius >= std::min({c.x, size.x - c.x, c.y, size.y - c.y});
+}
+
+/// The error falls like h^order. At a bar's right angles, 3 pi / 2 of fluid round a corner, the potential goes like
+/// r^(2/3), and fluxes through cells of size h are wrong by h^(4/3). Where a rim comes up to a side of the box, cells
+/// whose faces on the side it covers are taken to have insulating ones: first order.
+double order_of(const LaplaceProblem& problem) {
+  double order = 2;
+  for (const Body& body : problem.bodies) {
+    if (std::holds_alternative<Bar>(body.shape)) order = std::min(order, 4.0 / 3);
+    const Ring* ring = std::get_if<Ring>(&body.shape);
+    if (ring && reaches_a_side(*ring, problem.size)) order = 1;
+  }
+  return order;
+}
+
+double cut_cell_tolerance(double accuracy) { return std::max(linear_share * accuracy, finest_tolerance); }
+
+double refusal_margin(double estimate) { return 1.5 * estimate; }
+
+[[noreturn]] void refuse(double accuracy, const std::string& why, double possible) {
+  throw InputError(fmt::format("an accuracy of {:g} cannot be met: {} about {:.1e} would be possible", accuracy, why,
+                               refusal_margin(possible)));
+}
+
+/// Solutions of one problem on grids of different fineness, each solved once.
+class GridSolutions {
+ public:
+  GridSolutions(const LaplaceProblem& problem, CutCellOptions options)
+      : problem_(problem), options_(options), order_(order_of(problem)) {}
+
+  const LaplaceSolution& on(int cells) {
+    if (const auto known = solutions_.find(cells); known != solutions_.end()) return known->second;
+    options_.cells = cells;
+    auto solver = std::make_unique<CutCellSolver>(options_);
+    LaplaceSolution& solution = solutions_[cells] = solver->solve(problem_);
+    if (cells > finest_) {
+      finest_ = cells;
+      solver_ = std::move(solver);
+    }
+    return solution;
+  }
+
+  /// Of the solution on `cells`: five coarser grids, with that solution for a reference, say each what its error would
+  /// be if errors fell regularly with h. They vary with how surfaces lie in their cells; the worst of five is no lucky
+  /// one.
+  double error(int cells) {
+    const LaplaceSolution& fine = on(cells);
+    const Scales scales = scales_of(problem_, fine);
+    double worst = 0;
+    for (const int sixteenths : {8, 7, 6, 5, 4}) {
+      const double falls = std::pow(sixteenths / 16.0, order_);
+      const double difference = largest_error(problem_, on(cells / 16 * sixteenths), fine, scales);
+      worst = std::max(worst, difference * falls / (1 - falls));
+    }
+    const double cell = std::max(problem_.size.x, problem_.size.y) / cells;
+    return safety(narrowest(problem_).gap / cell) * worst;
+  }
+
+  std::unique_ptr<CutCellSolver> take_finest() { return std::move(solver_); }
+
+ private:
+  const LaplaceProblem& problem_;
+  CutCellOptions options_;
+  double order_;
+  std::map<int, LaplaceSolution> solutions_;
+  int finest_ = 0;
+  std::unique_ptr<CutCellSolver> solver_;
+};
+
+/// Pairs of tolerances: the solution with the finer one, and the estimate from both.
+struct MultipoleAttempt {
+  std::unique_ptr<MultipoleSolver> solver;
+  LaplaceSolution solution;
+  double estimate = 0;
+};
+
+MultipoleAttempt try_multipoles(const LaplaceProblem& problem, double tolerance, int cells) {
+  const double rough = std::min(coarser * tolerance, coarsest_tolerance);
+  const LaplaceSolution first = MultipoleSolver({.tolerance = rough, .cells = cells}).solve(problem);
+  MultipoleAttempt attempt;
+  attempt.solver = std::make_unique<MultipoleSolver>(MultipoleOptions{.tolerance = tolerance, .cells = cells});
+  attempt.solution = attempt.solver->solve(problem);
+  const double difference = largest_error(problem, attempt.solution, first, scales_of(problem, attempt.solution));
+  attempt.estimate = std::max({share_of_difference * difference, tolerances * tolerance, attempt.solution.residual});
+  return attempt;
+}
+
+/// The unknowns of the multipole method if it can solve the problem at all.
+std::optional<long> multipoles_possible(const LaplaceProblem& problem, double tolerance) {
+  try {
+    return multipole_unknowns(problem, {.tolerance = tolerance});
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+/// Coarser grids, of a quarter of the cells, must know the disks as more than points, as far as a cheap grid can.
+constexpr double least_radius = 3, least_for_radius = 512;  // cells
+
+/// How much harder it will be when bodies of different potential are as close as the choice has to stand.
+double hardest(const LaplaceProblem& problem, double least_gap) {
+  const NarrowPlace now = narrowest(problem);
+  return std::pow(now.gap / std::min(now.gap, least_gap), 1.5);
+}
+
+Choice foresee_cut_cell(const LaplaceProblem& problem, const AccuracyRequest& request) {
+  const Grids grids(problem.size);
+  const int most = grids.at_most(request.most_cells);
+  const double side = std::max(problem.size.x, problem.size.y);
+  NarrowPlace place = narrowest(problem);
+  place.gap = std::min(place.gap, request.least_gap);
+  constexpr double expected = estimate_over_error * likely_error;
+  const double needed = std::max(side / cell_for(place, request.accuracy / expected),
+                                 std::min(least_radius * side / place.radius, least_for_radius));
+  Choice choice{.method = Method::cut_cell, .tolerance = cut_cell_tolerance(request.accuracy)};
+  choice.cells = needed < most ? std::min(grids.at_least(static_cast<int>(needed)), most) : most;
+  choice.estimate = expected * difficulty(place, side / choice.cells);
+  return choice;
+}
+
+Choice foresee_multipole(const LaplaceProblem& problem, const AccuracyRequest& request) {
+  constexpr int usual_cells = 512;  // of `field()`
+  const Grids grids(problem.size);
+  const int cells = std::min(grids.at_least(usual_cells), grids.at_most(request.most_cells));
+  return {Method::multipole, cells, std::max(multipole_share * request.accuracy, finest_tolerance), request.accuracy};
+}
+
+/// What is foreseen may be wrong by a factor of five, what can be promised is that much more.
+void check_hope(const Choice& foreseen, const AccuracyRequest& request) {
+  constexpr double hopeless = 30, unsure = 5;
+  if (foreseen.estimate > hopeless * request.accuracy)
+    refuse(request.accuracy,
+           fmt::format("with {} cells along the longer side, the most possible here,", foreseen.cells),
+           unsure * foreseen.estimate);
+}
+
+/// Is the multipole method cheaper, the coarser solutions of both included?
+bool multipole_is_cheaper(const LaplaceProblem& problem, long unknowns, const Choice& multipole,
+                          const Choice& cut_cell) {
+  constexpr double coarser_grids = 1.75, coarser_tolerance = 1.5;
+  const double cells = cut_cell.cells * static_cast<double>(cut_cell.cells) * std::min(problem.size.x, problem.size.y) /
+                       std::max(problem.size.x, problem.size.y);
+  return coarser_tolerance * multipole_price.seconds(static_cast<double>(unknowns), multipole.tolerance) <
+         coarser_grids * cut_cell_price.seconds(cells, cut_cell.tolerance);
+}
+
+AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const AccuracyRequest& request, Choice choice) {
+  for (double least = INFINITY;; choice.tolerance = std::max(choice.tolerance / coarser, finest_tolerance)) {
+    MultipoleAttempt attempt = try_multipoles(problem, choice.tolerance, choice.cells);
+    choice.estimate = attempt.estimate;
+    if (attempt.estimate <= request.accuracy) return {choice, std::move(attempt.solver), std::move(attempt.solution)};
+    least = std::min(least, attempt.estimate);
+    if (choice.tolerance == finest_tolerance)
+      refuse(request.accuracy, "rounding ends the multipole method's digits here, and", least);
+  }
+}
+
+/// The next grid to try after one whose estimate was `excess` times too large: between a little and much finer. 0 if
+/// there is none that would do; `regular` says whether errors fall as they should, so that this can be said from afar.
+int next_grid(const Grids& grids, int cells, int most, double excess, double order, bool regular) {
+  constexpr double margin = 1.05, least_growth = 1.2, most_growth = 4, hope = 2;
+  const double growth = margin * std::pow(excess, 1 / order), possible = static_cast<double>(most) / cells;
+  if (cells == most || (regular && excess > hope * std::pow(possible, order))) return 0;
+  return std::min(grids.at_least(static_cast<int>(cells * std::clamp(growth, least_growth, most_growth))), most);
+}
+
+AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyRequest& request, Choice choice) {
+  const Grids grids(problem.size);
+  const int most = grids.at_most(request.most_cells);
+  CutCellOptions options = request.cut_cell;
+  options.tolerance = choice.tolerance;
+  GridSolutions solutions(problem, options);
+  const double order = order_of(problem);
+  const double harder = hardest(problem, request.least_gap);
+  const double gap = narrowest(problem).gap / std::max(problem.size.x, problem.size.y);
+  // What comes after a cheap grid can be said with more confidence than what experience makes likely.
+  constexpr int cheap = 1024;
+  choice.cells = std::min({choice.cells, most, grids.at_least(cheap)});
+  while ((choice.estimate = harder * solutions.error(choice.cells)) > request.accuracy) {
+    const bool regular = gap * choice.cells > regular_from;
+    const int next = next_grid(grids, choice.cells, most, choice.estimate / request.accuracy, order, regular);
+    if (next == 0)
+      refuse(request.accuracy, fmt::format("with {} cells along the longer side, the most possible here,", most),
+             choice.estimate * std::pow(static_cast<double>(choice.cells) / most, order));
+    choice.cells = next;
+  }
+  const LaplaceSolution solution = solutions.on(choice.cells);
+  return {choice, solutions.take_finest(), solution};
+}
+
+}  // namespace
+
+Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
+  if (!(request.accuracy >= finest_accuracy && request.accuracy <= coarsest_tolerance))
+    throw InputError(fmt::format("an accuracy of {:g} is not allowed: it must be between {:g} and {:g}",
+                                 request.accuracy, finest_accuracy, coarsest_tolerance));
+  if (request.method == Method::multipole) {
+    const Choice choice = foresee_multipole(problem, request);
+    multipole_unknowns(problem, {.tolerance = choice.tolerance});
+    return choice;
+  }
+  const Choice cut_cell = foresee_cut_cell(problem, request);
+  if (request.method) {
+    check_hope(cut_cell, request);
+    return cut_cell;
+  }
+  const Choice multipole = foresee_multipole(problem, request);
+  const std::optional<long> unknowns = multipoles_possible(problem, multipole.tolerance);
+  if (unknowns &&
+      (cut_cell.estimate > request.accuracy || multipole_is_cheaper(problem, *unknowns, multipole, cut_cell)))
+    return multipole;
+  check_hope(cut_cell, request);
+  return cut_cell;
+}
+
+double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell) {
+  if (choice.method == Method::multipole) return try_multipoles(problem, choice.tolerance, choice.cells).estimate;
+  CutCellOptions options = cut_cell;
+  options.tolerance = choice.tolerance;
+  return GridSolutions(problem, options).error(choice.cells);
+}
+
+AccurateSolution solve_to_accuracy(const LaplaceProblem& problem, const AccuracyRequest& request) {
+  const Choice choice = foresee(problem, request);
+  if (choice.method == Method::multipole) return solve_by_multipoles(problem, request, choice);
+  return solve_on_grids(problem, request, choice);
+}
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,95 @@
+#include "solvers/laplace/accuracy/gaps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace lichtenberg::laplace {
+namespace {
+
+constexpr double far = 2;  // radii
+
+double cube(double x) { return x * x * x; }
+
+bool one_potential(const LaplaceProblem& problem, int a, int b) {
+  const Group &one = problem.groups[a], &other = problem.groups[b];
+  return a == b || (!one.floating && !other.floating && one.potential == other.potential);
+}
+
+class Search {
+ public:
+  explicit Search(const LaplaceProblem& problem) : problem_(problem), found_(whole_box()) {
+    for (const Body& body : problem.bodies)
+      if (const Disk* disk = std::get_if<Disk>(&body.shape)) disks_.push_back({*disk, body.group});
+    std::ranges::sort(disks_, {}, &Circle::left);
+    for (std::size_t i = 0; i < disks_.size(); ++i) {
+      consider(far * disks_[i].disk.radius, disks_[i].disk.radius);
+      look_right(i);
+      look_at_other_shapes(disks_[i]);
+      look_at_sides(disks_[i]);
+    }
+  }
+  NarrowPlace found() const { return found_; }
+
+ private:
+  struct Circle {
+    Disk disk;
+    int group = 0;
+    double left() const { return disk.centre.x - disk.radius; }
+  };
+
+  NarrowPlace whole_box() const {
+    const double side = std::max(problem_.size.x, problem_.size.y);
+    return {side, side};
+  }
+
+  void consider(double gap, double radius) {
+    const NarrowPlace place{std::clamp(gap, 0.0, far * radius), radius};
+    if (place.radius * cube(place.gap) < found_.radius * cube(found_.gap)) found_ = place;
+  }
+
+  void look_right(std::size_t i) {
+    const Circle& one = disks_[i];
+    const double reach = one.disk.centre.x + (1 + far) * one.disk.radius;
+    for (std::size_t j = i + 1; j < disks_.size() && disks_[j].left() <= reach; ++j)
+      if (!one_potential(problem_, one.group, disks_[j].group))
+        consider(gap(one.disk, disks_[j].disk), std::min(one.disk.radius, disks_[j].disk.radius));
+  }
+
+  void look_at_other_shapes(const Circle& one) {
+    for (const Body& body : problem_.bodies)
+      if (!std::holds_alternative<Disk>(body.shape) && !one_potential(problem_, one.group, body.group))
+        consider(gap(one.disk, body.shape), one.disk.radius);
+  }
+
+  void look_at_sides(const Circle& one) {
+    const Vec2 p = one.disk.centre;
+    const std::array distance = {p.x, problem_.size.x - p.x, p.y, problem_.size.y - p.y};
+    const Group& group = problem_.groups[one.group];
+    for (std::size_t s = 0; s < distance.size(); ++s) {
+      const Side& side = problem_.sides[s];
+      if (side.kind == Side::Kind::insulating || side.profile) continue;
+      if (group.floating || group.potential != side.potential) consider(distance[s] - one.disk.radius, one.disk.radius);
+    }
+  }
+
+  const LaplaceProblem& problem_;
+  std::vector<Circle> disks_;
+  NarrowPlace found_;
+};
+
+}  // namespace
+
+NarrowPlace narrowest(const LaplaceProblem& problem) { return Search(problem).found(); }
+
+double difficulty(const NarrowPlace& place, double cell) {
+  return std::sqrt(cell / place.radius) * std::pow(cell / std::max(cell, place.gap), 1.5);
+}
+
+double cell_for(const NarrowPlace& place, double difficulty) {
+  const double resolved = std::sqrt(difficulty * std::sqrt(place.radius) * std::pow(place.gap, 1.5));
+  if (resolved <= place.gap) return resolved;
+  return std::max(place.gap, place.radius * difficulty * difficulty);
+}
+
+}  // namespace lichtenberg::laplace

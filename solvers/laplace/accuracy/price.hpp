@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cmath>
+
+namespace lichtenberg::laplace {
+
+/// What a solve costs on one core, an unknown (of a grid: a cell, those under conductors included). Measured; where and
+/// on what, src/commands/README.md says. Machines differ by factors of two and more.
+struct Price {
+  double bytes = 0;
+  double setup = 0;                ///< s
+  double iteration = 0;            ///< s
+  double iterations_a_decade = 0;  ///< of the tolerance
+
+  /// s, of a solve with so many unknowns.
+  double seconds(double unknowns, double tolerance, double share_of_iterations = 1) const {
+    return unknowns * (setup + share_of_iterations * iterations_a_decade * -std::log10(tolerance) * iteration);
+  }
+};
+
+constexpr Price cut_cell_price{100, 2.5e-8, 8.5e-9, 1.25};
+constexpr Price assembled_price{373, 1.3e-6, 4.5e-8, 2.25};
+constexpr Price multipole_price{2000, 1.5e-6, 1.8e-7, 3};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,89 @@
+#include "src/effects/field_choice.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/accuracy/price.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/floating_conductors.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+/// Cells along the longer side that half of the machine's memory holds.
+int cells_in_memory(Vec2 size) {
+  const double bytes = 0.5 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const double aspect = std::max(size.x, size.y) / std::min(size.x, size.y);
+  return static_cast<int>(std::min<double>(most_cells, std::sqrt(aspect * bytes / laplace::cut_cell_price.bytes)));
+}
+
+bool multipoles_can_follow(Scene scene) {
+  scene.field.method = "multipole";
+  try {
+    check_can_move(scene);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+/// As at the start, charged as after the first frame's time.
+laplace::LaplaceProblem typical_problem(const Scene& scene) {
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = initial_charges(scene);
+  if (scene.effects.current_source)
+    for (double& charge : bodies.charge) charge += scene.effects.current_source->current * scene.output.every;
+  return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies));
+}
+
+}  // namespace
+
+ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
+  if (!scene.effects.contact_discharge) return electrical_groups(scene, {});
+  ContactDischarge discharge(scene);
+  discharge.update(bodies);
+  return electrical_groups(scene, discharge.contacts());
+}
+
+laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
+  // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
+  constexpr double reserve = 3;
+  laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),
+                                   .most_cells = cells_in_memory(scene.domain.size),
+                                   .cut_cell = cut_cell_options(scene.field)};
+  const bool only_cut_cell =
+      scene.field.device != "cpu" || (for_a_run && scene.field.method.empty() && !multipoles_can_follow(scene));
+  if (scene.field.method == "multipole") request.method = laplace::Method::multipole;
+  if (scene.field.method == "cut-cell" || (scene.field.method.empty() && only_cut_cell))
+    request.method = laplace::Method::cut_cell;
+  if (for_a_run && scene.effects.contact_discharge) request.least_gap = scene.effects.contact_discharge->gap;
+  return request;
+}
+
+FieldOptions with_choice(FieldOptions field, const laplace::Choice& choice) {
+  field.method = choice.method == laplace::Method::multipole ? "multipole" : "cut-cell";
+  field.cells = choice.cells;
+  field.tolerance = field.moving_tolerance = choice.tolerance;
+  field.estimate = choice.estimate;
+  return field;
+}
+
+Scene with_field_chosen(Scene scene) {
+  if (!scene.field.accuracy || scene.field.estimate || !scene.effects.floating_conductors) return scene;
+  const laplace::LaplaceProblem problem = typical_problem(scene);
+  scene.field = with_choice(scene.field, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
+  return scene;
+}
+
+double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem) {
+  const bool multipole = field.method == "multipole";
+  const laplace::Choice choice{.method = multipole ? laplace::Method::multipole : laplace::Method::cut_cell,
+                               .cells = field.cells,
+                               .tolerance = field.moving_tolerance};
+  return laplace::estimated_error(problem, choice, cut_cell_options(field));
+}
+
+}  // namespace lichtenberg::effects

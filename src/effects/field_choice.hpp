@@ -1,0 +1,28 @@
+#pragma once
+
+#include "solvers/laplace/accuracy/accuracy.hpp"
+#include "src/effects/groups.hpp"
+#include "src/model/bodies.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// The electrical groups of the first instant: contacts that exist are made.
+ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
+
+/// A scene's field.accuracy as the solvers take it. For a run it is to hold for gaps down to contact_discharge's, and
+/// the method must be one that can follow.
+laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
+
+/// The field options with what was chosen.
+FieldOptions with_choice(FieldOptions field, const laplace::Choice& choice);
+
+/// The scene with its field chosen for a run, if it asks for an accuracy. Estimates are made where the conductors are
+/// at the start, with the charge that they have after the first output.every. Throws InputError if the accuracy cannot
+/// be met.
+Scene with_field_chosen(Scene scene);
+
+/// Estimate of the error that the scene's choice leaves in a problem of the run.
+double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem);
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,157 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/accuracy/accuracy.hpp"
+#include "solvers/laplace/accuracy/gaps.hpp"
+#include "solvers/laplace/accuracy/grids.hpp"
+#include "solvers/laplace/accuracy/measure.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+/// Three disks above an electrode, two of them at a gap of half a radius.
+LaplaceProblem three_disks() {
+  LaplaceProblem problem;
+  problem.size = {1, 1};
+  problem.sides[bottom].kind = Side::Kind::electrode;
+  problem.bodies = {{Disk{{0.31, 0.42}, 0.08}, 0}, {Disk{{0.51, 0.42}, 0.08}, 1}, {Disk{{0.68, 0.71}, 0.06}, 2}};
+  problem.groups = {{true, 1, 0}, {true, -0.5, 0}, {false, 0, 0.2}};
+  return problem;
+}
+
+std::string refusal(const LaplaceProblem& problem, const AccuracyRequest& request) {
+  try {
+    solve_to_accuracy(problem, request);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("an error is measured in units of the largest potential difference, charge and force") {
+  LaplaceProblem problem = three_disks();
+  problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
+  LaplaceSolution solution;
+  solution.group_potential = {3, -2, 0.2};  // with the electrode at 0: a range of 5
+  solution.body_charge = {1, -0.5, 0.1, -4};
+  solution.body_force = {{0.3, 0.4}, {0, 0.1}, {0, 0}, {90, 0}};  // a bar's does not count
+  const Scales scales = scales_of(problem, solution);
+  CHECK(scales.potential == 5);
+  CHECK(scales.charge == 4);
+  CHECK(scales.force == 0.5);
+  LaplaceSolution other = solution;
+  CHECK(largest_error(problem, other, solution, scales) == 0);
+  other.group_potential[1] = -2.05;
+  CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.01));
+  other.body_charge[0] = 1.08;
+  CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.02));
+  other.body_force[2] = {0.03, 0.04};
+  CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.1));
+  other.body_force[3] = {0, 0};
+  CHECK(largest_error(problem, other, solution, scales) == doctest::Approx(0.1));
+  // What cancels by symmetry is measured against a thousandth of eps V, and of eps V^2 / L.
+  solution.body_charge.assign(4, 0);
+  solution.body_force.assign(4, {0, 0});
+  CHECK(scales_of(problem, solution).charge == doctest::Approx(5e-3));
+  CHECK(scales_of(problem, solution).force == doctest::Approx(25e-3));
+}
+
+TEST_CASE("grids: whole cells across, for the coarser ones as well, and halved often") {
+  const Grids square({2, 2}), oblong({0.05, 0.03});
+  CHECK(square.at_least(1) == 32);
+  CHECK(square.at_least(33) == 48);
+  CHECK(square.at_least(1000) == 1024);
+  CHECK(square.at_most(1000) == 960);
+  // 3 cells across for 5 along: multiples of 5, and of 16 as all grids.
+  for (const int cells : {1, 200, 555, 3000}) {
+    const int fine = oblong.at_least(cells);
+    CHECK(fine >= cells);
+    CHECK(fine % (5 * 16) == 0);
+    CHECK(oblong.at_most(fine) == fine);
+  }
+  CHECK_THROWS_AS(Grids({1, std::numbers::sqrt2}), InputError);
+  CHECK_THROWS_AS(oblong.at_most(100), InputError);
+}
+
+TEST_CASE("the narrowest place is between different potentials") {
+  LaplaceProblem problem = three_disks();
+  CHECK(narrowest(problem).gap == doctest::Approx(0.04));
+  CHECK(narrowest(problem).radius == 0.08);
+  problem.bodies[1].group = 0;  // now one potential: 0.34 to the electrode, two radii of the smallest disk count
+  CHECK(narrowest(problem).gap == doctest::Approx(0.12));
+  CHECK(narrowest(problem).radius == 0.06);
+  problem.bodies[2].shape = Disk{{0.68, 0.07}, 0.06};
+  CHECK(narrowest(problem).gap == doctest::Approx(0.01));  // above the electrode
+  problem.groups[2].potential = 0;                         // its own potential
+  CHECK(narrowest(problem).gap == doctest::Approx(0.12));
+  problem.bodies.push_back({Ring{{0.5, 0.5}, 0.6}, 1});
+  CHECK(narrowest(problem).gap == doctest::Approx(0.6 - 0.06 - std::hypot(0.18, 0.43)));
+  // Second order where a cell fits in, and the cell of a difficulty is the one that has it.
+  for (const double cell : {0.001, 0.01, 0.5})
+    CHECK(cell_for({0.04, 0.08}, difficulty({0.04, 0.08}, cell)) == doctest::Approx(cell));
+  CHECK(difficulty({0.04, 0.08}, 0.01) == doctest::Approx(4 * difficulty({0.04, 0.08}, 0.005)));
+}
+
+TEST_CASE("the realised error is below the accuracy asked for, with either method") {
+  const LaplaceProblem problem = three_disks();
+  const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-12}).solve(problem);
+  const Scales scales = scales_of(problem, exact);
+  for (const double accuracy : {1e-2, 1e-3, 1e-6})
+    for (const Method method : {Method::cut_cell, Method::multipole}) {
+      if (method == Method::cut_cell && accuracy < 1e-3) continue;
+      CAPTURE(accuracy);
+      const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = accuracy, .method = method});
+      CHECK(found.choice.method == method);
+      const double realised = largest_error(problem, found.solution, exact, scales);
+      CHECK(realised <= accuracy);
+      CHECK(realised <= found.choice.estimate);
+      CHECK(found.choice.estimate <= accuracy);
+      // The solver is the solution's, and the estimate can be had again.
+      CHECK(found.solver->field().nx == found.choice.cells);
+      CHECK(estimated_error(problem, found.choice, {}) == found.choice.estimate);
+    }
+}
+
+TEST_CASE("a choice for a run stands until bodies are as close as they may come") {
+  AccuracyRequest request{.accuracy = 1e-2, .method = Method::cut_cell};
+  const int now = solve_to_accuracy(three_disks(), request).choice.cells;
+  request.least_gap = 0.01;  // from 0.04: 4^(3/2) times the error, 4^(3/4) times the cells
+  CHECK(solve_to_accuracy(three_disks(), request).choice.cells > 2 * now);
+  request.least_gap = 0.05;
+  CHECK(solve_to_accuracy(three_disks(), request).choice.cells == now);
+}
+
+TEST_CASE("the method: the only one that can, the one asked for, or the cheaper") {
+  LaplaceProblem problem = three_disks();
+  CHECK(foresee(problem, {.accuracy = 1e-8}).method == Method::multipole);
+  CHECK(foresee(problem, {.accuracy = 1e-3, .method = Method::cut_cell}).method == Method::cut_cell);
+  problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
+  CHECK(foresee(problem, {.accuracy = 1e-2}).method == Method::cut_cell);
+  CHECK_THROWS_AS(foresee(problem, {.accuracy = 1e-2, .method = Method::multipole}), InputError);
+}
+
+TEST_CASE("what cannot be met is refused, with what can") {
+  const std::string grids = refusal(three_disks(), {.accuracy = 1e-6, .method = Method::cut_cell, .most_cells = 256});
+  CHECK(grids.find("1e-06 cannot be met: with 256 cells") != std::string::npos);
+  // And that is true.
+  const double possible = std::stod(grids.substr(grids.find("about ") + 6));
+  CHECK(refusal(three_disks(), {.accuracy = possible, .method = Method::cut_cell, .most_cells = 256}) == "");
+  CHECK(refusal(three_disks(), {.accuracy = 1e-13}).find("between 1e-12 and 0.1") != std::string::npos);
+}
+
+TEST_CASE("where nothing has a potential there is no error") {
+  LaplaceProblem problem = three_disks();
+  for (Group& group : problem.groups) group = {.floating = group.floating};
+  for (const Method method : {Method::cut_cell, Method::multipole})
+    CHECK(solve_to_accuracy(problem, {.method = method}).solution.group_potential[0] == doctest::Approx(0));
+}

@@ -2,7 +2,8 @@
 // apart, cold (1e-8) and in a moving scene (1e-5); what the parts of an iteration move a second, beside a copy on the
 // device; and how far its potentials, charges and forces are from the CPU solver's.
 //
-//   benchmark_device [--sizes 512,1024,2048,4096] [--conductors 324,20000] [--compare 1024] [--host]
+//   benchmark_device [--sizes 512,1024,2048,4096] [--conductors 324,20000] [--compare 1024] [--assembled 1024]
+//   [--host]
 
 #include <fmt/format.h>
 
@@ -48,10 +49,10 @@ LaplaceProblem scene(int conductors, std::uint64_t seed) {
   return problem;
 }
 
-/// Every disk by a tenth of a cell of S = 4096, in its own direction.
-void move(LaplaceProblem& problem, double cells) {
+/// Every disk by a tenth of a cell in a direction of its own, which turns: none goes far from where it was.
+void move(LaplaceProblem& problem, int cells, int step) {
   for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
-    const double angle = 2.4 * static_cast<double>(body);
+    const double angle = 2.4 * static_cast<double>(body) + 0.7 * step;
     std::get<Disk>(problem.bodies[body].shape).centre += 0.1 / cells * Vec2{std::cos(angle), std::sin(angle)};
   }
 }
@@ -111,6 +112,22 @@ void compare(const CutCellOptions& options, LaplaceSolver& device, const Laplace
   std::fflush(stdout);
 }
 
+/// The same system as an AIJ matrix with PETSc's algebraic multigrid.
+void benchmark_assembled(int cells, const LaplaceProblem& problem) {
+  CutCellOptions options;
+  options.cells = cells;
+  options.linear_solver = CutCellOptions::LinearSolver::assembled;
+  options.device = CutCellOptions::Device::cuda;
+  CutCellSolver solver(options);
+  std::vector<LaplaceSolution> solutions;
+  for (int k = 0; k < 3; ++k) {
+    solver.forget();
+    LaplaceSolution solution = solver.solve(problem);
+    if (k > 0) solutions.push_back(std::move(solution));
+  }
+  print(cells, problem.bodies.size() - 1, "assembled, cold, 1e-8", solutions);
+}
+
 void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, bool host, bool with_cpu) {
   CutCellOptions options;
   options.cells = cells;
@@ -127,7 +144,7 @@ void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, bool 
   solver->set_tolerance(1e-5);
   solutions.clear();
   for (int k = 0; k < repeats + 4; ++k) {
-    move(problem, cells);
+    move(problem, cells, k);
     LaplaceSolution solution = solver->solve(problem);
     if (k >= 4) solutions.push_back(std::move(solution));  // the first ones fill the history
   }
@@ -148,7 +165,7 @@ void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, bool 
 int main(int argc, char** argv) {
   std::vector<int> sizes{512, 1024, 2048, 4096}, conductors{324};
   std::uint64_t seed = 1;
-  int repeats = 5, largest_compared = 1024;
+  int repeats = 5, largest_compared = 1024, largest_assembled = 0;
   bool host = false;
   CLI::App app("Times field solves on a CUDA device and compares them with the CPU's");
   app.add_option("--sizes", sizes, "cells along a side")->delimiter(',');
@@ -156,6 +173,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "of the configuration");
   app.add_option("--repeats", repeats, "counted solves; the median is printed");
   app.add_option("--compare", largest_compared, "compare with the CPU's solver up to this size");
+  app.add_option("--assembled", largest_assembled, "up to this size also as an AIJ matrix with PETSc's preconditioner");
   app.add_flag("--host", host, "run the device's algorithms on the CPU");
   std::vector<std::string> petsc;
   app.add_option("--petsc", petsc, "options for PETSc, as on its command line")->expected(-1);
@@ -168,7 +186,10 @@ int main(int argc, char** argv) {
     fmt::print("{:>5} {:>6}  {:<22} {:>9} {:>9} {:>9} {:>6} {:>10}\n", "S", "N", "case", "setup ms", "solve ms",
                "forces ms", "iter", "unknowns");
     for (const int n : conductors)
-      for (const int cells : sizes) benchmark(cells, n, seed, repeats, host, cells <= largest_compared);
+      for (const int cells : sizes) {
+        benchmark(cells, n, seed, repeats, host, cells <= largest_compared);
+        if (cells <= largest_assembled) benchmark_assembled(cells, scene(n, seed));
+      }
   } catch (const InputError& error) {
     fmt::print(stderr, "benchmark_device: {}\n", error.what());
     return 2;

@@ -14,8 +14,9 @@ void set_petsc_options(std::vector<std::string> options);
 /// Starts PETSc if it is not running (once a process). Throws Failure.
 void start_petsc();
 
-/// Ends PETSc. Happens by itself at the end of the process.
-void finish_petsc();
+/// Lets the process end without ending PETSc, which in 3.22 hands CUDA back memory that CUDA knows nothing of, and
+/// aborts. What -log_view asks for is printed all the same.
+void leave_petsc_open();
 
 /// True once PETSc has been started in this process.
 bool petsc_started();

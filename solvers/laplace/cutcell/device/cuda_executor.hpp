@@ -4,7 +4,6 @@
 #include <petscdevice_cuda.h>
 #include <petscvec.h>
 
-#include <cstdlib>
 #include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -72,6 +71,7 @@ class CudaExecutor {
  public:
   CudaExecutor() {
     check_petsc(PetscDeviceInitialize(PETSC_DEVICE_CUDA));
+    leave_petsc_open();
     check_petsc(PetscGetCurrentCUDAStream(&stream_));
     check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
@@ -85,6 +85,8 @@ class CudaExecutor {
     if (sorted_) cudaFree(sorted_);
   }
 
+  /// Of the fused conjugate gradients.
+  const char* method_name() const { return "device_cg"; }
   const char* vector_type() const { return VECSEQCUDA; }
 
   template <class F>
@@ -167,12 +169,6 @@ class CudaExecutor {
     check_cuda(cudaMemcpyAsync(small ? pinned_ : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
     wait();
     if (small) std::memcpy(to, pinned_, bytes);
-  }
-  /// PETSc is to end before CUDA does, and before what PETSc's CUDA classes keep in static variables is gone: hence
-  /// after both have been used.
-  void arrange_end() const {
-    static const int arranged = std::atexit(finish_petsc);
-    if (arranged != 0) throw Failure("the end of PETSc could not be arranged for");
   }
   void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
@@ -77,7 +78,6 @@ class CutCell : public DeviceSolver {
     evaluate(problem, solution);
     keep();
     run_->wait();
-    run_->arrange_end();
     solution.seconds.forces = since(start);
     return solution;
   }
@@ -107,6 +107,26 @@ class CutCell : public DeviceSolver {
     apply_operator(*run_, scene_->view(), finest().view(), x, y, finest().partial());
   }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
+
+  // What the fused method (conjugate_gradients.hpp) is made of.
+  void precondition_taken(Vec z) const { multigrid_->apply(WriteAccess(z)); }
+  void start(Vec b, Vec x, Vec r, Vec q) const {
+    const ReadAccess given(b), guess(x);
+    const WriteAccess image(q), residual(r);
+    multiply(guess, image);
+    subtract_from<Executor>(*run_, scene_->view(), finest().view(), given, image, residual);
+  }
+  void turn(Vec z, double beta, Vec p, Vec q) const {
+    const ReadAccess preconditioned(z);
+    const WriteAccess direction(p), image(q);
+    turn_direction<Executor>(*run_, scene_->view(), finest().view(), preconditioned, beta, direction);
+    multiply(direction, image);
+  }
+  void step(double alpha, Vec p, Vec q, Vec x, Vec r) const {
+    const ReadAccess direction(p), image(q);
+    const WriteAccess solution(x), residual(r);
+    step_along<Executor>(*run_, scene_->view(), finest().view(), alpha, direction, image, solution, residual);
+  }
 
  private:
   struct Past {
@@ -217,9 +237,9 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   groups_ = problem.groups.size();
   if (have != n) {
     release_vectors();
-    // x, b, the basis and its image, PETSc's own for CG, and the past.
-    run_->check_room((2 + 2 * history_length + 3 + (past_[0].cell.size() == 0 ? history_length : 0)) * n *
-                     sizeof(double));
+    // x, b, the basis and its image, four of CG, and the past.
+    run_->check_room((2 + 2 * history_length + 4 + (past_[0].cell.size() == 0 ? history_length : 0)) *
+                     static_cast<std::size_t>(n) * sizeof(double));
     check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
     check_petsc(VecSetSizes(krylov_.x, n, n));
     check_petsc(VecSetType(krylov_.x, run_->vector_type()));
@@ -237,8 +257,14 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
     check_petsc(PCShellSetApply(pc, device::precondition<Executor>));
     check_petsc(PCShellSetContext(pc, this));
     check_petsc(PCShellSetName(pc, "cut-cell multigrid on the device"));
-    krylov_.set_options(options_.tolerance);
+    const char* method = run_->method_name();
+    register_conjugate_gradients<CutCell>(method);
+    krylov_.set_options(options_.tolerance, method);
     krylov_.require_shell();
+    PetscBool has_multigrid = PETSC_FALSE, is_fused = PETSC_FALSE;
+    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
+    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), method, &is_fused));
+    if (is_fused && !has_multigrid) check_petsc(KSPSetType(krylov_.ksp, KSPCG));
   }
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   MatNullSpace space = nullptr;

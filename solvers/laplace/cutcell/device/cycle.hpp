@@ -21,15 +21,26 @@ void add(const Executor& run, long n, const float* increment, float* to) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] += increment[k]; });
 }
 
-/// f and the groups' charges from a residual; the finest grid's first half of the sweep over conductors.
+/// f or, behind the cells, the groups' charges from an entry of the residual; groups are the finest grid's first to be
+/// relaxed.
+struct TakeResidual {
+  GridView grid;
+  LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
+    const int cells = static_cast<int>(grid.layout.size());
+    if (k < cells) {
+      grid.f[k] = static_cast<float>(r);
+    } else {
+      grid.charge[k - cells] = static_cast<float>(r);
+      grid.phi[k - cells] = grid.charge[k - cells] * grid.group_inverse_diagonal[k - cells];
+    }
+  }
+};
+
 template <class Executor>
 void take_residual(const Executor& run, SceneView scene, GridView grid, const double* r) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) { grid.f[slot] = static_cast<float>(r[slot]); });
-  run.for_each(scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
-    grid.charge[g] = static_cast<float>(r[cells + g]);
-    grid.phi[g] = grid.charge[g] * grid.group_inverse_diagonal[g];
-  });
+  const TakeResidual take{grid};
+  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups,
+               [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
 /// phi_next = (flux + what contacts bring) / diagonal: a Jacobi sweep over groups that are coupled directly.

@@ -15,6 +15,8 @@ namespace lichtenberg::laplace::device {
 /// the same functions.
 class HostExecutor {
  public:
+  /// Of the fused conjugate gradients.
+  const char* method_name() const { return "device_cg_on_host"; }
   const char* vector_type() const { return VECSEQ; }
 
   /// f(k) for k = 0 ... n - 1, in any order.
@@ -74,7 +76,6 @@ class HostExecutor {
   void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void wait() const {}
-  void arrange_end() const {}
 
   /// A sequence of kernels that is run many times.
   struct Recording {

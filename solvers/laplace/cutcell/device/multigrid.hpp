@@ -43,16 +43,22 @@ class Multigrid {
 
   /// z = M r
   void apply(const double* r, double* z) {
-    Recordings& recordings = recordings_[{r, z}];
+    take_residual(run_, scene_, grids_[0].view(), r);
+    apply(z);
+  }
+
+  /// The same with the residual that has been taken (TakeResidual).
+  void apply(double* z) {
+    Recordings& recordings = recordings_[z];
     if (coarsest_.on_device()) {
       run_.run(recordings.first, [&] {
-        go_down(r, z);
+        go_down(z);
         solve_coarsest(z);
         go_up(z);
       });
       return;
     }
-    run_.run(recordings.first, [&] { go_down(r, z); });
+    run_.run(recordings.first, [&] { go_down(z); });
     solve_coarsest(z);
     run_.run(recordings.second, [&] { go_up(z); });
   }
@@ -102,8 +108,7 @@ class Multigrid {
     typename Executor::Recording first, second;
   };
 
-  void go_down(const double* r, double* z) {
-    take_residual(run_, scene_, grids_[0].view(), r);
+  void go_down(double* z) {
     if (levels() > 1) down(0, z);
     for (int l = 1; l + 1 < levels(); ++l) down(l, grids_[l].view().v);
   }
@@ -146,7 +151,7 @@ class Multigrid {
   std::vector<Grid<Executor>> grids_;
   SceneView scene_{};
   Coarsest<Executor> coarsest_;
-  std::map<std::pair<const double*, double*>, Recordings> recordings_;
+  std::map<double*, Recordings> recordings_;  // by z
   Array<float, Executor> only_{run_};
 };
 

@@ -83,6 +83,37 @@ void apply_operator(const Executor& run, SceneView scene, GridView grid, const d
   });
 }
 
+/// r = b - q, taken for the V-cycle.
+template <class Executor>
+void subtract_from(const Executor& run, SceneView scene, GridView grid, const double* b, const double* q, double* r) {
+  const TakeResidual take{grid};
+  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double residual = b[k] - q[k];
+    r[k] = residual;
+    take(k, residual);
+  });
+}
+
+/// p = z + beta p; without reading p if beta is 0.
+template <class Executor>
+void turn_direction(const Executor& run, SceneView scene, GridView grid, const double* z, double beta, double* p) {
+  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups,
+               [=] LICHTENBERG_HOST_DEVICE(int k) { p[k] = beta == 0 ? z[k] : z[k] + beta * p[k]; });
+}
+
+/// x += alpha p, r -= alpha q, taken for the V-cycle.
+template <class Executor>
+void step_along(const Executor& run, SceneView scene, GridView grid, double alpha, const double* p, const double* q,
+                double* x, double* r) {
+  const TakeResidual take{grid};
+  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    x[k] += alpha * p[k];
+    const double residual = r[k] - alpha * q[k];
+    r[k] = residual;
+    take(k, residual);
+  });
+}
+
 /// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group.
 template <class Executor>
 void balance_groups(const Executor& run, SceneView scene, GridView grid, const double* b, double* x, double* partial,

@@ -190,6 +190,7 @@ int main(int argc, char** argv) {
         benchmark(cells, n, seed, repeats, host, cells <= largest_compared);
         if (cells <= largest_assembled) benchmark_assembled(cells, scene(n, seed));
       }
+    finish_petsc();
   } catch (const InputError& error) {
     fmt::print(stderr, "benchmark_device: {}\n", error.what());
     return 2;

@@ -22,11 +22,6 @@ std::string& last_message() {
   return message;
 }
 
-bool& left_open() {
-  static bool open = false;
-  return open;
-}
-
 PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
                             const char* message, void*) {
   if (type == PETSC_ERROR_INITIAL) last_message() = message ? message : "";
@@ -55,7 +50,11 @@ int process_count() {
   return count;
 }
 
-void leave_petsc_open() { left_open() = true; }
+void finish_petsc() {
+  PetscBool finished = PETSC_FALSE;
+  PetscFinalized(&finished);
+  if (petsc_started() && !finished) PetscFinalize();
+}
 
 void start_petsc() {
   if (petsc_started()) return;
@@ -74,12 +73,7 @@ void start_petsc() {
   PetscPopSignalHandler();
   check_petsc(PetscPushErrorHandler(keep_message, nullptr));
   register_fused_cg();
-  std::atexit([] {
-    if (left_open())
-      PetscLogViewFromOptions();
-    else
-      PetscFinalize();
-  });
+  std::atexit(finish_petsc);
 }
 
 std::vector<std::string> unused_petsc_options() {

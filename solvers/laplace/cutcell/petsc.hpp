@@ -14,9 +14,9 @@ void set_petsc_options(std::vector<std::string> options);
 /// Starts PETSc if it is not running (once a process). Throws Failure.
 void start_petsc();
 
-/// Lets the process end without ending PETSc, which in 3.22 hands CUDA back memory that CUDA knows nothing of, and
-/// aborts. What -log_view asks for is printed all the same.
-void leave_petsc_open();
+/// Ends PETSc, which else ends with the process. A program that has used a CUDA device calls this at the end of main,
+/// when its solvers are gone: later PETSc 3.22 no longer finds what it keeps for CUDA, and aborts.
+void finish_petsc();
 
 /// True once PETSc has been started in this process.
 bool petsc_started();

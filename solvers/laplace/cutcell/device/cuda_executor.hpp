@@ -29,7 +29,7 @@ __global__ void item_kernel(long n, F f) {
 
 template <class F>
 __global__ void row_kernel(int rows, int columns, F f) {
-  const int row = blockIdx.y * blockDim.y + threadIdx.y, column = blockIdx.x * blockDim.x + threadIdx.x;
+  const int row = blockIdx.x * blockDim.y + threadIdx.y, column = blockIdx.y * blockDim.x + threadIdx.x;
   if (row < rows && column < columns) f(row, column);
 }
 
@@ -71,7 +71,6 @@ class CudaExecutor {
  public:
   CudaExecutor() {
     check_petsc(PetscDeviceInitialize(PETSC_DEVICE_CUDA));
-    leave_petsc_open();
     check_petsc(PetscGetCurrentCUDAStream(&stream_));
     check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
@@ -102,7 +101,8 @@ class CudaExecutor {
     if (rows <= 0 || columns <= 0) return;
     const unsigned across = columns > 128 ? 256 : columns > 64 ? 128 : columns > 32 ? 64 : 32;
     const dim3 threads(across, 256 / across);
-    const dim3 blocks((columns + threads.x - 1) / threads.x, (rows + threads.y - 1) / threads.y);
+    // CUDA allows 65535 blocks in y: there are fewer blocks in a row than rows.
+    const dim3 blocks((rows + threads.y - 1) / threads.y, (columns + threads.x - 1) / threads.x);
     row_kernel<<<blocks, threads, 0, stream_>>>(rows, columns, f);
     check_cuda(cudaGetLastError());
   }

@@ -180,6 +180,8 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   forget();
   multigrid_.reset();
   past_.clear();
+  // In double: x, b, the basis and its image, four of CG, and the past; the grids' cover, diagonals, v and f.
+  run_->check_room(static_cast<std::size_t>(nx_) * ny_ * ((6 + 3 * history_length) * sizeof(double) + 20));
   const Executor& run = *run_;
   scene_ = std::make_unique<Scene<Executor>>(run);
   multigrid_ = std::make_unique<Multigrid<Executor>>(run, problem, nx_, ny_, options_.links);
@@ -237,9 +239,6 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   groups_ = problem.groups.size();
   if (have != n) {
     release_vectors();
-    // x, b, the basis and its image, four of CG, and the past.
-    run_->check_room((2 + 2 * history_length + 4 + (past_[0].cell.size() == 0 ? history_length : 0)) *
-                     static_cast<std::size_t>(n) * sizeof(double));
     check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
     check_petsc(VecSetSizes(krylov_.x, n, n));
     check_petsc(VecSetType(krylov_.x, run_->vector_type()));

@@ -14,8 +14,8 @@ void set_petsc_options(std::vector<std::string> options);
 /// Starts PETSc if it is not running (once a process). Throws Failure.
 void start_petsc();
 
-/// Ends PETSc, which else ends with the process. A program that has used a CUDA device calls this at the end of main,
-/// when its solvers are gone: later PETSc 3.22 no longer finds what it keeps for CUDA, and aborts.
+/// Ends PETSc, which else ends with the process. A program that has used a CUDA device must call this before main
+/// returns, when its solvers are gone: in an exit handler PETSc 3.22 aborts over its memory on the device.
 void finish_petsc();
 
 /// True once PETSc has been started in this process.

@@ -135,6 +135,20 @@ TEST_CASE("the channel between two circles is the integral of ds / gap") {
   }
 }
 
+TEST_CASE("a disk centred on a cell's corner is seen under the full angle by the cells around its own") {
+  // It has the cell above and to the right of the corner: two faces are seen under pi/4 each, those that end in the
+  // corner share the rest.
+  const double ln = std::log(std::sqrt(2.5) / 0.1), near_ln = std::log(std::sqrt(0.5) / 0.1);
+  const Conductance left = log_fitted_link({-0.5, 0.5}, {0, 1}, {0, 0}, {0, 0}, 0.1);
+  const Conductance below = log_fitted_link({0.5, -0.5}, {0, 0}, {1, 0}, {0, 0}, 0.1);
+  const Conductance right = log_fitted_link({1.5, 0.5}, {1, 0}, {1, 1}, {0, 0}, 0.1);
+  CHECK(left.value == doctest::Approx(0.75 * pi / near_ln).epsilon(1e-8));  // the centre is taken 1e-9 away
+  CHECK(below.value == doctest::Approx(0.75 * pi / near_ln).epsilon(1e-8));
+  CHECK(right.value == doctest::Approx(0.25 * pi / ln).epsilon(1e-12));
+  CHECK(std::isfinite(left.gradient.x));
+  CHECK(std::isfinite(below.gradient.y));
+}
+
 TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
   const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   Level level(problem, 64, 64);

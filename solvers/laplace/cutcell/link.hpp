@@ -22,11 +22,11 @@ struct Conductance {
   Vec2 gradient;  ///< per cell
 };
 
-/// Cuts below this many cells are taken as this: the surface is where it is to that fraction of a cell. A flux through a
-/// short link is a small difference of potentials times a large conductance and has their rounding over the cut, 1e-12
-/// here. Single precision, the preconditioner's, is lost sooner: with cuts of 1e-10 potentials are wrong in the third
-/// digit if many cell centres lie on surfaces (conductors on a lattice). And rounding can put a centre on the other side
-/// of the surface that it lies on.
+/// Cuts below this many cells are taken as this: the surface is where it is to that fraction of a cell. A flux through
+/// a short link is a small difference of potentials times a large conductance and has their rounding over the cut,
+/// 1e-12 here. Single precision, the preconditioner's, is lost sooner: with cuts of 1e-10 potentials are wrong in the
+/// third digit if many cell centres lie on surfaces (conductors on a lattice). And rounding can put a centre on the
+/// other side of the surface that it lies on.
 inline constexpr double smallest_cut = 1e-4;
 
 /// Fluid cell centre p to a circle, log-fitted: the field near a round conductor goes like ln r, so the potential
@@ -35,10 +35,22 @@ inline constexpr double smallest_cut = 1e-4;
 /// R -> infinity. `inside` is for a ring, whose fluid lies within the circle.
 LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre,
                                                            double radius, bool inside = false) {
-  const Vec2 a = corner_a - centre, b = corner_b - centre, r = p - centre;
+  Vec2 a = corner_a - centre, b = corner_b - centre;
+  const Vec2 r = p - centre;
+  // The centre of a disk smaller than its cell can be the face's end, from which no angle is seen: it is taken a little
+  // into the cell behind the face, which the disk has. The end then has no say in the derivative.
+  constexpr double little = 1e-9;
+  const bool at_a = norm2(a) < little * little, at_b = norm2(b) < little * little;
+  if (at_a || at_b) {
+    const Vec2 inward = little * (corner_a + corner_b - p - (at_a ? corner_a : corner_b));
+    a -= inward;
+    b -= inward;
+  }
   const double turn = cross(a, b) < 0 ? -1.0 : 1.0;
   const double theta = std::atan2(turn * cross(a, b), dot(a, b));
-  const Vec2 theta_gradient = turn * (perpendicular(a) / norm2(a) - perpendicular(b) / norm2(b));
+  const Vec2 a_gradient = at_a ? Vec2{} : perpendicular(a) / norm2(a),
+             b_gradient = at_b ? Vec2{} : perpendicular(b) / norm2(b);
+  const Vec2 theta_gradient = turn * (a_gradient - b_gradient);
   // log1p keeps all digits when the cell centre all but touches the surface.
   const double distance = norm(r);
   const double outside_log = std::log1p((norm2(r) - radius * radius) / ((distance + radius) * radius));

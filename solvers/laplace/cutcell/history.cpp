@@ -59,12 +59,16 @@ void History::count_edges(const std::vector<std::int32_t>& edge, int change) {
 }
 
 /// The newest solution and successive differences are the basis: nearly orthogonal where the solutions are nearly
-/// parallel. `e` and `image` hold m solutions and what A makes of them.
-void History::Products::add(int m, const double* e, const double* image, double b) {
-  for (int p = 0; p < m; ++p) {
-    const double basis = p == 0 ? e[0] : e[p - 1] - e[p];
-    for (int q = 0; q <= p; ++q) gram[p][q] += basis * (q == 0 ? image[0] : image[q - 1] - image[q]);
-    rhs[p] += basis * b;
+/// parallel. `e` and `image` hold the solutions and what A makes of them, and anything beyond those there are.
+void History::Products::add(const Values& e, const Values& image, double b) {
+  Values basis = e, basis_image = image;
+  for (int p = 1; p < length; ++p) {
+    basis[p] = e[p - 1] - e[p];
+    basis_image[p] = image[p - 1] - image[p];
+  }
+  for (int p = 0; p < length; ++p) {
+    for (int q = 0; q <= p; ++q) gram[p][q] += basis[p] * basis_image[q];
+    rhs[p] += basis[p] * b;
   }
 }
 
@@ -80,8 +84,10 @@ History::Products History::row_products(const CutCellOperator& op, const double*
   const Level& level = op.level();
   const Layout& at = level.layout;
   const int m = static_cast<int>(past_.size());
+  std::array<const double*, length> x{};
+  for (int q = 0; q < length; ++q) x[q] = past_[std::min(q, m - 1)].x.data();
   Products products;
-  thread_local std::vector<std::array<double, length>> image;
+  thread_local std::vector<Values> image;
   thread_local std::vector<std::int32_t> active;
   for (int colour = 0; colour < 2; ++colour) {
     const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
@@ -91,26 +97,20 @@ History::Products History::row_products(const CutCellOperator& op, const double*
     find_marked(&edges_[row], at.row_length(colour, j), active);
     std::erase_if(active, [&](std::int32_t k) { return level.diagonal[row + k] == 0; });
     for (const std::int32_t k : active) {
-      image[k] = {};
       const std::ptrdiff_t cell = row + k;
-      for (int q = 0; q < m; ++q) image[k][q] = level.diagonal[cell] * past_[q].x[cell];
-      const auto subtract = [&](std::ptrdiff_t neighbour, const std::vector<float>& faces, std::ptrdiff_t face) {
-        if (level.diagonal[neighbour] == 0) return;
-        const double c = faces.empty() ? 1.0 : faces[face];
-        for (int q = 0; q < m; ++q) image[k][q] -= c * past_[q].x[neighbour];
-      };
-      subtract(cell + beside - 1, level.east, cell + beside - 1);
-      subtract(cell + beside, level.east, cell);
-      subtract(cell + below, level.north, cell + below);
-      subtract(cell + above, level.north, cell);
+      for (int q = 0; q < length; ++q) image[k][q] = level.diagonal[cell] * x[q][cell];
+      for (const std::ptrdiff_t neighbour : {cell + beside - 1, cell + beside, cell + below, cell + above}) {
+        const double open = level.diagonal[neighbour] > 0 ? 1.0 : 0.0;
+        for (int q = 0; q < length; ++q) image[k][q] -= open * x[q][neighbour];
+      }
     }
     for (int q = 0; q < m; ++q)
       op.links().add_to_row(colour, j, past_[q].x.data() + op.cells(),
                             [&](std::int32_t cell, double flux) { image[cell - row][q] -= flux; });
     for (const std::int32_t k : active) {
-      std::array<double, length> e{};
-      for (int q = 0; q < m; ++q) e[q] = past_[q].x[row + k];
-      products.add(m, e.data(), image[k].data(), b[row + k]);
+      Values e{};
+      for (int q = 0; q < length; ++q) e[q] = x[q][row + k];
+      products.add(e, image[k], b[row + k]);
     }
     products.cells += static_cast<long>(active.size());
   }
@@ -129,12 +129,12 @@ History::Products History::products(const CutCellOperator& op, const std::vector
   std::vector<std::vector<double>> image(m, std::vector<double>(groups));
   for (int q = 0; q < m; ++q) op.apply_groups(past_[q].x.data(), image[q].data());
   for (std::size_t g = 0; g < groups; ++g) {
-    std::array<double, length> e{}, of_group{};
+    Values e{}, of_group{};
     for (int q = 0; q < m; ++q) {
       e[q] = past_[q].x[op.cells() + g];
       of_group[q] = image[q][g];
     }
-    all.add(m, e.data(), of_group.data(), b[op.cells() + g]);
+    all.add(e, of_group, b[op.cells() + g]);
   }
   return all;
 }

@@ -41,12 +41,13 @@ class History {
     std::vector<std::int32_t> edge;  // cells
   };
   static constexpr int length = 3;
+  using Values = std::array<double, length>;  // of the past solutions at one place
   // Products over some of the cells: the Gram matrix's lower triangle and the products with b.
   struct Products {
-    std::array<std::array<double, length>, length> gram{};
-    std::array<double, length> rhs{};
+    std::array<Values, length> gram{};
+    Values rhs{};
     long cells = 0;
-    void add(int m, const double* e, const double* image, double b);
+    void add(const Values& e, const Values& image, double b);
     void add(const Products& other);
   };
   void set_groups(const LaplaceProblem& problem, std::size_t cells);

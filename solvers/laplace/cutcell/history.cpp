@@ -105,8 +105,8 @@ History::Products History::row_products(const CutCellOperator& op, const double*
       }
     }
     for (int q = 0; q < m; ++q)
-      op.links().add_to_row(colour, j, past_[q].x.data() + op.cells(),
-                            [&](std::int32_t cell, double flux) { image[cell - row][q] -= flux; });
+      op.links().for_linked_cells(colour, j, past_[q].x.data() + op.cells(),
+                                  [&](std::int32_t cell, double flux) { image[cell - row][q] -= flux; });
     for (const std::int32_t k : active) {
       Values e{};
       for (int q = 0; q < length; ++q) e[q] = x[q][row + k];
@@ -139,6 +139,20 @@ History::Products History::products(const CutCellOperator& op, const std::vector
   return all;
 }
 
+/// Of each of the m solutions in the combination closest to the new one.
+History::Values History::shares(const Products& known, int m) {
+  std::vector<double> gram(m * m);
+  for (int p = 0; p < m; ++p)
+    for (int q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = known.gram[p][q];
+  const std::vector<double> alpha = closest_combination(gram, {known.rhs.begin(), known.rhs.begin() + m});
+  Values share{};
+  for (int p = 0; p < m; ++p) {
+    share[p] += p == 0 ? alpha[p] : -alpha[p];
+    if (p > 0) share[p - 1] += alpha[p];
+  }
+  return share;
+}
+
 double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                             std::vector<double>& x) {
   if (past_.empty()) {
@@ -146,26 +160,21 @@ double History::first_guess(const LaplaceProblem& problem, const CutCellOperator
     return 0;
   }
   set_groups(problem, op.cells());
-  const std::vector<std::int32_t> present = edge_cells(op.level());
-  count_edges(present, 1);
-  const Products known = products(op, b);
-  count_edges(present, -1);
-
-  const std::size_t m = past_.size();
-  std::vector<double> gram(m * m);
-  for (std::size_t p = 0; p < m; ++p)
-    for (std::size_t q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = known.gram[p][q];
-  const std::vector<double> alpha = closest_combination(gram, {known.rhs.begin(), known.rhs.begin() + m});
-  std::array<double, length> share{};  // of each solution
-  for (std::size_t p = 0; p < m; ++p) {
-    share[p] += p == 0 ? alpha[p] : -alpha[p];
-    if (p > 0) share[p - 1] += alpha[p];
+  const int m = static_cast<int>(past_.size());
+  Products known;
+  Values share{1};  // of each solution; faces that are open in part have no edges to tell from the rest
+  if (op.level().east.empty()) {
+    const std::vector<std::int32_t> present = edge_cells(op.level());
+    count_edges(present, 1);
+    known = products(op, b);
+    count_edges(present, -1);
+    share = shares(known, m);
   }
 
   const Layout& at = op.level().layout;
   const auto combine = [&](std::size_t from, std::size_t to) {
     for (std::size_t k = from; k < to; ++k) x[k] = share[0] * past_[0].x[k];
-    for (std::size_t p = 1; p < m; ++p)
+    for (int p = 1; p < m; ++p)
       for (std::size_t k = from; k < to; ++k) x[k] += share[p] * past_[p].x[k];
   };
   for_each_row(op.team(), at, [&](int j) {

@@ -52,6 +52,7 @@ class History {
   };
   void set_groups(const LaplaceProblem& problem, std::size_t cells);
   void count_edges(const std::vector<std::int32_t>& edge, int change);
+  static Values shares(const Products& known, int m);
   Products row_products(const CutCellOperator& op, const double* b, int j) const;
   Products products(const CutCellOperator& op, const std::vector<double>& b) const;
 

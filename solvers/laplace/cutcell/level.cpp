@@ -23,7 +23,7 @@ void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, Team&
   cover_cells(team);
   team.for_each(part_count_, [&](int k) { link_part(problem, formula, parts_[k]); });
   join_parts(team);
-  sort_by_row();
+  sort_by_row(team);
   sum_diagonal(team);
   for (const Lodger& lodger : lodgers_) link_lodger(problem, lodger);
   link_sides(problem);
@@ -205,17 +205,19 @@ void Level::join_parts(Team& team) {
   });
 }
 
-void Level::sort_by_row() {
-  const auto colour_row = [&](std::size_t m) {
-    return 2 * link_row_[m] + (links[m].cell >= layout.colour_size() ? 1 : 0);
-  };
-  std::vector<int> start(2 * layout.ny + 1, 0);
-  for (std::size_t m = 0; m < links.size(); ++m) ++start[colour_row(m) + 1];
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  row_start.resize(layout.ny + 1);
-  for (int j = 0; j <= layout.ny; ++j) row_start[j] = start[2 * j];
+void Level::sort_by_row(Team& team) {
+  row_start.assign(layout.ny + 1, 0);
+  for (const int row : link_row_) ++row_start[row + 1];
+  std::partial_sum(row_start.begin(), row_start.end(), row_start.begin());
+  std::vector<int> next(row_start.begin(), row_start.end() - 1);
   links_by_row.resize(links.size());
-  for (std::size_t m = 0; m < links.size(); ++m) links_by_row[start[colour_row(m)]++] = static_cast<int>(m);
+  for (int m = 0; m < static_cast<int>(links.size()); ++m) links_by_row[next[link_row_[m]]++] = m;
+  const int chunks = 4 * team.size();
+  team.for_each(chunks, [&](int chunk) {
+    for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j)
+      std::sort(links_by_row.begin() + row_start[j], links_by_row.begin() + row_start[j + 1],
+                [&](int a, int b) { return links[a].cell != links[b].cell ? links[a].cell < links[b].cell : a < b; });
+  });
 }
 
 void Level::sum_diagonal(Team& team) {

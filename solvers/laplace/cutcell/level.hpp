@@ -78,7 +78,7 @@ class Level {
   std::vector<std::ptrdiff_t> rim;      ///< covered cells beside one that their body does not cover
   std::vector<Link> links;              ///< by body
   std::vector<int> link_start;          ///< [bodies + 1] a body's first in `links`
-  std::vector<int> links_by_row;        ///< indices of all links, by their cell's row and in it by its colour
+  std::vector<int> links_by_row;        ///< indices of all links, by their cell's row and in it by cell
   std::vector<int> row_start;           ///< [ny + 1] a row's first in `links_by_row`
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups
@@ -129,7 +129,7 @@ class Level {
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
   void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c, Part& part);
   void join_parts(Team& team);
-  void sort_by_row();
+  void sort_by_row(Team& team);
   void sum_diagonal(Team& team);
   void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);

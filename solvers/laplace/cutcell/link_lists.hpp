@@ -51,12 +51,17 @@ class LinkLists {
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
-  /// The same for the row's cells of one colour.
+  /// The same for the row's cells of one colour, once a cell: what all its groups bring.
   template <class Effect>
-  void add_to_row(int colour, int j, const Real* potential, const Effect& effect) const {
-    const int from = colour == 0 ? row_start_[j] : black_start_[j],
-              to = colour == 0 ? black_start_[j] : row_start_[j + 1];
-    for (int m = from; m < to; ++m) effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
+  void for_linked_cells(int colour, int j, const Real* potential, const Effect& effect) const {
+    const int from = colour == 0 ? row_start_[j] : black_start_[j];
+    const int to = colour == 0 ? black_start_[j] : row_start_[j + 1];
+    for (int m = from; m < to;) {
+      const std::int32_t cell = by_row_[m].cell;
+      Real flux = 0;
+      for (; m < to && by_row_[m].cell == cell; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
+      effect(cell, flux);
+    }
   }
 
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].

@@ -95,10 +95,9 @@ void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, 
   write_right_hand_side(problem, *level_, scale, b, b + cells_);
 }
 
-double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) {
+double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) const {
   const Layout& at = level_->layout;
   if (!level_->east.empty()) return 0;
-  link_flux_.resize(cells_);
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     relax_groups(b, x);
     for (int colour = 0; colour < 2; ++colour)
@@ -119,20 +118,15 @@ void CutCellOperator::relax_groups(const double* b, double* x) const {
     if (group_diagonal_[g] > 0) x[cells_ + g] = flux[g] / group_diagonal_[g];
 }
 
-void CutCellOperator::relax_edges_of_row(int colour, int j, const double* b, double* x) {
+void CutCellOperator::relax_edges_of_row(int colour, int j, const double* b, double* x) const {
   const Layout& at = level_->layout;
   const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
   const std::ptrdiff_t beside = at.row(other, j) + Layout::parity(colour, j) - row;
   const std::ptrdiff_t below = at.row(other, j - 1) - row, above = at.row(other, j + 1) - row;
-  const double* potential = x + cells_;
-  links_.add_to_row(colour, j, potential, [&](std::int32_t cell, double flux) { link_flux_[cell] += flux; });
-  // A cell with several links is relaxed as often, to the same value.
-  links_.add_to_row(colour, j, potential, [&](std::int32_t cell, double) {
-    x[cell] =
-        (b[cell] + link_flux_[cell] + x[cell + beside - 1] + x[cell + beside] + x[cell + below] + x[cell + above]) /
-        level_->diagonal[cell];
+  links_.for_linked_cells(colour, j, x + cells_, [&](std::int32_t cell, double flux) {
+    x[cell] = (b[cell] + flux + x[cell + beside - 1] + x[cell + beside] + x[cell + below] + x[cell + above]) /
+              level_->diagonal[cell];
   });
-  links_.add_to_row(colour, j, potential, [&](std::int32_t cell, double) { link_flux_[cell] = 0; });
 }
 
 void CutCellOperator::mask(double* x) const {

@@ -31,7 +31,7 @@ class CutCellOperator {
   void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
   /// Smooths x where a change of geometry leaves its largest errors: sweeps over the groups and the cells linked to
   /// them. Returns the work, in evaluations of A.
-  double relax_edges(const double* b, double* x, int sweeps);
+  double relax_edges(const double* b, double* x, int sweeps) const;
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
@@ -41,7 +41,7 @@ class CutCellOperator {
 
  private:
   void relax_groups(const double* b, double* x) const;
-  void relax_edges_of_row(int colour, int j, const double* b, double* x);
+  void relax_edges_of_row(int colour, int j, const double* b, double* x) const;
   void narrow_row(int j, const double* x, double* y) const;
   const Level* level_ = nullptr;
   Team* team_ = nullptr;
@@ -52,7 +52,6 @@ class CutCellOperator {
     double conductance;
   };
   std::vector<GroupPair> pairs_;
-  std::vector<double> link_flux_;       // by slot, 0 between two uses
   std::vector<double> group_diagonal_;  // 0: fixed
 };
 

@@ -67,26 +67,27 @@ LICHTENBERG_HOST_DEVICE inline Conductance plain_link(double cut, Vec2 e, Vec2 n
   return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n};
 }
 
-/// Where a line in direction e through a point inside a circle leaves it.
+/// Where a line in direction e from a point inside a conductor leaves it.
 struct Exit {
   double length = 0;     ///< from the point to the surface
   double curvature = 0;  ///< d2 length / d offset^2
   Vec2 gradient;         ///< d length / d centre
 };
 
-/// `offset` shifts the line sideways by offset * perpendicular(e).
+/// Out of a circle, or, with a negative radius, out of what lies round a circle (a dish's rim) and into it. `offset`
+/// shifts the line sideways by offset * perpendicular(e).
 LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset = 0) {
   const Vec2 w = p - centre;
-  const double across = cross(e, w) + offset;
+  const double across = cross(e, w) + offset, size = std::abs(radius), sign = radius < 0 ? -1.0 : 1.0;
   // A line that misses the circle by the half width of a face grazes it: keep the root off zero.
-  const double root = std::sqrt(std::max(radius * radius - across * across, 1e-6 * radius * radius));
-  const Vec2 normal = (root * e + across * perpendicular(e)) / radius;
-  return {-dot(w, e) + root, -radius * radius / (root * root * root), normal * (radius / root)};
+  const double root = std::sqrt(std::max(size * size - across * across, 1e-6 * size * size));
+  const Vec2 normal = (root * e + sign * across * perpendicular(e)) / size;
+  return {-dot(w, e) + sign * root, -sign * size * size / (root * root * root), normal * (size / root)};
 }
 
 /// Whether the line shifted sideways by `offset` meets the circle at all.
 LICHTENBERG_HOST_DEVICE inline bool circle_met(Vec2 p, Vec2 e, Vec2 centre, double radius, double offset) {
-  return std::abs(cross(e, p - centre) + offset) < radius;
+  return std::abs(cross(e, p - centre) + offset) < std::abs(radius);
 }
 
 /// Gaps below this many cells are taken as this (a cell being some 0.1 mm, it is less than an atom): conductors of
@@ -101,6 +102,7 @@ struct PairConductance {
 
 /// The channel between two circles across a face of unit width: integral of ds / gap(s) over the offset s in
 /// [-1/2, 1/2] from the link's line, which runs from p (inside a) a distance `length` in direction e to q (inside b).
+/// One radius may be negative, for a rim round the other circle.
 /// For a wide gap it is 1 / gap. The substitution s = s0 + w tan u makes the integrand all but constant for a narrow
 /// channel, whose gap is a parabola, so that eight Gauss points do for any gap.
 LICHTENBERG_HOST_DEVICE inline PairConductance channel(Vec2 p, Vec2 e, double length, Vec2 centre_a, double radius_a,

@@ -162,23 +162,39 @@ LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, V
   return {1.0 - surface.length, surface.normal / dot(surface.normal, e)};
 }
 
+/// A flat surface is a circle too, if it is large enough (and small enough for its centre's rounding).
+inline constexpr double flat_radius = 1e5;
+
+/// A circle in place of the flat surface that the line from p in direction e meets, n being the surface's normal
+/// towards p. Its pole lies opposite `centre`: half a cell beside, its bulge would be a gap of 1e-6 cell.
+LICHTENBERG_HOST_DEVICE inline Vec2 flat_centre(Vec2 on_surface, Vec2 n, Vec2 centre) {
+  const Vec2 along = perpendicular(n);
+  return on_surface + dot(along, centre - on_surface) * along - flat_radius * n;
+}
+
 /// Conductance between the covered centre p and what lies `length` away in direction e: another conductor, or an
-/// electrode side (`other` null).
+/// electrode side (`other` null). The channel's integral wherever one of the two is a disk.
 LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& body, Vec2 p, Vec2 e, double length,
                                                                const Outline* other) {
-  // A flat surface is a circle too, if it is large enough (and small enough for its centre's rounding). Its pole lies
-  // opposite the disk: half a cell beside, its bulge would be a gap of 1e-6 cell.
-  constexpr double flat_radius = 1e5;
   const Vec2 q = p + length * e;
+  const auto radius = [](const Outline& round) { return round.kind == Outline::Kind::ring ? -round.size : round.size; };
   const bool disk = body.kind == Outline::Kind::disk, to_disk = other && other->kind == Outline::Kind::disk;
-  if (disk && to_disk) return channel(p, e, length, body.centre, body.size, other->centre, other->size);
-  if (disk && !other) {
-    const Vec2 pole = q + cross(e, body.centre - q) * perpendicular(e);
-    return channel(p, e, length, body.centre, body.size, pole + flat_radius * e, flat_radius);
-  }
+  if (body.round() && other && other->round() && (disk || to_disk))
+    return channel(p, e, length, body.centre, radius(body), other->centre, radius(*other));
+  if (disk && !other)
+    return channel(p, e, length, body.centre, body.size, flat_centre(q, -e, body.centre), flat_radius);
   const Conductance in_a = covered_length(body, p, e);
   const Conductance in_b = other ? covered_length(*other, q, -e) : Conductance{};
-  const double c = 1.0 / larger(length - in_a.value - in_b.value, smallest_gap);
+  if (disk) {  // beside a bar
+    const Vec2 n = in_b.gradient / norm(in_b.gradient);
+    return channel(p, e, length, body.centre, body.size, flat_centre(q - in_b.value * e, n, body.centre), flat_radius);
+  }
+  if (to_disk) {
+    const Vec2 n = in_a.gradient / norm(in_a.gradient);
+    return channel(p, e, length, flat_centre(p + in_a.value * e, n, other->centre), flat_radius, other->centre,
+                   other->size);
+  }
+  const double c = 1.0 / std::max(length - in_a.value - in_b.value, smallest_gap);
   return {c, c * c * in_a.gradient, c * c * in_b.gradient};
 }
 

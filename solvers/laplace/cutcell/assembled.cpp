@@ -56,8 +56,8 @@ void AssembledSystem::set_up_preconditioner(const LaplaceProblem& problem) {
   check_petsc(KSPSetUp(krylov_.ksp));
 }
 
-void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
-                            LaplaceSolution& solution) {
+void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>&,
+                            const StopCriterion& criterion, LaplaceSolution& solution) {
   scatter(x, krylov_.x);
   scatter(b, krylov_.b);
   krylov_.criterion = criterion;

@@ -22,23 +22,21 @@ class Iteration {
         cells_(op_.cells()),
         groups_(op_.size() - op_.cells()),
         x_(x) {
-    for (std::vector<double>* vector : {&context.r, &context.p, &context.q}) vector->resize(op_.size());
+    context.p.resize(op_.size());
+    context.q.resize(op_.size());
     r_ = context.r.data();
     p_ = context.p.data();
     q_ = context.q.data();
     row_product_.resize(layout_.ny);
   }
 
-  /// r = b - A x
-  void start(const double* b) {
-    ++context_.applications;
+  /// With the residual of x in r; from x = 0 if told to forget the guess.
+  void start(const double* b, bool from_zero) {
     for_each_row(op_.team(), layout_, [&](int j) {
-      op_.apply_row(j, x_, r_);
-      in_row(j, [&](std::ptrdiff_t k) { r_[k] = b[k] - r_[k]; });
+      if (from_zero) in_row(j, [&](std::ptrdiff_t k) { r_[k] = b[k]; });
       multigrid_.take_row(j, r_);
     });
-    op_.apply_groups(x_, r_ + cells_);
-    in_groups([&](std::ptrdiff_t k) { r_[k] = b[k] - r_[k]; });
+    if (from_zero) in_groups([&](std::ptrdiff_t k) { r_[k] = b[k]; });
     multigrid_.take_groups(r_);
   }
 
@@ -136,7 +134,7 @@ PetscErrorCode solve(KSP ksp) {
   PetscCall(VecGetArrayRead(ksp->vec_rhs, &b));
   Iteration iteration(*context, x);
   ksp->its = 0;
-  iteration.start(b);
+  iteration.start(b, ksp->guess_zero);
   double product = iteration.precondition(), beta = 0;
   PetscCall(report(ksp, product));
   while (!ksp->reason && ksp->its < ksp->max_it) {

@@ -13,7 +13,7 @@ struct MatrixFreeContext {
   Multigrid* multigrid = nullptr;
   bool null_space = false;      ///< nothing is grounded: the matrix takes constants to zero
   double applications = 0;      ///< of the operator, counted up
-  std::vector<double> r, p, q;  ///< residual, direction, A p
+  std::vector<double> r, p, q;  ///< residual (of the first guess before the solve), direction, A p
 };
 
 /// KSP type: conjugate gradients as in KSPCG with the natural norm, but with the updates and products of vectors done

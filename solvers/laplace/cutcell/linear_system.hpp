@@ -19,10 +19,10 @@ class LinearSystem {
   virtual void first_guess(const LaplaceProblem& /*problem*/, double /*scale*/, std::vector<double>& x) {
     std::fill(x.begin(), x.end(), 0.0);
   }
-  /// Solves op x = b from the guess in x until `criterion` is met; sets iterations and residual of `solution` and adds
-  /// to its work, if it is counted. Throws Failure without convergence.
-  virtual void solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
-                     LaplaceSolution& solution) = 0;
+  /// Solves op x = b from the guess in x, whose residual may be used and overwritten, until `criterion` is met; sets
+  /// iterations and residual of `solution` and adds to its work, if it is counted. Throws Failure without convergence.
+  virtual void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
+                     const StopCriterion& criterion, LaplaceSolution& solution) = 0;
 };
 
 }  // namespace lichtenberg::laplace

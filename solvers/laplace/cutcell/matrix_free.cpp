@@ -124,12 +124,14 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
 }
 
-void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
-                             LaplaceSolution& solution) {
+void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
+                             const StopCriterion& criterion, LaplaceSolution& solution) {
   const PlacedArray to(krylov_.x, x), from(krylov_.b, b);
   krylov_.criterion = criterion;
   context_.applications = 0;
+  std::swap(context_.r, residual);
   krylov_.solve(solution);
+  std::swap(context_.r, residual);
   solution.work += context_.applications + multigrid_.take_work();
 }
 

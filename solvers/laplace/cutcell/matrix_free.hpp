@@ -13,8 +13,8 @@ class MatrixFreeSystem : public LinearSystem {
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
   void first_guess(const LaplaceProblem& problem, double scale, std::vector<double>& x) override;
-  void solve(std::vector<double>& b, std::vector<double>& x, const StopCriterion& criterion,
-             LaplaceSolution& solution) override;
+  void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
+             const StopCriterion& criterion, LaplaceSolution& solution) override;
 
  private:
   void discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op);

@@ -1,6 +1,7 @@
 #include "solvers/laplace/cutcell/operator.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
@@ -81,14 +82,30 @@ void CutCellOperator::apply(const double* x, double* y) const {
   apply_groups(x, y + cells_);
 }
 
-double CutCellOperator::dot(const double* x, const double* y) const {
+double CutCellOperator::stretch(const double* b, double* x, double* r) const {
   const Layout& at = level_->layout;
-  std::vector<double> of_row(at.ny);
+  const int groups = static_cast<int>(groups_);
+  std::vector<double> row_energy(at.ny), row_product(at.ny);
   for_each_row(*team_, at, [&](int j) {
+    row_energy[j] = apply_row(j, x, r);
     for (int colour = 0; colour < 2; ++colour)
-      of_row[j] += row_dot(at.row_length(colour, j), x + at.row(colour, j), y + at.row(colour, j));
+      row_product[j] += row_dot(at.row_length(colour, j), x + at.row(colour, j), b + at.row(colour, j));
   });
-  return ordered_sum(of_row) + row_dot(static_cast<int>(groups_), x + cells_, y + cells_);
+  const double energy = ordered_sum(row_energy) + apply_groups(x, r + cells_);
+  const double product = ordered_sum(row_product) + row_dot(groups, x + cells_, b + cells_);
+  const double factor = energy > 0 ? product / energy : 0.0;
+  const auto rescale = [=](std::ptrdiff_t from, int count) {
+#pragma GCC ivdep
+    for (std::ptrdiff_t k = from; k < from + count; ++k) {
+      x[k] *= factor;
+      r[k] = b[k] - factor * r[k];
+    }
+  };
+  for_each_row(*team_, at, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour) rescale(at.row(colour, j), at.row_length(colour, j));
+  });
+  rescale(static_cast<std::ptrdiff_t>(cells_), groups);
+  return std::sqrt(factor * product);
 }
 
 void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, double scale) const {

@@ -21,8 +21,9 @@ class CutCellOperator {
   /// The part of it in row j, and in the groups; returns that part of x'y.
   double apply_row(int j, const double* x, double* y) const;
   double apply_groups(const double* x, double* y_group) const;
-  /// x'y
-  double dot(const double* x, const double* y) const;
+  /// Multiplies x such that its error as a solution of A x = b is least in the energy norm, and sets r = b - A x. A bad
+  /// first guess becomes small: left as it is, it would be the scale by which CG stops. Returns the energy norm of x.
+  double stretch(const double* b, double* x, double* r) const;
   /// Right-hand side: charges / eps, and what groups and sides of given potential bring, in units of `scale` (V).
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
   /// Shifts the floating groups' potentials, and all potentials together, such that every group's charge and the sum of

@@ -56,14 +56,13 @@ struct CutCellSolver::Implementation {
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
-  std::vector<double> b, x;  // layout + groups
-  double scale = 1;          // V: x, b and the history are in units of it
+  std::vector<double> b, x, residual;  // layout + groups
+  double scale = 1;                    // V: x, b and the history are in units of it
   History history;
 
   LaplaceSolution solve(const LaplaceProblem& problem);
   void choose_scale(const LaplaceProblem& problem);
   void prepare_grids(const LaplaceProblem& problem);
-  double stretch();
   void fix_mean(const LaplaceProblem& problem);
   void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
 };
@@ -118,17 +117,6 @@ void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) 
   scale = largest > 0 ? largest : 1;
 }
 
-/// Multiplies the first guess such that its error is least in the energy norm. A bad one, which the coarser grids may
-/// give where conductors all but touch, becomes small: left as it is, it would be the scale by which CG stops.
-double CutCellSolver::Implementation::stretch() {
-  std::vector<double> image(op.size());
-  op.apply(x.data(), image.data());
-  const double energy = op.dot(x.data(), image.data());
-  const double factor = energy > 0 ? op.dot(x.data(), b.data()) / energy : 0.0;
-  for (double& value : x) value *= factor;
-  return 1;
-}
-
 LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
   start_petsc();
   LaplaceSolution solution;
@@ -138,20 +126,20 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   system->build(problem, *level, op);
   x.resize(op.size());
   b.resize(op.size());
+  residual.resize(op.size());
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
   choose_scale(problem);
   op.right_hand_side(problem, b.data(), scale);
-  if (history.empty()) {
+  if (history.empty())
     system->first_guess(problem, scale, x);
-    solution.work += stretch();
-  } else {
+  else
     solution.work += history.first_guess(problem, op, b, x);
-  }
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
-  const double guess_norm = std::sqrt(std::max(0.0, op.dot(x.data(), b.data())));
-  system->solve(b, x, {options.tolerance, guess_norm, 0, 0}, solution);
+  const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
+  solution.work += 1;
+  system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0}, solution);
   op.balance(problem, scale, b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
   solution.seconds.solve = seconds_since(start);

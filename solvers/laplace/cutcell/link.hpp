@@ -37,12 +37,13 @@ LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a
                                                            double radius, bool inside = false) {
   Vec2 a = corner_a - centre, b = corner_b - centre;
   const Vec2 r = p - centre;
-  // The centre of a disk smaller than its cell can be the face's end, from which no angle is seen: it is taken a little
-  // into the cell behind the face, which the disk has. The end then has no say in the derivative.
+  // The centre of a disk smaller than its cell can lie on the face, where the angle jumps from pi to -pi, or be its
+  // end, from which no angle is seen: it is taken a little into the cell behind the face, which the disk has. An end
+  // that near has no say in the derivative.
   constexpr double little = 1e-9;
   const bool at_a = norm2(a) < little * little, at_b = norm2(b) < little * little;
-  if (at_a || at_b) {
-    const Vec2 inward = little * (corner_a + corner_b - p - (at_a ? corner_a : corner_b));
+  if (dot(a, b) <= 0 && std::abs(cross(a, b)) < little) {
+    const Vec2 inward = little * (corner_a + corner_b - 2.0 * p + a + b);
     a -= inward;
     b -= inward;
   }

@@ -241,6 +241,8 @@ TEST_CASE("solve, explain and run say what they chose for an accuracy") {
   const std::string explained = run(folder, "explain grid.toml --petsc -options_left -nobodys_option").out;
   CHECK(contains(explained, "accuracy             0.01: some "));
   CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started
+  // Multipoles will do for `solve`; a run, in which nothing keeps these disks apart, would choose a grid.
+  CHECK_FALSE(contains(run(folder, "explain any.toml").out, "refused"));
   write(folder.path / "moving.toml",
         small_scene_asking(
             "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));
@@ -396,5 +398,6 @@ TEST_CASE("work-precision refuses methods, sizes and pictures that are none") {
   check_refused(run(folder, "work-precision small.toml --time --sizes 64"), "--sizes");
   check_refused(run(folder, "work-precision small.toml --seconds 0"), "--seconds");
   check_refused(run(folder, "work-precision small.toml --output small.gif"), "small.gif");
+  check_refused(run(folder, "work-precision small.toml --output a.png --json ./a.png"), "--json ./a.png");
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // the scene, out, err
 }

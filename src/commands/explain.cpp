@@ -128,26 +128,32 @@ double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem)
   return scene.field.method == "multipole" ? explain_multipoles(scene, problem) : explain_grid(scene, problem);
 }
 
-void explain_run(const Scene& scene, const FieldCost& cost) {
+/// Why the scene's own method cannot be used in a run; empty if it can, or if a run would choose one.
+std::string refusal_of_run(const Scene& scene) {
   try {
     effects::check_can_move(scene);
+    return "";
   } catch (const InputError& refusal) {
-    fmt::print("  a run                refused: {}\n", refusal.what());
-    return;
+    return refusal.what();
   }
-  if (const std::optional<double> solves = estimate_field_solves(scene))
+}
+
+void explain_run(const Scene& scene, const FieldCost& cost, const std::string& refusal) {
+  if (!refusal.empty())
+    fmt::print("  a run                refused: {}\n", refusal);
+  else if (const std::optional<double> solves = estimate_field_solves(scene))
     fmt::print("  a run                {:.2g} s: some {:.2g} field solves\n", *solves * cost.moving_seconds, *solves);
   else
     fmt::print("  a run                unknown: figures exist for conductors that are fed, dragged and discharged\n");
 }
 
-void explain_cost(const Scene& scene, double size) {
+void explain_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
   const FieldCost cost = estimate_field_cost(scene.field, size);
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
   fmt::print("  a field solve        {:.2g} s on its own, {:.2g} s in a moving scene\n", cost.single_seconds,
              cost.moving_seconds);
-  explain_run(scene, cost);
+  explain_run(scene, cost, refusal_of_run);
 }
 
 bool is_for_a_run(const Scene& scene) {
@@ -165,6 +171,7 @@ void explain(Scene scene) {
   // First what may be refused: charge that has nowhere to go, an accuracy that cannot be met, a device that is not
   // there.
   std::optional<FieldProblem> field;
+  const std::string refusal = refusal_of_run(scene);  // before a method is foreseen, which may be one for `solve` alone
   if (scene.effects.floating_conductors) {
     field = make_field_problem(scene);
     field->problem.check();
@@ -175,7 +182,7 @@ void explain(Scene scene) {
   explain_scene(scene);
   explain_effects(effects);
   explain_needs(effects);
-  if (field) explain_cost(scene, explain_field(scene, field->problem));
+  if (field) explain_cost(scene, explain_field(scene, field->problem), refusal);
 }
 
 }  // namespace

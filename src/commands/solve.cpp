@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -10,8 +9,8 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/commands/output.hpp"
 #include "src/effects/field_choice.hpp"
-#include "src/record/atomic_file.hpp"
 #include "src/record/vtkhdf.hpp"
 
 namespace lichtenberg {
@@ -67,7 +66,8 @@ void print_table(const Answer& answer) {
   if (answer.scene.field.accuracy) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field));
   fmt::print("unknowns    {}\n", solution.unknowns);
   fmt::print("iterations  {}\n", solution.iterations);
-  if (solution.work > 0) fmt::print("work        {:.1f} evaluations of the residual on the whole grid\n", solution.work);
+  if (solution.work > 0)
+    fmt::print("work        {:.1f} evaluations of the residual on the whole grid\n", solution.work);
   fmt::print("residual    {:.2g}\n", solution.residual);
   fmt::print("seconds     {:.4f} setup, {:.4f} solve, {:.4f} forces\n", solution.seconds.setup, solution.seconds.solve,
              solution.seconds.forces);
@@ -116,14 +116,6 @@ void print_json(const Answer& answer) {
   fmt::print("{}\n", json.dump(2));
 }
 
-/// Before the work, not after it.
-void check_output(const SolveArguments& request) {
-  if (request.field.empty()) return;
-  check_writable(request.field);
-  if (!request.overwrite && std::filesystem::exists(request.field))
-    throw InputError(fmt::format("{} exists: give --field another name, or allow --overwrite", request.field));
-}
-
 /// Fills in the solution, and what was chosen for it. Returns its solver.
 std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
   if (answer.scene.field.accuracy) {
@@ -161,7 +153,7 @@ void add_solve(CLI::App& program) {
   command->add_option("--field", request->field, "write potential and bodies to this file (VTKHDF, for ParaView)");
   command->add_flag("--overwrite", request->overwrite, "replace FILE of --field if it exists");
   command->callback([request] {
-    check_output(*request);
+    if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
     const Answer answer = solve(*request);
     request->json ? print_json(answer) : print_table(answer);
   });

@@ -12,6 +12,7 @@
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
+#include "src/commands/output.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
@@ -25,13 +26,6 @@ struct Arguments {
   work_precision::Request request;
 };
 
-/// Before the work, not after it.
-void check_output(const std::string& option, const std::string& path, bool overwrite) {
-  check_writable(path);
-  if (!overwrite && fs::exists(path))
-    throw InputError(fmt::format("{} exists: give {} another name, or allow --overwrite", path, option));
-}
-
 void check(const Arguments& arguments) {
   if (laplace::process_count() > 1)
     throw InputError("work-precision compares methods on one process: leave mpirun out");
@@ -42,7 +36,11 @@ void check(const Arguments& arguments) {
   if (format != ".png" && format != ".pdf" && format != ".svg")
     throw InputError(fmt::format("--output {}: the picture's name must end in .png, .pdf or .svg", arguments.picture));
   check_output("--output", arguments.picture, arguments.overwrite);
-  if (!arguments.json.empty()) check_output("--json", arguments.json, arguments.overwrite);
+  if (arguments.json.empty()) return;
+  check_output("--json", arguments.json, arguments.overwrite);
+  if (fs::absolute(arguments.json).lexically_normal() == fs::absolute(arguments.picture).lexically_normal())
+    throw InputError(
+        fmt::format("--json {0}: the picture is written to {0}; give one of them another name", arguments.json));
 }
 
 std::string default_picture(const Arguments& arguments) {

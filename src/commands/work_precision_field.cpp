@@ -246,13 +246,13 @@ std::vector<Method> all_methods(const Subject& subject, const std::vector<int>& 
 }
 
 void check_sizes(const Scene& scene, const std::vector<int>& sizes) {
-  constexpr int smallest = 8, largest = 32768;
+  constexpr int smallest = 8;
   const double longer = std::max(scene.domain.size.x, scene.domain.size.y),
                shorter = std::min(scene.domain.size.x, scene.domain.size.y);
   for (const int cells : sizes) {
-    if (cells < smallest || cells > largest)
+    if (cells < smallest || cells > most_cells)
       throw InputError(fmt::format("--sizes {}: {} to {} cells along the longer side of the domain are allowed", cells,
-                                   smallest, largest));
+                                   smallest, most_cells));
     const double across = shorter / longer * cells, whole = std::max(1.0, std::round(across));
     constexpr double rounding = 1e-9;  // of sides written as decimal numbers
     if (std::abs(across - whole) > rounding * whole)

@@ -155,10 +155,11 @@ void ask(Report& report, const std::string& what, const std::vector<Trial>& tria
       ++refused;
     }
   }
+  if (ratio.empty()) ratio.push_back(INFINITY);  // refusing everything meets nothing
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report.at_most(
-      fmt::format("{} {:g}: {} ({} refused), {:.1f} s", what, request.accuracy, ratio.size(), refused, seconds),
-      spread(ratio), 1.0);
+  report.at_most(fmt::format("{} {:g}: {} ({} refused), {:.1f} s", what, request.accuracy, trials.size() - refused,
+                             refused, seconds),
+                 spread(ratio), 1.0);
 }
 
 }  // namespace

@@ -277,6 +277,8 @@ TEST_CASE("a device that the method cannot use is refused") {
   write(folder.path / "small.toml", small_scene_with("method = \"multipole\""));
   for (const std::string command : {"solve", "explain"})
     check_refused(run(folder, command + " small.toml --device cuda"), "field.device = \"cuda\"");
+  write(folder.path / "asking.toml", small_scene_asking("1e-3\n  method = \"multipole\""));
+  check_refused(run(folder, "solve asking.toml --device cuda"), "field.device = \"cuda\"");
   check_refused(run(folder, "solve small.toml --device gpu"), "--device");
   CHECK(run(folder, "solve small.toml --device cpu").status == 0);
 }

@@ -49,6 +49,7 @@ ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
 }
 
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
+  check_device(scene.field);
   // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
   constexpr double reserve = 3;
   laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),

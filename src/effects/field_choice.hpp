@@ -11,7 +11,7 @@ namespace lichtenberg::effects {
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
 
 /// A scene's field.accuracy as the solvers take it. For a run it is to hold for gaps down to contact_discharge's, and
-/// the method must be one that can follow.
+/// the method must be one that can follow. Throws InputError for a device that the method cannot use.
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 
 /// The field options with what was chosen.

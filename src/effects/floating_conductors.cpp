@@ -57,14 +57,18 @@ laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
           .device = options.device == "cuda" ? CutCell::Device::cuda : CutCell::Device::cpu};
 }
 
-std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
-  if (options.accuracy && !options.estimate)
-    throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+void check_device(const FieldOptions& options) {
   if (options.device != "cpu" && (options.method == "multipole" || options.method == "relaxation"))
     throw InputError(
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
                     "\"cut-cell\" is the method that can use another device",
                     options.device, options.method));
+}
+
+std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
+  check_device(options);
+  if (options.accuracy && !options.estimate)
+    throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
   if (options.method == "relaxation")
     return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
         .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});

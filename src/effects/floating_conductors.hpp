@@ -21,6 +21,9 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
 /// Those of the cut-cell method, at the tolerance of a single solve.
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 
+/// Throws InputError for a device that the method cannot use.
+void check_device(const FieldOptions& options);
+
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
 /// cannot use, or that is not there.
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);

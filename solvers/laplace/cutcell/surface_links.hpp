@@ -194,7 +194,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& bo
     return channel(p, e, length, flat_centre(p + in_a.value * e, n, other->centre), flat_radius, other->centre,
                    other->size);
   }
-  const double c = 1.0 / std::max(length - in_a.value - in_b.value, smallest_gap);
+  const double c = 1.0 / larger(length - in_a.value - in_b.value, smallest_gap);
   return {c, c * c * in_a.gradient, c * c * in_b.gradient};
 }
 

@@ -128,6 +128,8 @@ PetscErrorCode report(KSP ksp, double squared) {
 PetscErrorCode solve(KSP ksp) {
   MatrixFreeContext* context = nullptr;
   PetscCall(PCShellGetContext(ksp->pc, &context));
+  PetscCheck(context, PETSC_COMM_SELF, PETSC_ERR_ARG_WRONGSTATE,
+             "-field_ksp_type %s needs field.linear_solver = \"multigrid\" and its preconditioner", fused_cg);
   double* x = nullptr;
   const double* b = nullptr;
   PetscCall(VecGetArray(ksp->vec_sol, &x));

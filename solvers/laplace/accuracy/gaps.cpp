@@ -1,8 +1,9 @@
 #include "solvers/laplace/accuracy/gaps.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
+#include <vector>
 
 namespace lichtenberg::laplace {
 namespace {

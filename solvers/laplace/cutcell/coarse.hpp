@@ -21,7 +21,6 @@ class CoarseSolver {
   void factorize(const LaplaceProblem& problem, const Level& level);
   /// v (by slot) and phi (by group) from f and charge; entries of fixed groups and covered cells are left as they are.
   void solve(const float* f, const float* charge, float* v, float* phi);
-  long unknowns() const { return static_cast<long>(slot_.size() + group_.size()); }
 
  private:
   void release();

@@ -63,9 +63,9 @@ void Level::cover_cells(Team& team) {
     for (int piece = parts_[k].from_piece; piece < parts_[k].to_piece; ++piece)
       if (resolves(pieces_[piece].body)) claim(pieces_[piece], team.size() == 1);
   });
-  // A conductor is a conductor on every grid: a disk that covers no cell centre takes the cell it lies in, after all
-  // others. The log-fitted link stays right for it (it knows R, however small). Where that cell is taken, it is linked
-  // to the conductor that has it.
+  // A conductor is a conductor on every grid that resolves it: a disk that covers no cell centre takes the cell it lies
+  // in, after all others. The log-fitted link stays right for it (it knows R, however small). Where that cell is taken,
+  // it is linked to the conductor that has it.
   lodgers_.clear();
   for (int body = 0; body < static_cast<int>(outlines_.size()); ++body) {
     const Outline& outline = outlines_[body];

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "solvers/laplace/cutcell/layout.hpp"
@@ -57,10 +56,11 @@ struct AbsorbedGroup {
 /// otherwise) it is the whole linear system.
 class Level {
  public:
-  /// Finest grid: nx x ny square cells over the problem's box.
+  /// A grid of nx x ny square cells over the problem's box; `build` or `build_coarse` fills it.
   Level(const LaplaceProblem& problem, int nx, int ny);
 
-  /// Discretizes the problem anew, reusing memory.
+  /// Discretizes the problem anew on the finest grid, reusing memory. Throws InputError if the formula cannot do a
+  /// shape.
   void build(const LaplaceProblem& problem, LinkFormula formula, Team& team = Team::single());
   /// The same for a coarse grid of the preconditioner, which has unknowns only for the conductors that it resolves:
   /// smaller ones are smeared out (homogenize.cpp). `finer` is the grid of cells half as large, null if that one is the

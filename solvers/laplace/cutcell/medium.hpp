@@ -9,7 +9,6 @@
 // dimensions), their charge is the medium's, and one whose potential is given, or is shared with others far away, is a
 // well (Peaceman 1978).
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/problem.hpp"

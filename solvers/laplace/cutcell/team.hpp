@@ -25,8 +25,8 @@ class Team {
 
   int size() const { return static_cast<int>(helpers_.size()) + 1; }
 
-  /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are done. Tasks must not throw
-  /// and must not call for_each themselves.
+  /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are done. Fewer than 2^20 of
+  /// them. Tasks must not throw and must not call for_each themselves.
   template <class Task>
   void for_each(int count, const Task& task) {
     if (helpers_.empty() || count == 1) {

@@ -13,7 +13,7 @@ namespace lichtenberg::laplace {
 /// but touches a conductor) makes it as large as it likes.
 struct StopCriterion {
   double tolerance = 0;
-  double energy_norm = 0;  ///< as far as the first guess x has it, sqrt(x'b); the first residual adds the rest
+  double energy_norm = 0;  ///< of the first guess; what the first residual adds is part of the solution's as well
   double scale = 0, last = 0;
 };
 

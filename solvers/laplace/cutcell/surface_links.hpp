@@ -162,14 +162,26 @@ LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, V
   return {1.0 - surface.length, surface.normal / dot(surface.normal, e)};
 }
 
-/// A flat surface is a circle too, if it is large enough (and small enough for its centre's rounding).
-inline constexpr double flat_radius = 1e5;
+/// A surface as `channel` takes it: a circle, of negative radius if the conductor lies round it.
+struct Curve {
+  Vec2 centre;
+  double radius;
+};
 
-/// A circle in place of the flat surface that the line from p in direction e meets, n being the surface's normal
-/// towards p. Its pole lies opposite `centre`: half a cell beside, its bulge would be a gap of 1e-6 cell.
-LICHTENBERG_HOST_DEVICE inline Vec2 flat_centre(Vec2 on_surface, Vec2 n, Vec2 centre) {
+/// A flat surface as a circle, large enough to be flat and small enough for its centre's rounding, n being the normal
+/// out of the conductor. Its pole lies opposite `facing`: half a cell beside, its bulge would be a gap of 1e-6 cell.
+LICHTENBERG_HOST_DEVICE inline Curve flat_curve(Vec2 on_surface, Vec2 n, Vec2 facing) {
+  constexpr double flat_radius = 1e5;
   const Vec2 along = perpendicular(n);
-  return on_surface + dot(along, centre - on_surface) * along - flat_radius * n;
+  return {on_surface + dot(along, facing - on_surface) * along - flat_radius * n, flat_radius};
+}
+
+/// The surface of a body where the line from its covered centre p in direction e leaves it towards `facing`.
+LICHTENBERG_HOST_DEVICE inline Curve curve(const Outline& body, Vec2 p, Vec2 e, const Outline& facing) {
+  if (body.kind == Outline::Kind::disk) return {body.centre, body.size};
+  if (body.kind == Outline::Kind::ring) return {body.centre, -body.size};
+  const Conductance covered = covered_length(body, p, e);
+  return flat_curve(p + covered.value * e, covered.gradient / norm(covered.gradient), facing.centre);
 }
 
 /// Conductance between the covered centre p and what lies `length` away in direction e: another conductor, or an
@@ -177,23 +189,17 @@ LICHTENBERG_HOST_DEVICE inline Vec2 flat_centre(Vec2 on_surface, Vec2 n, Vec2 ce
 LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& body, Vec2 p, Vec2 e, double length,
                                                                const Outline* other) {
   const Vec2 q = p + length * e;
-  const auto radius = [](const Outline& round) { return round.kind == Outline::Kind::ring ? -round.size : round.size; };
   const bool disk = body.kind == Outline::Kind::disk, to_disk = other && other->kind == Outline::Kind::disk;
-  if (body.round() && other && other->round() && (disk || to_disk))
-    return channel(p, e, length, body.centre, radius(body), other->centre, radius(*other));
-  if (disk && !other)
-    return channel(p, e, length, body.centre, body.size, flat_centre(q, -e, body.centre), flat_radius);
+  if (to_disk || (disk && other)) {
+    const Curve a = curve(body, p, e, *other), b = curve(*other, q, -e, body);
+    return channel(p, e, length, a.centre, a.radius, b.centre, b.radius);
+  }
+  if (disk) {
+    const Curve side = flat_curve(q, -e, body.centre);
+    return channel(p, e, length, body.centre, body.size, side.centre, side.radius);
+  }
   const Conductance in_a = covered_length(body, p, e);
   const Conductance in_b = other ? covered_length(*other, q, -e) : Conductance{};
-  if (disk) {  // beside a bar
-    const Vec2 n = in_b.gradient / norm(in_b.gradient);
-    return channel(p, e, length, body.centre, body.size, flat_centre(q - in_b.value * e, n, body.centre), flat_radius);
-  }
-  if (to_disk) {
-    const Vec2 n = in_a.gradient / norm(in_a.gradient);
-    return channel(p, e, length, flat_centre(p + in_a.value * e, n, other->centre), flat_radius, other->centre,
-                   other->size);
-  }
   const double c = 1.0 / larger(length - in_a.value - in_b.value, smallest_gap);
   return {c, c * c * in_a.gradient, c * c * in_b.gradient};
 }
@@ -210,12 +216,12 @@ struct Squeeze {
 /// in direction e and the partner's cell behind that; `c`, the link's conductance, is changed.
 LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2 e, const Outline& partner,
                                                Conductance& c) {
-  if (body.kind != Outline::Kind::disk || partner.kind != Outline::Kind::disk) return {};
-  const Exit in_a = circle_exit(p, e, body.centre, body.size);
-  const Exit in_b = circle_exit(p + 2.0 * e, -e, partner.centre, partner.size);
+  if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk) return {};
+  const Curve a = curve(body, p, e, partner), b = curve(partner, p + 2.0 * e, -e, body);
+  const Exit in_a = circle_exit(p, e, a.centre, a.radius), in_b = circle_exit(p + 2.0 * e, -e, b.centre, b.radius);
   const double gap = larger(2.0 - in_a.length - in_b.length, smallest_gap);
   if (gap > 1.0) return {};
-  const PairConductance integral = channel(p, e, 2.0, body.centre, body.size, partner.centre, partner.size);
+  const PairConductance integral = channel(p, e, 2.0, a.centre, a.radius, b.centre, b.radius);
   const double factor = integral.value * gap;
   const Vec2 partner_gradient = c.value * (gap * integral.gradient_b - integral.value * in_b.gradient);
   c.gradient = factor * c.gradient + c.value * (gap * integral.gradient_a - integral.value * in_a.gradient);

@@ -95,8 +95,17 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
 void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   multigrid_.prepare(problem, level.layout);
   multigrid_.build_coarse(problem);
-  level.build(problem, links_, team_);
-  op.build(problem, level, team_);
+  try {
+    level.build(problem, links_, team_);
+    op.build(problem, level, team_);
+  } catch (...) {
+    // Out of memory, say. The factorization must have ended before its problem goes.
+    try {
+      team_.finish();
+    } catch (...) {
+    }
+    throw;
+  }
   multigrid_.build_finest(problem, level);
 }
 

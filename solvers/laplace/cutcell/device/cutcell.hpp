@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
@@ -264,6 +265,10 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
     check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
     check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), method, &is_fused));
     if (is_fused && !has_multigrid) check_petsc(KSPSetType(krylov_.ksp, KSPCG));
+    PetscBool is_cpus = PETSC_FALSE;
+    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), fused_cg, &is_cpus));
+    if (is_cpus && !is_fused)
+      throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
   }
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   MatNullSpace space = nullptr;

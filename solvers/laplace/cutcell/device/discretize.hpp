@@ -91,7 +91,8 @@ void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips
   });
   run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     if (int* cover = own_cell(body)) {
-      const int winner = *cover < scene.bodies ? *cover : *cover - scene.bodies;
+      const int had = *cover;  // read once: the winner may be writing it
+      const int winner = had < scene.bodies ? had : had - scene.bodies;
       if (winner == body)
         *cover = body;
       else

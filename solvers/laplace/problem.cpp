@@ -1,6 +1,7 @@
 #include "solvers/laplace/problem.hpp"
 
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "solvers/error.hpp"
@@ -61,9 +62,11 @@ void check_neutral(const LaplaceProblem& problem) {
   }
   // Charges that cancel on paper are summed with rounding, and may come from a long run's bookkeeping.
   constexpr double rounding = 1e-10;
-  if (std::abs(total) > rounding * sum_of_magnitudes)
-    throw InputError("the box is insulated and nothing is grounded, so the charges must sum to zero, but they sum to " +
-                     std::to_string(total / sum_of_magnitudes) + " of their magnitudes");
+  if (std::abs(total) <= rounding * sum_of_magnitudes) return;
+  std::ostringstream share;
+  share << total / sum_of_magnitudes;  // std::to_string would make 0.000000 of a small one
+  throw InputError("the box is insulated and nothing is grounded, so the charges must sum to zero, but they sum to " +
+                   share.str() + " of their magnitudes");
 }
 
 }  // namespace

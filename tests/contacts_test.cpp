@@ -10,34 +10,10 @@
 #include "src/effects/charge_ledger.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/groups.hpp"
+#include "tests/conductors.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::effects;
-
-namespace {
-
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
-doctest::Approx near(double value, double tolerance = 1e-9) {
-  return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
-
-constexpr double radius = 1e-3;
-
-/// Conductors of radius 1 mm in a box of 10 cm, contact at a gap of 1 mm.
-Scene scene_of(std::vector<Vec2> places) {
-  Scene scene;
-  scene.domain.size = {0.1, 0.1};
-  scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = lichtenberg::ContactDischarge{.gap = radius, .hysteresis = 0.1};
-  scene.mechanics.position_tolerance = 1e-6;
-  return scene;
-}
-
-Electrode electrode_of(std::string name, Shape shape, double potential) { return {std::move(name), shape, potential}; }
-
-}  // namespace
 
 TEST_CASE("a group is named after its smallest member, however its contacts are listed") {
   const Scene scene = scene_of(std::vector<Vec2>(6));

@@ -18,6 +18,7 @@
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
+#include "tests/conductors.hpp"
 #include "tests/line_charges.hpp"
 
 using namespace lichtenberg;
@@ -25,27 +26,6 @@ using namespace lichtenberg::effects;
 using std::numbers::pi;
 
 namespace {
-
-/// Equal within a fraction of the value. (doctest's own scale of 1 would let everything small pass.)
-doctest::Approx near(double value, double tolerance = 1e-9) {
-  return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
-
-constexpr double radius = 1e-3;
-
-/// Conductors of radius 1 mm in a box of 10 cm, contact at a gap of 1 mm.
-Scene scene_of(std::vector<Vec2> places) {
-  Scene scene;
-  scene.domain.size = {0.1, 0.1};
-  scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = lichtenberg::ContactDischarge{.gap = radius, .hysteresis = 0.1};
-  scene.mechanics.position_tolerance = 1e-6;
-  return scene;
-}
-
-Electrode electrode_of(std::string name, Shape shape, double potential) { return {std::move(name), shape, potential}; }
 
 std::vector<double> forces_of(const Effect& effect, const Bodies& bodies, const std::vector<Pair>& pairs = {}) {
   std::vector<double> force(bodies.position.size());

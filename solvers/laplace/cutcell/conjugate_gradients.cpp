@@ -1,9 +1,6 @@
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 
-#include <petsc/private/kspimpl.h>
-
-#include <cmath>
-
+#include "solvers/laplace/cutcell/fused_iteration.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
@@ -40,11 +37,13 @@ class Iteration {
     multigrid_.take_groups(r_);
   }
 
-  /// z = M r; returns r'z.
-  double precondition() { return multigrid_.cycle(r_); }
+  // The parts that `iterate` asks for; q = A p.
+  PetscErrorCode precondition(double* product) {
+    *product = multigrid_.cycle(r_);
+    return 0;
+  }
 
-  /// p = z + beta p, q = A p; returns p'q.
-  double turn(double beta) {
+  PetscErrorCode turn(double beta, double* curvature) {
     ++context_.applications;
     const float* z = multigrid_.cells();
     const float* z_group = multigrid_.groups();
@@ -62,11 +61,11 @@ class Iteration {
       else
         in_row(j, [&](std::ptrdiff_t k) { p_[k] = z[k] + beta * p_[k]; });
     });
-    return ordered_sum(row_product_) + op_.apply_groups(p_, q_ + cells_);
+    *curvature = ordered_sum(row_product_) + op_.apply_groups(p_, q_ + cells_);
+    return 0;
   }
 
-  /// x += alpha p, r -= alpha q
-  void step(double alpha) {
+  PetscErrorCode step(double alpha) {
     const auto update = [this, alpha](std::ptrdiff_t k) {
       x_[k] += alpha * p_[k];
       r_[k] -= alpha * q_[k];
@@ -77,6 +76,7 @@ class Iteration {
     });
     in_groups(update);
     multigrid_.take_groups(r_);
+    return 0;
   }
 
  private:
@@ -116,15 +116,6 @@ class Iteration {
   std::vector<double> row_product_;
 };
 
-/// Tells monitors, history and the stop criterion about the natural norm squared.
-PetscErrorCode report(KSP ksp, double squared) {
-  ksp->rnorm = std::sqrt(std::abs(squared));
-  PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
-  PetscCall(KSPMonitor(ksp, ksp->its, ksp->rnorm));
-  PetscCall((*ksp->converged)(ksp, ksp->its, ksp->rnorm, &ksp->reason, ksp->cnvP));
-  return 0;
-}
-
 PetscErrorCode solve(KSP ksp) {
   MatrixFreeContext* context = nullptr;
   PetscCall(PCShellGetContext(ksp->pc, &context));
@@ -135,29 +126,8 @@ PetscErrorCode solve(KSP ksp) {
   PetscCall(VecGetArray(ksp->vec_sol, &x));
   PetscCall(VecGetArrayRead(ksp->vec_rhs, &b));
   Iteration iteration(*context, x);
-  ksp->its = 0;
   iteration.start(b, ksp->guess_zero);
-  double product = iteration.precondition(), beta = 0;
-  PetscCall(report(ksp, product));
-  while (!ksp->reason && ksp->its < ksp->max_it) {
-    const double curvature = iteration.turn(beta);
-    if (!(curvature > 0)) {
-      ksp->reason = KSP_DIVERGED_INDEFINITE_MAT;
-      break;
-    }
-    iteration.step(product / curvature);
-    PetscCall(PetscObjectStateIncrease(reinterpret_cast<PetscObject>(ksp->vec_sol)));
-    const double last = product;
-    product = iteration.precondition();
-    ++ksp->its;
-    if (product < 0) {
-      ksp->reason = KSP_DIVERGED_INDEFINITE_PC;
-      break;
-    }
-    beta = product / last;
-    PetscCall(report(ksp, product));
-  }
-  if (!ksp->reason) ksp->reason = KSP_DIVERGED_ITS;
+  PetscCall(iterate(ksp, iteration));
   PetscCall(VecRestoreArray(ksp->vec_sol, &x));
   PetscCall(VecRestoreArrayRead(ksp->vec_rhs, &b));
   return 0;

@@ -2,6 +2,7 @@
 
 #include "solvers/laplace/cutcell/device/discretize.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
+#include "solvers/laplace/cutcell/device/pieces.hpp"
 
 namespace lichtenberg::laplace::device {
 

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 
 import networks
 import plot
-from figures import save
+from figures import claim, save, save_claims
 
 
 def main():
@@ -22,6 +22,10 @@ def main():
     plot.draw_edges(graph, snapshot, networks.contact_edges(snapshot, contacts), color=plot.INK, linewidths=1)
     networks.draw_nodes(graph, snapshot, slice(None), plot.INK)
     save(figure, "figure_7_1")
+    connected, all_conductors = int(snapshot.connected.sum()), len(snapshot.radius)
+    save_claims("figure_7_1", [claim("conductors connected to the ground in the stationary state", "D 7.1",
+                                     all_conductors, connected,
+                                     "agrees" if connected == all_conductors else "some are left over")])
 
 
 if __name__ == "__main__":

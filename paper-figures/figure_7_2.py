@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 import networks
 import plot
-from figures import save
+from figures import claim, save, save_claims
 
 ENDPOINT, BRANCH, LEFT_OUT = "#d62728", "#2ca02c", "#1f77b4"
 
@@ -41,6 +41,14 @@ def draw_kinds(axes, snapshot, degree):
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=3, frameon=False, handletextpad=0)
 
 
+def claims(degree, contacts, kept):
+    """What D 7.3.1 says of the graph: no node of degree above 4, no loop."""
+    largest, loops = int(degree.max()), int((~kept).sum())
+    return [claim("largest degree", "D 7.3.1", 4, largest, "agrees" if largest <= 4 else "larger ones exist"),
+            claim("contacts that close a loop", "D 7.3.1", 0, loops,
+                  "agrees" if loops == 0 else f"{loops} of {len(contacts)} contacts close one")]
+
+
 def main():
     snapshot, contacts = networks.last_state(__doc__.splitlines()[0])
     plot.set_style()
@@ -53,8 +61,10 @@ def main():
     plot.draw_scale(graph, snapshot)
     networks.panel(tree, snapshot, f"anti-arborescence: M = {snapshot.connected.sum()}")
     draw_arrows(tree, snapshot)
-    draw_kinds(tree, snapshot, networks.degrees(snapshot, contacts))
+    degree = networks.degrees(snapshot, contacts)
+    draw_kinds(tree, snapshot, degree)
     save(figure, "figure_7_2")
+    save_claims("figure_7_2", claims(degree, contacts, kept))
 
 
 if __name__ == "__main__":

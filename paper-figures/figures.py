@@ -1,6 +1,9 @@
-"""What the figure scripts share: finding the built programs, running them, saving a figure as PDF and PNG."""
+"""What the figure scripts share: finding the built programs, running them, saving a figure as PDF and PNG, and what the
+figure says beside what the source says, for the table that make.sh prints (table.py)."""
 
 import argparse
+import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -38,3 +41,29 @@ def save(figure, name):
         figure.savefig(OUTPUT / (name + suffix), dpi=200, bbox_inches="tight")
         print(OUTPUT / (name + suffix))
     plt.close(figure)
+
+
+def claim(what, source, published, ours, verdict=None):
+    """A row of the table: what a source claims by a figure, and what we find.
+
+    published, ours: a number, a pair (number, half width of its 95 % interval), or text. Without a verdict they must be
+    numbers of which one at least has an interval: they agree if they differ by no more than both intervals allow.
+    """
+    return {"claim": what, "source": source, "published": published, "ours": ours,
+            "verdict": verdict or _agreement(published, ours)}
+
+
+def _agreement(published, ours):
+    (theirs, allowed), (found, uncertain) = (pair if isinstance(pair, (tuple, list)) else (pair, 0)
+                                             for pair in (published, ours))
+    if not allowed and not uncertain:
+        raise ValueError("a claim without any interval needs a verdict in words")
+    if abs(found - theirs) <= math.hypot(allowed, uncertain):
+        return "agrees"
+    return f"differs by {100 * (found / theirs - 1):+.2g} %" if theirs else "differs"
+
+
+def save_claims(name, claims):
+    """Writes the rows of the figure NAME to output/NAME.json, where table.py finds them."""
+    OUTPUT.mkdir(exist_ok=True)
+    (OUTPUT / (name + ".json")).write_text(json.dumps(claims, indent=1) + "\n")

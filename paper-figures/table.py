@@ -1,0 +1,42 @@
+#!/usr/bin/python3
+"""The table of what the sources claim by their figures and what we find, from the rows that the figure scripts left in
+output/ (figures.claim). Printed, and written to output/table.md. Arguments: figures that have just failed."""
+
+import json
+import sys
+
+from figures import OUTPUT
+
+HEADINGS = ("figure", "claim", "source", "published", "ours", "verdict")
+
+
+def shown(value):
+    """A number, one with its interval, or words."""
+    if isinstance(value, list):
+        number, half_width = value
+        return f"{number:.4g} ± {half_width:.2g}"
+    return f"{value:.4g}" if isinstance(value, (int, float)) else value
+
+
+def rows(failed):
+    for path in sorted(OUTPUT.glob("figure_*.json")):
+        figure = path.stem.removeprefix("figure_")
+        if figure not in failed:
+            for row in json.loads(path.read_text()):
+                yield (figure.replace("_", "."), *(shown(row[heading]) for heading in HEADINGS[1:]))
+    for figure in failed:
+        yield (figure.replace("_", "."), "", "", "", "", "the script failed")
+
+
+def main():
+    cells = [HEADINGS, *sorted(rows(sys.argv[1:]), key=lambda row: row[0])]
+    widths = [max(map(len, column)) for column in zip(*cells)]
+    lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths)) + " |" for row in cells]
+    lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
+    OUTPUT.mkdir(exist_ok=True)
+    (OUTPUT / "table.md").write_text("\n".join(lines) + "\n")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

@@ -208,7 +208,7 @@ TEST_CASE("the ledger conserves charge through any history of merges, splits, fe
     for (const double q : initial) sum.add(q);
     return sum.total();
   }();
-  ChargeLedger ledger(initial);
+  ChargeLedger ledger(initial, 1);
   double time = 0;
   for (int step = 0; step < 20000; ++step) {
     const double dt = 1e-3 * (1 + noise(random));
@@ -233,7 +233,7 @@ TEST_CASE("a floating group keeps its charge and shares it as the field does, a 
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("ground", Disk{{0.05, 0.05}, 1e-3}, 0)};
   const std::vector<double> initial = {1, 2, 3, 4};
-  ChargeLedger ledger(initial);
+  ChargeLedger ledger(initial, 1);
   const std::vector<Contact> contacts = {{0, 1}, {2, 4}};
   const std::vector<double> by_field = {2.0, 1.2, -7, 99};  // 0 and 1 together hold 3: the field has 0.2 too much
   ledger.settle(electrical_groups(scene, contacts), by_field);
@@ -245,10 +245,34 @@ TEST_CASE("a floating group keeps its charge and shares it as the field does, a 
   CHECK(ledger.charge(3) == 4);  // alone: it has what it has
 }
 
+TEST_CASE("charge drains to the supply that its conductor touches, though all at one potential are one group") {
+  // 0 touches both electrodes at 5 V and drains to the first; 1 touches the second, 2 is wired to 5 V from outside, and
+  // 3 touches the side at 0 V.
+  Scene scene = scene_of(std::vector<Vec2>(4));
+  scene.electrodes = {electrode_of("a", Disk{{0.01, 0.05}, 1e-3}, 5), electrode_of("b", Disk{{0.05, 0.05}, 1e-3}, 5)};
+  scene.domain.sides[0] = {.electrode = true, .potential = 0};
+  scene.groups = {{.name = "floats"}, {.name = "wire", .potential = 5.0}};
+  scene.conductors[2].group = 1;
+  const std::vector<Contact> contacts = {{0, 4}, {0, 5}, {1, 5}, {3, 6}};
+  const ElectricalGroups groups = electrical_groups(scene, contacts);
+  CHECK(groups.id == std::vector<int>{0, 0, 0, 3});
+  CHECK(groups.supply == std::vector<int>{0, 1, 3, 2});
+  const std::vector<Supply> supplies = supplies_of(scene);
+  REQUIRE(supplies.size() == 4);
+  CHECK(supplies[3].name == "the group \"wire\"");
+  CHECK(supplies[3].potential == 5);
+  ChargeLedger ledger(std::vector<double>{1, 2, 3, 4}, supplies.size());
+  ledger.settle(groups, std::vector<double>{0.5, -1, 10, 4});
+  CHECK(ledger.drained_by_supply() == std::vector<double>{0.5, 3, 0, -7});
+  CHECK(ledger.drained() == -3.5);
+  CHECK(ledger.held() + ledger.drained() == 10);
+}
+
 TEST_CASE("a ledger is saved and restored to the last bit") {
   const std::vector<double> initial = {1e-10, -2e-10}, current = {1e-9 / 3, 1e-9 / 7};
-  ChargeLedger ledger(initial), copy(initial);
+  ChargeLedger ledger(initial, 2), copy(initial, 2);
   for (int k = 0; k < 1000; ++k) ledger.feed(current, 1e-3 / 3);
+  ledger.settle({.id = {0, 1}, .potential = {7.0, {}}, .supply = {1, -1}}, std::vector<double>{1e-12 / 3, 0});
   copy.restore(ledger.save());
   ledger.feed(current, 0.1);
   copy.feed(current, 0.1);

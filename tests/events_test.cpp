@@ -346,7 +346,7 @@ TEST_CASE("a checkpoint of another scene or program is refused with a sentence")
   CHECK_THROWS_WITH_AS(
       Simulation(smaller, std::make_unique<LineCharges>()).restore(checkpoint),
       "the checkpoint holds 24 values of \"position\", but this scene needs 22: it is of another scene", Failure);
-  checkpoint.reals.erase("charges");
+  checkpoint.reals.erase("charge_ledger");
   CHECK_THROWS_WITH_AS(simulation.restore(checkpoint),
-                       "the checkpoint has no \"charges\": another version of the program wrote it", Failure);
+                       "the checkpoint has no \"charge_ledger\": another version of the program wrote it", Failure);
 }

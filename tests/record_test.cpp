@@ -180,6 +180,24 @@ TEST_CASE("frames are elements of H5MD that share one step and one time") {
   CHECK_EQ(a.addr, b.addr);
 }
 
+TEST_CASE("what drained to each terminal stands in the file under its name, and nothing does without terminals") {
+  const Folder folder;
+  Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
+  for (int k = 0; k < 2; ++k) {
+    Frame f = frame(k);
+    f.terminals = {{.name = "left", .potential = 5, .drained = 1e-10 * k}, {.name = "right", .drained = 3e-10}};
+    recorder.add(f, {});
+  }
+  recorder.save(milestone(1));
+  const hdf5::Handle file = hdf5::load(folder / "run.h5");
+  const hdf5::Handle element = hdf5::open_group(file, "observables/charge_drained_by_terminal");
+  CHECK_EQ(hdf5::get<double>(element, "value"), std::vector<double>{0, 3e-10, 1e-10, 3e-10});
+  CHECK_EQ(hdf5::shape(element, "value"), hdf5::Shape{2, 2});
+  CHECK(H5Aexists(element, "terminals") > 0);
+  saved_run(folder / "without.h5", 2);
+  CHECK_FALSE(hdf5::exists(hdf5::load(folder / "without.h5"), "observables/charge_drained_by_terminal"));
+}
+
 TEST_CASE("vectors are in space, with z = 0, and carry their units") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);

@@ -24,6 +24,15 @@ void print_network(const Outcome& outcome) {
   fmt::print("loops          {}\n", degrees.loops);
 }
 
+/// What passed through each terminal, if there is a potential difference to drive it.
+void print_terminals(const Frame& frame) {
+  const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
+  if (std::ranges::none_of(frame.terminals, differs)) return;
+  for (const TerminalReading& terminal : frame.terminals)
+    fmt::print("drained        {:.6g} C to {} at {:g} V, a mean current of {:.4g} A\n", terminal.drained, terminal.name,
+               terminal.potential, frame.time > 0 ? terminal.drained / frame.time : 0);
+}
+
 void print_electrics(const Outcome& outcome, const Counters& counters) {
   const Frame& frame = outcome.frame;
   fmt::print("energy         {:.6g} J\n", frame.energy);
@@ -31,6 +40,7 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
              frame.charge_fed);
   if (outcome.initial_charge != 0) fmt::print(" - {:.6g} C at the start", outcome.initial_charge);
   fmt::print(" = {:.1e} C (relative {:.1e})\n", charge_imbalance(outcome), relative_charge_imbalance(outcome));
+  print_terminals(frame);
   fmt::print(
       "field solves   {}, {:.3g} iterations each\n", counters.field_solves,
       static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));

@@ -14,7 +14,17 @@ void CompensatedSum::add(double term) {
   value_ = sum;
 }
 
-ChargeLedger::ChargeLedger(std::span<const double> initial) {
+namespace {
+
+double total(std::span<const CompensatedSum> terms) {
+  CompensatedSum sum;
+  for (const CompensatedSum& term : terms) sum.add(term);
+  return sum.total();
+}
+
+}  // namespace
+
+ChargeLedger::ChargeLedger(std::span<const double> initial, std::size_t supplies) : drained_(supplies) {
   for (const double charge : initial) charge_.emplace_back(charge);
 }
 
@@ -26,20 +36,20 @@ void ChargeLedger::feed(std::span<const double> current, double dt) {
 }
 
 void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double> by_field) {
-  std::vector<std::vector<int>> members(charge_.size());
-  for (int i = 0; i < size(); ++i) members[groups.id[i]].push_back(i);
+  std::vector<std::vector<int>> members(charge_.size());  // of floating groups
+  for (int i = 0; i < size(); ++i) {
+    if (const int supply = groups.supply[i]; supply >= 0) {
+      drained_[supply].add(charge_[i]);
+      charge_[i] = CompensatedSum(by_field[i]);
+      drained_[supply].subtract(charge_[i]);
+    } else {
+      members[groups.id[i]].push_back(i);
+    }
+  }
   for (const std::vector<int>& group : members) {
     if (group.empty()) continue;
     CompensatedSum rest;  // what is left to give out of what the group holds
     for (const int i : group) rest.add(charge_[i]);
-    if (groups.potential[group.front()]) {
-      for (const int i : group) {
-        charge_[i] = CompensatedSum(by_field[i]);
-        rest.subtract(charge_[i]);
-      }
-      drained_.add(rest);
-      continue;
-    }
     CompensatedSum missing = rest;
     for (const int i : group) missing.add(-by_field[i]);
     const double share = missing.total() / static_cast<double>(group.size());
@@ -51,27 +61,31 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
   }
 }
 
-double ChargeLedger::held() const {
-  CompensatedSum sum;
-  for (const CompensatedSum& charge : charge_) sum.add(charge);
-  return sum.total();
+double ChargeLedger::held() const { return total(charge_); }
+double ChargeLedger::drained() const { return total(drained_); }
+
+std::vector<double> ChargeLedger::drained_by_supply() const {
+  std::vector<double> drained;
+  for (const CompensatedSum& sum : drained_) drained.push_back(sum.total());
+  return drained;
 }
 
 std::vector<double> ChargeLedger::save() const {
   std::vector<double> saved;
-  for (const CompensatedSum& charge : charge_) saved.insert(saved.end(), {charge.value(), charge.lost()});
-  saved.insert(saved.end(), {fed_.value(), fed_.lost(), drained_.value(), drained_.lost()});
+  for (const std::vector<CompensatedSum>& sums : {charge_, drained_, {fed_}})
+    for (const CompensatedSum& sum : sums) saved.insert(saved.end(), {sum.value(), sum.lost()});
   return saved;
 }
 
 void ChargeLedger::restore(std::span<const double> saved) {
-  const std::size_t n = charge_.size();
-  if (saved.size() != 2 * n + 4)
+  if (saved.size() != saved_size())
     throw Failure(fmt::format("the checkpoint holds {} charge sums, but this scene has {}: it is of another scene",
-                              saved.size() / 2, n + 2));
-  for (std::size_t i = 0; i < n; ++i) charge_[i] = CompensatedSum(saved[2 * i], saved[2 * i + 1]);
-  fed_ = CompensatedSum(saved[2 * n], saved[2 * n + 1]);
-  drained_ = CompensatedSum(saved[2 * n + 2], saved[2 * n + 3]);
+                              saved.size() / 2, saved_size() / 2));
+  const auto sum = [&](std::size_t k) { return CompensatedSum(saved[2 * k], saved[2 * k + 1]); };
+  const std::size_t n = charge_.size();
+  for (std::size_t i = 0; i < n; ++i) charge_[i] = sum(i);
+  for (std::size_t k = 0; k < drained_.size(); ++k) drained_[k] = sum(n + k);
+  fed_ = sum(n + drained_.size());
 }
 
 }  // namespace lichtenberg::effects

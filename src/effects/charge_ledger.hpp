@@ -29,30 +29,33 @@ class CompensatedSum {
 /// of the last digit, whatever the field solver's accuracy is: the field only says how a group's charge is shared.
 class ChargeLedger {
  public:
-  /// `initial`: C, a conductor.
-  explicit ChargeLedger(std::span<const double> initial);
+  /// `initial`: C, a conductor. `supplies`: how many there are to drain to (supplies_of).
+  ChargeLedger(std::span<const double> initial, std::size_t supplies);
 
   /// Adds current * dt to each conductor (A, s; D 5.5).
   void feed(std::span<const double> current, double dt);
   /// Shares each group's charge as the field does (`by_field`: C, a conductor, D 5.4). A floating group keeps its sum
-  /// exactly: what the field's charges miss of it is spread evenly. A held group takes the field's charges, and the
-  /// difference drains.
+  /// exactly: what the field's charges miss of it is spread evenly. Held conductors take the field's charges, and the
+  /// difference drains to the supply that they are connected with.
   void settle(const ElectricalGroups& groups, std::span<const double> by_field);
 
   int size() const { return static_cast<int>(charge_.size()); }
   double charge(int i) const { return charge_[i].total(); }  ///< C
   double held() const;                                       ///< C, all conductors
   double fed() const { return fed_.total(); }                ///< C, since the start
-  double drained() const { return drained_.total(); }        ///< C, since the start
+  double drained() const;                                    ///< C, to all supplies since the start
+  std::vector<double> drained_by_supply() const;             ///< C, since the start
 
-  /// Both parts of every sum (charges, fed, drained): all there is.
+  /// Both parts of every sum (charges, drained by supply, fed): all there is.
   std::vector<double> save() const;
-  /// Throws Failure if `saved` is of another number of conductors.
+  /// How many numbers that are.
+  std::size_t saved_size() const { return 2 * (charge_.size() + drained_.size() + 1); }
+  /// Throws Failure if `saved` is of another number of conductors or supplies.
   void restore(std::span<const double> saved);
 
  private:
-  std::vector<CompensatedSum> charge_;
-  CompensatedSum fed_, drained_;
+  std::vector<CompensatedSum> charge_, drained_;
+  CompensatedSum fed_;
 };
 
 }  // namespace lichtenberg::effects

@@ -27,31 +27,33 @@ class Sets {
   std::vector<int> parent_;
 };
 
-/// What holds a group at its potential.
-struct Holder {
-  std::string name;
-  double potential = 0;
-};
-
-/// The holder of each group, by the group's id.
+/// What holds each component at its potential, by the component's first conductor.
 class Holders {
  public:
-  void add(int group, const Holder& holder) {
-    const auto [held, is_new] = holders_.try_emplace(group, holder);
-    const Holder& first = held->second;
-    if (!is_new && first.potential != holder.potential)
+  explicit Holders(std::vector<Supply> supplies) : supplies_(std::move(supplies)) {}
+  void add(int component, int supply) {
+    const auto [held, is_new] = holders_.try_emplace(component, supply);
+    const Supply &first = supplies_[held->second], &other = supplies_[supply];
+    if (first.potential != other.potential)
       throw InputError(
           fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
                       "conductors, whose current has no limit, is not allowed",
-                      group, first.name, first.potential, holder.name, holder.potential));
+                      component, first.name, first.potential, other.name, other.potential));
+    held->second = std::min(held->second, supply);
   }
-  std::optional<double> potential(int group) const {
-    const auto held = holders_.find(group);
-    return held == holders_.end() ? std::nullopt : std::optional(held->second.potential);
+  /// -1: none.
+  int supply(int component) const {
+    const auto held = holders_.find(component);
+    return held == holders_.end() ? -1 : held->second;
+  }
+  std::optional<double> potential(int component) const {
+    const int held_by = supply(component);
+    return held_by < 0 ? std::nullopt : std::optional(supplies_[held_by].potential);
   }
 
  private:
-  std::map<int, Holder> holders_;
+  std::vector<Supply> supplies_;
+  std::map<int, int> holders_;
 };
 
 Sets connect(const Scene& scene, std::span<const Contact> contacts) {
@@ -85,28 +87,33 @@ std::vector<Terminal> terminals_of(const Scene& scene) {
   return terminals;
 }
 
+std::vector<Supply> supplies_of(const Scene& scene) {
+  std::vector<Supply> supplies;
+  for (const Terminal& terminal : terminals_of(scene)) supplies.push_back({terminal.name, terminal.potential});
+  for (const PrescribedGroup& wire : scene.groups)
+    if (wire.potential) supplies.push_back({fmt::format("the group \"{}\"", wire.name), *wire.potential});
+  return supplies;
+}
+
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts) {
   const int n = static_cast<int>(scene.conductors.size());
   Sets sets = connect(scene, contacts);
-  Holders holders;
-  for (int i = 0; i < n; ++i) {
-    const int wire = scene.conductors[i].group;
-    if (wire < 0 || !scene.groups[wire].potential) continue;
-    holders.add(sets.find(i),
-                {fmt::format("the group \"{}\"", scene.groups[wire].name), *scene.groups[wire].potential});
-  }
-  const std::vector<Terminal> terminals = terminals_of(scene);
+  std::vector<int> supply_of_wire;  // -1: it floats
+  int next = static_cast<int>(terminals_of(scene).size());
+  for (const PrescribedGroup& wire : scene.groups) supply_of_wire.push_back(wire.potential ? next++ : -1);
+  Holders holders(supplies_of(scene));
+  for (int i = 0; i < n; ++i)
+    if (const int wire = scene.conductors[i].group; wire >= 0 && supply_of_wire[wire] >= 0)
+      holders.add(sets.find(i), supply_of_wire[wire]);
   for (const Contact& contact : contacts)
-    if (contact.partner >= n) {
-      const Terminal& terminal = terminals[contact.partner - n];
-      holders.add(sets.find(contact.conductor), {terminal.name, terminal.potential});
-    }
+    if (contact.partner >= n) holders.add(sets.find(contact.conductor), contact.partner - n);
 
   ElectricalGroups groups;
   std::map<double, int> first_held_at;
   for (int i = 0; i < n; ++i) {
     const int group = sets.find(i);
     groups.potential.push_back(holders.potential(group));
+    groups.supply.push_back(holders.supply(group));
     groups.id.push_back(groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group);
   }
   return groups;

@@ -20,6 +20,15 @@ struct Terminal {
 /// The electrodes in the scene's order, then those sides of the domain that are electrodes.
 std::vector<Terminal> terminals_of(const Scene& scene);
 
+/// What holds conductors at a potential from outside, and takes or gives their charge.
+struct Supply {
+  std::string name;
+  double potential = 0;  ///< V
+};
+
+/// The terminals, in their order, then the wires (the scene's [[group]]s) that are held at a potential.
+std::vector<Supply> supplies_of(const Scene& scene);
+
 /// An electrical contact. The partner is a conductor with a larger index, or, from the number of conductors on, a
 /// terminal.
 struct Contact {
@@ -31,6 +40,10 @@ struct Contact {
 struct ElectricalGroups {
   std::vector<int> id;                           ///< by conductor: the smallest index in its group (D 6.41)
   std::vector<std::optional<double>> potential;  ///< V, by conductor: what holds its group; empty: the group floats
+  /// By conductor: the first of supplies_of that its component is connected with, -1 if it floats. Components held at
+  /// one potential are one group, but each drains to a supply of its own; several in one component have one potential,
+  /// and how their charge is shared cannot be known: the first takes it all.
+  std::vector<int> supply;
   friend bool operator==(const ElectricalGroups&, const ElectricalGroups&) = default;
 };
 

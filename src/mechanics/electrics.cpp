@@ -17,7 +17,8 @@ Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
       counters_(counters),
       field_(*model.find<effects::FloatingConductors>()),
       discharge_(model.find<effects::ContactDischarge>()),
-      ledger_(model.bodies.charge),
+      supplies_(effects::supplies_of(scene)),
+      ledger_(model.bodies.charge, supplies_.size()),
       current_(model.bodies.size()) {}
 
 void Electrics::connect() {
@@ -129,8 +130,16 @@ bool Electrics::stationary(double fraction) const {
   return true;
 }
 
+std::vector<TerminalReading> Electrics::terminals() const {
+  const std::vector<double> drained = ledger_.drained_by_supply();
+  std::vector<TerminalReading> readings;
+  for (std::size_t k = 0; k < supplies_.size(); ++k)
+    readings.push_back({supplies_[k].name, supplies_[k].potential, drained[k]});
+  return readings;
+}
+
 void Electrics::save(Checkpoint& checkpoint) const {
-  checkpoint.reals["charges"] = ledger_.save();
+  checkpoint.reals["charge_ledger"] = ledger_.save();
   checkpoint.reals["largest_force_and_speed"] = {largest_force_, largest_speed_};
   std::vector<std::int64_t>& contacts = checkpoint.integers["contacts"];
   if (!discharge_) return;
@@ -139,7 +148,7 @@ void Electrics::save(Checkpoint& checkpoint) const {
 }
 
 void Electrics::restore(const Checkpoint& checkpoint, double time) {
-  ledger_.restore(reals(checkpoint, "charges", 2 * (ledger_.size() + 2)));
+  ledger_.restore(reals(checkpoint, "charge_ledger", ledger_.saved_size()));
   booked_until_ = time;
   const std::vector<double>& largest = reals(checkpoint, "largest_force_and_speed", 2);
   largest_force_ = largest[0];

@@ -43,6 +43,7 @@ class Electrics {
   effects::FloatingConductors& field() { return field_; }
   const effects::ElectricalGroups& groups() const { return groups_; }
   const effects::ChargeLedger& ledger() const { return ledger_; }
+  std::vector<TerminalReading> terminals() const;
   /// Largest force (N) and speed (m/s) of a body at any instant that was settled.
   double largest_force() const { return largest_force_; }
   double largest_speed() const { return largest_speed_; }
@@ -64,6 +65,7 @@ class Electrics {
   Counters& counters_;
   effects::FloatingConductors& field_;
   effects::ContactDischarge* discharge_;  ///< null: only wires connect
+  std::vector<effects::Supply> supplies_;
   effects::ChargeLedger ledger_;
   double booked_until_ = 0;  ///< s, time of the ledger
   effects::ElectricalGroups groups_;

@@ -110,6 +110,7 @@ Frame Simulation::frame() {
   frame.charge_held = ledger.held();
   frame.charge_fed = ledger.fed();
   frame.charge_drained = ledger.drained();
+  frame.terminals = self.electrics->terminals();
   frame.field_solves = self.counters.field_solves;
   frame.iterations = self.counters.iterations;
   return frame;

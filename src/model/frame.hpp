@@ -9,6 +9,14 @@
 
 namespace lichtenberg {
 
+/// What holds conductors at a potential - an electrode, a side of the domain that is one, a wire held from outside -
+/// and what has passed through it.
+struct TerminalReading {
+  std::string name;
+  double potential = 0;  ///< V
+  double drained = 0;    ///< C, from the conductors to it since the start
+};
+
 /// What a run shows of itself at one instant: the recorder writes it, analysis and plots read it.
 struct Frame {
   double time = 0;                ///< s
@@ -21,7 +29,8 @@ struct Frame {
   double energy = 0;          ///< J, of the field
   double charge_held = 0;     ///< C, on the conductors
   double charge_fed = 0;      ///< C, by the source since the start
-  double charge_drained = 0;  ///< C, to the electrodes since the start
+  double charge_drained = 0;  ///< C, to the electrodes since the start: the sum over terminals
+  std::vector<TerminalReading> terminals;
   std::int64_t field_solves = 0;
   std::int64_t iterations = 0;  ///< of the linear solver, all solves together
 };

@@ -50,6 +50,22 @@ void append_observable(const hdf5::Handle& file, const std::string& name, Number
   append_element<Number>(file, "/observables", name, std::span(&value, 1), {}, unit);
 }
 
+/// One number a terminal, whose names are an attribute of the element.
+void append_by_terminal(const hdf5::Handle& file, const std::string& name,
+                        const std::vector<TerminalReading>& terminals, double TerminalReading::*number,
+                        const std::string& unit) {
+  if (terminals.empty()) return;
+  const bool first = !hdf5::exists(file, "/observables/" + name);
+  std::vector<std::string> names;
+  std::vector<double> row;
+  for (const TerminalReading& terminal : terminals) {
+    names.push_back(terminal.name);
+    row.push_back(terminal.*number);
+  }
+  append_element<double>(file, "/observables", name, row, {row.size()}, unit);
+  if (first) hdf5::put_attribute(hdf5::open_group(file, "/observables/" + name), "terminals", names);
+}
+
 /// The instant first: the other elements link to it.
 void append_instant(const hdf5::Handle& file, double now) {
   const hdf5::Handle position = hdf5::open_group(file, std::string(conductors) + "/position");
@@ -202,6 +218,7 @@ void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optio
   append_observable(file, "charge_held", frame.charge_held, "C");
   append_observable(file, "charge_fed", frame.charge_fed, "C");
   append_observable(file, "charge_drained", frame.charge_drained, "C");
+  append_by_terminal(file, "charge_drained_by_terminal", frame.terminals, &TerminalReading::drained, "C");
   append_observable(file, "field_solves", frame.field_solves, "1");
   append_observable(file, "iterations", frame.iterations, "1");
   if (network) append_network(file, *network);

@@ -11,13 +11,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
-#include "src/version.hpp"
+#include "validation/benchmarks/machine.hpp"
 #include "validation/benchmarks/scene.hpp"
 
 using namespace lichtenberg;
@@ -84,13 +83,6 @@ void set_preconditioner(const std::vector<std::pair<const char*, const char*>>& 
         "-field_pc_hypre_boomeramg_interp_type", "-field_pc_hypre_boomeramg_agg_nl"})
     check_petsc(PetscOptionsClearValue(nullptr, name));
   for (const auto& [name, value] : options) check_petsc(PetscOptionsSetValue(nullptr, name, value));
-}
-
-std::string processor() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "unknown processor";
 }
 
 void print(int cells, const std::string& method, Cost cost, double reference) {
@@ -238,9 +230,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   const LaplaceProblem problem = benchmarks::disks_round_ground(conductors, seed);
-  fmt::print("lichtenberg {}, PETSc {}.{}.{}, {}, {} cores; {} conductors, R = S/64 cells, seed {}\n",
-             lichtenberg_version().commit, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR,
-             processor(), std::thread::hardware_concurrency(), conductors, seed);
+  fmt::print("{}, PETSc {}.{}.{}; {} conductors, R = S/64 cells, seed {}\n", benchmarks::machine(), PETSC_VERSION_MAJOR,
+             PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, conductors, seed);
   fmt::print("{:>5}  {:<48} {:>9} {:>9} {:>6} {:>6} {:>8}\n", "S", "method", "setup ms", "solve ms", "iter", "work",
              "ratio");
   set_preconditioner({});

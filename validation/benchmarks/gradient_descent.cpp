@@ -1,0 +1,99 @@
+// What a digit costs: the dissertation's gradient descent (D 6.30) beside the direct solve, N = 2 ... 324 charged disks
+// round a grounded half-disk, one core. A digit is a factor of ten in the rms of the missing charges for the descent,
+// and in the energy norm of the error for the direct solve; what the grid's spacing leaves is another matter
+// (validation/solvers_agree).
+//
+//   benchmark_gradient_descent [--cells 512] [--conductors 2,8,32,100,324] [--seconds 20]
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/relaxation/solver.hpp"
+#include "validation/benchmarks/machine.hpp"
+#include "validation/benchmarks/scene.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+
+namespace {
+
+double seconds_of(const auto& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+struct Digit {
+  double iterations = 0, seconds = 0;
+};
+
+/// From how its error falls over the second half of what it does in `seconds`: the first steps are faster, because they
+/// take out what many eigenvectors share.
+Digit of_descent(const LaplaceProblem& problem, int cells, double eta, double seconds) {
+  RelaxationOptions options{.sites = cells, .eta = eta, .tolerance = 1e-8};
+  std::vector<double> error;
+  const auto run = [&](int solves) {
+    options.largest_iterations = solves;
+    RelaxationSolver solver(options);
+    try {
+      solver.solve(problem);
+    } catch (const Failure&) {
+      // Not yet converged.
+    }
+    error = solver.error_history();
+  };
+  const double one = seconds_of([&] { run(2); }) / 2;
+  const double all = seconds_of([&] { run(std::clamp(static_cast<int>(seconds / one), 10, 1000)); });
+  const std::size_t last = error.size() - 1, middle = last / 2;
+  // E is a sum of squares: two decades of it are a digit.
+  const double digits = 0.5 * std::log10(error[middle] / error[last]);
+  const double iterations = static_cast<double>(last - middle) / digits;
+  return {iterations, iterations * all / static_cast<double>(error.size())};
+}
+
+/// Between 2 and 10 digits, without what both have in common (set-up, forces).
+Digit of_direct_solve(const LaplaceProblem& problem, int cells) {
+  const auto best = [&](double tolerance) {
+    Digit quickest{0, INFINITY};
+    for (int k = 0; k < 5; ++k) {
+      CutCellSolver solver({.cells = cells, .tolerance = tolerance, .threads = 1});
+      const LaplaceSolution solution = solver.solve(problem);
+      quickest = {static_cast<double>(solution.iterations), std::min(quickest.seconds, solution.seconds.solve)};
+    }
+    return quickest;
+  };
+  const Digit coarse = best(1e-2), fine = best(1e-10);
+  return {(fine.iterations - coarse.iterations) / 8, (fine.seconds - coarse.seconds) / 8};
+}
+
+void print(int conductors, const char* method, Digit digit, Digit direct) {
+  fmt::print("{:6}  {:<44}{:>12.2f}{:>14.2f}{:>10.0f}\n", conductors, method, digit.iterations, 1e3 * digit.seconds,
+             digit.seconds / direct.seconds);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int cells = 512;
+  std::vector<int> conductors{2, 8, 32, 100, 324};
+  double seconds = 20;
+  CLI::App app("What a digit costs: gradient descent of the potentials beside the direct solve");
+  app.add_option("--cells", cells, "along a side");
+  app.add_option("--conductors", conductors, "numbers of them")->delimiter(',');
+  app.add_option("--seconds", seconds, "a descent may take");
+  CLI11_PARSE(app, argc, argv);
+
+  fmt::print("{}; S = {}, R = S/64 cells\n", benchmarks::machine(), cells);
+  fmt::print("{:>6}  {:<44}{:>12}{:>14}{:>10}\n", "N", "method", "iterations", "ms a digit", "ratio");
+  for (const int count : conductors) {
+    const LaplaceProblem problem = benchmarks::disks_round_ground(count, 1);
+    const Digit direct = of_direct_solve(problem, cells);
+    print(count, "direct: multigrid + CG", direct, direct);
+    print(count, "descent, eta chosen from eta_c (D 6.35)", of_descent(problem, cells, 0, seconds), direct);
+    print(count, "descent, eta = 0.01 (D 6.5.4)", of_descent(problem, cells, 0.01, seconds), direct);
+  }
+}

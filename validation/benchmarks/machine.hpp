@@ -1,0 +1,28 @@
+#pragma once
+
+// What a benchmark prints of the machine that it ran on.
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "src/version.hpp"
+
+namespace lichtenberg::benchmarks {
+
+inline std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown processor";
+}
+
+/// This program's commit, the processor and its cores.
+inline std::string machine() {
+  return fmt::format("lichtenberg {}, {}, {} cores", lichtenberg_version().commit, processor(),
+                     std::thread::hardware_concurrency());
+}
+
+}  // namespace lichtenberg::benchmarks

@@ -112,6 +112,28 @@ DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<cons
   return result;
 }
 
+DegreeRelations degree_relations(const DegreeDistribution& degrees, int conductors) {
+  if (degrees.connected == 0) return {};
+  double all = 0, excess = 0, above_3 = 0, above_4 = 0;
+  for (int j = 0; j < static_cast<int>(degrees.number.size()); ++j) {
+    const double f = degrees.fraction(j);
+    all += f;
+    excess += (j - 2) * f;
+    if (j > 4) above_3 += (j - 3) * f, above_4 += (j - 4) * f;
+  }
+  const double c = static_cast<double>(2 * degrees.loops - degrees.grounded) / degrees.connected;
+  const double f1 = degrees.fraction(1), f3 = degrees.fraction(3), f4 = degrees.fraction(4), b = degrees.branching();
+  return {.normalization = all - 1,
+          .branches = excess - c,
+          .branches_printed = excess + 1.0 / conductors,
+          .mean_degree = excess + 2 * (all - 1) - c,
+          .mean_degree_printed = excess + 2 * (all - 1),
+          .f3 = f3 - (2 * b - f1 - c + above_4),
+          .f3_printed = f3 - (2 * b - f1),
+          .f4 = f4 - (f1 - b + c - above_3),
+          .f4_printed = f4 - (f1 - b)};
+}
+
 Network network(std::vector<Contact> contacts, std::span<const Vec2> position) {
   Network result;
   result.contacts = std::move(contacts);

@@ -67,6 +67,26 @@ struct DegreeDistribution {
 ///   sum_j (j - 2) f_j + (grounded - 2 loops) / M = 0.
 DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<const int> successor);
 
+/// What is left over of D's relations between the fractions f_j (7.6-7.9): each is 0 where the relation holds.
+///
+/// Those without `printed` hold for every network, with c = (2 loops - grounded) / M for D's -1 / N (7.7) and with
+/// degrees above 4. D's own need c = 0, which many conductors in a tree on one foot approach, and 7.9 no degree
+/// above 4.
+struct DegreeRelations {
+  double normalization = 0;        ///< sum_j f_j - 1 (7.6)
+  double branches = 0;             ///< sum_j (j - 2) f_j - c
+  double branches_printed = 0;     ///< sum_j (j - 2) f_j + 1 / N (7.7)
+  double mean_degree = 0;          ///< sum_j j f_j - 2 - c
+  double mean_degree_printed = 0;  ///< sum_j j f_j - 2 (7.8)
+  double f3 = 0;                   ///< f_3 - (2 B - f_1 - c + sum_{j > 4} (j - 4) f_j)
+  double f3_printed = 0;           ///< f_3 - (2 B - f_1) (7.9)
+  double f4 = 0;                   ///< f_4 - (f_1 - B + c - sum_{j > 4} (j - 3) f_j)
+  double f4_printed = 0;           ///< f_4 - (f_1 - B) (7.9)
+};
+
+/// `conductors`: N, those without a way to the ground among them. All zero if M = 0.
+DegreeRelations degree_relations(const DegreeDistribution& degrees, int conductors);
+
 /// The network at one instant: what a run records and a picture shows.
 struct Network {
   std::vector<Contact> contacts;

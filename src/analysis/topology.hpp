@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "src/analysis/fractal.hpp"
+#include "src/analysis/network.hpp"
+#include "src/analysis/spanning_tree.hpp"
+#include "src/analysis/strahler.hpp"
+
+namespace lichtenberg::analysis {
+
+/// How a sample is spread; all zero if it is empty.
+struct Distribution {
+  int count = 0;
+  double least = 0, quarter = 0, median = 0, three_quarters = 0, largest = 0;
+  double mean = 0, deviation = 0;  ///< standard deviation of the sample, with count - 1; 0 for one
+};
+
+/// Quantiles are interpolated linearly between the sorted values.
+Distribution distribution(std::vector<double> sample);
+
+/// The Euclidean minimum spanning tree of the same conductors' centres (D 7.4.1): N nodes, N - 1 edges, no ground.
+struct SpanningTree {
+  std::vector<Edge> edges;
+  std::vector<int> number;        ///< number[j]: conductors with j edges
+  StrahlerDistribution strahler;  ///< with the conductor that is nearest to the ground as its root
+  double length = 0;              ///< m
+  int shared = 0;                 ///< edges that also join a conductor and its successor in A
+};
+
+SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
+                           std::span<const int> successor, const Ground& ground);
+
+/// All that D chapter 7 asks of a configuration, and more. Lengths in m.
+struct Topology {
+  Network network;
+  DegreeRelations relations;
+  std::vector<int> strahler;       ///< by conductor, see strahler_numbers()
+  StrahlerDistribution orders;     ///< of A
+  Distribution edge_length;        ///< centre to centre, of the edges of A between conductors
+  double tree_length = 0;          ///< of the same edges together
+  std::optional<PowerLaw> boxes;   ///< box-counting dimension of A, drawn from centre to centre
+  std::optional<PowerLaw> masses;  ///< mass-radius dimension of the conductors in A
+  SpanningTree minimum;            ///< of all N conductors
+};
+
+/// Dimensions are fitted from twice the mean edge of A, below which a tree is a line, to half (boxes) or a quarter
+/// (masses) of its larger extent, and are empty where these are less than a factor of two apart.
+Topology topology(Network network, std::span<const Vec2> position, std::span<const double> radius,
+                  const Ground& ground);
+
+}  // namespace lichtenberg::analysis

@@ -68,6 +68,39 @@ TEST_CASE("a fixed group without a body grounds nothing") {
   CHECK_NOTHROW(problem.check());
 }
 
+TEST_CASE("a fixed group grounds what is coupled to it, over other groups too") {
+  LaplaceProblem problem = neutral_pair();
+  problem.groups[0].charge = 5;
+  problem.groups.push_back({});                   // 2, a node between two resistors
+  problem.groups.push_back({.floating = false});  // 3, a supply
+  const Coupling supply{2, 3, 1.0};
+  problem.couplings = {supply, {1, 2, 1e-12}};
+  CHECK(problem.has_ground());
+  CHECK_NOTHROW(problem.check());
+  problem.couplings = {supply, {1, 2, 0.0}};
+  CHECK_FALSE(problem.has_ground());
+  CHECK_THROWS_AS(problem.check(), InputError);
+  problem.couplings = {supply};
+  CHECK_FALSE(problem.has_ground());
+  CHECK_THROWS_AS(problem.check(), InputError);
+}
+
+TEST_CASE("charges must cancel among what the field reaches") {
+  LaplaceProblem problem = neutral_pair();
+  problem.groups.push_back({.charge = 7});  // 2: its charge comes from the supply, the field knows nothing of it
+  problem.groups.push_back({.floating = false});
+  problem.couplings = {{2, 3, 1.0}};
+  CHECK_NOTHROW(problem.check());
+}
+
+TEST_CASE("groups are coupled by chains of what is more than the least") {
+  LaplaceProblem problem;
+  problem.groups.resize(6);
+  problem.couplings = {{4, 5, 1e-3}, {1, 4, 1.0}, {2, 5, 1.0}, {0, 3, 0.0}};
+  CHECK(coupled_sets(problem) == std::vector<int>{0, 1, 1, 3, 1, 1});
+  CHECK(coupled_sets(problem, 0.1) == std::vector<int>{0, 1, 2, 3, 1, 2});
+}
+
 TEST_CASE("charge that has nowhere to go is refused, and accepted once there is a ground") {
   LaplaceProblem problem = neutral_pair();
   problem.groups[1].charge = -0.9;
@@ -96,6 +129,18 @@ TEST_CASE("malformed problems are refused") {
   SUBCASE("position not a number") { problem.bodies[0].shape = Disk{{std::numeric_limits<double>::quiet_NaN(), 5}, 1}; }
   SUBCASE("charge not finite") { problem.groups[0].charge = std::numeric_limits<double>::infinity(); }
   SUBCASE("floating group without a body") { problem.groups.push_back({}); }
+  SUBCASE("coupling to a group that does not exist") { problem.couplings = {{0, 2, 1.0}}; }
+  SUBCASE("coupling of a group to itself") { problem.couplings = {{1, 1, 1.0}}; }
+  SUBCASE("negative capacitance") { problem.couplings = {{0, 1, -1.0}}; }
+  SUBCASE("capacitance not finite") { problem.couplings = {{0, 1, std::numeric_limits<double>::infinity()}}; }
+  SUBCASE("floating groups without a body, coupled to each other only") {
+    problem.groups.resize(4);
+    problem.couplings = {{2, 3, 1.0}};
+  }
+  SUBCASE("floating group without a body, coupled by nothing") {
+    problem.groups.resize(3);
+    problem.couplings = {{1, 2, 0.0}};
+  }
   SUBCASE("potential profile on an insulating side") {
     problem.sides[left].profile = [](Vec2) { return 1.0; };
   }

@@ -1,6 +1,8 @@
 #include "solvers/laplace/problem.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <string>
 
@@ -43,22 +45,58 @@ void check_bodies(const LaplaceProblem& problem) {
 }
 
 void check_groups(const LaplaceProblem& problem) {
-  std::vector<int> members(problem.groups.size());
-  for (const Body& body : problem.bodies) ++members[body.group];
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
     const Group& group = problem.groups[g];
     const std::string name = "group " + std::to_string(g);
     if (!std::isfinite(group.floating ? group.charge : group.potential))
       throw InputError(name + " must have a finite charge or potential");
-    if (group.floating && members[g] == 0) throw InputError(name + " floats but has no body to carry its charge");
   }
 }
 
+void check_couplings(const LaplaceProblem& problem) {
+  const int groups = static_cast<int>(problem.groups.size());
+  for (std::size_t k = 0; k < problem.couplings.size(); ++k) {
+    const auto& [a, b, capacitance] = problem.couplings[k];
+    const std::string name = "coupling " + std::to_string(k);
+    if (std::min(a, b) < 0 || std::max(a, b) >= groups || a == b)
+      throw InputError(name + " must join two different groups between 0 and " + std::to_string(groups - 1) + ", not " +
+                       std::to_string(a) + " and " + std::to_string(b));
+    if (!std::isfinite(capacitance) || capacitance < 0)
+      throw InputError(name + " must have a finite capacitance that is not negative");
+  }
+}
+
+/// What lies in the set of coupled groups that a group is the first of.
+struct SetContents {
+  bool has_body = false, has_fixed = false;
+};
+
+std::vector<SetContents> contents(const LaplaceProblem& problem, const std::vector<int>& set_of) {
+  std::vector<SetContents> sets(problem.groups.size());
+  for (const Body& body : problem.bodies) sets[set_of[body.group]].has_body = true;
+  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+    if (!problem.groups[g].floating) sets[set_of[g]].has_fixed = true;
+  return sets;
+}
+
+void check_carriers(const LaplaceProblem& problem) {
+  const std::vector<int> set_of = coupled_sets(problem);
+  const std::vector<SetContents> sets = contents(problem, set_of);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+    if (const auto& [has_body, has_fixed] = sets[set_of[g]]; !has_body && !has_fixed)
+      throw InputError("group " + std::to_string(g) +
+                       " floats but has no body to carry its charge, and is coupled to none");
+}
+
+/// Sets of coupled groups without a body have their charge from what is fixed among them.
 void check_neutral(const LaplaceProblem& problem) {
+  const std::vector<int> set_of = coupled_sets(problem);
+  const std::vector<SetContents> sets = contents(problem, set_of);
   double total = 0, sum_of_magnitudes = 0;
-  for (const Group& group : problem.groups) {
-    total += group.charge;
-    sum_of_magnitudes += std::abs(group.charge);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
+    if (!problem.groups[g].floating || !sets[set_of[g]].has_body) continue;
+    total += problem.groups[g].charge;
+    sum_of_magnitudes += std::abs(problem.groups[g].charge);
   }
   // Charges that cancel on paper are summed with rounding, and may come from a long run's bookkeeping.
   constexpr double rounding = 1e-10;
@@ -74,16 +112,39 @@ void check_neutral(const LaplaceProblem& problem) {
 bool LaplaceProblem::has_ground() const {
   for (const Side& side : sides)
     if (side.kind == Side::Kind::electrode) return true;
-  for (const Body& body : bodies)
-    if (!groups[body.group].floating) return true;
-  return false;
+  const std::vector<SetContents> sets = contents(*this, coupled_sets(*this));
+  return std::any_of(sets.begin(), sets.end(), [](SetContents set) { return set.has_body && set.has_fixed; });
 }
 
 void LaplaceProblem::check() const {
   check_box(*this);
   check_bodies(*this);
   check_groups(*this);
+  check_couplings(*this);
+  check_carriers(*this);
   if (!has_ground()) check_neutral(*this);
+}
+
+std::vector<int> coupled_sets(const LaplaceProblem& problem, double least) {
+  std::vector<int> first(problem.groups.size());
+  std::iota(first.begin(), first.end(), 0);
+  const auto find = [&](int g) {
+    while (first[g] != g) g = first[g] = first[first[g]];
+    return g;
+  };
+  for (const Coupling& coupling : problem.couplings) {
+    if (coupling.capacitance <= least) continue;
+    const int a = find(coupling.a), b = find(coupling.b);
+    first[std::max(a, b)] = std::min(a, b);
+  }
+  for (std::size_t g = 0; g < first.size(); ++g) first[g] = find(static_cast<int>(g));
+  return first;
+}
+
+void refuse_couplings(const LaplaceProblem& problem, const std::string& method) {
+  if (problem.couplings.empty()) return;
+  throw InputError(method +
+                   " cannot solve for resistors between conductors or before an electrode: use the cut-cell multigrid");
 }
 
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem) {
@@ -94,6 +155,7 @@ std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProbl
     side.profile = nullptr;
   }
   for (Group& group : unit.groups) group = {.floating = false};
+  unit.couplings.clear();
 
   std::vector<double> capacitance(n * n);
   for (std::size_t j = 0; j < n; ++j) {

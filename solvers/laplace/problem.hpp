@@ -37,6 +37,20 @@ struct Group {
   double potential = 0;  ///< V, if fixed
 };
 
+/// A link between two groups beside the field: charge capacitance * (V_a - V_b) flows from a to b, so that the charge
+/// balance of a floating group is
+///
+///   Q_field(a) + sum over its couplings of capacitance * (V_a - V_b) = charge of a.
+///
+/// What charges obey that move through conductances g for a time dt, taken implicitly: dQ_a/dt = J_a - g (V_a - V_b)
+/// becomes the balance above with capacitance = dt g and charge = Q_a + dt J_a (D 5.5, with J and Ohm's law). Infinite
+/// capacitance is the limit in which a and b are one group (D 5.3), zero that in which they are not coupled. Either may
+/// be a fixed group, also one without a body: a supply behind a resistor.
+struct Coupling {
+  int a = 0, b = 0;        ///< groups
+  double capacitance = 0;  ///< F per metre of depth; finite, not negative
+};
+
 /// Laplace's equation div(eps grad V) = 0 in the box [0, size.x] x [0, size.y] outside the bodies
 /// (D 5.2-5.4; two dimensions, all charges, forces and energies per metre of depth).
 struct LaplaceProblem {
@@ -45,14 +59,24 @@ struct LaplaceProblem {
   double permittivity = 1;    ///< F/m
   std::vector<Body> bodies;
   std::vector<Group> groups;
+  std::vector<Coupling> couplings;  ///< between groups; several between the same two add up
 
-  /// False if nothing has a given potential: then the charges must sum to zero, and the potential is defined up to a
-  /// constant, chosen such that the groups' potentials, weighted by their number of bodies, have zero mean.
+  /// False if nothing that the field reaches, or that is coupled to what it reaches, has a given potential: then the
+  /// charges must sum to zero, and the potential is defined up to a constant, chosen such that the groups' potentials,
+  /// weighted by their number of bodies, have zero mean.
   bool has_ground() const;
-  /// Throws InputError if a body names no group, a size or radius is not positive, or if nothing is grounded and the
-  /// charges do not sum to zero.
+  /// Throws InputError if a body or a coupling names no group, a size or radius is not positive, a capacitance is
+  /// negative, a floating group has no body and is coupled to none, or if nothing is grounded and the charges do not
+  /// sum to zero.
   void check() const;
 };
+
+/// Of each group the set that it is coupled with, named by its first group: those with a chain of couplings between
+/// them, each of more than `least` (F/m).
+std::vector<int> coupled_sets(const LaplaceProblem& problem, double least = 0);
+
+/// For methods that cannot do couplings: throws InputError if there are any. `method` begins the sentence.
+void refuse_couplings(const LaplaceProblem& problem, const std::string& method);
 
 /// Seconds spent by one solve.
 struct Timings {
@@ -63,7 +87,7 @@ struct Timings {
 
 struct LaplaceSolution {
   std::vector<double> group_potential;  ///< V, a group
-  std::vector<double> body_charge;      ///< C/m, a body
+  std::vector<double> body_charge;      ///< C/m, a body: that of the field, without what couplings carry
   std::vector<Vec2> body_force;         ///< N/m, a body
   std::array<double, 4> side_charge{};  ///< C/m, charge on each side of the box if it is an electrode
   double energy = 0;                    ///< J/m, eps/2 integral |grad V|^2

@@ -175,6 +175,7 @@ CutCellSolver::~CutCellSolver() = default;
 
 LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
   problem.check();
+  refuse_couplings(problem, "the cut-cell solver");
   if (implementation_ && implementation_->assembled())
     announce_solve(implementation_->number, implementation_->options, problem);
   LaplaceSolution solution = on_device_ ? on_device_->solve(problem) : implementation_->solve(problem);

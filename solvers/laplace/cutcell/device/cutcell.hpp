@@ -59,6 +59,7 @@ class CutCell : public DeviceSolver {
 
   LaplaceSolution solve(const LaplaceProblem& problem) override {
     problem.check();
+    refuse_couplings(problem, "the cut-cell solver on a device");
     LaplaceSolution solution;
     auto start = std::chrono::steady_clock::now();
     prepare_grids(problem);

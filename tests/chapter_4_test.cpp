@@ -1,0 +1,197 @@
+// D's chapter 4: the charge shuttle and the broken wire, theory against independent numbers.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "src/theory/broken_wire.hpp"
+#include "src/theory/disk_between_plates.hpp"
+#include "src/theory/shuttle.hpp"
+#include "src/theory/two_disks.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::theory;
+using doctest::Approx;
+using std::numbers::pi;
+
+namespace {
+
+constexpr double permittivity = 4.7 * 8.8541878128e-12, radius = 0.775e-3;
+
+SphereShuttle shuttle_of(double gap) {
+  return {radius, gap, 18e3, permittivity, 6 * pi * 0.7 * radius, isolated_sphere_capacitance(radius, permittivity)};
+}
+
+BrokenWire wire_of_d() {
+  return {25, radius, 40e-3, 18e3, permittivity, isolated_sphere_capacitance(radius, permittivity)};
+}
+
+DiskBetweenPlates disk_between(double distance) { return {1, distance, 3, 2.5}; }
+
+/// C (F) of a sphere before a plane: 4 pi eps R sinh(u) sum 1 / sinh(n u), cosh(u) = 1 + distance / R.
+double sphere_before_plane(double distance) {
+  const double u = std::acosh(1 + distance / radius);
+  double sum = 0;
+  for (int n = 1; n * u < 40; ++n) sum += 1 / std::sinh(n * u);
+  return 4 * pi * permittivity * radius * std::sinh(u) * sum;
+}
+
+}  // namespace
+
+TEST_CASE("shuttle: the monopole force is Coulomb's between charges C V / 2 on spheres that would touch") {
+  const SphereShuttle shuttle = shuttle_of(5e-3);
+  const double charge = 0.5 * shuttle.capacitance * shuttle.voltage, x = 1.1e-3;
+  const auto coulomb = [&](double distance) { return charge * charge / (4 * pi * permittivity * distance * distance); };
+  CHECK(monopole_force(shuttle, x) ==
+        Approx(coulomb(2.5e-3 - x + 2 * radius) + coulomb(2.5e-3 + x + 2 * radius)).epsilon(1e-13));
+}
+
+TEST_CASE("shuttle: the closed form of the crossing time is the quadrature, constant factor included") {
+  for (const double gap : {1e-3, 5e-3, 20e-3}) {
+    const SphereShuttle shuttle = shuttle_of(gap);
+    const double time =
+        overdamped_time([&](double x) { return monopole_force(shuttle, x); }, shuttle.drag, -0.5 * gap, 0.5 * gap);
+    // The closed form subtracts terms of a^3: at gap = R it loses a digit and a half.
+    CHECK(crossing_time(shuttle) == Approx(time).epsilon(1e-8));
+  }
+}
+
+TEST_CASE("shuttle: current is C V a period, resistance falls with the square of the voltage (D 4.7)") {
+  SphereShuttle shuttle = shuttle_of(5e-3);
+  const double at_18_kv = resistance(shuttle);
+  CHECK(at_18_kv == Approx(2 * crossing_time(shuttle) / shuttle.capacitance).epsilon(1e-14));
+  shuttle.voltage *= 3;
+  CHECK(resistance(shuttle) == Approx(at_18_kv / 9).epsilon(1e-13));
+}
+
+TEST_CASE("shuttle: without nonuniform forces inertia changes nothing, with them it saves time") {
+  CHECK(overdamped_time([](double) { return 2.0; }, 3, 1, 5) == Approx(6).epsilon(1e-12));
+  CHECK(ballistic_time([](double) { return 2.0; }, 3, 1, 5) == Approx(6).epsilon(1e-12));
+  const auto rising = [](double x) { return x; };
+  CHECK(overdamped_time(rising, 3, 1, 5) == Approx(3 * std::log(5.0)).epsilon(1e-10));
+  CHECK(ballistic_time(rising, 3, 1, 5) == Approx(3 * 16 / 12.0).epsilon(1e-10));
+}
+
+TEST_CASE("disk between plates: near one of them it holds what reciprocity says") {
+  // The other plate is 2000 R away: its images change the charge by about (R / H)^2 = 2.5e-7 of itself.
+  const DiskBetweenPlates disk = disk_between(2000);
+  for (const double gap : {0.01, 0.1, 1.0}) {
+    const DiskState held = at_potential(disk, -disk.place(gap), 0.5 * disk.voltage);
+    CHECK(held.charge == Approx(charge_near_plate(disk, gap)).epsilon(1e-6));
+  }
+  CHECK(charge_near_plate(disk, 0) == Approx(2 * pi * 2.5 * 3 / 2000).epsilon(1e-14));
+}
+
+TEST_CASE("disk between plates: the plate that it touches repels it with eps R E^2 (pi^3/9 + pi/3)") {
+  const DiskBetweenPlates disk = disk_between(2000);
+  const auto off = [&](double gap) {
+    return at_potential(disk, -disk.place(gap), 0.5 * disk.voltage).force / repulsion_at_plate(disk) - 1;
+  };
+  // Linear in the gap, with a coefficient of order one.
+  CHECK(std::abs(off(1e-2)) < 1e-2);
+  CHECK(std::abs(off(1e-3)) < 1e-3);
+}
+
+TEST_CASE("disk between plates: grounded before a grounded plate it is half of two equal disks") {
+  // The other plate, 4e6 R away, changes the potential by about R / 4e6 of itself.
+  DiskBetweenPlates disk = disk_between(4e6);
+  disk.voltage = 0;
+  const double gap = 0.05, potential = 1.5;
+  const DiskState held = at_potential(disk, disk.place(gap), potential);
+  const double exact = 2 * pi * disk.permittivity / std::acosh(1 + gap);
+  CHECK(held.charge == Approx(potential * exact).epsilon(1e-6));
+  const DiskPair pair = {{{0, 0}, 1}, {{2 * (1 + gap), 0}, 1}, disk.permittivity};
+  CHECK(held.force == Approx(force(pair, held.charge).x).epsilon(1e-6));
+}
+
+TEST_CASE(
+    "disk between plates: charge given or potential given is the same state, and mirrored it is its mirror image") {
+  const DiskBetweenPlates disk = disk_between(4.5);
+  const DiskState floating = with_charge(disk, 0.9, -2.0);
+  const DiskState held = at_potential(disk, 0.9, floating.potential);
+  CHECK(held.charge == Approx(-2.0).epsilon(1e-12));
+  CHECK(held.force == Approx(floating.force).epsilon(1e-12));
+  const DiskState mirrored = with_charge(disk, -0.9, 2.0);
+  CHECK(mirrored.potential == Approx(-floating.potential).epsilon(1e-10));
+  CHECK(mirrored.force == Approx(-floating.force).epsilon(1e-10));
+}
+
+TEST_CASE("disk between plates: a thin one feels the line charge's force") {
+  // What the radius adds is of the order (R / distance to the plate)^2 of the force of a charge, and of E^2 alone.
+  const DiskBetweenPlates disk = disk_between(400);
+  const double charge = 50 * disk.permittivity * disk.field();
+  for (const double x : {-100.0, 0.0, 120.0})
+    CHECK(with_charge(disk, x, charge).force == Approx(line_charge_force(disk, charge, x)).epsilon(1e-3));
+}
+
+TEST_CASE("broken wire: capacitance and attraction of two close spheres are those of a sphere before a plane, twice") {
+  const double gap = 1e-4 * radius;
+  // Two spheres a gap apart are two planes half a gap away in series. What is left out is of the order gap / R.
+  CHECK(close_spheres_capacitance(radius, permittivity, gap) ==
+        Approx(0.5 * sphere_before_plane(0.5 * gap)).epsilon(1e-4));
+  const double voltage = 7, step = 1e-3 * gap;
+  const double slope = (close_spheres_capacitance(radius, permittivity, gap + step) -
+                        close_spheres_capacitance(radius, permittivity, gap - step)) /
+                       (2 * step);
+  // The difference is wrong by (step / gap)^2 / 3.
+  CHECK(close_spheres_attraction(radius, permittivity, gap, voltage) ==
+        Approx(-0.5 * voltage * voltage * slope).epsilon(1e-6));
+}
+
+TEST_CASE("broken wire: the tension 4.13 is the attraction of spheres charged with +-C V / 2") {
+  const BrokenWire wire = wire_of_d();
+  const double gap = 1e-5;
+  const double voltage = 0.5 * wire.capacitance * wire.voltage / close_spheres_capacitance(radius, permittivity, gap);
+  CHECK(tension(wire, gap) == Approx(close_spheres_attraction(radius, permittivity, gap, voltage)).epsilon(1e-12));
+}
+
+TEST_CASE("broken wire: the mean transverse force is that of all places of the gap") {
+  const BrokenWire wire = wire_of_d();
+  const double field = 1e5, one = 0.5 * wire.capacitance * wire.voltage * field;
+  for (const int i : {1, 13, 20}) {
+    double sum = 0;
+    for (int left = 0; left <= 25; ++left) sum += i <= left ? one : -one;  // with `left` conductors left of the gap
+    CHECK(mean_transverse_force(wire, i, field) == Approx(sum / 26).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("broken wire: the shape balances tension and force at every conductor of a long wire") {
+  BrokenWire wire = wire_of_d();
+  wire.conductors = 2000;
+  wire.radius = 40e-3 / 2 / 2001;
+  const double field = 1e5, pull = tension(wire, wire.mean_gap());
+  const double b = shape_coefficient(wire, field, pull), spacing = wire.length / 2001;
+  for (const int i : {1, 500, 1600}) {
+    const double x = i * spacing;
+    const double bend =
+        (displacement(wire, b, x + spacing) - 2 * displacement(wire, b, x) + displacement(wire, b, x - spacing)) /
+        spacing;
+    // Second differences of a cubic are exact; B with the positive sign of D bends along the force.
+    CHECK(pull * bend == Approx(mean_transverse_force(wire, i, field)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("broken wire: largest displacement of the cubic") {
+  const BrokenWire wire = wire_of_d();
+  double largest = 0;
+  for (int k = 0; k <= 10000; ++k) largest = std::max(largest, displacement(wire, 3.0, wire.length * k / 10000));
+  CHECK(largest_displacement(wire, 3.0) == Approx(largest).epsilon(1e-7));  // a parabola on a grid: 1e-4 squared
+}
+
+TEST_CASE("broken wire: the critical field solves F sin(theta) = T; D's slope gives the printed 2.002") {
+  const BrokenWire wire = wire_of_d();
+  const double pull = tension(wire, wire.mean_gap());
+  for (const double slope : {printed_slope, slope_at_end(wire)}) {
+    const double across = 0.5 * wire.capacitance * wire.voltage * critical_field(wire, pull, slope);
+    const double steepness = slope * across / pull;
+    CHECK(across * steepness / std::sqrt(1 + steepness * steepness) == Approx(pull).epsilon(1e-12));
+  }
+  const double in_units = critical_field(wire, pull, printed_slope) * wire.capacitance * wire.voltage / pull;
+  CHECK(in_units == Approx(std::sqrt(2 + std::sqrt(145.0) / 6)).epsilon(1e-14));  // D 4.20
+  CHECK(in_units == Approx(2.002).epsilon(5e-4));
+}
+
+TEST_CASE("broken wire: 4.21 as printed gives 19.6 kV/m where D has 334") {
+  CHECK(printed_critical_field(wire_of_d()) == Approx(19.6e3).epsilon(3e-3));  // by hand, to three digits
+}

@@ -47,6 +47,7 @@ void declare(CLI::App& program) {
   add_solve(program);
   add_explain(program);
   add_plot(program);
+  add_analyse(program);
   add_work_precision(program);
   add_help(program);
 }

@@ -13,6 +13,7 @@ void add_run(CLI::App& program);
 void add_solve(CLI::App& program);
 void add_explain(CLI::App& program);
 void add_plot(CLI::App& program);
+void add_analyse(CLI::App& program);
 void add_work_precision(CLI::App& program);
 void add_help(CLI::App& program);
 

@@ -8,6 +8,7 @@ namespace lichtenberg::hdf5 {
 namespace {
 
 constexpr hsize_t rows_a_chunk = 256;     // of a series of single numbers
+constexpr hsize_t short_rows = 4096;      // a chunk, where rows come many at a time
 constexpr unsigned compression = 4;       // deflate, 0 ... 9
 constexpr size_t memory_step = 1u << 20;  // bytes by which a file in memory grows
 
@@ -61,9 +62,10 @@ Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shap
   return dataset;
 }
 
-/// A dataset without rows yet. Rows of many numbers are compressed, one a chunk, so that no chunk is ever rewritten.
-Handle growing_dataset(hid_t parent, const std::string& name, hid_t type, const Shape& row, const std::string& unit) {
-  Shape now{0}, limit{H5S_UNLIMITED}, chunk{row.empty() ? rows_a_chunk : 1};
+/// A dataset without rows yet, stored by `rows` to a chunk. All but series of single numbers are compressed.
+Handle growing_dataset(hid_t parent, const std::string& name, hid_t type, const Shape& row, hsize_t rows,
+                       const std::string& unit) {
+  Shape now{0}, limit{H5S_UNLIMITED}, chunk{rows};
   for (Shape* each : {&now, &limit, &chunk}) each->insert(each->end(), row.begin(), row.end());
   for (hsize_t& length : chunk) length = std::max<hsize_t>(length, 1);  // an empty row still needs a chunk
   const Handle space(H5Screate_simple(static_cast<int>(now.size()), now.data(), limit.data()));
@@ -90,6 +92,21 @@ Shape dataset_shape(hid_t dataset) {
   Shape result(static_cast<size_t>(check(H5Sget_simple_extent_ndims(space))));
   check(H5Sget_simple_extent_dims(space, result.data(), nullptr));
   return result;
+}
+
+/// Adds `count` rows of this shape; the first ones create the dataset.
+void append_block(hid_t parent, const std::string& name, hid_t type, const void* rows, hsize_t count, const Shape& row,
+                  hsize_t rows_to_a_chunk, const std::string& unit) {
+  const Handle dataset = exists(parent, name) ? Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT))
+                                              : growing_dataset(parent, name, type, row, rows_to_a_chunk, unit);
+  Shape size = dataset_shape(dataset), start(size.size(), 0), added = size;
+  start[0] = size[0];
+  size[0] += count;
+  added[0] = count;
+  check(H5Dset_extent(dataset, size.data()));
+  const Handle target(H5Dget_space(dataset)), source = dataspace(added);
+  check(H5Sselect_hyperslab(target, H5S_SELECT_SET, start.data(), nullptr, added.data(), nullptr));
+  check(H5Dwrite(dataset, type, source, target, H5P_DEFAULT, rows));
 }
 
 }  // namespace
@@ -198,15 +215,14 @@ void put_text(hid_t parent, const std::string& name, const std::string& text) {
 template <class Number>
 void append(hid_t parent, const std::string& name, std::span<const Number> row, const Shape& shape,
             const std::string& unit) {
-  const Handle dataset = exists(parent, name) ? Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT))
-                                              : growing_dataset(parent, name, native<Number>(), shape, unit);
-  Shape size = dataset_shape(dataset), start(size.size(), 0), count = size;
-  start[0] = size[0]++;
-  count[0] = 1;
-  check(H5Dset_extent(dataset, size.data()));
-  const Handle target(H5Dget_space(dataset)), source = dataspace(count);
-  check(H5Sselect_hyperslab(target, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
-  check(H5Dwrite(dataset, native<Number>(), source, target, H5P_DEFAULT, row.data()));
+  // One row of many numbers to a chunk, so that no chunk is ever rewritten.
+  append_block(parent, name, native<Number>(), row.data(), 1, shape, shape.empty() ? rows_a_chunk : 1, unit);
+}
+
+template <class Number>
+void append_rows(hid_t parent, const std::string& name, std::span<const Number> rows, const Shape& shape,
+                 const std::string& unit) {
+  append_block(parent, name, native<Number>(), rows.data(), rows.size() / product(shape), shape, short_rows, unit);
 }
 
 template <class Number>
@@ -214,6 +230,20 @@ std::vector<Number> get(hid_t parent, const std::string& name) {
   const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
   std::vector<Number> numbers(product(dataset_shape(dataset)));
   check(H5Dread(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
+  return numbers;
+}
+
+template <class Number>
+std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count) {
+  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
+  Shape wanted = dataset_shape(dataset), start(wanted.size(), 0);
+  if (wanted.empty() || first + count > wanted[0]) throw Error(name + " has fewer rows than frames");
+  start[0] = first;
+  wanted[0] = count;
+  std::vector<Number> numbers(product(wanted));
+  const Handle source(H5Dget_space(dataset)), target = dataspace(wanted);
+  check(H5Sselect_hyperslab(source, H5S_SELECT_SET, start.data(), nullptr, wanted.data(), nullptr));
+  check(H5Dread(dataset, native<Number>(), target, source, H5P_DEFAULT, numbers.data()));
   return numbers;
 }
 
@@ -230,11 +260,13 @@ Shape shape(hid_t parent, const std::string& name) {
   return dataset_shape(Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)));
 }
 
-#define FOR_NUMBER(Number)                                                                                    \
-  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);              \
-  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);    \
-  template void append(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&); \
-  template std::vector<Number> get(hid_t, const std::string&);
+#define FOR_NUMBER(Number)                                                                                         \
+  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                   \
+  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);         \
+  template void append(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);      \
+  template void append_rows(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&); \
+  template std::vector<Number> get(hid_t, const std::string&);                                                     \
+  template std::vector<Number> get_rows(hid_t, const std::string&, hsize_t, hsize_t);
 FOR_NUMBER(double)
 FOR_NUMBER(std::int32_t)
 FOR_NUMBER(std::int64_t)

@@ -106,10 +106,17 @@ requires std::is_arithmetic_v<Number>
 void append(hid_t parent, const std::string& name, Number number, const std::string& unit) {
   append(parent, name, std::span<const Number>(&number, 1), {}, unit);
 }
+/// Adds any number of short rows at once; `shape` is one row's.
+template <class Number>
+void append_rows(hid_t parent, const std::string& name, std::span<const Number> rows, const Shape& shape,
+                 const std::string& unit);
 
 /// All numbers of a dataset, the last index fastest, converted if they are stored as another type.
 template <class Number>
 std::vector<Number> get(hid_t parent, const std::string& name);
+/// The same of `count` rows from `first` on. Throws Error if the dataset has not as many.
+template <class Number>
+std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count);
 std::string get_text(hid_t parent, const std::string& name);
 Shape shape(hid_t parent, const std::string& name);
 

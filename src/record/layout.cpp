@@ -13,6 +13,8 @@ namespace {
 constexpr const char* conductors = "/particles/conductors";
 constexpr const char* step = "/particles/conductors/position/step";
 constexpr const char* time = "/particles/conductors/position/time";
+constexpr const char* all_contacts = "contacts_of_all_frames";  // [C][2]
+constexpr const char* ends_of_contacts = "contacts_end";        // [T]
 constexpr hsize_t dimension = 3;  // spheres whose centres lie in the plane z = 0; MDAnalysis reads nothing else
 
 /// [N][3], with z = 0.
@@ -75,7 +77,21 @@ void append_instant(const hdf5::Handle& file, double now) {
   hdf5::append(position, "time", now, "s");
 }
 
+std::vector<std::int32_t> pairs_of(const analysis::Network& network) {
+  std::vector<std::int32_t> pairs;
+  for (const auto& [i, j] : network.contacts) pairs.insert(pairs.end(), {i, j});
+  return pairs;
+}
+
+/// Frames have different numbers of contacts: all of them one after the other, and where each frame's end.
+void append_contacts(const hdf5::Handle& file, const analysis::Network& network) {
+  const hdf5::Handle group = hdf5::open_group(file, "network");
+  hdf5::append_rows<std::int32_t>(group, all_contacts, pairs_of(network), {2}, "1");
+  hdf5::append(group, ends_of_contacts, static_cast<std::int64_t>(hdf5::shape(group, all_contacts)[0]), "1");
+}
+
 void append_network(const hdf5::Handle& file, const analysis::Network& network) {
+  append_contacts(file, network);
   append_per_conductor(file, "successor", network.successor, "1");
   append_observable<std::int64_t>(file, "connected", network.degrees.connected, "1");
   append_observable<std::int64_t>(file, "endpoints", network.degrees.endpoints(), "1");
@@ -225,9 +241,22 @@ void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optio
 }
 
 void put_contacts(const hdf5::Handle& file, const analysis::Network& network) {
-  std::vector<std::int32_t> pairs;
-  for (const auto& [i, j] : network.contacts) pairs.insert(pairs.end(), {i, j});
-  hdf5::put<std::int32_t>(hdf5::open_group(file, "network"), "contacts", pairs, {network.contacts.size(), 2}, "1");
+  hdf5::put<std::int32_t>(hdf5::open_group(file, "network"), "contacts", pairs_of(network),
+                          {network.contacts.size(), 2}, "1");
+}
+
+std::vector<std::int64_t> contact_ends(const hdf5::Handle& file) {
+  const std::string name = std::string("network/") + ends_of_contacts;
+  return hdf5::exists(file, name) ? hdf5::get<std::int64_t>(file, name) : std::vector<std::int64_t>{};
+}
+
+std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::int64_t first, std::int64_t end) {
+  if (first < 0 || end < first) throw hdf5::Error("the contacts of a frame end before they begin");
+  const std::vector<std::int32_t> ends =
+      hdf5::get_rows<std::int32_t>(file, std::string("network/") + all_contacts, first, end - first);
+  std::vector<analysis::Contact> contacts;
+  for (std::size_t k = 0; k + 1 < ends.size(); k += 2) contacts.emplace_back(ends[k], ends[k + 1]);
+  return contacts;
 }
 
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,11 +27,16 @@ void put_scene(const hdf5::Handle& file, const Scene& scene);
 /// What does not change of /particles/conductors: box, species, radius, mass (kg, one a conductor).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 
-/// Appends a frame to /particles/conductors and /observables.
+/// Appends a frame to /particles/conductors, /observables and the contacts of all frames in /network.
 void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network);
 
 /// /network: the contacts of the last frame, over those of an earlier one.
 void put_contacts(const hdf5::Handle& file, const analysis::Network& network);
+
+/// Of every frame, where its contacts end among those of all frames; empty in a file that holds the last frame's only.
+std::vector<std::int64_t> contact_ends(const hdf5::Handle& file);
+/// Those from `first` on, up to before `end`.
+std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::int64_t first, std::int64_t end);
 
 /// /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);

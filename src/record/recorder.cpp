@@ -8,30 +8,13 @@
 #include "solvers/error.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
+#include "src/record/result.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/record/vtkhdf.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
 namespace {
-
-void check_is_hdf5(const std::string& path) {
-  if (!std::filesystem::exists(path))
-    throw InputError(
-        fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
-  if (!hdf5::is_hdf5(path))
-    throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be resumed", path));
-}
-
-void check_format(const hdf5::Handle& file, const std::string& path) {
-  const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
-  if (!format)
-    throw InputError(
-        fmt::format("{} was not written by `lichtenberg run`: only its result files can be resumed", path));
-  if (*format != result_format)
-    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg resumes format {} only",
-                                 path, *format, result_format));
-}
 
 void check_scene(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
   const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
@@ -68,6 +51,11 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
   if (field.estimate) hdf5::put_attribute(group, "estimated_error", *field.estimate);
 }
 
+/// What was found of fewer frames is not true of these.
+void remove_analysis(const hdf5::Handle& file) {
+  if (hdf5::exists(file, "analysis")) hdf5::check(H5Ldelete(file, "analysis", H5P_DEFAULT));
+}
+
 /// Only a run that is over has one: that of a run which was resumed with a later stop goes.
 void put_summary(const hdf5::Handle& file, const std::vector<Quantity>& summary) {
   if (hdf5::exists(file, "summary")) hdf5::check(H5Ldelete(file, "summary", H5P_DEFAULT));
@@ -90,11 +78,12 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
 }
 
 Recorder Recorder::resume(const std::string& path, const Scene& scene) {
-  check_is_hdf5(path);
+  if (!std::filesystem::exists(path))
+    throw InputError(
+        fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
   check_writable(path);
   try {
-    const hdf5::Handle file = hdf5::load(path);
-    check_format(file, path);
+    const hdf5::Handle file = load_result(path, "resumed");
     check_scene(file, path, scene);
     Recorder recorder(path, scene, {});
     recorder.checkpoint_ = get_checkpoint(file);
@@ -116,6 +105,7 @@ void Recorder::save(const Milestone& milestone) {
   try {
     const hdf5::Handle file = saved_frames_ > 0 ? hdf5::load(path_) : new_file();
     put_frames(file);
+    remove_analysis(file);
     put_checkpoint(file, milestone.checkpoint);
     if (milestone.field) put_vtkhdf(file, *milestone.field);
     put_session(file, milestone.seconds);

@@ -1,0 +1,41 @@
+#include "src/analysis/power.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace lichtenberg::analysis {
+namespace {
+
+bool all_at_zero(const Scene& scene) {
+  const auto held_off_zero = [](const auto& holder) { return holder.potential != 0; };
+  return std::ranges::none_of(scene.electrodes, held_off_zero) &&
+         std::ranges::none_of(scene.domain.sides,
+                              [](const DomainSide& side) { return side.electrode && side.potential != 0; }) &&
+         std::ranges::none_of(scene.groups,
+                              [](const PrescribedGroup& group) { return group.potential.value_or(0) != 0; });
+}
+
+}  // namespace
+
+Power power(const Scene& scene, const Frame& frame, std::span<const double> mass) {
+  const double current = scene.effects.current_source ? scene.effects.current_source->current : 0;
+  const double drag = scene.effects.stokes_drag ? 6 * std::numbers::pi * scene.medium.viscosity : 0;
+  Power result;
+  for (const double potential : frame.potential) result.source += current * potential;
+  for (std::size_t i = 0; i < frame.velocity.size(); ++i) {
+    result.drag += drag * scene.conductors[i].radius * norm2(frame.velocity[i]);
+    result.field += dot(frame.force[i], frame.velocity[i]);
+    result.kinetic += 0.5 * mass[i] * norm2(frame.velocity[i]);
+  }
+  return result;
+}
+
+std::optional<double> dissipated_power(const Scene& scene, const Frame& before, const Power& power_before,
+                                       const Frame& after, const Power& power_after) {
+  const double dt = after.time - before.time;
+  if (!(dt > 0) || !all_at_zero(scene)) return {};
+  const double stored = after.energy - before.energy + power_after.kinetic - power_before.kinetic;
+  return 0.5 * (power_before.source + power_after.source) - stored / dt;
+}
+
+}  // namespace lichtenberg::analysis

@@ -1,0 +1,133 @@
+#include "src/commands/analyse.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "src/commands/commands.hpp"
+#include "src/record/atomic_file.hpp"
+
+namespace lichtenberg {
+namespace {
+
+struct AnalyseArguments {
+  std::string file;
+  std::optional<int> frame;
+  bool json = false;
+};
+
+/// Goes through the frames of a result file.
+class Analyser {
+ public:
+  explicit Analyser(const std::string& path)
+      : result_(path), scene_(scene_with_contacts()), radius_(result_.radius()), mass_(result_.mass()) {}
+
+  AnalysedRun run() const {
+    const double sum = std::accumulate(radius_.begin(), radius_.end(), 0.0);
+    return {.file = result_.path(),
+            .title = scene_.title,
+            .conductors = static_cast<int>(radius_.size()),
+            .frames = result_.frames(),
+            .radius = radius_.empty() ? 0 : sum / static_cast<double>(radius_.size()),
+            .contacts_recorded = result_.contacts(0).has_value()};
+  }
+
+  std::vector<FrameAnalysis> all() const {
+    std::vector<FrameAnalysis> found;
+    Frame before, now;
+    for (int k = 0; k < result_.frames(); ++k) {
+      now = result_.frame(k);
+      found.push_back(analyse(k, now));
+      if (k > 0) add_dissipation(found[k], now, found[k - 1].power, before);
+      before = std::move(now);
+    }
+    return found;
+  }
+
+  FrameAnalysis one(int index) const {
+    if (index < 0 || index >= result_.frames())
+      throw InputError(
+          fmt::format("--frame {} is not in {}: it has frames 0 to {}", index, result_.path(), result_.frames() - 1));
+    const Frame now = result_.frame(index);
+    FrameAnalysis found = analyse(index, now);
+    if (index == 0) return found;
+    const Frame before = result_.frame(index - 1);
+    add_dissipation(found, now, analysis::power(scene_, before, mass_), before);
+    return found;
+  }
+
+  void store(const std::vector<FrameAnalysis>& frames) const { result_.put_analysis(columns_of(run(), frames)); }
+
+ private:
+  Scene scene_with_contacts() const {
+    if (!result_.has_network())
+      throw InputError(fmt::format("{} has no network to analyse: its scene is without [effects.contact_discharge]",
+                                   result_.path()));
+    Scene scene = result_.scene();
+    if (scene.conductors.size() != result_.radius().size())
+      throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} conductors, its frames {})",
+                                   result_.path(), scene.conductors.size(), result_.radius().size()));
+    return scene;
+  }
+
+  FrameAnalysis analyse(int index, const Frame& frame) const {
+    const analysis::Ground ground = analysis::ground_of(scene_);
+    analysis::Network network = analysis::network(contacts(index, frame, ground), frame.position);
+    return {.frame = index,
+            .time = frame.time,
+            .topology = analysis::topology(std::move(network), frame.position, radius_, ground),
+            .power = analysis::power(scene_, frame, mass_),
+            .dissipated = {}};
+  }
+
+  /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
+  /// contacts that close a loop and are kept by hysteresis alone are missing.
+  std::vector<analysis::Contact> contacts(int index, const Frame& frame, const analysis::Ground& ground) const {
+    if (auto recorded = result_.contacts(index)) return *recorded;
+    auto found = analysis::contacts(frame.position, radius_, scene_.effects.contact_discharge->gap, ground);
+    const std::vector<int> successor = result_.successor(index);
+    for (int i = 0; i < static_cast<int>(successor.size()); ++i) {
+      if (successor[i] == analysis::to_ground) found.emplace_back(i, analysis::to_ground);
+      if (successor[i] >= 0) found.emplace_back(std::minmax(i, successor[i]));
+    }
+    std::ranges::sort(found);
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  void add_dissipation(FrameAnalysis& found, const Frame& now, const analysis::Power& power_before,
+                       const Frame& before) const {
+    found.dissipated = analysis::dissipated_power(scene_, before, power_before, now, found.power);
+  }
+
+  Result result_;
+  Scene scene_;
+  std::vector<double> radius_, mass_;
+};
+
+void analyse(const AnalyseArguments& request) {
+  const Analyser analyser(request.file);
+  if (!request.frame) check_writable(request.file);
+  const std::vector<FrameAnalysis> found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
+  request.json ? print_analysis_json(analyser.run(), found) : print_analysis(analyser.run(), found);
+  if (request.frame) return;
+  analyser.store(found);
+  if (!request.json) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
+}
+
+}  // namespace
+
+void add_analyse(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("analyse", "Finds and stores the topology of a run, frame by frame");
+  auto request = std::make_shared<AnalyseArguments>();
+  command->add_option("RESULT", request->file, "result file of a run (.h5); gets the group /analysis")->required();
+  command->add_option("--frame", request->frame, "only the frame of this index, from 0, and nothing is stored");
+  command->add_flag("--json", request->json, "print JSON (SI units) in place of a table");
+  command->callback([request] { analyse(*request); });
+}
+
+}  // namespace lichtenberg

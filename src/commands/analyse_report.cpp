@@ -1,0 +1,289 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "src/commands/analyse.hpp"
+
+namespace lichtenberg {
+namespace {
+
+using Frames = std::vector<FrameAnalysis>;
+using analysis::DegreeRelations;
+using analysis::Distribution;
+using analysis::PowerLaw;
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Collects columns; each is given by what one frame's entry is.
+class Columns {
+ public:
+  explicit Columns(const Frames& frames) : frames_(frames) {}
+
+  void real(const std::string& name, const std::string& unit, const std::function<double(const FrameAnalysis&)>& of) {
+    add<double>(name, unit, 0, [&](const FrameAnalysis& f) { return std::vector{of(f)}; });
+  }
+  void whole(const std::string& name, const std::function<std::int64_t(const FrameAnalysis&)>& of) {
+    add<std::int64_t>(name, "1", 0, [&](const FrameAnalysis& f) { return std::vector{of(f)}; });
+  }
+  void reals(const std::string& name, const std::string& unit,
+             const std::function<std::vector<double>(const FrameAnalysis&)>& of) {
+    add<double>(name, unit, widest(of), of);
+  }
+  void wholes(const std::string& name, const std::function<std::vector<int>(const FrameAnalysis&)>& of) {
+    add<std::int64_t>(name, "1", widest(of), of);
+  }
+
+  std::vector<Column> take() { return std::move(columns_); }
+
+ private:
+  template <class Row>
+  std::size_t widest(const Row& of) const {
+    std::size_t width = 1;
+    for (const FrameAnalysis& frame : frames_) width = std::max(width, of(frame).size());
+    return width;
+  }
+
+  template <class Number, class Row>
+  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& of) {
+    std::vector<Number> values;
+    for (const FrameAnalysis& frame : frames_) {
+      const auto row = of(frame);
+      values.insert(values.end(), row.begin(), row.end());
+      values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size());
+    }
+    columns_.push_back({name, unit, width, std::move(values)});
+  }
+
+  const Frames& frames_;
+  std::vector<Column> columns_;
+};
+
+std::vector<double> in_order(const Distribution& d) {
+  return {d.least, d.quarter, d.median, d.three_quarters, d.largest, d.mean, d.deviation};
+}
+
+std::vector<double> fractions(std::vector<int> number, int of) {
+  std::vector<double> result;
+  for (const int n : number) result.push_back(of > 0 ? static_cast<double>(n) / of : 0);
+  return result;
+}
+
+void add_degrees(Columns& columns, int conductors) {
+  columns.whole("connected", [](auto& f) { return f.topology.network.degrees.connected; });
+  columns.whole("grounded", [](auto& f) { return f.topology.network.degrees.grounded; });
+  columns.whole("loops", [](auto& f) { return f.topology.network.degrees.loops; });
+  columns.whole("endpoints", [](auto& f) { return f.topology.network.degrees.endpoints(); });
+  columns.whole("branch_points", [](auto& f) { return f.topology.network.degrees.branch_points(); });
+  columns.real("endpoint_fraction", "1", [](auto& f) { return f.topology.network.degrees.fraction(1); });
+  columns.real("branch_fraction", "1", [](auto& f) { return f.topology.network.degrees.branching(); });
+  columns.wholes("degree_number", [](auto& f) { return f.topology.network.degrees.number; });
+  columns.reals("degree_fraction", "1", [](auto& f) {
+    return fractions(f.topology.network.degrees.number, f.topology.network.degrees.connected);
+  });
+  columns.wholes("emst_degree_number", [](auto& f) { return f.topology.minimum.number; });
+  columns.reals("emst_degree_fraction", "1", [=](auto& f) { return fractions(f.topology.minimum.number, conductors); });
+}
+
+struct Relation {
+  const char *name, *in_words;
+  double DegreeRelations::*residual;
+};
+
+constexpr Relation relations[] = {
+    {"residual_7_6", "7.6   sum f_j = 1", &DegreeRelations::normalization},
+    {"residual_7_7", "7.7   sum (j - 2) f_j = c", &DegreeRelations::branches},
+    {"residual_7_7_printed", "      as printed, c = -1/N", &DegreeRelations::branches_printed},
+    {"residual_7_8", "7.8   sum j f_j = 2 + c", &DegreeRelations::mean_degree},
+    {"residual_7_8_printed", "      as printed, c = 0", &DegreeRelations::mean_degree_printed},
+    {"residual_7_9_f3", "7.9   f_3 with c and degrees above 4", &DegreeRelations::f3},
+    {"residual_7_9_f3_printed", "      as printed, 2 B - f_1", &DegreeRelations::f3_printed},
+    {"residual_7_9_f4", "7.9   f_4 with c and degrees above 4", &DegreeRelations::f4},
+    {"residual_7_9_f4_printed", "      as printed, f_1 - B", &DegreeRelations::f4_printed}};
+
+void add_strahler(Columns& columns) {
+  columns.wholes("strahler_number", [](auto& f) { return f.topology.orders.conductors; });
+  columns.wholes("strahler_streams", [](auto& f) { return f.topology.orders.streams; });
+  columns.wholes("emst_strahler_number", [](auto& f) { return f.topology.minimum.strahler.conductors; });
+  columns.wholes("emst_strahler_streams", [](auto& f) { return f.topology.minimum.strahler.streams; });
+}
+
+void add_lengths(Columns& columns, double radius) {
+  columns.reals("edge_length", "m", [](auto& f) { return in_order(f.topology.edge_length); });
+  columns.reals("edge_length_in_radii", "1", [=](auto& f) {
+    std::vector<double> lengths = in_order(f.topology.edge_length);
+    for (double& length : lengths) length /= radius;
+    return lengths;
+  });
+  columns.real("tree_length", "m", [](auto& f) { return f.topology.tree_length; });
+  columns.real("emst_length", "m", [](auto& f) { return f.topology.minimum.length; });
+  columns.whole("emst_shared_edges", [](auto& f) { return f.topology.minimum.shared; });
+}
+
+void add_dimension(Columns& columns, const std::string& name, std::optional<PowerLaw> analysis::Topology::*law) {
+  const auto of = [=](const FrameAnalysis& f) {
+    return (f.topology.*law).value_or(PowerLaw{missing, missing, missing, missing, 0});
+  };
+  columns.real(name, "1", [=](auto& f) { return of(f).exponent; });
+  columns.real(name + "_error", "1", [=](auto& f) { return of(f).standard_error; });
+  columns.reals(name + "_range", "m", [=](auto& f) { return std::vector{of(f).from, of(f).to}; });
+}
+
+void add_power(Columns& columns) {
+  columns.real("power_source", "W", [](auto& f) { return f.power.source; });
+  columns.real("power_drag", "W", [](auto& f) { return f.power.drag; });
+  columns.real("power_field", "W", [](auto& f) { return f.power.field; });
+  columns.real("power_dissipated", "W", [](auto& f) { return f.dissipated.value_or(missing); });
+  columns.real("kinetic_energy", "J", [](auto& f) { return f.power.kinetic; });
+}
+
+// The table.
+
+void print_head() {
+  fmt::print("{:>6} {:>10} {:>5} {:>5} {:>5}  {:^29} {:>5} {:>6} {:>6} {:>6} {:>6}  {:^23} {:>10}\n", "", "", "", "",
+             "", "degrees of the tree", "", "", "edge", "D of", "D of", "degrees of the EMST", "dissipated");
+  fmt::print(
+      "{:>6} {:>10} {:>5} {:>5} {:>5}  {:>5} {:>5} {:>5} {:>5} {:>5} {:>5} {:>6} {:>6} {:>6} {:>6}  {:>5} {:>5} "
+      "{:>5} {:>5} {:>10}\n",
+      "frame", "t (s)", "M", "ends", "forks", "f1", "f2", "f3", "f4", "f>4", "loops", "orders", "/ R", "boxes",
+      "masses", "f1", "f2", "f3", "f4", "(W)");
+}
+
+std::string dimension(const std::optional<PowerLaw>& law) { return law ? fmt::format("{:.2f}", law->exponent) : "-"; }
+
+double fraction_above_4(const analysis::DegreeDistribution& degrees) {
+  double sum = 0;
+  for (int j = 5; j < static_cast<int>(degrees.number.size()); ++j) sum += degrees.fraction(j);
+  return sum;
+}
+
+void print_line(const AnalysedRun& run, const FrameAnalysis& found) {
+  const analysis::Topology& t = found.topology;
+  const analysis::DegreeDistribution& d = t.network.degrees;
+  fmt::print("{:>6} {:>10.6g} {:>5} {:>5} {:>5} ", found.frame, found.time, d.connected, d.endpoints(),
+             d.branch_points());
+  for (int j = 1; j <= 4; ++j) fmt::print(" {:>5.3f}", d.fraction(j));
+  fmt::print(" {:>5.3f} {:>5} {:>6} {:>6.3f} {:>6} {:>6} ", fraction_above_4(d), d.loops, t.orders.highest(),
+             t.edge_length.mean / run.radius, dimension(t.boxes), dimension(t.masses));
+  const std::vector<double> emst = fractions(t.minimum.number, run.conductors);
+  for (std::size_t j = 1; j <= 4; ++j) fmt::print(" {:>5.3f}", j < emst.size() ? emst[j] : 0);
+  fmt::print(" {:>10}\n", found.dissipated ? fmt::format("{:.3g}", *found.dissipated) : "-");
+}
+
+void print_degrees(const AnalysedRun& run, const analysis::Topology& t) {
+  fmt::print("\n{:<10}{:>10}{:>8}{:>12}{:>8}\n", "degree", "tree", "", "EMST", "");
+  const std::vector<int>&tree = t.network.degrees.number, &emst = t.minimum.number;
+  for (std::size_t j = 0; j < std::max(tree.size(), emst.size()); ++j) {
+    const int in_tree = j < tree.size() ? tree[j] : 0, in_emst = j < emst.size() ? emst[j] : 0;
+    if (in_tree + in_emst == 0) continue;
+    fmt::print("{:<10}{:>10}{:>8.3f}{:>12}{:>8.3f}\n", j, in_tree, t.network.degrees.fraction(static_cast<int>(j)),
+               in_emst, static_cast<double>(in_emst) / run.conductors);
+  }
+  const analysis::DegreeDistribution& d = t.network.degrees;
+  fmt::print("\nrelations of D (c = (2 loops - grounded) / M = {:.4f}){:>22}\n",
+             d.connected > 0 ? static_cast<double>(2 * d.loops - d.grounded) / d.connected : 0, "what is left over");
+  for (const Relation& relation : relations)
+    fmt::print("  {:<48}{:>14.1e}\n", relation.in_words, t.relations.*relation.residual);
+}
+
+std::string ratio(const analysis::StrahlerDistribution& orders, int j) {
+  return j < orders.highest() ? fmt::format("{:.2f}", orders.bifurcation_ratio(j)) : "";
+}
+
+void print_orders(const char* tree, const analysis::StrahlerDistribution& orders, int nodes) {
+  fmt::print("\n{:<10}{:>10}{:>8}{:>12}{:>14}{:>20}\n", tree, "sigma", "", "streams", "their length",
+             "bifurcation ratio");
+  for (int j = 1; j <= orders.highest(); ++j)
+    fmt::print("{:<10}{:>10}{:>8.3f}{:>12}{:>14.2f}{:>20}\n", fmt::format("order {}", j), orders.conductors[j],
+               static_cast<double>(orders.conductors[j]) / nodes, orders.streams[j], orders.stream_length(j),
+               ratio(orders, j));
+}
+
+void print_dimension(const char* what, const std::optional<PowerLaw>& law) {
+  if (!law) return fmt::print("{:<15}not defined: the tree is too small for a range of scales\n", what);
+  fmt::print("{:<15}{:.3f} +- {:.3f} (scatter about the line alone), from {:.3g} to {:.3g} mm, {} scales\n", what,
+             law->exponent, law->standard_error, 1e3 * law->from, 1e3 * law->to, law->points);
+}
+
+void print_lengths(const AnalysedRun& run, const analysis::Topology& t) {
+  const Distribution& e = t.edge_length;
+  fmt::print("\nedges          {} between conductors, mean {:.4f} R, deviation {:.4f} R\n", e.count,
+             e.mean / run.radius, e.deviation / run.radius);
+  fmt::print("               quartiles {:.4f}, {:.4f}, {:.4f} R, from {:.4f} to {:.4f} R\n", e.quarter / run.radius,
+             e.median / run.radius, e.three_quarters / run.radius, e.least / run.radius, e.largest / run.radius);
+  fmt::print("length         tree {:.6g} m, EMST {:.6g} m with {} edges of the tree's among its {}\n", t.tree_length,
+             t.minimum.length, t.minimum.shared, t.minimum.edges.size());
+  print_dimension("D of boxes", t.boxes);
+  print_dimension("D of masses", t.masses);
+}
+
+void print_power(const FrameAnalysis& found) {
+  fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
+             found.power.field, found.power.drag);
+  if (found.dissipated)
+    fmt::print("dissipated     {:.4g} W since the frame before: drag and sparks\n", *found.dissipated);
+}
+
+nlohmann::ordered_json json_value(const Column& column, std::size_t row) {
+  return std::visit(
+      [&](const auto& values) -> nlohmann::ordered_json {
+        if (column.width == 0) return values[row];
+        const auto first = values.begin() + static_cast<std::ptrdiff_t>(row * column.width);
+        return std::vector(first, first + static_cast<std::ptrdiff_t>(column.width));
+      },
+      column.values);
+}
+
+}  // namespace
+
+std::vector<Column> columns_of(const AnalysedRun& run, const Frames& frames) {
+  Columns columns(frames);
+  columns.real("time", "s", [](auto& f) { return f.time; });
+  add_degrees(columns, run.conductors);
+  for (const Relation& relation : relations)
+    columns.real(relation.name, "1", [&](auto& f) { return f.topology.relations.*relation.residual; });
+  add_strahler(columns);
+  add_lengths(columns, run.radius);
+  add_dimension(columns, "box_dimension", &analysis::Topology::boxes);
+  add_dimension(columns, "mass_dimension", &analysis::Topology::masses);
+  add_power(columns);
+  columns.wholes("strahler", [](auto& f) { return f.topology.strahler; });
+  return columns.take();
+}
+
+void print_analysis(const AnalysedRun& run, const Frames& frames) {
+  fmt::print("{}: {}, {} conductors, {} frames, contacts {}\n\n", run.file, run.title, run.conductors, run.frames,
+             run.contacts_recorded ? "as recorded" : "by D 7.1 and the recorded tree");
+  print_head();
+  for (const FrameAnalysis& found : frames) print_line(run, found);
+  const FrameAnalysis& last = frames.back();
+  fmt::print("\nframe {} at t = {:.6g} s\n", last.frame, last.time);
+  print_degrees(run, last.topology);
+  print_orders("tree", last.topology.orders, last.topology.network.degrees.connected);
+  print_orders("EMST", last.topology.minimum.strahler, run.conductors);
+  print_lengths(run, last.topology);
+  print_power(last);
+}
+
+void print_analysis_json(const AnalysedRun& run, const Frames& frames) {
+  nlohmann::ordered_json json{{"file", run.file},
+                              {"title", run.title},
+                              {"conductors", run.conductors},
+                              {"radius", run.radius},
+                              {"contacts_recorded", run.contacts_recorded},
+                              {"units", nlohmann::ordered_json::object()},
+                              {"frames", nlohmann::ordered_json::array()}};
+  const std::vector<Column> columns = columns_of(run, frames);
+  for (const Column& column : columns) json["units"][column.name] = column.unit;
+  for (std::size_t row = 0; row < frames.size(); ++row) {
+    nlohmann::ordered_json& frame = json["frames"].emplace_back();
+    frame["frame"] = frames[row].frame;
+    for (const Column& column : columns) frame[column.name] = json_value(column, row);
+  }
+  fmt::print("{}\n", json.dump(1));
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,174 @@
+#include "src/record/result.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "solvers/error.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/layout.hpp"
+#include "src/version.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr const char* conductors = "/particles/conductors/";
+
+void put_column(hid_t group, const Column& column, std::size_t frames) {
+  hdf5::Shape shape{frames};
+  if (column.width > 0) shape.push_back(column.width);
+  std::visit(
+      [&]<class Number>(const std::vector<Number>& values) {
+        hdf5::put<Number>(group, column.name, values, shape, column.unit);
+      },
+      column.values);
+}
+
+void remove_others(hid_t group, const std::vector<Column>& columns) {
+  for (const std::string& name : hdf5::names(group))
+    if (std::ranges::find(columns, name, &Column::name) == columns.end())
+      hdf5::check(H5Ldelete(group, name.c_str(), H5P_DEFAULT));
+}
+
+}  // namespace
+
+hdf5::Handle load_result(const std::string& path, const std::string& used) {
+  if (!std::filesystem::exists(path)) throw InputError(fmt::format("{} does not exist", path));
+  if (!hdf5::is_hdf5(path))
+    throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be {}", path, used));
+  hdf5::Handle file = hdf5::load(path);
+  const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
+  if (!format)
+    throw InputError(
+        fmt::format("{} was not written by `lichtenberg run`: only its result files can be {}", path, used));
+  if (*format != result_format)
+    throw InputError(
+        fmt::format("{} has result format {}, but with this version of lichtenberg only format {} can be {}", path,
+                    *format, result_format, used));
+  return file;
+}
+
+/// Whatever HDF5 has against the file is the file's fault.
+template <class Reading>
+auto Result::guarded(Reading reading) const {
+  try {
+    return reading();
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{} is damaged and cannot be analysed ({})", path_, error.what()));
+  }
+}
+
+Result::Result(const std::string& path) : path_(path) {
+  guarded([&] {
+    identity_ = identity(path);
+    file_ = load_result(path, "analysed");
+    if (!hdf5::exists(*file_, std::string(conductors) + "position/time"))
+      throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
+    times_ = hdf5::get<double>(*file_, std::string(conductors) + "position/time");
+    if (times_.empty()) throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
+    conductors_ = radius().size();
+  });
+}
+
+Result::Identity Result::identity(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return {};
+  return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+}
+
+Scene Result::scene() const {
+  const std::string text = guarded([&] { return hdf5::get_text(*file_, "scene/text"); });
+  return parse_scene(text, fmt::format("{}:/scene/text", path_));
+}
+
+std::vector<double> Result::radius() const {
+  return guarded([&] { return hdf5::get<double>(*file_, std::string(conductors) + "radius"); });
+}
+
+std::vector<double> Result::mass() const {
+  return guarded([&] { return hdf5::get<double>(*file_, std::string(conductors) + "mass"); });
+}
+
+std::vector<double> Result::reals(const std::string& name, int index, std::size_t count) const {
+  if (!hdf5::exists(*file_, name)) return {};
+  std::vector<double> row = hdf5::get_rows<double>(*file_, name + "/value", index, 1);
+  if (row.size() != count)
+    throw hdf5::Error(fmt::format("{} has {} numbers a frame where there should be {}", name, row.size(), count));
+  return row;
+}
+
+std::vector<Vec2> Result::vectors(const std::string& name, int index) const {
+  const std::vector<double> row = reals(conductors + name, index, 3 * conductors_);
+  std::vector<Vec2> result;
+  for (std::size_t i = 0; i + 2 < row.size(); i += 3) result.push_back({row[i], row[i + 1]});
+  return result;
+}
+
+Frame Result::frame(int index) const {
+  return guarded([&] {
+    const auto observable = [&](const std::string& name) { return reals("observables/" + name, index, 1).at(0); };
+    Frame frame;
+    frame.time = times_.at(index);
+    frame.position = vectors("position", index);
+    frame.velocity = vectors("velocity", index);
+    frame.force = vectors("force", index);
+    frame.charge = reals(std::string(conductors) + "charge", index, conductors_);
+    frame.potential = reals(std::string(conductors) + "potential", index, conductors_);
+    for (const double id : reals(std::string(conductors) + "group", index, conductors_))
+      frame.group.push_back(static_cast<int>(id));
+    frame.energy = observable("energy");
+    frame.charge_held = observable("charge_held");
+    frame.charge_fed = observable("charge_fed");
+    frame.charge_drained = observable("charge_drained");
+    return frame;
+  });
+}
+
+bool Result::has_network() const {
+  return guarded([&] { return hdf5::exists(*file_, std::string(conductors) + "successor"); });
+}
+
+std::vector<int> Result::successor(int index) const {
+  return guarded([&] {
+    std::vector<int> result;
+    for (const double next : reals(std::string(conductors) + "successor", index, conductors_)) {
+      result.push_back(static_cast<int>(next));
+      if (next < analysis::unconnected || next >= static_cast<double>(conductors_))
+        throw hdf5::Error(fmt::format("successor {} is no conductor", next));
+    }
+    return result;
+  });
+}
+
+std::optional<std::vector<analysis::Contact>> Result::contacts(int index) const {
+  return guarded([&]() -> std::optional<std::vector<analysis::Contact>> {
+    const std::vector<std::int64_t> ends = contact_ends(*file_);
+    if (ends.size() != times_.size()) return {};
+    const std::int64_t first = index > 0 ? ends[index - 1] : 0;
+    const std::vector<analysis::Contact> contacts = contacts_between(*file_, first, ends[index]);
+    for (const auto& [i, j] : contacts)
+      if (i < 0 || std::max(i, j) >= static_cast<int>(conductors_) || j < analysis::to_ground)
+        throw hdf5::Error(fmt::format("contact {} - {} is not one of conductors", i, j));
+    return contacts;
+  });
+}
+
+void Result::put_analysis(const std::vector<Column>& columns) const {
+  try {
+    const hdf5::Handle group = hdf5::open_group(*file_, "analysis");
+    hdf5::put_attribute(group, "version", lichtenberg_version().number);
+    hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
+    remove_others(group, columns);
+    for (const Column& column : columns) put_column(group, column, times_.size());
+    const std::vector<std::byte> bytes = hdf5::image(*file_);
+    if (identity(path_) != identity_)
+      throw Failure("it has changed since it was opened: analyse it again once its run is over");
+    write_atomically(path_, bytes);
+  } catch (const std::exception& error) {
+    throw Failure(fmt::format("the analysis is not in {} ({}); the file stands as it was", path_, error.what()));
+  }
+}
+
+}  // namespace lichtenberg

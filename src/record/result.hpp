@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "src/analysis/network.hpp"
+#include "src/model/frame.hpp"
+#include "src/record/hdf5.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+/// A copy in memory of the file at `path`. Throws InputError unless it is a result file of this program's format; the
+/// message says that only such a file can be `used` ("resumed", say). Throws hdf5::Error if it is damaged.
+hdf5::Handle load_result(const std::string& path, const std::string& used);
+
+/// A quantity that some analysis found, of every frame.
+struct Column {
+  std::string name, unit;  ///< SI; "1": a pure number
+  std::size_t width = 0;   ///< numbers a frame; 0: one, which is no array
+  std::variant<std::vector<double>, std::vector<std::int64_t>> values;
+};
+
+/// A result file to read frame by frame. The file is read once, when it is opened: a run that goes on writing to it
+/// changes nothing here. What members read they throw InputError for if it is missing or damaged.
+class Result {
+ public:
+  /// Throws InputError if the file is missing, damaged, without frames, or none of this program's format.
+  explicit Result(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  /// What the run was made of. Its text is parsed anew: throws InputError if this version does not read it.
+  Scene scene() const;
+  int frames() const { return static_cast<int>(times_.size()); }
+  const std::vector<double>& times() const { return times_; }  ///< s
+  std::vector<double> radius() const;                          ///< m
+  std::vector<double> mass() const;                            ///< kg
+  /// Without counters and terminals; neutral scenes have neither charges nor potentials.
+  Frame frame(int index) const;
+  /// Whether the scene has contacts, and with them a network.
+  bool has_network() const;
+  /// See analysis::successors(). Only where there is a network.
+  std::vector<int> successor(int index) const;
+  /// The contacts that the run had made; empty if an earlier version wrote the file, which kept those of the last frame
+  /// only.
+  std::optional<std::vector<analysis::Contact>> contacts(int index) const;
+
+  /// Writes /analysis, over that of an earlier time; everything else in the file stays as it is. Throws Failure, and
+  /// leaves the file alone, if it cannot be written or is no longer the one that was opened (its run goes on).
+  void put_analysis(const std::vector<Column>& columns) const;
+
+ private:
+  /// Which file stands at the path: saving a run puts another one there.
+  struct Identity {
+    std::uint64_t device = 0, inode = 0;
+    std::int64_t seconds = 0, nanoseconds = 0;
+    friend bool operator==(const Identity&, const Identity&) = default;
+  };
+  static Identity identity(const std::string& path);
+  template <class Reading>
+  auto guarded(Reading reading) const;
+  std::vector<double> reals(const std::string& name, int index, std::size_t count) const;
+  std::vector<Vec2> vectors(const std::string& name, int index) const;
+
+  std::string path_;
+  Identity identity_;
+  std::optional<hdf5::Handle> file_;
+  std::vector<double> times_;
+  std::size_t conductors_ = 0;
+};
+
+}  // namespace lichtenberg

@@ -4,9 +4,11 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <random>
 
 #include "src/analysis/network.hpp"
+#include "src/analysis/statistics.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
@@ -184,4 +186,50 @@ TEST_CASE("on random networks the sum rule holds and every successor is one cont
       CHECK_LE(steps(static_cast<int>(i)), steps(j) + 1);
     }
   }
+}
+
+TEST_CASE("Student's factors are those of the tables") {
+  CHECK(student_factor(1) == doctest::Approx(12.706).epsilon(1e-4));
+  CHECK(student_factor(4) == doctest::Approx(2.776).epsilon(2e-4));
+  CHECK(student_factor(30) == doctest::Approx(2.042).epsilon(2e-4));
+}
+
+TEST_CASE("a mean with its interval") {
+  // 1, 2, 3, 4, 5: mean 3, variance 10/4, standard error sqrt(2.5/5); factor 2.776 for 4 degrees of freedom.
+  const Estimate estimate = mean(std::vector<double>{1, 2, 3, 4, 5});
+  CHECK(estimate.value == 3);
+  CHECK(estimate.sample == 5);
+  CHECK(estimate.deviation == doctest::Approx(std::sqrt(2.5)));
+  CHECK(*estimate.half_width == doctest::Approx(2.776 * std::sqrt(0.5)).epsilon(2e-4));
+  CHECK_FALSE(mean(std::vector<double>{7}).half_width);  // one run says nothing of the scatter
+}
+
+TEST_CASE("a slope through the origin with its interval") {
+  const std::vector<double> x{1, 4, 5};
+  const Estimate exact = slope(x, std::vector<double>{2, 8, 10});
+  CHECK(exact.value == 2);
+  CHECK(*exact.half_width == doctest::Approx(0));
+  // y = 2, 10, 8: slope 20/10, residuals 0, 2, -2, so s^2 = (4/4 + 4/5) / 2 = 0.9 and the error sqrt(0.9 / 10) = 0.3.
+  const Estimate scattered = slope(x, std::vector<double>{2, 10, 8});
+  CHECK(scattered.value == 2);
+  CHECK(*scattered.half_width == doctest::Approx(student_factor(2) * 0.3));
+}
+
+TEST_CASE("19 of 20 intervals hold the truth") {
+  // Counts of what a quarter of x independent things are. 2000 ensembles: 95 % +- 1.5 % (three standard deviations).
+  std::mt19937_64 random(1);
+  const std::vector<double> x{64, 64, 100, 100, 144, 144, 196, 196};
+  int slopes = 0, means = 0;
+  for (int ensemble = 0; ensemble < 2000; ++ensemble) {
+    std::vector<double> counts, fractions;
+    for (const double n : x) {
+      counts.push_back(std::binomial_distribution<int>(static_cast<int>(n), 0.25)(random));
+      fractions.push_back(std::binomial_distribution<int>(100, 0.25)(random) / 100.0);
+    }
+    const auto holds = [](const Estimate& e) { return std::abs(e.value - 0.25) <= *e.half_width; };
+    slopes += holds(slope(x, counts));
+    means += holds(mean(fractions));
+  }
+  CHECK(slopes / 2000.0 == doctest::Approx(0.95).epsilon(0.015));
+  CHECK(means / 2000.0 == doctest::Approx(0.95).epsilon(0.015));
 }

@@ -49,6 +49,7 @@ void declare(CLI::App& program) {
   add_plot(program);
   add_analyse(program);
   add_work_precision(program);
+  add_ensemble(program);
   add_help(program);
 }
 

@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <toml++/toml.h>
 
 #include "solvers/error.hpp"
+#include "src/scene/document.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/schema.hpp"
 #include "src/scene/value.hpp"
@@ -16,25 +15,6 @@ namespace lichtenberg {
 namespace {
 
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
-
-/// A value in the fewest digits that mean the same, as in [0.04, 0.02] or { potential = "18 kV" }.
-std::string shown(const toml::node& node) {
-  if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
-  std::vector<std::string> parts;
-  if (const toml::array* array = node.as_array()) {
-    for (const toml::node& element : *array) parts.push_back(shown(element));
-    return fmt::format("[{}]", fmt::join(parts, ", "));
-  }
-  if (const toml::table* table = node.as_table()) {
-    for (const auto& [name, value] : *table) parts.push_back(fmt::format("{} = {}", name.str(), shown(value)));
-    return fmt::format("{{ {} }}", fmt::join(parts, ", "));
-  }
-  std::ostringstream out;
-  out << toml::toml_formatter{
-      node, toml::toml_formatter::default_flags &
-                ~(toml::format_flags::allow_literal_strings | toml::format_flags::allow_multi_line_strings)};
-  return out.str();
-}
 
 /// What a message says was found: the value, if that is short.
 std::string found(const toml::node& node) {
@@ -71,16 +51,6 @@ class Reader {
       }
     }
     check_presence(table, node);
-  }
-
-  static const Table* find_table(std::string_view path) {
-    const auto found = std::ranges::find(schema(), path, &Table::path);
-    return found == schema().end() ? nullptr : &*found;
-  }
-
-  static const Key* find_key(const Table& table, std::string_view name) {
-    const auto found = std::ranges::find(table.keys, name, &Key::name);
-    return found == table.keys.end() ? nullptr : &*found;
   }
 
   void read_inner_table(const Table& table, const toml::node& node) {
@@ -154,12 +124,7 @@ class Reader {
   }
 
   [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
-    std::vector<std::string> known;
-    for (const Table& table : schema()) {
-      if (!table.path.empty()) known.push_back(table.path);
-      for (const Key& key : table.keys) known.push_back(path_in(table, key.name));
-    }
-    refuse(line, fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, known)));
+    refuse(line, fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, known_paths())));
   }
 
   Draft& draft_;
@@ -184,12 +149,7 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   Draft draft;
   draft.scene.path = path;
   draft.scene.text = text;
-  try {
-    Reader(draft).read_document(toml::parse(text, path));
-  } catch (const toml::parse_error& error) {
-    const auto where = error.source().begin;
-    throw InputError(fmt::format("{}:{}:{}: not a TOML file: {}", path, where.line, where.column, error.description()));
-  }
+  Reader(draft).read_document(parse_document(text, path));
   return complete(draft);
 }
 

@@ -1,5 +1,6 @@
 #include "src/scene/schema.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -494,8 +495,27 @@ const std::vector<Table>& schema() {
   return tables;
 }
 
+const Table* find_table(std::string_view path) {
+  const auto found = std::ranges::find(schema(), path, &Table::path);
+  return found == schema().end() ? nullptr : &*found;
+}
+
+const Key* find_key(const Table& table, std::string_view name) {
+  const auto found = std::ranges::find(table.keys, name, &Key::name);
+  return found == table.keys.end() ? nullptr : &*found;
+}
+
 std::string path_in(const Table& table, std::string_view name) {
   return table.path.empty() ? std::string(name) : fmt::format("{}.{}", table.path, name);
+}
+
+std::vector<std::string> known_paths() {
+  std::vector<std::string> known;
+  for (const Table& table : schema()) {
+    if (!table.path.empty()) known.push_back(table.path);
+    for (const Key& key : table.keys) known.push_back(path_in(table, key.name));
+  }
+  return known;
 }
 
 Draft blank_draft() {

@@ -64,8 +64,14 @@ struct Table {
 /// Everything a scene file may hold, the top of the file first.
 const std::vector<Table>& schema();
 
+/// Null if there is none.
+const Table* find_table(std::string_view path);
+const Key* find_key(const Table& table, std::string_view name);
+
 /// Path of a key or table inside `table`.
 std::string path_in(const Table& table, std::string_view name);
+/// Of all tables and keys.
+std::vector<std::string> known_paths();
 
 /// A draft with one untouched element of each repeated table.
 Draft blank_draft();

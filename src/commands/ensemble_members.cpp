@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <span>
+
+#include "solvers/error.hpp"
+#include "src/commands/cost.hpp"
+#include "src/commands/ensemble.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::ensemble {
+namespace {
+
+std::string last_part(const std::string& key) { return key.substr(key.rfind('.') + 1); }
+
+/// What may stand in a file's name: other characters become one underscore.
+std::string plain(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '+';
+    if (allowed)
+      result += c;
+    else if (!result.empty() && result.back() != '_')
+      result += '_';
+  }
+  if (result.ends_with('_')) result.pop_back();
+  return result;
+}
+
+/// "count-64_seed-1". A key is named by its last part, where that is enough to tell it from the others.
+std::string name_of(const std::vector<Setting>& settings, const std::string& scene_path) {
+  std::string name;
+  for (const auto& [key, value] : settings) {
+    const auto same = std::ranges::count(settings, last_part(key), [](const Setting& s) { return last_part(s.key); });
+    name += fmt::format("{}{}-{}", name.empty() ? "" : "_", plain(same > 1 ? key : last_part(key)), plain(value));
+  }
+  return name.empty() ? std::filesystem::path(scene_path).stem().string() : name;
+}
+
+std::vector<std::vector<Setting>> product(const std::vector<Variation>& variations) {
+  std::vector<std::vector<Setting>> all{{}};
+  for (const auto& [key, values] : variations) {
+    std::vector<std::vector<Setting>> longer;
+    for (const std::vector<Setting>& settings : all)
+      for (const std::string& value : values) {
+        longer.push_back(settings);
+        longer.back().push_back({key, value});
+      }
+    all = std::move(longer);
+  }
+  return all;
+}
+
+/// Members share the machine by running side by side, and hundreds of pictures are nobody's wish.
+std::vector<Setting> settings_of_a_member(const Scene& scene, const std::vector<Setting>& varied) {
+  std::vector<Setting> settings{{"output.picture", "false"}};
+  if (scene.effects.floating_conductors) settings.push_back({"field.threads", "1"});
+  settings.insert(settings.end(), varied.begin(), varied.end());
+  return settings;
+}
+
+/// In a unit of its own: field solves times cells.
+double cost_of(const Scene& scene) {
+  const double cells = scene.field.accuracy ? 1 : scene.field.cells;
+  return estimate_field_solves(scene).value_or(static_cast<double>(scene.conductors.size())) * cells * cells;
+}
+
+std::string header(const std::string& scene_path, const std::vector<Setting>& varied) {
+  std::string text = fmt::format("# {} with", scene_path);
+  for (const auto& [key, value] : varied) text += fmt::format(" {} = {},", key, value);
+  return fmt::format("{} {}\n", text, member_mark);
+}
+
+void check_names(const std::vector<Member>& members) {
+  std::set<std::string> names;
+  for (const Member& member : members)
+    if (!names.insert(member.name).second)
+      throw InputError(fmt::format(
+          "two members of the ensemble would both be {}: leave out values that are given twice", member.name));
+}
+
+}  // namespace
+
+std::string scene_file(const std::string& folder, const Member& member) {
+  return (std::filesystem::path(folder) / (member.name + ".toml")).string();
+}
+
+std::string result_file(const std::string& folder, const Member& member) {
+  return (std::filesystem::path(folder) / (member.name + ".h5")).string();
+}
+
+bool write_scene(const std::string& folder, Member& member) {
+  const std::string path = scene_file(folder, member);
+  std::string first_line;
+  std::getline(std::ifstream(path) >> std::ws, first_line);
+  if (!std::filesystem::exists(path) || first_line.ends_with(member_mark)) {
+    write_atomically(path, std::as_bytes(std::span(member.text)));
+    return true;
+  }
+  member.state = State::failed;
+  member.sentence = fmt::format("{} stands in the way: it is no scene of an ensemble", path);
+  return false;
+}
+
+std::vector<Member> make_members(const std::string& scene_path, const std::vector<Variation>& variations,
+                                 const std::string& folder) {
+  const Scene scene = read_scene(scene_path);
+  std::vector<Member> members;
+  for (const std::vector<Setting>& settings : product(variations)) {
+    Member member{.name = name_of(settings, scene_path), .settings = settings};
+    member.text =
+        header(scene_path, settings) + with_settings(scene.text, scene_path, settings_of_a_member(scene, settings));
+    try {
+      member.cost = cost_of(parse_scene(member.text, scene_file(folder, member)));
+    } catch (const InputError& error) {
+      member.state = State::failed;
+      member.sentence = error.what();
+    }
+    members.push_back(std::move(member));
+  }
+  check_names(members);
+  return members;
+}
+
+}  // namespace lichtenberg::ensemble

@@ -1,0 +1,121 @@
+#include "src/scene/vary.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <optional>
+#include <sstream>
+
+#include "solvers/error.hpp"
+#include "src/scene/document.hpp"
+#include "src/scene/nearest.hpp"
+#include "src/scene/schema.hpp"
+
+namespace lichtenberg {
+namespace {
+
+/// A key's path taken apart: "electrode[1].radius" is the table "electrode", its element 1 and the key "radius".
+struct KeyPlace {
+  const Table* table;
+  std::optional<std::size_t> index;
+  std::string name;
+};
+
+/// Takes "[1]" off the end of a table's path.
+std::optional<std::size_t> take_index(std::string& path) {
+  const std::size_t open = path.find('[');
+  if (open == std::string::npos || !path.ends_with(']')) return {};
+  std::size_t index = 0;
+  const char* end = path.data() + path.size() - 1;
+  const auto [stopped, error] = std::from_chars(path.data() + open + 1, end, index);
+  if (error != std::errc() || stopped != end) return {};
+  path.resize(open);
+  return index;
+}
+
+KeyPlace place_of(const std::string& key) {
+  const std::size_t dot = key.rfind('.');
+  std::string table_path = dot == std::string::npos ? "" : key.substr(0, dot);
+  const std::string name = key.substr(dot + 1);  // npos + 1 is 0
+  const std::optional<std::size_t> index = take_index(table_path);
+  const Table* table = find_table(table_path);
+  if (table == nullptr || find_key(*table, name) == nullptr)
+    throw InputError(
+        fmt::format("{} is no key of a scene: the nearest known key is {}", key, nearest_path(key, known_paths())));
+  if (index && table->kind != Table::Kind::repeated)
+    throw InputError(fmt::format("{}: there is one {} in a scene, so no index is allowed", key, table->header()));
+  return {table, index, name};
+}
+
+/// The table at a dotted path, made where it is missing; null where something else stands.
+toml::table* open_table(toml::table& document, const std::string& path) {
+  toml::table* table = &document;
+  std::istringstream names(path);
+  for (std::string name; table != nullptr && std::getline(names, name, '.');)
+    table = table->insert(name, toml::table{}).first->second.as_table();
+  return table;
+}
+
+/// The element of a repeated table that a key means.
+toml::table& element_of(toml::table& document, const KeyPlace& place, const std::string& key) {
+  const std::string header = place.table->header();
+  toml::array* elements = document[place.table->path].as_array();
+  const std::size_t count = elements == nullptr ? 0 : elements->size();
+  if (count == 0) throw InputError(fmt::format("{}: the scene has no {}", key, header));
+  if (!place.index && count > 1)
+    throw InputError(fmt::format("{}: the scene has {} {}; say which, from {}[0] to {}[{}]", key, count, header,
+                                 place.table->path, place.table->path, count - 1));
+  const std::size_t index = place.index.value_or(0);
+  if (index >= count)
+    throw InputError(fmt::format("{}: the scene has {} {}, and the first has the index 0", key, count, header));
+  toml::table* element = (*elements)[index].as_table();
+  if (element == nullptr) throw InputError(fmt::format("{}: the scene's {} are no tables", key, header));
+  return *element;
+}
+
+toml::table& table_of(toml::table& document, const KeyPlace& place, const std::string& key) {
+  if (place.table->kind == Table::Kind::repeated) return element_of(document, place, key);
+  const std::string& path = place.table->path;
+  if (path.starts_with("effects.") && !document.at_path(path).is_table())
+    throw InputError(
+        fmt::format("{}: the scene has no table {}, so the effect is not in it", key, place.table->header()));
+  toml::table* table = open_table(document, path);
+  if (table == nullptr) throw InputError(fmt::format("{}: in the scene {} is no table", key, path));
+  return *table;
+}
+
+}  // namespace
+
+std::vector<std::string> listed_values(const std::string& list) {
+  const auto refuse_it = [&] {
+    throw InputError(
+        fmt::format("{} is no list of values: they are written as in a scene file, with commas between "
+                    "them and text in quotes, as in 0.4e-3,0.8e-3 or \"cvode\",\"euler\"",
+                    list));
+  };
+  std::vector<std::string> values;
+  try {
+    const toml::table document = toml::parse("list = [" + list + "\n]");
+    for (const toml::node& value : *document["list"].as_array()) values.push_back(shown(value));
+    if (document.size() != 1) refuse_it();
+  } catch (const toml::parse_error&) {
+    refuse_it();
+  }
+  if (values.empty()) refuse_it();
+  return values;
+}
+
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings) {
+  toml::table document = parse_document(text, path);
+  for (const auto& [key, value] : settings) {
+    const KeyPlace place = place_of(key);
+    const toml::table parsed = parse_document("value = " + value, key);
+    table_of(document, place, key).insert_or_assign(place.name, *parsed.get("value"));
+  }
+  std::ostringstream out;
+  out << toml::toml_formatter{document,
+                              toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings};
+  return out.str() + "\n";
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lichtenberg {
+
+/// A key of a scene and a value for it, both as text: the value as a scene file has it.
+struct Setting {
+  std::string key;  ///< dotted; an element of a repeated table by its index from 0, as in electrode[1].radius
+  std::string value;
+};
+
+/// The values of a list, as in "0.4e-3, 0.775e-3": each in the fewest digits that mean the same. Throws InputError
+/// unless it is at least one value of TOML.
+std::vector<std::string> listed_values(const std::string& list);
+
+/// The scene `text` with these keys set: a whole scene, without the comments. The index of a repeated table may be left
+/// out where the scene has one. Tables are added where they are missing, but for effects: their tables decide what is
+/// computed. Throws InputError for a key that no scene has or that this one has no place for; what the value may be is
+/// left to parse_scene. `path` is used in messages about the text.
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings);
+
+}  // namespace lichtenberg

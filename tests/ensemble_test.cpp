@@ -1,0 +1,370 @@
+// The command ensemble, as a user meets it: the built program on scenes of a few conductors that take a moment.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "src/record/hdf5.hpp"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+/// Three conductors fall through the fluid: no field, milliseconds a run.
+const std::string neutral_scene = R"(
+seed = 3
+[domain]
+size = [20e-3, 20e-3]
+[medium]
+viscosity = 0.7
+[[conductor]]
+position = [5e-3, 1e-3]
+velocity = [0.0, 0.0]
+radius = 0.775e-3
+[[population]]
+count = 2
+radius = 0.775e-3
+region = [[0, 5e-3], [20e-3, 20e-3]]
+[effects.stokes_drag]
+[output]
+every = 0.01
+checkpoint_every = 1
+[stop]
+time = 0.1
+)";
+
+/// Conductors that a source charges, and one electrode: 20 frames with a checkpoint at every fourth.
+const std::string charged_scene = R"(
+seed = 3
+[domain]
+size = [8e-3, 8e-3]
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[electrode]]
+shape = "half-disk"
+side = "bottom"
+at = 4e-3
+radius = 1e-3
+potential = 0.0
+[[population]]
+count = 6
+radius = 0.6e-3
+min_gap = 0.1e-3
+[effects.floating_conductors]
+[effects.current_source]
+current = 0.2e-9
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+[field]
+cells = 32
+[output]
+every = 0.01
+checkpoint_every = 4
+[stop]
+time = 0.2
+stationary = false
+)";
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A folder with both scenes in it, gone when the test is over.
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "lichtenberg-ensemble-XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path = name;
+    write("neutral.toml", neutral_scene);
+    write("charged.toml", charged_scene);
+  }
+  Folder(const Folder&) = delete;
+  ~Folder() { fs::remove_all(path); }
+  fs::path operator/(const std::string& name) const { return path / name; }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
+};
+
+struct Result {
+  int status;
+  std::string out, err;
+};
+
+/// `lichtenberg ensemble ...` in the folder, arguments as in a shell.
+Result ensemble(const Folder& folder, const std::string& arguments) {
+  const int status = std::system(fmt::format("cd '{}' && '{}' ensemble {} >out 2>err </dev/null", folder.path.string(),
+                                             LICHTENBERG_BINARY, arguments)
+                                     .c_str());
+  REQUIRE(WIFEXITED(status));
+  return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  REQUIRE_NE(at, std::string::npos);
+  return text.replace(at, what.size(), by);
+}
+
+json summary(const Folder& folder, const std::string& name) {
+  return json::parse(text_of(folder / name / "ensemble.json"));
+}
+
+std::vector<std::string> states(const json& summary) {
+  std::vector<std::string> all;
+  for (const json& member : summary["members"]) all.push_back(member["state"]);
+  return all;
+}
+
+/// s, of the last frame in a result file.
+double last_time(const fs::path& result) {
+  namespace hdf5 = lichtenberg::hdf5;
+  return hdf5::get<double>(hdf5::load(result.string()), "particles/conductors/position/time").back();
+}
+
+/// How many times a run was started or resumed.
+int sessions(const fs::path& result) {
+  namespace hdf5 = lichtenberg::hdf5;
+  const hdf5::Handle file = hdf5::load(result.string());
+  return static_cast<int>(hdf5::names(hdf5::open_group(file, "provenance")).size());
+}
+
+}  // namespace
+
+TEST_CASE("all combinations are run, each into a file of its own") {
+  const Folder folder;
+  const Result result = ensemble(folder, "neutral.toml --vary medium.viscosity=0.5,1.0 --conductors 1,2 --seeds 2");
+  INFO(result.err);
+  CHECK(result.status == 0);
+  const json found = summary(folder, "neutral-ensemble");
+  REQUIRE(found["members"].size() == 8);
+  CHECK(found["points"].size() == 4);
+  CHECK(found["members"][7]["name"] == "count-2_viscosity-1_seed-4");
+  CHECK(found["members"][7]["settings"] == json({{"population.count", 2}, {"medium.viscosity", 1}, {"seed", 4}}));
+  CHECK(found["members"][7]["quantities"]["conductors"] == 3);
+  for (const json& member : found["members"]) {
+    CHECK(member["state"] == "finished");
+    const fs::path file = folder / "neutral-ensemble" / member["name"].get<std::string>();
+    CHECK(last_time(file.string() + ".h5") == doctest::Approx(0.1));
+    CHECK(fs::exists(file.string() + ".toml"));
+    CHECK_FALSE(fs::exists(file.string() + ".png"));
+  }
+}
+
+TEST_CASE("means and slopes are those of the members") {
+  const Folder folder;
+  const Result result = ensemble(folder, "charged.toml --conductors 4,7 --seeds 3 --json");
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  const json found = json::parse(result.out);
+  CHECK(found == summary(folder, "charged-ensemble"));
+  double sum = 0, squares = 0, endpoints = 0, conductors = 0;
+  for (const json& member : found["members"]) {
+    const json& quantities = member["quantities"];
+    endpoints += quantities["endpoints"].get<double>();
+    conductors += quantities["conductors"].get<double>();
+    if (member["settings"]["population.count"] != 7) continue;
+    sum += quantities["field_solves"].get<double>();
+    squares += std::pow(quantities["field_solves"].get<double>(), 2);
+  }
+  CHECK(conductors == 3 * (4 + 7));
+  CHECK(endpoints > 0);
+  REQUIRE(found["points"].size() == 2);
+  const json& solves = found["points"][1]["quantities"]["field_solves"];
+  const double mean = sum / 3, deviation = std::sqrt((squares - 3 * mean * mean) / 2);
+  CHECK(solves["sample"] == 3);
+  CHECK(solves["value"].get<double>() == doctest::Approx(mean));
+  CHECK(solves["deviation"].get<double>() == doctest::Approx(deviation));
+  CHECK(solves["half_width"].get<double>() == doctest::Approx(4.303 * deviation / std::sqrt(3)).epsilon(2e-4));  // t, 2
+  REQUIRE(found["proportions"].size() == 2);
+  CHECK(found["proportions"][0]["quantity"] == "endpoints");
+  CHECK(found["proportions"][0]["slope"]["value"].get<double>() == doctest::Approx(endpoints / conductors));
+}
+
+TEST_CASE("the table is on the screen") {
+  const Folder folder;
+  const Result result = ensemble(folder, "charged.toml --conductors 4,5 --seeds 2");
+  CHECK(result.status == 0);
+  for (const std::string part : {"4 of 4 runs", "population.count", "endpoints f1", "branch points B", "±", "D 7.11"})
+    CHECK(contains(result.out, part));
+}
+
+TEST_CASE("the scene of a member is whole, and runs to the same end alone") {
+  const Folder folder;
+  REQUIRE(ensemble(folder, "charged.toml --vary population.count=5").status == 0);
+  const std::string command = fmt::format("cd '{}' && '{}' run charged-ensemble/count-5.toml --out alone.h5 --quiet",
+                                          folder.path.string(), LICHTENBERG_BINARY);
+  REQUIRE(std::system(command.c_str()) == 0);
+  namespace hdf5 = lichtenberg::hdf5;
+  const hdf5::Handle alone = hdf5::load((folder / "alone.h5").string());
+  const hdf5::Handle member = hdf5::load((folder / "charged-ensemble" / "count-5.h5").string());
+  const std::string positions = "particles/conductors/position/value";
+  CHECK(hdf5::get<double>(alone, positions) == hdf5::get<double>(member, positions));
+}
+
+TEST_CASE("what is finished is not run again") {
+  const Folder folder;
+  REQUIRE(ensemble(folder, "neutral.toml --seeds 2").status == 0);
+  const fs::path out = folder / "neutral-ensemble";
+  const std::string before = text_of(out / "seed-3.h5");
+  const auto scene_written = fs::last_write_time(out / "seed-3.toml");  // as each run's is before it starts
+  REQUIRE(ensemble(folder, "neutral.toml --seeds 3").status == 0);      // one more
+  CHECK(text_of(out / "seed-3.h5") == before);
+  CHECK(fs::last_write_time(out / "seed-3.toml") == scene_written);
+  CHECK(summary(folder, "neutral-ensemble")["members"].size() == 3);
+}
+
+TEST_CASE("what is half done is resumed") {
+  const Folder folder;
+  const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // the 8th frame has a checkpoint
+  folder.write("charged.toml", shorter);
+  REQUIRE(ensemble(folder, "charged.toml --seeds 2").status == 0);
+  folder.write("charged.toml", charged_scene);
+  REQUIRE(ensemble(folder, "charged.toml --seeds 2").status == 0);
+  for (const std::string name : {"seed-3.h5", "seed-4.h5"}) {
+    CHECK(last_time(folder / "charged-ensemble" / name) == doctest::Approx(0.2));
+    CHECK(sessions(folder / "charged-ensemble" / name) == 2);
+  }
+}
+
+TEST_CASE("a member whose file is of other settings is reported and its file stays") {
+  const Folder folder;
+  REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1").status == 0);
+  const std::string before = text_of(folder / "neutral-ensemble" / "count-1.h5");
+  folder.write("neutral.toml", replaced(neutral_scene, "viscosity = 0.7", "viscosity = 0.8"));
+  const Result result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2");
+  CHECK(result.status == 1);
+  CHECK(contains(result.err, "count-1 failed: key `medium.viscosity` is not what it was"));
+  CHECK(text_of(folder / "neutral-ensemble" / "count-1.h5") == before);
+  CHECK(states(summary(folder, "neutral-ensemble")) == std::vector<std::string>{"failed", "finished"});
+}
+
+TEST_CASE("files that are no results are reported, stay, and the rest go on") {
+  const Folder folder;
+  REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=2").status == 0);
+  const fs::path out = folder / "neutral-ensemble";
+  const std::string whole = text_of(out / "count-2.h5");
+  folder.write("neutral-ensemble/count-1.h5", "something dear");
+  folder.write("neutral-ensemble/count-2.h5", whole.substr(0, whole.size() / 2));
+  folder.write("neutral-ensemble/count-3.toml", "something dear, too");
+  const Result result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2,3,4");
+  CHECK(result.status == 1);
+  CHECK(contains(result.err, "count-1.h5 is no result file"));
+  CHECK(contains(result.err, "count-2.h5 is damaged"));
+  CHECK(contains(result.err, "count-3.toml stands in the way"));
+  CHECK(contains(result.err, "3 of 4 members failed"));
+  CHECK(text_of(out / "count-1.h5") == "something dear");
+  CHECK(text_of(out / "count-3.toml") == "something dear, too");
+  CHECK(fs::exists(out / "count-4.h5"));
+}
+
+TEST_CASE("an impossible member is one sentence, and the rest go on") {
+  const Folder folder;
+  const Result result =
+      ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary medium.viscosity=1.0,-1.0");
+  CHECK(result.status == 1);
+  CHECK(states(summary(folder, "neutral-ensemble")) ==
+        std::vector<std::string>{"finished", "failed", "failed", "failed"});
+  CHECK(contains(result.err, "count-1_viscosity--1 failed: "));
+  CHECK(contains(result.err, "medium.viscosity = -1 is not allowed"));
+  CHECK(contains(result.err, "population.count = 1000 is impossible"));
+  CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_viscosity-1.toml"), "count = 1000"));
+}
+
+TEST_CASE("a member that fails on its way is reported in its own words, and the rest go on") {
+  const Folder folder;
+  // 10 m/s into a wall that nothing makes it feel: drag stops it after 10 m/s m / gamma = 9 mm, which is outside.
+  const std::string no_walls = replaced(charged_scene, "[effects.wall_contact]\n", "");
+  folder.write("charged.toml",
+               no_walls + "[[conductor]]\nposition = [1e-3, 7e-3]\nvelocity = [0.0, 0.0]\nradius = 0.6e-3\n");
+  const Result result = ensemble(folder, "charged.toml --vary 'conductor.velocity=[0.0,0.0],[-10.0,0.0]' --quiet");
+  CHECK(result.status == 1);
+  INFO(result.err);
+  CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"finished", "failed"});
+  CHECK(contains(summary(folder, "charged-ensemble")["members"][1]["sentence"], "domain"));
+  CHECK(contains(result.err, "1 of 2 members failed"));
+}
+
+TEST_CASE("a command that cannot be used is one sentence and status 2, before anything is made") {
+  const Folder folder;
+  const auto check_refused = [&](const std::string& arguments, const std::string& part) {
+    const Result result = ensemble(folder, arguments);
+    INFO(result.err);
+    CHECK(result.status == 2);
+    CHECK(result.err.find('\n') == result.err.size() - 1);
+    CHECK(contains(result.err, part));
+    CHECK_FALSE(fs::exists(folder / "neutral-ensemble"));
+  };
+  check_refused("nowhere.toml", "nowhere.toml");
+  check_refused("neutral.toml --vary population.cuont=1", "population.count");
+  check_refused("neutral.toml --vary population.count", "a key and its values");
+  check_refused("neutral.toml --vary population.count=many", "no list of values");
+  check_refused("neutral.toml --conductors 1,1", "given twice");
+  check_refused("neutral.toml --conductors 1 --vary population.count=2", "varied twice");
+  check_refused("neutral.toml --conductors 2000,3000", "no member of this ensemble is possible");
+  check_refused("neutral.toml --seeds 0", "--seeds");
+  check_refused("neutral.toml --out neutral.toml", "neutral.toml");
+}
+
+TEST_CASE("a folder has one ensemble at a time") {
+  const Folder folder;
+  REQUIRE(ensemble(folder, "neutral.toml").status == 0);
+  const int lock = open((folder / "neutral-ensemble" / ".lock").c_str(), O_RDWR);
+  REQUIRE(flock(lock, LOCK_EX | LOCK_NB) == 0);
+  const Result result = ensemble(folder, "neutral.toml");
+  CHECK(result.status == 2);
+  CHECK(contains(result.err, "another ensemble is at work"));
+  close(lock);
+  CHECK(ensemble(folder, "neutral.toml").status == 0);
+}
+
+TEST_CASE("an interruption stops all at their checkpoints, and the same command goes on") {
+  const Folder folder;
+  folder.write("charged.toml",
+               replaced(charged_scene, "time = 0.2", "time = 20"));  // a thousand times what we wait for
+  const fs::path out = folder / "charged-ensemble";
+  const pid_t process = fork();
+  if (process == 0) {
+    if (chdir(folder.path.c_str()) != 0 || std::freopen("err", "w", stderr) == nullptr) _exit(99);
+    execl(LICHTENBERG_BINARY, "lichtenberg", "ensemble", "charged.toml", "--seeds", "4", "--jobs", "2", nullptr);
+    _exit(99);
+  }
+  while (!fs::exists(out / "seed-3.h5") || !fs::exists(out / "seed-4.h5"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  kill(process, SIGINT);
+  int status = 0;
+  waitpid(process, &status, 0);
+  CHECK(WIFSIGNALED(status));
+  CHECK(WTERMSIG(status) == SIGINT);
+  CHECK(contains(text_of(folder / "err"), "the same command goes on"));
+  CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(4, "stopped"));
+  for (const std::string name : {"seed-3.h5", "seed-4.h5"}) CHECK(last_time(out / name) < 20);
+  CHECK_FALSE(fs::exists(out / "seed-5.h5"));  // those that waited were not started
+  CHECK_FALSE(fs::exists(out / "seed-6.h5"));
+
+  const double stop = std::max(last_time(out / "seed-3.h5"), last_time(out / "seed-4.h5")) + 0.1;
+  folder.write("charged.toml", replaced(charged_scene, "time = 0.2", fmt::format("time = {}", stop)));
+  CHECK(ensemble(folder, "charged.toml --seeds 4").status == 0);
+  CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(4, "finished"));
+  CHECK(last_time(out / "seed-3.h5") == doctest::Approx(stop));
+  CHECK(sessions(out / "seed-3.h5") == 2);
+}

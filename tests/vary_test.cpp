@@ -1,0 +1,107 @@
+// Scenes with some keys set to other values: what an ensemble is made of.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include "solvers/error.hpp"
+#include "src/scene/scene.hpp"
+#include "src/scene/vary.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+const std::string text = R"(
+seed = 5  # a comment
+[domain]
+size = [16e-3, 8e-3]
+bottom = { potential = 0.0 }
+[medium]
+relative_permittivity = 4.7
+[[electrode]]
+name = "left 'one'"
+shape = "disk"
+centre = [2e-3, 4e-3]
+radius = 1e-3
+potential = 10.0
+[[electrode]]
+shape = "disk"
+centre = [14e-3, 4e-3]
+radius = 1e-3
+potential = -10.0
+[[population]]
+count = 3
+radius = 0.3e-3
+[effects.floating_conductors]
+[effects.contact_discharge]
+)";
+
+Scene with(const std::vector<Setting>& settings) {
+  return parse_scene(with_settings(text, "test.toml", settings), "varied.toml");
+}
+
+std::string refusal(const std::vector<Setting>& settings) {
+  try {
+    with_settings(text, "test.toml", settings);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool has(const std::string& sentence, const std::string& part) { return sentence.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("a scene without settings says what it said") {
+  const Scene before = parse_scene(text, "test.toml"), after = with({});
+  CHECK(after.seed == 5);
+  CHECK(after.domain.size.x == before.domain.size.x);
+  CHECK(after.domain.sides[2].electrode);
+  CHECK(after.electrodes[0].name == "left 'one'");
+  CHECK(after.medium.permittivity == before.medium.permittivity);
+  REQUIRE(after.conductors.size() == 3);
+  for (int i = 0; i < 3; ++i) CHECK(after.conductors[i].position.x == before.conductors[i].position.x);
+}
+
+TEST_CASE("keys are set wherever they stand, and tables added") {
+  const Scene scene = with({{"seed", "6"},
+                            {"population.count", "4"},
+                            {"electrode[1].radius", "1.5e-3"},
+                            {"domain.bottom", "\"insulating\""},
+                            {"effects.contact_discharge.gap", "0.2e-3"},
+                            {"mechanics.integrator", "\"euler\""}});
+  CHECK(scene.seed == 6);
+  CHECK(scene.conductors.size() == 4);
+  CHECK(std::get<Disk>(scene.electrodes[0].shape).radius == 1e-3);
+  CHECK(std::get<Disk>(scene.electrodes[1].shape).radius == 1.5e-3);
+  CHECK_FALSE(scene.domain.sides[2].electrode);
+  CHECK(scene.effects.contact_discharge->gap == 0.2e-3);
+  CHECK(scene.mechanics.integrator == "euler");
+}
+
+TEST_CASE("numbers keep all their digits") {
+  const Scene scene = with({{"effects.contact_discharge.gap", "0.00012345678901234567"}});
+  CHECK(scene.effects.contact_discharge->gap == 0.00012345678901234567);
+}
+
+TEST_CASE("a key without a place is refused in a sentence") {
+  CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}), "nearest known key is effects.contact_discharge.gap"));
+  CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene"));
+  CHECK(has(refusal({{"electrode.radius", "1e-3"}}), "say which, from electrode[0] to electrode[1]"));
+  CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "has 2 [[electrode]]"));
+  CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));
+  CHECK(has(refusal({{"field[0].cells", "64"}}), "no index is allowed"));
+  CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no [[conductor]]"));
+  CHECK(has(refusal({{"effects.current_source.current", "1e-9"}}), "no table [effects.current_source]"));
+}
+
+TEST_CASE("lists of values") {
+  using Values = std::vector<std::string>;
+  CHECK(listed_values("0.4e-3, 0.775e-3") == Values{"0.0004", "0.000775"});
+  CHECK(listed_values("64") == Values{"64"});
+  CHECK(listed_values("\"cvode\",\"euler\"") == Values{"\"cvode\"", "\"euler\""});
+  CHECK(listed_values("[1, 2],[3.5, 4]") == Values{"[1, 2]", "[3.5, 4]"});
+  CHECK(listed_values("{ potential = 0 },\"insulating\"") == Values{"{ potential = 0 }", "\"insulating\""});
+  for (const std::string nonsense : {"", "cvode", "1,,2", "1]\nother = [2", "1;2"})
+    CHECK_THROWS_AS(listed_values(nonsense), InputError);
+}

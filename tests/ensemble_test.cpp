@@ -195,9 +195,31 @@ TEST_CASE("means and slopes are those of the members") {
   CHECK(solves["value"].get<double>() == doctest::Approx(mean));
   CHECK(solves["deviation"].get<double>() == doctest::Approx(deviation));
   CHECK(solves["half_width"].get<double>() == doctest::Approx(4.303 * deviation / std::sqrt(3)).epsilon(2e-4));  // t, 2
-  REQUIRE(found["proportions"].size() == 2);
+  REQUIRE(found["proportions"].size() == 5);  // and three Strahler numbers
   CHECK(found["proportions"][0]["quantity"] == "endpoints");
   CHECK(found["proportions"][0]["slope"]["value"].get<double>() == doctest::Approx(endpoints / conductors));
+}
+
+TEST_CASE("other readings of the degree") {
+  // Two conductors one above the other, the lower one on the ground: a chain, whose upper end is the only endpoint.
+  // Without the ground both are ends; in the tree the chain is what it is. The third conductor is far away.
+  const Folder folder;
+  std::string chain = replaced(charged_scene, "count = 6", "count = 1\nregion = [[0, 5e-3], [2e-3, 8e-3]]");
+  chain = replaced(chain, "time = 0.2", "time = 0.01") +
+          "[[conductor]]\nposition = [4e-3, 1.7e-3]\nradius = 0.6e-3\n"
+          "[[conductor]]\nposition = [4e-3, 3.0e-3]\nradius = 0.6e-3\n";
+  folder.write("charged.toml", chain);
+  const Result result = ensemble(folder, "charged.toml --json");
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  const json parsed = json::parse(result.out);
+  const json& quantities = parsed["members"][0]["quantities"];
+  REQUIRE(quantities["connected"] == 2);
+  for (const std::string reading : {"", "_in_tree", "_without_hysteresis"})
+    CHECK(quantities["endpoint_fraction" + reading] == 0.5);
+  CHECK(quantities["endpoint_fraction_without_ground"] == 1);
+  CHECK(quantities["degree_fraction_2"] == 0.5);
+  CHECK(quantities["strahler_fraction_1"] == 1);
 }
 
 TEST_CASE("the table is on the screen") {
@@ -268,7 +290,7 @@ TEST_CASE("files that are no results are reported, stay, and the rest go on") {
   folder.write("neutral-ensemble/count-3.toml", "something dear, too");
   const Result result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2,3,4");
   CHECK(result.status == 1);
-  CHECK(contains(result.err, "count-1.h5 is no result file"));
+  CHECK(contains(result.err, "count-1.h5 is no HDF5 file"));
   CHECK(contains(result.err, "count-2.h5 is damaged"));
   CHECK(contains(result.err, "count-3.toml stands in the way"));
   CHECK(contains(result.err, "3 of 4 members failed"));

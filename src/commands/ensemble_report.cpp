@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
+#include <string_view>
 
 #include "src/commands/ensemble.hpp"
 
@@ -68,13 +70,25 @@ std::map<std::string, analysis::Estimate> means_of(const std::vector<const Membe
 struct Column {
   const char *quantity, *heading;
 };
-constexpr std::array columns = {Column{"connected_fraction", "connected"},
-                                Column{"endpoint_fraction", "endpoints f1"},
-                                Column{"branch_fraction", "branch points B"},
-                                Column{"loops", "loops"},
-                                Column{"time", "time (s)"},
-                                Column{"field_solves", "field solves"},
-                                Column{"seconds", "wall time (s)"}};
+constexpr std::array course = {Column{"connected_fraction", "connected"},
+                               Column{"endpoint_fraction", "endpoints f1"},
+                               Column{"branch_fraction", "branch points B"},
+                               Column{"loops", "loops"},
+                               Column{"time", "time (s)"},
+                               Column{"field_solves", "field solves"},
+                               Column{"seconds", "wall time (s)"}};
+constexpr std::array topology = {
+    Column{"degree_fraction_2", "f2"},           Column{"degree_fraction_3", "f3"},
+    Column{"degree_fraction_4", "f4"},           Column{"strahler_fraction_1", "Strahler 1"},
+    Column{"strahler_fraction_2", "Strahler 2"}, Column{"strahler_fraction_3", "Strahler 3"}};
+
+/// A count that D holds to be proportional to the number of conductors.
+struct Law {
+  std::string_view quantity, name, source;
+};
+constexpr std::array laws = {Law{"endpoints", "endpoints", "D 7.11"}, Law{"branch_points", "branch points", "D 7.12"},
+                             Law{"strahler_1", "Strahler 1", "D 7.18"}, Law{"strahler_2", "Strahler 2", "D 7.18"},
+                             Law{"strahler_3", "Strahler 3", "D 7.18"}};
 
 using Cells = std::vector<std::vector<std::string>>;
 
@@ -84,6 +98,7 @@ std::size_t width(const std::string& text) {
 }
 
 void print_table(const Cells& rows) {
+  if (rows.empty()) return;
   std::vector<std::size_t> widths(rows.front().size());
   for (const auto& row : rows)
     for (std::size_t k = 0; k < row.size(); ++k) widths[k] = std::max(widths[k], width(row[k]));
@@ -93,16 +108,19 @@ void print_table(const Cells& rows) {
       line += row[k] + std::string(k + 1 < row.size() ? widths[k] - width(row[k]) + 2 : 0, ' ');
     fmt::print("{}\n", line);
   }
+  fmt::print("\n");
 }
 
-Cells cells_of(const std::vector<Point>& points) {
-  Cells rows(1);
-  for (const Setting& setting : points.front().settings) rows.front().push_back(setting.key);
-  rows.front().push_back("runs");
+/// Those of the columns that there is something to put into; none: no rows.
+Cells cells_of(const std::vector<Point>& points, std::span<const Column> columns) {
   std::vector<Column> present;
   for (const Column& column : columns)
     if (std::ranges::any_of(points, [&](const Point& p) { return p.quantities.contains(column.quantity); }))
       present.push_back(column);
+  if (present.empty()) return {};
+  Cells rows(1);
+  for (const Setting& setting : points.front().settings) rows.front().push_back(setting.key);
+  rows.front().push_back("runs");
   for (const Column& column : present) rows.front().push_back(column.heading);
   for (const auto& [settings, quantities] : points) {
     std::vector<std::string>& row = rows.emplace_back();
@@ -157,10 +175,12 @@ Summary summarize(const std::vector<Member>& members) {
   for (const auto& group : groups_apart_from({"seed", conductors_key}, members)) {
     const std::vector<double> conductors = values_of(group, "conductors");
     if (std::set(conductors.begin(), conductors.end()).size() < 2) continue;
-    for (const std::string quantity : {"endpoints", "branch_points"})
+    for (const Law& law : laws) {
+      const std::string quantity(law.quantity);
       if (const std::vector<double> counts = values_of(group, quantity); counts.size() == conductors.size())
         summary.proportions.push_back({without(group.front()->settings, {"seed", conductors_key}), quantity,
                                        analysis::slope(conductors, counts)});
+    }
   }
   return summary;
 }
@@ -168,14 +188,14 @@ Summary summarize(const std::vector<Member>& members) {
 void print(const Summary& summary) {
   if (summary.points.empty()) return;
   fmt::print("means over the runs of different seeds, with 95 % confidence intervals (Student's t)\n\n");
-  print_table(cells_of(summary.points));
-  if (!summary.proportions.empty()) fmt::print("\nleast squares through the origin over all runs, N conductors\n\n");
+  print_table(cells_of(summary.points, course));
+  print_table(cells_of(summary.points, topology));
+  if (!summary.proportions.empty()) fmt::print("least squares through the origin over all runs, N conductors\n\n");
   for (const auto& [settings, quantity, slope] : summary.proportions) {
     std::string with;
     for (const Setting& setting : settings) with += fmt::format("  {} = {}", setting.key, setting.value);
-    const bool endpoints = quantity == "endpoints";
-    fmt::print("{:<14} = ({}) N  ({}){}\n", endpoints ? "endpoints" : "branch points", shown(slope),
-               endpoints ? "D 7.11" : "D 7.12", with);
+    const Law& law = *std::ranges::find(laws, quantity, &Law::quantity);
+    fmt::print("{:<14} = ({}) N  ({}){}\n", law.name, shown(slope), law.source, with);
   }
 }
 

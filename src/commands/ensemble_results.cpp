@@ -1,13 +1,15 @@
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/analysis/network.hpp"
+#include "src/analysis/strahler.hpp"
 #include "src/commands/ensemble.hpp"
 #include "src/record/hdf5.hpp"
-#include "src/record/layout.hpp"
+#include "src/record/result.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/scene/scene.hpp"
 
@@ -29,8 +31,54 @@ double wall_seconds(const hdf5::Handle& file) {
   }
 }
 
-std::map<std::string, double> quantities_of(const hdf5::Handle& file) {
-  std::map<std::string, double> result;
+using Quantities = std::map<std::string, double>;
+
+void add_fractions(Quantities& quantities, const std::string& suffix, const analysis::DegreeDistribution& degrees) {
+  quantities["endpoint_fraction" + suffix] = degrees.fraction(1);
+  quantities["branch_fraction" + suffix] = degrees.branching();
+}
+
+/// f1 and B as other readings of D's definition have them: degrees in the tree A instead of the graph G, without the
+/// ground as a neighbour, and with the contacts of D 7.1 alone, which a conductor loses as soon as it leaves the gap.
+void add_other_readings(Quantities& quantities, const analysis::Network& network, const Scene& scene,
+                        const std::vector<Vec2>& position, const std::vector<double>& radius) {
+  std::vector<analysis::Contact> tree;
+  for (int i = 0; i < static_cast<int>(position.size()); ++i) {
+    const int next = network.successor[i];
+    if (next == analysis::to_ground) tree.emplace_back(i, next);
+    if (next >= 0) tree.emplace_back(std::minmax(i, next));
+  }
+  add_fractions(quantities, "_in_tree", analysis::network(std::move(tree), position).degrees);
+  analysis::ContactGraph graph = analysis::contact_graph(static_cast<int>(position.size()), network.contacts);
+  graph.grounded.assign(position.size(), false);
+  add_fractions(quantities, "_without_ground", analysis::degree_distribution(graph, network.successor));
+  auto near = analysis::contacts(position, radius, scene.effects.contact_discharge->gap, analysis::ground_of(scene));
+  add_fractions(quantities, "_without_hysteresis", analysis::network(std::move(near), position).degrees);
+}
+
+/// The topology of the last frame.
+void add_topology(Quantities& quantities, const Result& result) {
+  const int last = result.frames() - 1;
+  if (!result.has_network()) return;
+  const auto contacts = result.contacts(last);
+  if (!contacts) return;  // an earlier version's file
+  const Scene scene = result.scene();
+  const std::vector<Vec2> position = result.frame(last).position;
+  const analysis::Network network = analysis::network(*contacts, position);
+  for (const int degree : {2, 3, 4})
+    quantities[fmt::format("degree_fraction_{}", degree)] = network.degrees.fraction(degree);
+  const analysis::StrahlerDistribution orders =
+      analysis::strahler_distribution(network.successor, analysis::strahler_numbers(network.successor));
+  for (const int order : {1, 2, 3}) {
+    const double count = order <= orders.highest() ? orders.conductors[order] : 0;
+    quantities[fmt::format("strahler_{}", order)] = count;
+    quantities[fmt::format("strahler_fraction_{}", order)] = count / std::max(network.degrees.connected, 1);
+  }
+  add_other_readings(quantities, network, scene, position, result.radius());
+}
+
+Quantities quantities_of(const hdf5::Handle& file) {
+  Quantities result;
   const hdf5::Handle summary = hdf5::open_group(file, "summary");
   for (const std::string& name : hdf5::names(summary)) result[name] = hdf5::get<double>(summary, name).at(0);
   result["conductors"] = static_cast<double>(hdf5::shape(file, "particles/conductors/radius").at(0));
@@ -44,11 +92,7 @@ std::map<std::string, double> quantities_of(const hdf5::Handle& file) {
 /// Sets the member's state, or throws InputError or hdf5::Error. A run that has just ended was given the [stop] of now,
 /// even if its file still has that of its start.
 void inspect_file(const std::string& path, Member& member) {
-  if (!hdf5::is_hdf5(path)) throw InputError(fmt::format("{} is no result file of a run", path));
-  const hdf5::Handle file = hdf5::load(path);
-  const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
-  if (format != result_format)
-    throw InputError(fmt::format("{} was not written by this version of `lichtenberg run`", path));
+  const hdf5::Handle file = load_result(path, "gone on with");
   const std::string text = hdf5::get_text(file, "scene/text");
   const std::string change = first_change(text, member.text);
   if (!change.empty())
@@ -60,6 +104,7 @@ void inspect_file(const std::string& path, Member& member) {
   const bool over = hdf5::exists(file, "summary");
   if (!over || !(just_ended || same_end(parse_scene(text, path).stop, parse_scene(member.text, path).stop))) return;
   member.quantities = quantities_of(file);
+  add_topology(member.quantities, Result(path));
   member.state = State::finished;
 }
 

@@ -1,0 +1,190 @@
+#include "solvers/network/build.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::network {
+namespace {
+
+/// Index into the electrodes by wall or particle, or -1.
+struct ElectrodeOf {
+  std::vector<int> wall, particle;
+
+  ElectrodeOf(const Packing& packing, const std::vector<Electrode>& electrodes)
+      : wall(packing.walls.size(), -1), particle(packing.size(), -1) {
+    for (std::size_t e = 0; e < electrodes.size(); ++e)
+      (electrodes[e].wall ? wall : particle)[electrodes[e].index] = static_cast<int>(e);
+  }
+};
+
+/// Where a wall that is an electrode is drawn, and cut by the dissection: it is not eliminated, so it does not matter.
+Point place(const Packing& packing, const Electrode& electrode) {
+  return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
+}
+
+/// What touches each particle: contact points, and the nodes that stand there.
+struct Touching {
+  std::vector<int> start, node;
+  std::vector<Point> point;
+
+  explicit Touching(int particles) : start(particles + 1, 0) {}
+};
+
+}  // namespace
+
+PackingNetwork particle_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
+                                const Parameters& parameters, const std::vector<Electrode>& electrodes) {
+  if (model.path == nullptr)
+    throw InputError(
+        fmt::format("the resistor model \"{}\" is one of contacts on a particle: a contact-centred network "
+                    "has them, a particle-centred one does not",
+                    model.name));
+  PackingNetwork result;
+  Network& network = result.network;
+  network.position = packing.position;
+  for (const Electrode& electrode : electrodes) {
+    result.electrode.push_back(electrode.wall ? static_cast<int>(network.position.size()) : electrode.index);
+    if (electrode.wall) network.position.push_back(place(packing, electrode));
+  }
+  network.nodes = static_cast<int>(network.position.size());
+  const ElectrodeOf electrode_of(packing, electrodes);
+  const auto add = [&](int a, int b, int other, const Path& path) {
+    network.links.push_back({a, b, 1 / model.path(parameters, path)});
+    result.first_particle.push_back(a);
+    result.second_particle.push_back(other);
+  };
+  for (std::vector<int>* column : {&result.first_particle, &result.second_particle})
+    column->reserve(contacts.pairs.size() + contacts.walls.size());
+  network.links.reserve(contacts.pairs.size() + contacts.walls.size());
+  for (const Contact& c : contacts.pairs) {
+    const double d = distance(packing.position[c.i], packing.position[c.j]);
+    const double ri = packing.radius[c.i], rj = packing.radius[c.j];
+    add(c.i, c.j, c.j,
+        {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
+         .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)}});
+  }
+  for (const WallContact& c : contacts.walls)
+    if (const int e = electrode_of.wall[c.wall]; e >= 0)
+      add(c.particle, result.electrode[e], -1,
+          {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
+           .resistivity = {packing.resistivity_of(c.particle), 0},
+           .wall = true});
+  return result;
+}
+
+namespace {
+
+/// The nodes of a contact-centred network, and what touches each particle.
+class ContactNodes {
+ public:
+  ContactNodes(const Packing& packing, const Contacts& contacts, const std::vector<Electrode>& electrodes)
+      : packing_(packing),
+        contacts_(contacts),
+        electrodes_(electrodes),
+        electrode_of_(packing, electrodes),
+        touching(packing.size()) {
+    number();
+    // Counted, then filled, by the same visit.
+    each([&](int particle, int, const Point&) { ++touching.start[particle + 1]; });
+    for (int i = 0; i < packing.size(); ++i) touching.start[i + 1] += touching.start[i];
+    touching.node.resize(touching.start.back());
+    touching.point.resize(touching.start.back());
+    std::vector<int> next(touching.start.begin(), touching.start.end() - 1);
+    each([&](int particle, int node, const Point& point) {
+      touching.node[next[particle]] = node;
+      touching.point[next[particle]++] = point;
+    });
+  }
+
+ private:
+  void number() {
+    node_.resize(contacts_.pairs.size(), -1);
+    for (std::size_t k = 0; k < contacts_.pairs.size(); ++k) {
+      const auto [i, j] = contacts_.pairs[k];
+      const int a = electrode_of_.particle[i], b = electrode_of_.particle[j];
+      if (a >= 0 && b >= 0)
+        throw InputError(
+            fmt::format("the electrodes, particles {} and {}, touch: in a contact-centred network their "
+                        "contact would have to be at both potentials",
+                        i, j));
+      if (a >= 0 || b >= 0) continue;
+      node_[k] = static_cast<int>(position.size());
+      position.push_back(contact_point(packing_, contacts_.pairs[k]));
+    }
+    for (const Electrode& electrode : electrodes_) {
+      electrode_node.push_back(static_cast<int>(position.size()));
+      position.push_back(place(packing_, electrode));
+    }
+    for (std::size_t k = 0; k < contacts_.pairs.size(); ++k)
+      if (node_[k] < 0)
+        node_[k] = electrode_node[std::max(electrode_of_.particle[contacts_.pairs[k].i],
+                                           electrode_of_.particle[contacts_.pairs[k].j])];
+  }
+
+  /// Every particle that is no electrode, with each of the nodes on it.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (std::size_t k = 0; k < contacts_.pairs.size(); ++k)
+      for (const int particle : {contacts_.pairs[k].i, contacts_.pairs[k].j})
+        if (electrode_of_.particle[particle] < 0)
+          visit(particle, node_[k], contact_point(packing_, contacts_.pairs[k]));
+    for (const WallContact& c : contacts_.walls) {
+      const int wall = electrode_of_.wall[c.wall], particle = electrode_of_.particle[c.particle];
+      if (wall < 0) continue;
+      if (particle >= 0)
+        throw InputError(
+            fmt::format("the electrodes, particle {} and wall {}, touch: in a contact-centred network "
+                        "their contact would have to be at both potentials",
+                        c.particle, packing_.walls[c.wall].name));
+      visit(c.particle, electrode_node[wall], contact_point(packing_, c));
+    }
+  }
+
+  const Packing& packing_;
+  const Contacts& contacts_;
+  const std::vector<Electrode>& electrodes_;
+  ElectrodeOf electrode_of_;
+  std::vector<int> node_;  // by pair
+
+ public:
+  Touching touching;
+  std::vector<Point> position;
+  std::vector<int> electrode_node;
+};
+
+}  // namespace
+
+PackingNetwork contact_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
+                               const Parameters& parameters, const std::vector<Electrode>& electrodes) {
+  ContactNodes nodes(packing, contacts, electrodes);
+  const Touching& touching = nodes.touching;
+  PackingNetwork result;
+  Network& network = result.network;
+  network.nodes = static_cast<int>(nodes.position.size());
+  Particle particle;
+  for (int p = 0; p < packing.size(); ++p) {
+    const int first = touching.start[p], n = touching.start[p + 1] - first;
+    if (n < 2) continue;  // a dead end
+    particle.centre = packing.position[p];
+    particle.radius = packing.radius[p];
+    particle.resistivity = packing.resistivity_of(p);
+    particle.index = p;
+    particle.contacts.assign(touching.point.begin() + first, touching.point.begin() + first + n);
+    const Eigen::MatrixXd links = model.particle(parameters, particle);
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < j; ++i)
+        if (touching.node[first + i] != touching.node[first + j]) {
+          network.links.push_back({touching.node[first + i], touching.node[first + j], links(i, j)});
+          result.first_particle.push_back(p);
+        }
+  }
+  result.second_particle = result.first_particle;
+  result.electrode = nodes.electrode_node;
+  network.position = std::move(nodes.position);
+  return result;
+}
+
+}  // namespace lichtenberg::network

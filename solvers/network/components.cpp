@@ -1,0 +1,113 @@
+#include "solvers/network/components.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace lichtenberg::network {
+namespace {
+
+int root(std::vector<int>& parent, int node) {
+  while (parent[node] != node) node = parent[node] = parent[parent[node]];
+  return node;
+}
+
+/// A depth-first walk from a, whose tree branches along a path to b first have to be found: low[n] is the earliest
+/// visited node that n's subtree reaches by one link back.
+class DepthFirst {
+ public:
+  DepthFirst(const Network& network, const Incidence& incidence)
+      : network_(network),
+        incidence_(incidence),
+        visit(network.nodes, -1),
+        low(network.nodes, 0),
+        parent_link(network.nodes, -1),
+        next_(incidence.start.begin(), incidence.start.end() - 1) {}
+
+  void from(int first) {
+    enter(first, -1);
+    while (!path_.empty()) {
+      const int node = path_.back();
+      if (next_[node] == incidence_.start[node + 1])
+        leave(node);
+      else
+        follow(node, incidence_.link[next_[node]++]);
+    }
+  }
+
+ private:
+  void enter(int node, int link) {
+    visit[node] = low[node] = static_cast<int>(order.size());
+    parent_link[node] = link;
+    order.push_back(node);
+    path_.push_back(node);
+  }
+  void follow(int node, int link) {
+    if (link == parent_link[node]) return;
+    const int to = other_end(network_.links[link], node);
+    if (visit[to] < 0)
+      enter(to, link);
+    else
+      low[node] = std::min(low[node], visit[to]);
+  }
+  void leave(int node) {
+    path_.pop_back();
+    if (!path_.empty()) low[path_.back()] = std::min(low[path_.back()], low[node]);
+  }
+
+  const Network& network_;
+  const Incidence& incidence_;
+
+ public:
+  std::vector<int> visit, low, parent_link, order;
+
+ private:
+  std::vector<int> next_, path_;
+};
+
+}  // namespace
+
+Components components(const Network& network) {
+  std::vector<int> parent(network.nodes);
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const Link& link : network.links) {
+    const int a = root(parent, link.a), b = root(parent, link.b);
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+  Components result{.of = std::vector<int>(network.nodes)};
+  for (int node = 0; node < network.nodes; ++node) {
+    const int first = root(parent, node);
+    result.of[node] = first == node ? result.number++ : result.of[first];
+  }
+  return result;
+}
+
+std::vector<char> backbone(const Network& network, int a, int b) {
+  // With one more link from a to b, what carries is that link's biconnected piece. Its tree path from a (the root) to b
+  // lies in one piece because of the extra link; a subtree hangs in that piece if it reaches above its parent, which
+  // itself is in the piece.
+  Network closed{.nodes = network.nodes, .links = network.links};
+  closed.links.push_back({a, b, 1});
+  const Incidence incidence(closed);
+  DepthFirst walk(closed, incidence);
+  walk.from(a);
+  std::vector<char> below(network.nodes, 0);  // the tree link to the node's parent is in the piece
+  const auto parent = [&](int node) { return other_end(closed.links[walk.parent_link[node]], node); };
+  const int extra = static_cast<int>(network.links.size());
+  for (int node = b; node != a; node = parent(node)) below[node] = 1;
+  for (const int node : walk.order) {
+    if (node == a || below[node]) continue;
+    const int p = parent(node);
+    below[node] = p != a && below[p] && walk.low[node] < walk.visit[p];
+  }
+  std::vector<char> carries(network.links.size(), 0);
+  for (int k = 0; k < extra; ++k) {
+    const Link& link = network.links[k];
+    if (link.a == link.b || walk.visit[link.a] < 0) continue;
+    const int later = walk.visit[link.a] > walk.visit[link.b] ? link.a : link.b;  // a link back is in its lower end's
+    carries[k] = below[later];
+  }
+  return carries;
+}
+
+}  // namespace lichtenberg::network

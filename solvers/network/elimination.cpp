@@ -1,0 +1,228 @@
+#include "solvers/network/elimination.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::network {
+namespace {
+
+/// Star-mesh elimination of the first `stars` nodes of a dense network of m nodes. `g` ([m, m], column-major): the
+/// conductances below the diagonal, overwritten column k by those that node k had when it was eliminated, with their
+/// sum s_k on the diagonal, and the last m - stars columns by the mesh that is left. Other diagonal entries are no
+/// conductances and are never read.
+void eliminate_stars(double* g, int m, int stars) {
+  constexpr int block = 48;         // columns that stay in the cache while they update each other
+  constexpr int worth_a_call = 24;  // columns from which Eigen's blocked product is faster than a loop
+  const auto spread = [&](int k, int from, int to) {  // the mesh of star k, in columns from ... to - 1
+    const double* star = g + std::size_t(k) * m;
+    for (int j = from; j < to; ++j) {
+      const double share = star[j] / star[k];
+      if (share == 0) continue;
+      double* column = g + std::size_t(j) * m;
+      for (int i = j + 1; i < m; ++i) column[i] += share * star[i];
+    }
+  };
+  for (int begin = 0; begin < stars; begin += block) {
+    const int end = std::min(begin + block, stars);
+    const bool by_product = m - end >= worth_a_call && end - begin >= 4;
+    for (int k = begin; k < end; ++k) {
+      double* star = g + std::size_t(k) * m;
+      double sum = 0;
+      for (int i = k + 1; i < m; ++i) sum += star[i];
+      star[k] = sum;
+      spread(k, k + 1, by_product ? end : m);
+    }
+    if (!by_product) continue;
+    const int rest = m - end;
+    Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> all(g, m, m, Eigen::OuterStride<>(m));
+    Eigen::MatrixXd roots = all.block(end, begin, rest, end - begin);
+    for (int k = begin; k < end; ++k) roots.col(k - begin) /= std::sqrt(all(k, k));
+    all.block(end, end, rest, rest).selfadjointView<Eigen::Lower>().rankUpdate(roots);
+  }
+}
+
+}  // namespace
+
+/// Links by the earlier of their ends, both in the order of elimination.
+struct Elimination::Later {
+  std::vector<int> start, number;
+  std::vector<double> conductance;
+
+  Later(const Network& network, const std::vector<int>& order) : start(network.nodes + 1, 0) {
+    std::vector<int> number_of(network.nodes);
+    for (int k = 0; k < network.nodes; ++k) number_of[order[k]] = k;
+    for (const Link& link : network.links)
+      if (link.a != link.b) ++start[std::min(number_of[link.a], number_of[link.b])];
+    int sum = 0;
+    for (int& s : start) sum += s, s = sum;
+    number.resize(sum);
+    conductance.resize(sum);
+    for (const Link& link : network.links) {
+      if (link.a == link.b) continue;
+      const auto [earlier, later] = std::minmax(number_of[link.a], number_of[link.b]);
+      const int place = --start[earlier];
+      number[place] = later;
+      conductance[place] = link.conductance;
+    }
+  }
+};
+
+/// The work of the constructor, and what only it needs.
+class Elimination::Run {
+ public:
+  Run(Elimination& result, const Network& network)
+      : r_(result), later_(network, result.dissection_.order), local_(network.nodes, -1) {}
+
+  /// Which later nodes each front joins, and with that the size of everything.
+  void symbolic() {
+    std::vector<int> waiting;  // fronts whose results wait to be taken in
+    r_.border_start_ = {0};
+    r_.factor_start_ = {0};
+    for (std::size_t f = 0; f < r_.dissection_.fronts.size(); ++f) {
+      const auto [first, last, children] = r_.dissection_.fronts[f];
+      const auto begin = static_cast<std::ptrdiff_t>(r_.border_.size());
+      const auto add = [&](int n) {
+        if (n < last || local_[n] == static_cast<int>(f)) return;
+        local_[n] = static_cast<int>(f);
+        r_.border_.push_back(n);
+      };
+      for (int e = later_.start[first]; e < later_.start[last]; ++e) add(later_.number[e]);
+      for (int c = 0; c < children; ++c) {
+        for (int b = r_.border_start_[waiting.back()]; b < r_.border_start_[waiting.back() + 1]; ++b)
+          add(r_.border_[b]);
+        waiting.pop_back();
+      }
+      waiting.push_back(static_cast<int>(f));
+      std::sort(r_.border_.begin() + begin, r_.border_.end());
+      r_.border_start_.push_back(static_cast<int>(r_.border_.size()));
+      const double s = last - first, m = s + r_.border(static_cast<int>(f));
+      largest_ = std::max(largest_, static_cast<int>(m));
+      r_.factor_start_.push_back(r_.factor_start_.back() + static_cast<std::int64_t>(s * m));
+      for (double k = 0; k < s; ++k) r_.operations_ += (m - k - 1) * (m - k - 1);
+    }
+  }
+
+  /// Of the factor, and of the largest front with what waits for it: its children's results, about as much again.
+  double bytes() const {
+    return 8.0 * (static_cast<double>(r_.factor_start_.back()) + 3.0 * largest_ * largest_) + 4.0 * r_.border_.size();
+  }
+
+  void numeric() {
+    r_.factor_.resize(r_.factor_start_.back());
+    front_.resize(std::size_t(largest_) * largest_);
+    for (std::size_t f = 0; f < r_.dissection_.fronts.size(); ++f) {
+      assemble(static_cast<int>(f));
+      const int s = r_.size(static_cast<int>(f)), m = s + r_.border(static_cast<int>(f));
+      eliminate_stars(front_.data(), m, s);
+      std::copy_n(front_.begin(), std::size_t(s) * m, r_.factor_.begin() + r_.factor_start_[f]);
+      push(static_cast<int>(f), s, m);
+    }
+    finish();
+  }
+
+ private:
+  /// The front's own links, and what its children left.
+  void assemble(int f) {
+    const auto [first, last, children] = r_.dissection_.fronts[f];
+    const int s = last - first, m = s + r_.border(f);
+    for (int k = 0; k < s; ++k) local_[first + k] = k;
+    for (int b = 0; b < m - s; ++b) local_[r_.border_[r_.border_start_[f] + b]] = s + b;
+    std::fill_n(front_.begin(), std::size_t(m) * m, 0.0);
+    for (int k = 0; k < s; ++k)
+      for (int e = later_.start[first + k]; e < later_.start[first + k + 1]; ++e)
+        front_[std::size_t(k) * m + local_[later_.number[e]]] += later_.conductance[e];
+    for (int c = 0; c < children; ++c) take_in(front_.data(), m);
+  }
+
+  /// Adds the last waiting result to a dense network of m nodes, whose places local_ says.
+  void take_in(double* into, int m) {
+    const int child = waiting_.back();
+    waiting_.pop_back();
+    const int n = r_.border(child);
+    const int* number = r_.border_.data() + r_.border_start_[child];
+    place_.resize(n);
+    for (int b = 0; b < n; ++b) place_[b] = local_[number[b]];
+    const double* from = stack_.data() + stack_.size() - std::size_t(n) * n;
+    for (int j = 0; j < n; ++j) {
+      double* column = into + std::size_t(place_[j]) * m;
+      for (int i = j + 1; i < n; ++i) column[place_[i]] += from[std::size_t(j) * n + i];
+    }
+    stack_.resize(stack_.size() - std::size_t(n) * n);
+  }
+
+  void push(int f, int s, int m) {
+    const int n = m - s;
+    const std::size_t end = stack_.size();
+    stack_.resize(end + std::size_t(n) * n);
+    for (int j = 0; j < n; ++j)
+      std::copy_n(front_.begin() + std::size_t(s + j) * m + s, n, stack_.begin() + end + std::size_t(j) * n);
+    waiting_.push_back(f);
+  }
+
+  /// What is left joins the kept nodes.
+  void finish() {
+    const int kept = r_.kept_, first = r_.nodes_ - kept;
+    Eigen::MatrixXd& mesh = r_.mesh_;
+    mesh = Eigen::MatrixXd::Zero(kept, kept);
+    for (int k = 0; k < kept; ++k) {
+      local_[first + k] = k;
+      for (int e = later_.start[first + k]; e < later_.start[first + k + 1]; ++e)
+        mesh(later_.number[e] - first, k) += later_.conductance[e];
+    }
+    while (!waiting_.empty()) take_in(mesh.data(), kept);
+    mesh.diagonal().setZero();
+    mesh = Eigen::MatrixXd(mesh.selfadjointView<Eigen::Lower>());
+  }
+
+  Elimination& r_;
+  Later later_;
+  std::vector<int> local_, place_, waiting_;
+  int largest_ = 0;
+  std::vector<double> front_, stack_;
+};
+
+Elimination::Elimination(const Network& network, const std::vector<int>& kept, const Limits& limits)
+    : nodes_(network.nodes), kept_(static_cast<int>(kept.size())) {
+  std::vector<char> stays(network.nodes, 0);
+  for (const int n : kept) stays[n] = 1;
+  dissection_ = dissect(network, stays);
+  std::copy(kept.begin(), kept.end(), dissection_.order.end() - kept_);
+  Run run(*this, network);
+  run.symbolic();
+  done_ = operations_ <= limits.operations && run.bytes() <= limits.bytes;
+  if (done_) run.numeric();
+}
+
+Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& given, const Eigen::MatrixXd& fed) const {
+  const auto columns = given.cols();
+  // By number in the order of elimination: first the currents that reach a node, then its potential.
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(nodes_, columns);
+  const int fronts = static_cast<int>(dissection_.fronts.size());
+  const auto star = [&](int f, int k) {
+    return factor_.data() + factor_start_[f] + std::int64_t(k) * (size(f) + border(f));
+  };
+  const auto number = [&](int f, int row) {
+    return row < size(f) ? dissection_.fronts[f].first + row : border_[border_start_[f] + row - size(f)];
+  };
+  if (fed.size() > 0) {
+    for (int k = 0; k < nodes_ - kept_; ++k) x.row(k) = fed.row(node(k));
+    for (int f = 0; f < fronts; ++f)
+      for (int k = 0; k < size(f); ++k)
+        for (int i = k + 1; i < size(f) + border(f); ++i)
+          x.row(number(f, i)) += star(f, k)[i] / star(f, k)[k] * x.row(dissection_.fronts[f].first + k);
+  }
+  x.bottomRows(kept_) = given;
+  for (int f = fronts - 1; f >= 0; --f)
+    for (int k = size(f) - 1; k >= 0; --k) {
+      const double* g = star(f, k);
+      auto mine = x.row(dissection_.fronts[f].first + k);
+      for (int i = k + 1; i < size(f) + border(f); ++i) mine += g[i] * x.row(number(f, i));
+      mine /= g[k];
+    }
+  Eigen::MatrixXd potential(nodes_, columns);
+  for (int k = 0; k < nodes_; ++k) potential.row(node(k)) = x.row(k);
+  return potential;
+}
+
+}  // namespace lichtenberg::network

@@ -1,0 +1,276 @@
+#include "solvers/network/multigrid.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::network {
+namespace {
+
+using Vector = Eigen::VectorXd;
+
+/// The equations of the nodes that are no electrodes: sum_j g_ij (v_i - v_j) + ground_i v_i = fed_i.
+struct Level {
+  std::vector<int> start, neighbour;
+  std::vector<double> conductance;  ///< of each neighbour
+  Vector diagonal;                  ///< sum of a node's conductances, that to the ground among them
+  std::vector<int> coarse;          ///< node of the next level, -1: smoothed only
+  mutable Vector residual, correction;
+
+  int size() const { return static_cast<int>(diagonal.size()); }
+  double row(int i, const Vector& v) const {
+    double sum = 0;
+    for (int e = start[i]; e < start[i + 1]; ++e) sum += conductance[e] * v[neighbour[e]];
+    return sum;
+  }
+  void multiply(const Vector& v, Vector& result) const {
+    result.resize(size());
+    for (int i = 0; i < size(); ++i) result[i] = diagonal[i] * v[i] - row(i, v);
+  }
+};
+
+/// Nodes in the order of a walk through the network: neighbours are then near each other in memory.
+std::vector<int> walking_order(const Network& network, int from) {
+  const Incidence incidence(network);
+  std::vector<int> order{from};
+  std::vector<char> seen(network.nodes, 0);
+  seen[from] = 1;
+  order.reserve(network.nodes);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    for (const int link : incidence.of(order[k])) {
+      const int next = other_end(network.links[link], order[k]);
+      if (std::exchange(seen[next], 1) == 0) order.push_back(next);
+    }
+  return order;
+}
+
+struct Entry {
+  int row, column;
+  double conductance;
+};
+
+/// Rows from entries in any order, those of one place added.
+void fill(Level& level, int n, const std::vector<Entry>& entries) {
+  std::vector<int> end(n + 1, 0);
+  for (const Entry& e : entries) ++end[e.row + 1];
+  for (int i = 0; i < n; ++i) end[i + 1] += end[i];
+  std::vector<std::pair<int, double>> sorted(entries.size());
+  std::vector<int> next(end.begin(), end.end() - 1);
+  for (const Entry& e : entries) sorted[next[e.row]++] = {e.column, e.conductance};
+  std::vector<int> place(n, -1);
+  level.start.assign(1, 0);
+  for (int i = 0; i < n; ++i) {
+    const int begin = level.start.back();
+    for (int k = end[i]; k < end[i + 1]; ++k) {
+      const auto [column, g] = sorted[k];
+      if (place[column] < begin) {
+        place[column] = static_cast<int>(level.neighbour.size());
+        level.neighbour.push_back(column);
+        level.conductance.push_back(0);
+      }
+      level.conductance[place[column]] += g;
+    }
+    level.start.push_back(static_cast<int>(level.neighbour.size()));
+  }
+}
+
+/// Merges nodes in pairs: each that is still single with the single neighbour of largest conductance, if that is not
+/// small against the node's largest. `ground`: a node that is mostly grounded needs no coarse level (Notay 2010).
+std::vector<int> pairs(const Level& level, int& number) {
+  constexpr double mostly = 0.8, strong = 0.25;
+  std::vector<int> coarse(level.size(), -2);
+  number = 0;
+  for (int i = 0; i < level.size(); ++i) {
+    if (coarse[i] != -2) continue;
+    double linked = 0, largest = 0, best = 0;
+    int partner = -1;
+    for (int e = level.start[i]; e < level.start[i + 1]; ++e) {
+      linked += level.conductance[e];
+      largest = std::max(largest, level.conductance[e]);
+      if (level.conductance[e] > best && coarse[level.neighbour[e]] == -2) {
+        best = level.conductance[e];
+        partner = level.neighbour[e];
+      }
+    }
+    if (linked < (1 - mostly) * level.diagonal[i]) {
+      coarse[i] = -1;
+      continue;
+    }
+    coarse[i] = number;
+    if (partner >= 0 && best >= strong * largest) coarse[partner] = number;
+    ++number;
+  }
+  return coarse;
+}
+
+/// The network whose nodes are merged ones (Galerkin, with a constant on each).
+Level merged(const Level& fine, const std::vector<int>& coarse, int number) {
+  std::vector<Entry> entries;
+  entries.reserve(fine.neighbour.size());
+  Level result;
+  result.diagonal = Vector::Zero(number);
+  for (int i = 0; i < fine.size(); ++i) {
+    const int a = coarse[i];
+    if (a < 0) continue;
+    result.diagonal[a] += fine.diagonal[i];
+    for (int e = fine.start[i]; e < fine.start[i + 1]; ++e) {
+      const int b = coarse[fine.neighbour[e]];
+      if (b == a)
+        result.diagonal[a] -= fine.conductance[e];
+      else if (b >= 0)
+        entries.push_back({a, b, fine.conductance[e]});
+    }
+  }
+  fill(result, number, entries);
+  return result;
+}
+
+class Hierarchy {
+ public:
+  explicit Hierarchy(Level finest) {
+    levels_.push_back(std::move(finest));
+    constexpr int small = 300;
+    while (levels_.back().size() > small) {
+      Level& fine = levels_.back();
+      int half = 0, quarter = 0;
+      const std::vector<int> once = pairs(fine, half);
+      const Level between = merged(fine, once, half);
+      const std::vector<int> twice = pairs(between, quarter);
+      if (quarter > 0.9 * fine.size()) break;
+      fine.coarse = once;
+      for (int& c : fine.coarse)
+        if (c >= 0) c = twice[c];
+      Level next = merged(between, twice, quarter);
+      levels_.push_back(std::move(next));
+    }
+    const Level& last = levels_.back();
+    Eigen::MatrixXd dense = last.diagonal.asDiagonal();
+    for (int i = 0; i < last.size(); ++i)
+      for (int e = last.start[i]; e < last.start[i + 1]; ++e) dense(i, last.neighbour[e]) -= last.conductance[e];
+    coarsest_.compute(dense);
+  }
+
+  const Level& finest() const { return levels_.front(); }
+  int levels() const { return static_cast<int>(levels_.size()); }
+
+  /// One K-cycle: x ~ A^-1 r.
+  void precondition(const Vector& r, Vector& x, std::size_t l = 0) const {
+    if (l + 1 == levels_.size()) {
+      x = coarsest_.solve(r);
+      return;
+    }
+    const Level &level = levels_[l], &next = levels_[l + 1];
+    x.setZero(level.size());
+    for (int i = 0; i < level.size(); ++i) x[i] = (r[i] + row_before(level, i, x)) / level.diagonal[i];
+    Vector coarse = Vector::Zero(next.size());
+    for (int i = 0; i < level.size(); ++i)
+      if (level.coarse[i] >= 0) coarse[level.coarse[i]] += r[i] - level.diagonal[i] * x[i] + level.row(i, x);
+    Vector correction;
+    improve(coarse, correction, l + 1);
+    for (int i = 0; i < level.size(); ++i)
+      if (level.coarse[i] >= 0) x[i] += correction[level.coarse[i]];
+    for (int i = level.size() - 1; i >= 0; --i) x[i] = (r[i] + level.row(i, x)) / level.diagonal[i];
+  }
+
+ private:
+  /// x starts at 0: nothing comes from nodes that are still to follow.
+  static double row_before(const Level& level, int i, const Vector& x) {
+    double sum = 0;
+    for (int e = level.start[i]; e < level.start[i + 1]; ++e)
+      if (level.neighbour[e] < i) sum += level.conductance[e] * x[level.neighbour[e]];
+    return sum;
+  }
+
+  /// Two steps of flexible conjugate gradients, or one if that is enough (Notay 2010, algorithm 3.2).
+  void improve(const Vector& r, Vector& x, std::size_t l) const {
+    if (l + 1 == levels_.size()) return precondition(r, x, l);
+    Vector c, v, d, w;
+    precondition(r, c, l);
+    levels_[l].multiply(c, v);
+    const double rho1 = c.dot(v), alpha1 = c.dot(r);
+    if (rho1 <= 0) {
+      x = c;
+      return;
+    }
+    const Vector rest = r - alpha1 / rho1 * v;
+    if (rest.squaredNorm() <= 0.0625 * r.squaredNorm()) {
+      x = alpha1 / rho1 * c;
+      return;
+    }
+    precondition(rest, d, l);
+    levels_[l].multiply(d, w);
+    const double gamma = d.dot(v), beta = d.dot(w), alpha2 = d.dot(rest), rho2 = beta - gamma * gamma / rho1;
+    if (rho2 <= 0) {
+      x = alpha1 / rho1 * c;
+      return;
+    }
+    x = (alpha1 / rho1 - gamma * alpha2 / (rho1 * rho2)) * c + alpha2 / rho2 * d;
+  }
+
+  std::vector<Level> levels_;
+  Eigen::LLT<Eigen::MatrixXd> coarsest_;
+};
+
+}  // namespace
+
+MultigridSolution solve_by_multigrid(const Network& network, int low, int high, double voltage, double tolerance) {
+  MultigridSolution result{.potential = std::vector<double>(network.nodes, 0)};
+  result.potential[high] = voltage;
+  std::vector<int> order = walking_order(network, low), number(network.nodes, -1);
+  std::erase_if(order, [&](int n) { return n == low || n == high; });
+  const int n = static_cast<int>(order.size());
+  for (int k = 0; k < n; ++k) number[order[k]] = k;
+  Level finest;
+  finest.diagonal = Vector::Zero(n);
+  Vector fed = Vector::Zero(n);
+  std::vector<Entry> entries;
+  entries.reserve(2 * network.links.size());
+  for (const Link& link : network.links) {
+    const int a = number[link.a], b = number[link.b];
+    if (link.a == link.b) continue;
+    if (a >= 0) finest.diagonal[a] += link.conductance;
+    if (b >= 0) finest.diagonal[b] += link.conductance;
+    if (a >= 0 && b >= 0) {
+      entries.push_back({a, b, link.conductance});
+      entries.push_back({b, a, link.conductance});
+    } else {
+      if (a >= 0 && link.b == high) fed[a] += link.conductance * voltage;
+      if (b >= 0 && link.a == high) fed[b] += link.conductance * voltage;
+    }
+  }
+  fill(finest, n, entries);
+  if (n == 0) return result;
+  const Hierarchy hierarchy(std::move(finest));
+  result.levels = hierarchy.levels();
+  const Level& a = hierarchy.finest();
+  // Flexible conjugate gradients: the preconditioner is not the same linear map every time.
+  Vector v = Vector::Zero(n), r = fed, z, p, ap, last_ap;
+  double last_pap = 0;
+  constexpr int most = 200;
+  for (result.iterations = 0;; ++result.iterations) {
+    result.imbalance = r.lpNorm<1>();
+    const double current = std::abs(fed.sum() - (fed.array() * v.array()).sum() / voltage);
+    if (result.iterations > 0 && result.imbalance <= tolerance * current) break;
+    if (result.iterations == most)
+      throw Failure(
+          fmt::format("multigrid did not converge in {} iterations: currents of {:.2g} A of {:.2g} A are out "
+                      "of balance",
+                      most, result.imbalance, current));
+    hierarchy.precondition(r, z);
+    p = result.iterations == 0 ? z : Vector(z - z.dot(ap) / last_pap * p);
+    a.multiply(p, ap);
+    last_pap = p.dot(ap);
+    const double step = p.dot(r) / last_pap;
+    v += step * p;
+    r -= step * ap;
+  }
+  for (int k = 0; k < n; ++k) result.potential[order[k]] = v[k];
+  return result;
+}
+
+}  // namespace lichtenberg::network

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <array>
+#include <span>
+#include <vector>
+
+namespace lichtenberg::network {
+
+/// A place in space (m); in the plane the third coordinate is 0.
+using Point = std::array<double, 3>;
+double distance(const Point& a, const Point& b);
+
+/// A resistor between nodes a and b.
+struct Link {
+  int a = 0, b = 0;
+  double conductance = 0;  ///< S
+};
+
+/// Nodes and the resistors between them. Parallel links add; a link from a node to itself means nothing.
+struct Network {
+  int nodes = 0;
+  std::vector<Link> links;
+  /// [nodes], or empty: where the nodes are. Only the speed depends on it.
+  std::vector<Point> position;
+};
+
+/// Throws InputError if a link leads to a node that is not there or its conductance is not positive and finite.
+void check(const Network& network);
+
+/// S = sum over links of g (e_a - e_b)(e_a - e_b)^T (S), such that S v are the currents (A) fed into the nodes at
+/// potentials v (V).
+Eigen::SparseMatrix<double> conductance_matrix(const Network& network);
+
+/// Which links end at a node: links[start[n]] ... links[start[n + 1] - 1], as indices into Network::links. Links from a
+/// node to itself are left out.
+struct Incidence {
+  std::vector<int> start, link;
+
+  explicit Incidence(const Network& network);
+  std::span<const int> of(int node) const {
+    return {link.data() + start[node], static_cast<std::size_t>(start[node + 1] - start[node])};
+  }
+};
+
+inline int other_end(const Link& link, int node) { return link.a == node ? link.b : link.a; }
+
+}  // namespace lichtenberg::network

@@ -1,0 +1,207 @@
+#include "solvers/network/resistor.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::network {
+namespace {
+
+using std::numbers::pi;
+
+/// Every pair of a particle's contacts, by a resistance (Ohm) that the pair's distance gives.
+template <class Resistance>
+Eigen::MatrixXd all_pairs(const Particle& particle, const Resistance& resistance) {
+  const auto n = static_cast<Eigen::Index>(particle.contacts.size());
+  Eigen::MatrixXd links = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = j + 1; i < n; ++i)
+      links(i, j) = links(j, i) = 1 / resistance(distance(particle.contacts[i], particle.contacts[j]));
+  return links;
+}
+
+// Constant: a resistor is a resistor.
+
+double constant_path(const Parameters& p, const Path& path) {
+  return *p.resistance * (path.wall ? path.resistivity[0] : 0.5 * (path.resistivity[0] + path.resistivity[1]));
+}
+Eigen::MatrixXd constant_particle(const Parameters& p, const Particle& particle) {
+  return all_pairs(particle, [&](double) { return *p.resistance * particle.resistivity; });
+}
+
+// Length: a wire of constant cross-section along each resistor.
+
+double length_path(const Parameters& p, const Path& path) {
+  return *p.resistance_per_length *
+         (path.length[0] * path.resistivity[0] + (path.wall ? 0 : path.length[1] * path.resistivity[1]));
+}
+Eigen::MatrixXd length_particle(const Parameters& p, const Particle& particle) {
+  return all_pairs(particle, [&](double d) { return *p.resistance_per_length * particle.resistivity * d; });
+}
+
+// Constriction: a particle is at one potential but near its contacts, whose spots of radius b are disks on a half-space
+// of resistivity rho: rho / (4 b) on either side (Holm 1967). The contacts of a particle then form a star, and its mesh
+// is the same network as the particle-centred one.
+
+double constriction_path(const Parameters& p, const Path& path) {
+  return *p.resistivity / (4 * *p.spot) * (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1]));
+}
+Eigen::MatrixXd constriction_particle(const Parameters& p, const Particle& particle) {
+  const auto n = static_cast<Eigen::Index>(particle.contacts.size());
+  const double leg = 4 * *p.spot / (*p.resistivity * particle.resistivity);
+  return Eigen::MatrixXd::Constant(n, n, leg / static_cast<double>(n));
+}
+
+[[noreturn]] void refuse_spot(const Particle& particle, double spot, const std::string& why) {
+  throw InputError(fmt::format("spot = {:g} m is too large: {} particle {} of radius {:g} m", spot, why, particle.index,
+                               particle.radius));
+}
+
+/// The contacts must not overlap: their formulas hold for spots that are small against their distances.
+void check_spots(const Particle& particle, double spot) {
+  if (spot >= particle.radius) refuse_spot(particle, spot, "no contact can be that wide on");
+  for (std::size_t j = 0; j < particle.contacts.size(); ++j)
+    for (std::size_t i = 0; i < j; ++i)
+      if (distance(particle.contacts[i], particle.contacts[j]) <= 2 * spot)
+        refuse_spot(particle, spot, "contacts would overlap on");
+}
+
+/// The particle with its contacts moved to the surface: an overlap pulls them inside.
+Particle with_contacts_on_surface(Particle particle) {
+  const Point& centre = particle.centre;
+  for (Point& contact : particle.contacts) {
+    const double stretch = particle.radius / distance(centre, contact);
+    for (int axis = 0; axis < 3; ++axis) contact[axis] = centre[axis] + stretch * (contact[axis] - centre[axis]);
+  }
+  return particle;
+}
+
+/// Conductances that are not positive come from spots too wide for the formulas.
+Eigen::MatrixXd checked_links(const Particle& particle, double spot, const Eigen::MatrixXd& resistance) {
+  Eigen::MatrixXd links = links_of_terminals(resistance);
+  for (Eigen::Index j = 0; j < links.cols(); ++j)
+    for (Eigen::Index i = 0; i < j; ++i)
+      if (!(links(i, j) > 0)) refuse_spot(particle, spot, "contacts are too wide for their distance on");
+  return links;
+}
+
+// Disk: the Neumann Green's function of a disk of radius a between points of its rim is -(rho_s / pi) ln(d / a) but for
+// a constant; a contact of half-angle eps at one potential has the mean -(rho_s / pi) ln sin(eps / 2) to itself.
+
+Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& touched) {
+  const Particle particle = with_contacts_on_surface(touched);
+  check_spots(particle, *p.spot);
+  const auto n = static_cast<Eigen::Index>(particle.contacts.size());
+  const double scale = *p.sheet_resistance * particle.resistivity / pi;
+  const double sine_of_half = std::sin(0.5 * std::asin(*p.spot / particle.radius));
+  Eigen::MatrixXd resistance(n, n);
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i)
+      resistance(i, j) =
+          -scale * (i == j ? std::log(sine_of_half)
+                           : std::log(distance(particle.contacts[i], particle.contacts[j]) / particle.radius));
+  return checked_links(particle, *p.spot, resistance);
+}
+
+// Sphere: the same in space, with circular spots of radius b.
+
+Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& touched) {
+  const Particle particle = with_contacts_on_surface(touched);
+  check_spots(particle, *p.spot);
+  const auto n = static_cast<Eigen::Index>(particle.contacts.size());
+  const double rho = *p.resistivity * particle.resistivity, a = particle.radius, b = *p.spot;
+  Eigen::MatrixXd resistance(n, n);
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double d = distance(particle.contacts[i], particle.contacts[j]);
+      resistance(i, j) = i == j ? rho * (1 / (4 * b) + (std::log(a / (2 * b)) + 1.5) / (4 * pi * a))
+                                : rho / (4 * pi) * (2 / d - (std::log(d / (2 * a)) + std::log1p(d / (2 * a))) / a);
+    }
+  return checked_links(particle, b, resistance);
+}
+
+}  // namespace
+
+const std::vector<ResistorModel>& resistor_models() {
+  static const std::vector<ResistorModel> models = {
+      {"constant", "the same resistance for every resistor", {"resistance"}, constant_path, constant_particle},
+      {"length",
+       "resistance in proportion to the resistor's length",
+       {"resistance_per_length"},
+       length_path,
+       length_particle},
+      {"constriction",
+       "Holm's constriction, rho / (4 spot) on either side of a contact; the particle itself resists nothing",
+       {"resistivity", "spot"},
+       constriction_path,
+       constriction_particle},
+      {"disk",
+       "a disk of a sheet with small contacts on its rim (Neumann Green's function); contact-centred only",
+       {"sheet_resistance", "spot"},
+       nullptr,
+       disk_particle},
+      {"sphere",
+       "a sphere with small circular contacts (Neumann Green's function); contact-centred only",
+       {"resistivity", "spot"},
+       nullptr,
+       sphere_particle},
+  };
+  return models;
+}
+
+const ResistorModel& resistor_model(const std::string& name) {
+  std::vector<std::string> names;
+  for (const ResistorModel& model : resistor_models()) {
+    if (model.name == name) return model;
+    names.push_back(model.name);
+  }
+  throw InputError(fmt::format("there is no resistor model \"{}\"; allowed are {}", name, fmt::join(names, ", ")));
+}
+
+std::span<const ParameterEntry> parameter_entries() {
+  static constexpr std::array entries = {
+      ParameterEntry{"resistance", "Ohm", "of every resistor", &Parameters::resistance},
+      ParameterEntry{"resistance_per_length", "Ohm/m", "resistivity over a cross-section",
+                     &Parameters::resistance_per_length},
+      ParameterEntry{"sheet_resistance", "Ohm", "of a disk: resistivity over its thickness",
+                     &Parameters::sheet_resistance},
+      ParameterEntry{"resistivity", "Ohm m", "of the particles", &Parameters::resistivity},
+      ParameterEntry{"spot", "m", "half of the width of a contact; its radius between spheres", &Parameters::spot},
+  };
+  return entries;
+}
+
+void check(const ResistorModel& model, const Parameters& parameters) {
+  for (const ParameterEntry& entry : parameter_entries()) {
+    const std::optional<double>& value = parameters.*entry.value;
+    if (value && (!(*value > 0) || !std::isfinite(*value)))
+      throw InputError(
+          fmt::format("{} = {:g} {} is not allowed: it must be greater than 0", entry.name, *value, entry.unit));
+    const bool needed = std::ranges::find(model.needs, entry.name) != model.needs.end();
+    if (needed && !value)
+      throw InputError(fmt::format("the resistor model \"{}\" needs {} in {}", model.name, entry.name, entry.unit));
+  }
+}
+
+Eigen::MatrixXd links_of_terminals(const Eigen::MatrixXd& resistance) {
+  const auto n = resistance.rows();
+  if (n < 2) return Eigen::MatrixXd::Zero(n, n);
+  // Currents and the constant together: P may be singular, the bordered matrix is not. Scaled to entries near 1.
+  const double scale = resistance.cwiseAbs().maxCoeff();
+  Eigen::MatrixXd bordered = Eigen::MatrixXd::Ones(n + 1, n + 1);
+  bordered.topLeftCorner(n, n) = resistance / scale;
+  bordered(n, n) = 0;
+  const Eigen::MatrixXd conductance = bordered.partialPivLu().inverse().topLeftCorner(n, n) / scale;
+  Eigen::MatrixXd links = -0.5 * (conductance + conductance.transpose());
+  links.diagonal().setZero();
+  return links;
+}
+
+}  // namespace lichtenberg::network

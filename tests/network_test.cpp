@@ -1,0 +1,296 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "solvers/network/build.hpp"
+#include "solvers/network/components.hpp"
+#include "solvers/network/conduction.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::network;
+using doctest::Approx;
+
+namespace {
+
+double resistance(const Network& network, int low, int high) { return conduct(network, low, high).resistance; }
+
+/// Rounding of sums of a few hundred terms.
+Approx exactly(double value) { return Approx(value).epsilon(1e-13); }
+
+Network bridge(double r1, double r2, double r3, double r4, double r5) {
+  return {.nodes = 4, .links = {{0, 1, 1 / r1}, {0, 2, 1 / r2}, {1, 2, 1 / r3}, {1, 3, 1 / r4}, {2, 3, 1 / r5}}};
+}
+
+}  // namespace
+
+TEST_CASE("resistors in series add, in parallel their conductances do") {
+  CHECK(resistance({.nodes = 3, .links = {{0, 1, 0.5}, {1, 2, 0.25}}}, 0, 2) == exactly(6));
+  CHECK(resistance({.nodes = 2, .links = {{0, 1, 0.5}, {1, 0, 0.25}}}, 0, 1) == exactly(1 / 0.75));
+}
+
+TEST_CASE("a Wheatstone bridge of 1 to 5 Ohm has 61/21 Ohm") {
+  // Loops by hand: with 1 and 2 Ohm from the source, 3 Ohm across and 4 and 5 Ohm to ground.
+  CHECK(resistance(bridge(1, 2, 3, 4, 5), 0, 3) == exactly(61.0 / 21));
+}
+
+TEST_CASE("a balanced bridge carries nothing across, although the link could") {
+  const Conduction c = conduct(bridge(1, 2, 3, 2, 4), 0, 3);
+  CHECK(c.backbone[2]);
+  CHECK(std::abs(c.link_current[2]) < 1e-15);
+}
+
+TEST_CASE("no path is an infinite resistance, whatever is in the pieces") {
+  const Conduction c = conduct({.nodes = 5, .links = {{0, 1, 1}, {2, 3, 1}}}, 0, 3, {.voltage = 2});
+  CHECK(!c.connected);
+  CHECK(std::isinf(c.resistance));
+  CHECK(c.conductance == 0);
+  CHECK(c.potential[1] == 0);  // what hangs on an electrode has its potential
+  CHECK(c.potential[2] == 2);
+  CHECK(std::isnan(c.potential[4]));
+}
+
+TEST_CASE("dead ends carry nothing and have the potential of where they hang") {
+  const Conduction c =
+      conduct({.nodes = 6, .links = {{0, 1, 1}, {1, 2, 1}, {1, 3, 1}, {3, 4, 1}, {3, 5, 1}, {4, 5, 1}}}, 0, 2);
+  CHECK(c.resistance == exactly(2));
+  CHECK(c.backbone == std::vector<char>{1, 1, 0, 0, 0, 0});
+  for (const int n : {1, 3, 4, 5}) CHECK(c.potential[n] == exactly(0.5));
+}
+
+TEST_CASE("resistances of 1e-30 and 1e30 Ohm in one network") {
+  SUBCASE("a bridge: the large conductances short-circuit, the small ones decide") {
+    // 1e-30 Ohm from the source to both inner nodes and between them, 1e30 Ohm to ground twice: 0.5e30.
+    CHECK(resistance(bridge(1e-30, 1e-30, 1e-30, 1e30, 1e30), 0, 3) == exactly(0.5e30));
+  }
+  SUBCASE("a cluster of large conductances between small ones: power balances, and currents too") {
+    // 0 -1e30- 1, a square 1-2-4-3 of 1e-30 Ohm, 4 -1e30- 5: each side of the square carries half.
+    const Network n = {.nodes = 6,
+                       .links = {{0, 1, 1e-30}, {1, 2, 1e30}, {1, 3, 1e30}, {2, 4, 1e30}, {3, 4, 1e30}, {4, 5, 1e-30}}};
+    const Conduction c = conduct(n, 0, 5);
+    CHECK(c.resistance == exactly(2e30));
+    CHECK(c.power_balance < 1e-13);
+    for (const int k : {1, 2, 3, 4}) CHECK(-c.link_current[k] == exactly(0.25e-30));
+  }
+  SUBCASE("a ladder whose rungs and rails alternate between the two") {
+    // R_n = rail + 1 / (1 / rung + 1 / R_{n-1}): a recursion without subtractions, exact but for rounding.
+    Network n{.nodes = 1};
+    double expected = std::numeric_limits<double>::infinity();
+    const int rungs = 40;
+    for (int k = 0; k < rungs; ++k) {
+      const double rung = k % 3 == 0 ? 1e-30 : 1e30, rail = k % 2 == 0 ? 1e30 : 1e-30;
+      n.links.push_back({0, k + 1, 1 / rung});
+      n.links.push_back({k + 1, k + 2, 1 / rail});
+      expected = rail + 1 / (1 / rung + 1 / expected);
+    }
+    n.nodes = rungs + 2;
+    const Conduction c = conduct(n, 0, rungs + 1);
+    CHECK(c.resistance == exactly(expected));
+    CHECK(c.power_balance < 1e-12);
+  }
+}
+
+namespace {
+
+std::string message_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// Three disks of radius 1 in a column between bottom (y = 0) and top, overlapping by a tenth, and one beside them.
+Packing column() {
+  return {.position = {{0, 0.9, 0}, {0, 2.7, 0}, {0, 4.5, 0}, {3, 3, 0}},
+          .radius = {1, 1, 1, 0.5},
+          .walls = {{"bottom", {}, {0, 1, 0}}, {"top", {0, 5.4, 0}, {0, -1, 0}}}};
+}
+const std::vector<Electrode> walls = {{true, 0}, {true, 1}};
+
+}  // namespace
+
+TEST_CASE("what a network cannot be is refused in a sentence") {
+  const Network net = {.nodes = 3, .links = {{0, 1, 1}, {1, 2, 1}}};
+  CHECK(contains(message_of([&] { conduct(net, 1, 1); }), "node 1 is named twice"));
+  CHECK(contains(message_of([&] { conduct(net, 0, 3); }), "there is no node 3"));
+  CHECK(contains(message_of([&] { condense(net, {0, 2, 0}); }), "node 0 is named twice"));
+  for (const double g : {0.0, -1.0, 1 / 0.0, std::nan("")})
+    CHECK(contains(message_of([&] { conduct({.nodes = 2, .links = {{0, 1, g}}}, 0, 1); }), "positive, finite"));
+  CHECK(contains(message_of([&] { conduct({.nodes = 2, .links = {{0, 2, 1}}}, 0, 1); }), "nodes 0 to 1"));
+}
+
+TEST_CASE("what a model cannot be is refused in a sentence") {
+  CHECK(contains(message_of([&] { resistor_model("ideal"); }), "no resistor model \"ideal\""));
+  CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }), "needs spot in m"));
+  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
+  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
+  const Packing packing = column();
+  const Contacts contacts = find_contacts(packing);
+  CHECK(contains(message_of([&] {
+                   particle_network(packing, contacts, resistor_model("disk"), {.sheet_resistance = 1, .spot = 1e-3},
+                                    walls);
+                 }),
+                 "contact-centred"));
+  CHECK(contains(message_of([&] {
+                   contact_network(packing, contacts, resistor_model("disk"), {.sheet_resistance = 1, .spot = 1.5},
+                                   walls);
+                 }),
+                 "too large"));
+  CHECK(contains(
+      message_of([&] {
+        contact_network(packing, contacts, resistor_model("constant"), {.resistance = 1}, {{false, 0}, {false, 1}});
+      }),
+      "particles 0 and 1, touch"));
+  Packing bad = packing;
+  bad.radius[2] = -1;
+  CHECK(contains(message_of([&] { check(bad); }), "particle 2 has radius -1"));
+}
+
+TEST_CASE("a column of three disks is resistors in series") {
+  const Packing packing = column();
+  const Contacts contacts = find_contacts(packing);
+  REQUIRE(contacts.pairs.size() == 2);
+  REQUIRE(contacts.walls.size() == 2);
+  const Parameters p{
+      .resistance = 3, .resistance_per_length = 2, .sheet_resistance = 1, .resistivity = 5, .spot = 0.01};
+  const auto measured = [&](auto build, const char* model) {
+    const PackingNetwork net = build(packing, contacts, resistor_model(model), p, walls);
+    return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
+  };
+  CHECK(measured(particle_network, "constant") == exactly(4 * 3));
+  CHECK(measured(contact_network, "constant") == exactly(3 * 3));
+  CHECK(measured(particle_network, "length") == exactly(2 * 5.4));  // the whole height, either way
+  CHECK(measured(contact_network, "length") == exactly(2 * 5.4));
+  CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
+}
+
+TEST_CASE("constriction: the contact-centred network is the particle-centred one, but for its nodes") {
+  // A ring of five disks, each touching two, with the bottom wall under one and the top wall over another.
+  Packing packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
+  for (int k = 0; k < 5; ++k) {
+    const double angle = 2 * std::numbers::pi * (k + 0.1) / 5;
+    packing.position.push_back({std::cos(angle), std::sin(angle), 0});
+    packing.radius.push_back(0.65);
+  }
+  packing.resistivity = {1, 2, 3, 4, 5};
+  const Contacts contacts = find_contacts(packing);
+  REQUIRE(contacts.pairs.size() == 5);
+  const Parameters p{.resistivity = 0.3, .spot = 0.01};
+  const auto measured = [&](auto build) {
+    const PackingNetwork net = build(packing, contacts, resistor_model("constriction"), p, walls);
+    return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
+  };
+  CHECK(measured(contact_network) == exactly(measured(particle_network)));
+}
+
+TEST_CASE("a pair that only just touches is no contact: rattlers come to rest there") {
+  Packing packing{.position = {{0, 0, 0}, {2 - 1e-9, 0, 0}}, .radius = {1, 1}};
+  CHECK(find_contacts(packing).pairs.empty());
+  packing.position[1][0] = 2 - 4e-9;
+  CHECK(find_contacts(packing).pairs.size() == 1);
+}
+
+TEST_CASE("cells find every contact of spheres of many sizes") {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place(-5, 5), radius(0.05, 0.9);
+  for (const int dimension : {2, 3}) {
+    Packing packing{.dimension = dimension};
+    for (int i = 0; i < 400; ++i) {
+      packing.position.push_back({place(random), place(random), dimension == 3 ? place(random) : 0});
+      packing.radius.push_back(radius(random));
+    }
+    std::size_t expected = 0;
+    for (int j = 0; j < 400; ++j)
+      for (int i = 0; i < j; ++i)
+        expected += distance(packing.position[i], packing.position[j]) < packing.radius[i] + packing.radius[j];
+    CHECK(find_contacts(packing).pairs.size() == expected);
+  }
+}
+
+TEST_CASE("condensation to several nodes is the Schur complement") {
+  std::mt19937_64 random(7);
+  Network net{.nodes = 300};
+  std::uniform_int_distribution<int> node(0, net.nodes - 1);
+  for (int k = 1; k < net.nodes; ++k) net.links.push_back({k - 1, k, 1.0});
+  for (int k = 0; k < 500; ++k) net.links.push_back({node(random), node(random), 0.5 + k % 7});
+  const std::vector<int> kept = {17, 3, 250, 99};
+  const Eigen::MatrixXd s = conductance_matrix(net);
+  // By potentials: row i of the reduced matrix is the current into the kept nodes with node i at 1 V, others at 0.
+  const Eigen::MatrixXd mesh = condense(net, kept);
+  std::vector<int> rest;
+  for (int n = 0; n < net.nodes; ++n)
+    if (std::find(kept.begin(), kept.end(), n) == kept.end()) rest.push_back(n);
+  const Eigen::MatrixXd see = s(rest, rest), sek = s(rest, kept), skk = s(kept, kept);
+  const Eigen::MatrixXd schur = skk - sek.transpose() * see.ldlt().solve(sek);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < i; ++j) CHECK(mesh(i, j) == Approx(-schur(i, j)).epsilon(1e-12));
+}
+
+TEST_CASE("positions change the order of elimination and not the result") {
+  const int side = 40;
+  Network net{.nodes = side * side};
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      if (x > 0) net.links.push_back({y * side + x - 1, y * side + x, 1.0 + (x * y) % 5});
+      if (y > 0) net.links.push_back({y * side + x - side, y * side + x, 2.0 + (x + y) % 3});
+    }
+  const double without = resistance(net, 0, side * side - 1);
+  for (int n = 0; n < net.nodes; ++n) net.position.push_back({double(n % side), double(n / side), 0});
+  CHECK(resistance(net, 0, side * side - 1) == exactly(without));
+}
+
+namespace {
+
+/// A cubic lattice of side^3 nodes between two electrodes, conductances 1 to 5.
+Network cubic_lattice(int side, bool positions) {
+  const int bulk = side * side * side;
+  Network net{.nodes = bulk + 2};
+  const auto node = [&](int x, int y, int z) { return (z * side + y) * side + x; };
+  for (int z = 0; z < side; ++z)
+    for (int y = 0; y < side; ++y)
+      for (int x = 0; x < side; ++x) {
+        const double g = 1 + (x + 2 * y + 3 * z) % 5;
+        if (x > 0) net.links.push_back({node(x - 1, y, z), node(x, y, z), g});
+        if (y > 0) net.links.push_back({node(x, y - 1, z), node(x, y, z), g});
+        net.links.push_back({z > 0 ? node(x, y, z - 1) : bulk, node(x, y, z), g});
+        if (z + 1 == side) net.links.push_back({node(x, y, z), bulk + 1, g});
+        if (positions) net.position.push_back({double(x), double(y), double(z)});
+      }
+  if (positions) net.position.insert(net.position.end(), {{0, 0, -1}, {0, 0, double(side)}});
+  return net;
+}
+
+}  // namespace
+
+TEST_CASE("multigrid and elimination agree") {
+  const Network net = cubic_lattice(16, true);
+  const int low = net.nodes - 2, high = net.nodes - 1;
+  const Conduction direct = conduct(net, low, high, {.method = Method::elimination, .voltage = 3});
+  const Conduction iterated = conduct(net, low, high, {.method = Method::multigrid, .voltage = 3});
+  CHECK(iterated.method == Method::multigrid);
+  CHECK(iterated.iterations < 30);
+  CHECK(iterated.resistance == Approx(direct.resistance).epsilon(1e-10));
+  CHECK(iterated.power_balance < 1e-10);
+  double largest = 0;
+  for (int n = 0; n < net.nodes; ++n)
+    largest = std::max(largest, std::abs(iterated.potential[n] - direct.potential[n]));
+  CHECK(largest < 1e-8);
+}
+
+TEST_CASE("what the elimination has no memory for goes to the multigrid, but not conductances over many decades") {
+  Network net = cubic_lattice(6, true);
+  CHECK(conduct(net, 216, 217).method == Method::elimination);
+  CHECK(conduct(net, 216, 217, {.memory = 1e3}).method == Method::multigrid);
+  net.links[5].conductance = 1e8;
+  CHECK(conduct(net, 216, 217, {.memory = 1e3}).method == Method::elimination);
+}

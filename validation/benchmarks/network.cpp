@@ -1,0 +1,246 @@
+// What the resistance of a packing costs, from positions to the number, on one core: contacts, network, set-up and
+// solve apart, and the memory at the peak; by this program's elimination and multigrid, and by CHOLMOD on the same
+// matrix, ordered by AMD and by METIS. `network_scipy.py` adds SciPy's row.
+//
+//   benchmark_network [--sizes 10000,100000,1000000] [--seed 1] [--repeats 3] [--save FOLDER]
+//
+// Seconds are the processor's, the least of the repeats: other programs on the machine disturb them little.
+
+#include <cholmod.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+#include <random>
+
+#include "solvers/network/build.hpp"
+#include "solvers/network/components.hpp"
+#include "solvers/network/conduction.hpp"
+#include "solvers/network/elimination.hpp"
+#include "solvers/network/multigrid.hpp"
+#include "src/version.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::network;
+
+namespace {
+
+/// Disks of 8 % spread in radius on a jittered triangular lattice, in random order. About a sixth of the lattice's
+/// contacts are missing.
+Packing jittered_lattice(int n, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> fraction(-1, 1);
+  const int across = static_cast<int>(std::lround(std::sqrt(n * std::sqrt(0.75)))), rows = n / across;
+  const double row = std::sqrt(0.75);
+  Packing packing{
+      .walls = {{"bottom", {0, -0.45, 0}, {0, 1, 0}}, {"top", {0, (rows - 1) * row + 0.45, 0}, {0, -1, 0}}}};
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < across; ++x)
+      packing.position.push_back({x + 0.5 * (y % 2) + 0.03 * fraction(random), y * row + 0.03 * fraction(random), 0});
+  std::shuffle(packing.position.begin(), packing.position.end(), random);
+  for (int i = 0; i < packing.size(); ++i) packing.radius.push_back(0.518 * (1 + 0.04 * fraction(random)));
+  return packing;
+}
+
+/// s of processor time since the last call.
+class Clock {
+ public:
+  double lap() {
+    const std::clock_t now = std::clock();
+    return static_cast<double>(now - std::exchange(last_, now)) / CLOCKS_PER_SEC;
+  }
+
+ private:
+  std::clock_t last_ = std::clock();
+};
+
+struct Cost {
+  double contacts = 0, network = 0, setup = 0, solve = 0, resistance = 0;
+  double nodes = 0, links = 0;
+  double total() const { return contacts + network + setup + solve; }
+};
+
+/// Without the pieces that float, which make the matrix singular.
+Network joined(const Network& network, int& low, int& high) {
+  const Components pieces = components(network);
+  std::vector<int> number(network.nodes, -1);
+  Network result;
+  for (int n = 0; n < network.nodes; ++n)
+    if (pieces.of[n] == pieces.of[low]) {
+      number[n] = result.nodes++;
+      result.position.push_back(network.position[n]);
+    }
+  for (const Link& link : network.links)
+    if (number[link.a] >= 0) result.links.push_back({number[link.a], number[link.b], link.conductance});
+  low = number[low];
+  high = number[high];
+  return result;
+}
+
+void by_elimination(const Network& net, int low, int high, Cost& cost) {
+  Clock clock;
+  Elimination(net, {low, high}, {.operations = -1});  // order and sizes only
+  cost.setup += clock.lap();
+  cost.resistance = 1 / Elimination(net, {low, high}).mesh()(1, 0);
+  cost.solve = clock.lap() - cost.setup;
+}
+
+void by_multigrid(const Network& net, int low, int high, Cost& cost) {
+  Clock clock;
+  const MultigridSolution solution = solve_by_multigrid(net, low, high, 1, 1e-10);
+  double power = 0;
+  for (const Link& link : net.links)
+    power += link.conductance * std::pow(solution.potential[link.a] - solution.potential[link.b], 2);
+  cost.resistance = 1 / power;
+  cost.solve = clock.lap();
+}
+
+/// The matrix of the nodes other than `low`, fed at `high`: v_high = R I.
+void by_cholmod(const Network& net, int low, int high, bool metis, Cost& cost) {
+  Clock clock;
+  cholmod_common common;
+  cholmod_start(&common);
+  common.nmethods = 1;
+  common.method[0].ordering = metis ? CHOLMOD_METIS : CHOLMOD_AMD;
+  common.postorder = 1;
+  const auto number = [&](int n) { return n < low ? n : n - 1; };
+  cholmod_triplet* triplets =
+      cholmod_allocate_triplet(net.nodes - 1, net.nodes - 1, 3 * net.links.size(), 1, CHOLMOD_REAL, &common);
+  int* row = static_cast<int*>(triplets->i);
+  int* column = static_cast<int*>(triplets->j);
+  double* value = static_cast<double*>(triplets->x);
+  const auto add = [&](int i, int j, double g) {
+    const auto k = triplets->nnz++;
+    row[k] = std::min(i, j);
+    column[k] = std::max(i, j);
+    value[k] = g;
+  };
+  for (const Link& link : net.links) {
+    if (link.a != low) add(number(link.a), number(link.a), link.conductance);
+    if (link.b != low) add(number(link.b), number(link.b), link.conductance);
+    if (link.a != low && link.b != low) add(number(link.a), number(link.b), -link.conductance);
+  }
+  cholmod_sparse* matrix = cholmod_triplet_to_sparse(triplets, 0, &common);
+  cholmod_free_triplet(&triplets, &common);
+  cholmod_factor* factor = cholmod_analyze(matrix, &common);
+  cost.setup += clock.lap();
+  cholmod_factorize(matrix, factor, &common);
+  cholmod_dense* fed = cholmod_zeros(net.nodes - 1, 1, CHOLMOD_REAL, &common);
+  static_cast<double*>(fed->x)[number(high)] = 1;
+  cholmod_dense* potential = cholmod_solve(CHOLMOD_A, factor, fed, &common);
+  cost.resistance = static_cast<double*>(potential->x)[number(high)];
+  cost.solve = clock.lap();
+}
+
+Cost measure(const Packing& packing, const std::string& kind, const std::string& method, const std::string& save) {
+  Cost cost;
+  Clock clock;
+  const Contacts contacts = find_contacts(packing);
+  cost.contacts = clock.lap();
+  PackingNetwork net = (kind == "particle" ? particle_network : contact_network)(
+      packing, contacts, resistor_model("length"), {.resistance_per_length = 1}, {{true, 0}, {true, 1}});
+  cost.network = clock.lap();
+  int low = net.electrode[0], high = net.electrode[1];
+  const Network whole = joined(net.network, low, high);
+  net.network = {};
+  cost.setup = clock.lap();
+  cost.nodes = whole.nodes;
+  cost.links = static_cast<double>(whole.links.size());
+  if (method == "elimination") by_elimination(whole, low, high, cost);
+  if (method == "multigrid") by_multigrid(whole, low, high, cost);
+  if (method == "CHOLMOD, AMD") by_cholmod(whole, low, high, false, cost);
+  if (method == "CHOLMOD, METIS") by_cholmod(whole, low, high, true, cost);
+  if (!save.empty()) {
+    std::ofstream file(save, std::ios::binary);
+    const std::int64_t header[] = {whole.nodes, static_cast<std::int64_t>(whole.links.size()), low, high};
+    file.write(reinterpret_cast<const char*>(header), sizeof header);
+    file.write(reinterpret_cast<const char*>(whole.links.data()),
+               static_cast<std::streamsize>(whole.links.size() * sizeof(Link)));
+  }
+  return cost;
+}
+
+/// In a process of its own, whose memory is then known.
+Cost in_child(const Packing& packing, const std::string& kind, const std::string& method, const std::string& save,
+              double& mebibytes) {
+  int pipes[2];
+  if (pipe(pipes) != 0) throw std::runtime_error("no pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    const Cost cost = measure(packing, kind, method, save);
+    _exit(write(pipes[1], &cost, sizeof cost) == sizeof cost ? 0 : 1);
+  }
+  Cost cost;
+  close(pipes[1]);
+  const bool read_all = read(pipes[0], &cost, sizeof cost) == sizeof cost;
+  close(pipes[0]);
+  rusage usage;
+  wait4(child, nullptr, 0, &usage);
+  mebibytes = usage.ru_maxrss / 1024.0;
+  if (!read_all) cost.resistance = NAN;
+  return cost;
+}
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown processor";
+}
+
+void compare(const Packing& packing, const std::string& kind, int repeats, const std::string& save) {
+  double cholmod = 0;
+  for (const std::string method : {"CHOLMOD, AMD", "CHOLMOD, METIS", "elimination", "multigrid"}) {
+    Cost best;
+    double mebibytes = 0;
+    for (int k = 0; k < repeats; ++k) {
+      const Cost cost = in_child(packing, kind, method, k == 0 && method == "elimination" ? save : "", mebibytes);
+      if (k == 0 || cost.total() < best.total()) best = cost;
+    }
+    if (method == "CHOLMOD, AMD") {
+      cholmod = best.setup + best.solve;
+      fmt::print("\n{} particles, {}-centred: {:.0f} nodes, {:.0f} resistors\n", packing.size(), kind, best.nodes,
+                 best.links);
+      fmt::print("{:<16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>20}\n", "", "contacts", "network", "set-up",
+                 "solve", "total", "ratio", "MiB", "R");
+    }
+    fmt::print("{:<16}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.2f}{:>10.0f}{:>20.14f}\n", method,
+               best.contacts, best.network, best.setup, best.solve, best.total(), cholmod / (best.setup + best.solve),
+               mebibytes, best.resistance);
+    std::fflush(stdout);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program("What the resistance of a packing costs");
+  std::vector<int> sizes = {10000, 100000, 1000000};
+  std::uint64_t seed = 1;
+  int repeats = 3;
+  std::string save;
+  program.add_option("--sizes", sizes, "particles")->delimiter(',');
+  program.add_option("--seed", seed, "of the packings");
+  program.add_option("--repeats", repeats, "of each measurement, the fastest counts");
+  program.add_option("--save", save, "folder to leave the networks in, for network_scipy.py");
+  CLI11_PARSE(program, argc, argv);
+  double load[1] = {0};
+  getloadavg(load, 1);
+  const Version version = lichtenberg_version();
+  fmt::print("{}, load {:.1f}; lichtenberg {}, {}\n", processor(), load[0], version.commit, version.compiler);
+  fmt::print(
+      "seconds of one core from positions to the resistance; ratio: CHOLMOD with AMD over it, set-up and solve\n");
+  for (const int n : sizes) {
+    const Packing packing = jittered_lattice(n, seed);
+    for (const std::string kind : {"particle", "contact"}) {
+      if (kind == "contact" && n > 300000) continue;  // 2.7 times the nodes, four times the resistors
+      compare(packing, kind, repeats, save.empty() ? "" : fmt::format("{}/{}-{}.network", save, kind, n));
+    }
+  }
+}

@@ -109,9 +109,14 @@ void check_neutral(const LaplaceProblem& problem) {
 
 }  // namespace
 
-bool LaplaceProblem::has_ground() const {
+bool LaplaceProblem::has_fixed_conductor() const {
   for (const Side& side : sides)
     if (side.kind == Side::Kind::electrode) return true;
+  return std::any_of(bodies.begin(), bodies.end(), [this](const Body& body) { return !groups[body.group].floating; });
+}
+
+bool LaplaceProblem::has_ground() const {
+  if (has_fixed_conductor()) return true;
   const std::vector<SetContents> sets = contents(*this, coupled_sets(*this));
   return std::any_of(sets.begin(), sets.end(), [](SetContents set) { return set.has_body && set.has_fixed; });
 }

@@ -61,6 +61,8 @@ struct LaplaceProblem {
   std::vector<Group> groups;
   std::vector<Coupling> couplings;  ///< between groups; several between the same two add up
 
+  /// Whether an electrode side or a body has a given potential.
+  bool has_fixed_conductor() const;
   /// False if nothing that the field reaches, or that is coupled to what it reaches, has a given potential: then the
   /// charges must sum to zero, and the potential is defined up to a constant, chosen such that the groups' potentials,
   /// weighted by their number of bodies, have zero mean.

@@ -49,11 +49,34 @@ Ground links_to_ground(const LaplaceProblem& problem, const Level& level, double
   return ground;
 }
 
+/// What enters the cells, and by how much less if their potentials rise.
+struct CellSum {
+  double flux = 0, conductance = 0;
+};
+
+CellSum given_to_cells(const LaplaceProblem& problem, const Level& level, double scale, const double* x) {
+  CellSum sum;
+  const auto add = [&](double conductance, double given, std::ptrdiff_t cell) {
+    sum.flux += conductance * (given / scale - x[cell]);
+    sum.conductance += conductance;
+  };
+  for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
+    const Group& group = problem.groups[problem.bodies[body].group];
+    if (group.floating) continue;
+    for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m)
+      add(level.links[m].conductance, group.potential, level.links[m].cell);
+  }
+  for (const SideLink& link : level.side_links)
+    if (link.cell >= 0) add(link.conductance, link.potential, link.cell);
+  return sum;
+}
+
 }  // namespace
 
 /// Unknowns are a shift of each group and one of everything, the level, which only the links to given potentials
 /// notice: the groups' equations, bordered by the sum of all equations. The border is eliminated last.
 void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
+  if (level_->is_coupled()) return balance_coupled(problem, scale, b, x);
   const auto groups = static_cast<Eigen::Index>(groups_);
   double* x_group = x + cells_;
   Eigen::VectorXd residual = Eigen::VectorXd::Zero(groups);
@@ -81,17 +104,54 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
     const Eigen::VectorXd grounded = groups > 0 ? Eigen::VectorXd(factors.solve(ground.of_group)) : residual;
     const double level =
         (charge + ground.flux - ground.of_group.dot(shift)) / (ground.conductance - ground.of_group.dot(grounded));
-    for_each_row(*team_, level_->layout, [&](int j) {
-      for (int colour = 0; colour < 2; ++colour) {
-        const std::ptrdiff_t row = level_->layout.row(colour, j);
-        for (int k = 0; k < level_->layout.row_length(colour, j); ++k)
-          if (level_->diagonal[row + k] > 0) x[row + k] += level;
-      }
-    });
+    shift_cells(level, x);
     for (Eigen::Index g = 0; g < groups; ++g) shift[g] += level * (1 - grounded[g]);
   }
   for (Eigen::Index g = 0; g < groups; ++g)
     if (group_diagonal_[g] > 0) x_group[g] += shift[g];
+}
+
+/// The same unknowns under couplings, which may be stronger by any factor than all links to the field. The sum of all
+/// equations would hold what they carry, and its rounding; so the level comes from the sum of the cells' equations, in
+/// which no coupling is. A level of 1 takes a group to 1 - held, what of all that pulls on it pulls to cells. Both
+/// shares are sums of positive terms, so that `held` has all its digits where a supply of 1e-12 is all that holds.
+void CutCellOperator::balance_coupled(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
+  double* x_group = x + cells_;
+  std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
+  links_.add_conductances(*team_, to_cells.data());
+  links_.add_to_groups(*team_, x, from_cells.data());
+  apply_groups(x, shift.data());
+  for (std::size_t g = 0; g < groups_; ++g) shift[g] = group_diagonal_[g] > 0 ? b[cells_ + g] - shift[g] : 0.0;
+  group_factors_.solve(shift.data());
+  std::vector<double> held = hold_of_groups(problem);
+  group_factors_.solve(held.data());
+
+  CellSum cells = given_to_cells(problem, *level_, scale, x);
+  for (std::size_t g = 0; g < groups_; ++g) {
+    if (group_diagonal_[g] == 0) continue;
+    cells.flux += to_cells[g] * (x_group[g] + shift[g]) - from_cells[g];
+    cells.conductance += to_cells[g] * held[g];
+  }
+  const double level = cells.conductance > 0 ? cells.flux / cells.conductance : 0.0;
+  if (level != 0) shift_cells(level, x);
+  for (std::size_t g = 0; g < groups_; ++g)
+    if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - held[g]);
+}
+
+/// Of each floating group, conductances to what has a given potential.
+std::vector<double> CutCellOperator::hold_of_groups(const LaplaceProblem& problem) const {
+  std::vector<double> hold(groups_, 0.0);
+  for (const PairLink& pair : level_->pairs) {
+    const int a = problem.bodies[pair.body_a].group, b = problem.bodies[pair.body_b].group;
+    if (!problem.groups[b].floating) hold[a] += pair.conductance;
+    if (!problem.groups[a].floating) hold[b] += pair.conductance;
+  }
+  for (const SideLink& link : level_->side_links)
+    if (link.body >= 0) hold[problem.bodies[link.body].group] += link.conductance;
+  for (const Supply& supply : level_->supplies) hold[supply.group] += supply.conductance;
+  for (std::size_t g = 0; g < groups_; ++g)
+    if (group_diagonal_[g] == 0) hold[g] = 0;
+  return hold;
 }
 
 }  // namespace lichtenberg::laplace

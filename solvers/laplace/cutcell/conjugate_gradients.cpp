@@ -46,8 +46,8 @@ class Iteration {
   PetscErrorCode turn(double beta, double* curvature) {
     ++context_.applications;
     const float* z = multigrid_.cells();
-    const float* z_group = multigrid_.groups();
-    const double mean = context_.null_space ? mean_correction() : 0.0;
+    const double* z_group = multigrid_.groups();
+    const double mean = context_.null_space ? mean_correction() : op_.mean_of_supplied(z_group);
     const std::vector<double>& diagonal = op_.level().diagonal;
     in_groups([&](std::ptrdiff_t k) { p_[k] = z_group[k - cells_] - mean + (beta == 0 ? 0 : beta * p_[k]); });
     wavefront(op_.team(), layout_, 2, [&](int stage, int j) {

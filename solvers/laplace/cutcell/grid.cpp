@@ -116,7 +116,7 @@ void Grid::build(const LaplaceProblem& problem, const Level& level) {
   for (std::size_t g = 0; g < groups; ++g)
     if (group_diagonal[g] > 0) group_inverse_diagonal_[g] = 1.0f / group_diagonal[g];
   coupling_ = couple_groups(problem, level);
-  couple_tightly(group_diagonal);
+  couple_tightly(level, group_diagonal);
   east_ = level.east;
   north_ = level.north;
   newly_absorbed_.assign(level.absorbed.begin(), level.absorbed.begin() + level.newly_absorbed);
@@ -142,12 +142,10 @@ void Grid::relax(int colour, int j) {
   });
 }
 
-/// Groups with a direct link that outweighs their links to cells are relaxed together: one after the other they would
-/// not get rid of what is common to a chain of them, and CG's natural norm would not notice.
-void Grid::couple_tightly(const std::vector<float>& group_diagonal) {
+/// Groups with a direct link that outweighs their links to cells.
+std::vector<char> Grid::tightly_paired(const std::vector<float>& group_diagonal) const {
   const int groups = static_cast<int>(phi.size());
-  tight_.clear();
-  std::vector<int> place(groups, -1);
+  std::vector<char> tight(groups, 0);
   const auto to_cells = [&](int g) {
     float sum = group_diagonal[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m) sum -= coupling_.conductance[m];
@@ -155,49 +153,112 @@ void Grid::couple_tightly(const std::vector<float>& group_diagonal) {
   };
   for (int g = 0; g < groups; ++g) {
     if (coupling_.start[g] == coupling_.start[g + 1] || group_diagonal[g] == 0) continue;
-    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m) {
+    for (int m = coupling_.start[g]; m < coupling_.start[g + 1] && !tight[g]; ++m) {
       const int h = coupling_.other[m];
-      if (group_diagonal[h] == 0 || 4 * coupling_.conductance[m] < std::min(to_cells(g), to_cells(h))) continue;
-      place[g] = static_cast<int>(tight_.size());
-      tight_.push_back(g);
-      break;
+      tight[g] = group_diagonal[h] > 0 && 4 * coupling_.conductance[m] >= std::min(to_cells(g), to_cells(h));
     }
   }
-  if (tight_.empty()) return;
+  return tight;
+}
+
+/// These, and groups that the problem couples, are relaxed together: one after the other they would not get rid of what
+/// is common to a chain of them, and CG's natural norm would not notice.
+void Grid::couple_tightly(const Level& level, const std::vector<float>& group_diagonal) {
+  const int groups = static_cast<int>(phi.size());
+  std::vector<char> is_tight = tightly_paired(group_diagonal);
+  for (const NetworkLink& coupling : level.couplings) is_tight[coupling.a] = is_tight[coupling.b] = 1;
+  for (const Supply& supply : level.supplies) is_tight[supply.group] = 1;
+  is_coupled_ = level.is_coupled();
+  tight_.clear();
+  tight_place_.assign(groups, -1);
+  for (int g = 0; g < groups; ++g) {
+    if (!is_tight[g]) continue;
+    tight_place_[g] = static_cast<int>(tight_.size());
+    tight_.push_back(g);
+  }
+  if (is_coupled_)
+    factorize_coupled(level, group_diagonal);
+  else if (!tight_.empty())
+    factorize_tight(group_diagonal);
+}
+
+void Grid::factorize_tight(const std::vector<float>& group_diagonal) {
   std::vector<Eigen::Triplet<double>> entries;
   for (const int g : tight_) {
-    entries.emplace_back(place[g], place[g], group_diagonal[g]);
+    entries.emplace_back(tight_place_[g], tight_place_[g], group_diagonal[g]);
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-      if (const int h = coupling_.other[m]; place[h] >= 0)
-        entries.emplace_back(place[g], place[h], -coupling_.conductance[m]);
+      if (const int h = coupling_.other[m]; tight_place_[h] >= 0)
+        entries.emplace_back(tight_place_[g], tight_place_[h], -coupling_.conductance[m]);
   }
   const auto n = static_cast<Eigen::Index>(tight_.size());
   Eigen::SparseMatrix<double> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
   tight_factors_.compute(matrix);
-  tight_place_ = std::move(place);
+}
+
+void Grid::factorize_coupled(const Level& level, const std::vector<float>& group_diagonal) {
+  std::vector<double> ground(tight_.size());
+  std::vector<NetworkLink> links;
+  for (const int g : tight_) {
+    double& to_ground = ground[tight_place_[g]];
+    to_ground = group_diagonal[g];
+    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m) {
+      const int h = coupling_.other[m];
+      if (tight_place_[h] < 0) continue;
+      to_ground -= coupling_.conductance[m];
+      if (g < h) links.push_back({tight_place_[g], tight_place_[h], coupling_.conductance[m]});
+    }
+    to_ground = std::max(0.0, to_ground);
+  }
+  for (const auto& [a, b, conductance] : level.couplings)
+    links.push_back({tight_place_[a], tight_place_[b], conductance});
+  for (const Supply& supply : level.supplies) ground[tight_place_[supply.group]] += supply.conductance_in_cycle;
+  coupled_factors_ = NetworkFactors(std::move(ground), links);
+  tight_charge_.assign(tight_.size(), 0.0);
+  tight_phi_.assign(tight_.size(), 0.0);
+  tight_flux_.assign(tight_.size(), 0.0);
+}
+
+/// What groups that are not relaxed with it bring a group.
+float Grid::flux_from_loose(int group) const {
+  float flux = 0;
+  for (int m = coupling_.start[group]; m < coupling_.start[group + 1]; ++m)
+    if (const int h = coupling_.other[m]; tight_place_[h] < 0) flux += coupling_.conductance[m] * phi[h];
+  return flux;
+}
+
+void Grid::relax_tight() {
+  if (tight_.empty()) return;
+  if (is_coupled_) return relax_coupled();
+  Eigen::VectorXd flux(static_cast<Eigen::Index>(tight_.size()));
+  for (std::size_t k = 0; k < tight_.size(); ++k) {
+    const int g = tight_[k];
+    flux[k] = charge[g] + flux_[g];
+    for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
+      if (const int h = coupling_.other[m]; tight_place_[h] < 0) flux[k] += coupling_.conductance[m] * phi[h];
+  }
+  const Eigen::VectorXd solution = tight_factors_.solve(flux);
+  for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(solution[k]);
+}
+
+void Grid::relax_coupled() {
+  for (std::size_t k = 0; k < tight_.size(); ++k) {
+    const int g = tight_[k];
+    tight_flux_[k] = flux_[g] + flux_from_loose(g);
+    tight_phi_[k] = (has_exact_charge_ ? tight_charge_[k] : charge[g]) + tight_flux_[k];
+  }
+  coupled_factors_.solve(tight_phi_.data());
+  for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(tight_phi_[k]);
 }
 
 /// Each group's potential from its charge, its cells' flux_ and the groups it is coupled with directly: Gauss-Seidel,
 /// and the tightly coupled ones together, last if `forward`, and in the reverse order if not.
 void Grid::relax_groups(bool forward) {
   const int groups = static_cast<int>(phi.size());
-  const auto relax_tight = [&] {
-    if (tight_.empty()) return;
-    Eigen::VectorXd flux(static_cast<Eigen::Index>(tight_.size()));
-    for (std::size_t k = 0; k < tight_.size(); ++k) {
-      const int g = tight_[k];
-      flux[k] = charge[g] + flux_[g];
-      for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-        if (const int h = coupling_.other[m]; tight_place_[h] < 0) flux[k] += coupling_.conductance[m] * phi[h];
-    }
-    const Eigen::VectorXd solution = tight_factors_.solve(flux);
-    for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(solution[k]);
-  };
   if (!forward) relax_tight();
   for (int k = 0; k < groups; ++k) {
     const int g = forward ? k : groups - 1 - k;
-    if (!tight_.empty() && tight_place_[g] >= 0) continue;
+    if (tight_place_[g] >= 0) continue;
     float flux = charge[g] + flux_[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       flux += coupling_.conductance[m] * phi[coupling_.other[m]];
@@ -280,13 +341,24 @@ void Grid::restrict_row(Grid& coarse, int J) const {
   }
 }
 
-/// sum += what cells and coupled groups bring to each group, its own potential's share taken off.
+/// sum += what cells and coupled groups bring to each group, its own potential's share taken off. Coupled groups were
+/// in balance when they were relaxed: what has changed since is theirs.
 void Grid::add_group_charges(std::vector<float>& sum) const {
+  std::vector<float> of_coupled;
+  if (is_coupled_) {
+    of_coupled.assign(phi.size(), 0.0f);
+    links_.add_to_groups(*team_, v.data(), of_coupled.data());
+  }
   links_.add_to_groups(*team_, v.data(), sum.data());
   for (std::size_t g = 0; g < phi.size(); ++g) {
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       sum[g] += coupling_.conductance[m] * phi[coupling_.other[m]];
     sum[g] = group_inverse_diagonal_[g] > 0 ? sum[g] - phi[g] / group_inverse_diagonal_[g] : 0.0f;
+  }
+  if (!is_coupled_) return;
+  for (std::size_t k = 0; k < tight_.size(); ++k) {
+    const int g = tight_[k];
+    sum[g] = static_cast<float>(of_coupled[g] + flux_from_loose(g) - tight_flux_[k]);
   }
 }
 
@@ -406,7 +478,22 @@ void Grid::interpolate_from(const Grid& coarse) {
   phi = coarse.phi;
 }
 
+void Grid::take_charges(const double* group_charge) {
+  for (std::size_t g = 0; g < charge.size(); ++g) charge[g] = static_cast<float>(group_charge[g]);
+  has_exact_charge_ = is_coupled_;
+  if (!is_coupled_) return;
+  for (std::size_t k = 0; k < tight_.size(); ++k) tight_charge_[k] = group_charge[tight_[k]];
+}
+
+void Grid::settle_coupled() {
+  if (!is_coupled_) return;
+  std::fill(flux_.begin(), flux_.end(), 0.0f);
+  links_.add_to_groups(*team_, v.data(), flux_.data());
+  relax_coupled();
+}
+
 void Grid::form_residual() {
+  settle_coupled();
   for_each_row(*team_, layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour)
       with_neighbours(colour, j, [&](std::ptrdiff_t at, int n, const auto& around) {

@@ -33,6 +33,15 @@ class Grid {
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
   /// v = what `coarse` has after its `spread`, interpolated to all fluid cells; phi = that of `coarse`.
   void interpolate_from(const Grid& coarse);
+  /// The groups' part of a right-hand side in double precision, if they are coupled: what strong couplings carry has to
+  /// cancel among them.
+  void take_charges(const double* group_charge);
+  /// Sets coupled groups to what charge and v make of them.
+  void settle_coupled();
+  /// phi, where groups are coupled in double precision: a strong coupling would make much of its rounding.
+  double potential_of(int group) const {
+    return is_coupled_ && tight_place_[group] >= 0 ? tight_phi_[tight_place_[group]] : phi[group];
+  }
   /// f and charge become the residual of v and phi.
   void form_residual();
 
@@ -51,7 +60,13 @@ class Grid {
   template <class Effect>
   void with_neighbours(int colour, int j, const Effect& effect) const;
   void relax(int colour, int j);
-  void couple_tightly(const std::vector<float>& group_diagonal);
+  std::vector<char> tightly_paired(const std::vector<float>& group_diagonal) const;
+  void couple_tightly(const Level& level, const std::vector<float>& group_diagonal);
+  void factorize_tight(const std::vector<float>& group_diagonal);
+  void factorize_coupled(const Level& level, const std::vector<float>& group_diagonal);
+  float flux_from_loose(int group) const;
+  void relax_tight();
+  void relax_coupled();
   void relax_groups(bool forward);
   void relax_groups_again(bool forward);
   void add_link_fluxes(int j, const std::vector<float>& potential);
@@ -73,6 +88,11 @@ class Grid {
   GroupCoupling coupling_;
   std::vector<int> tight_, tight_place_;  // groups relaxed together; of each group its place among them or -1
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> tight_factors_;
+  // If there are couplings, all coupled groups are among the tight ones: factors, charges, potentials, and what the
+  // others and the cells brought them when they were relaxed last.
+  bool is_coupled_ = false, has_exact_charge_ = false;
+  NetworkFactors coupled_factors_;
+  std::vector<double> tight_charge_, tight_phi_, tight_flux_;
   // As in Level.
   std::vector<float> east_, north_;
   std::vector<AbsorbedGroup> newly_absorbed_;

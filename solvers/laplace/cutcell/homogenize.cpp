@@ -10,6 +10,14 @@
 
 namespace lichtenberg::laplace {
 
+/// Groups that a coarse grid treats like one: those that are coupled more strongly than small disks are to the field
+/// around them. Weaker couplings matter little beside the field. `is_held` says of a set, by its first group, whether
+/// anything in it has a given potential, or is all that the field has for ground.
+struct Sets {
+  std::vector<int> of_group;
+  std::vector<char> is_held;
+};
+
 namespace {
 
 /// The rectangle around a group's disks.
@@ -18,6 +26,25 @@ struct Extent {
   double size() const { return std::max(high.x - low.x, high.y - low.y); }
   Vec2 centre() const { return 0.5 * (low + high); }
 };
+
+Sets strongly_coupled(const LaplaceProblem& problem) {
+  constexpr double least = 0.05;
+  Sets sets{coupled_sets(problem, least * problem.permittivity), std::vector<char>(problem.groups.size(), 0)};
+  const auto hold = [&](int group) { sets.is_held[sets.of_group[group]] = 1; };
+  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+    if (!problem.groups[g].floating) hold(static_cast<int>(g));
+  if (problem.has_fixed_conductor()) return sets;
+  for (const Coupling& coupling : problem.couplings) {
+    if (coupling.capacitance == 0) continue;
+    if (!problem.groups[coupling.a].floating) hold(coupling.b);
+    if (!problem.groups[coupling.b].floating) hold(coupling.a);
+  }
+  return sets;
+}
+
+/// More than that is the same in single precision, and what a Cholesky factorization in double keeps of the rest is
+/// enough for a preconditioner.
+constexpr double largest_coupling = 1e9;
 
 std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
   std::array<bool, 4> result;
@@ -32,48 +59,50 @@ void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, con
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   east.clear();
   north.clear();
-  choose_resolved(problem);
-  absorb_groups(problem, finer);
+  const Sets sets = strongly_coupled(problem);
+  choose_resolved(problem, sets);
+  absorb_groups(problem, sets, finer);
   discretize(problem, formula, team);
+  couple(problem, largest_coupling);
   if (!is_resolved_.empty()) fill_fluid(effective_permittivity(problem), team);
 }
 
-void Level::choose_resolved(const LaplaceProblem& problem) {
+void Level::choose_resolved(const LaplaceProblem& problem, const Sets& sets) {
   std::vector<int> members(problem.groups.size(), 0);
-  for (const Body& body : problem.bodies) ++members[body.group];
+  for (const Body& body : problem.bodies) ++members[sets.of_group[body.group]];
   is_resolved_.assign(problem.bodies.size(), 1);
   for (std::size_t body = 0; body < outlines_.size(); ++body) {
-    const int g = problem.bodies[body].group;
-    const bool alone = problem.groups[g].floating && members[g] == 1;
-    is_resolved_[body] = is_resolved(outlines_[body], alone);
+    const int set = sets.of_group[problem.bodies[body].group];
+    is_resolved_[body] = is_resolved(outlines_[body], members[set] == 1 && !sets.is_held[set]);
   }
   if (std::find(is_resolved_.begin(), is_resolved_.end(), 0) == is_resolved_.end()) is_resolved_.clear();
 }
 
-void Level::absorb_groups(const LaplaceProblem& problem, const Level* finer) {
+void Level::absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer) {
   absorbed.clear();
   newly_absorbed = 0;
   is_absorbed_.clear();
   if (is_resolved_.empty()) return;
-  std::vector<Extent> extent(problem.groups.size());
-  is_absorbed_.assign(problem.groups.size(), 0);
-  for (std::size_t g = 0; g < problem.groups.size(); ++g) is_absorbed_[g] = problem.groups[g].floating;
+  std::vector<Extent> extent(problem.groups.size());  // of sets
+  std::vector<char> is_kept = sets.is_held;
   for (std::size_t body = 0; body < outlines_.size(); ++body) {
-    const int g = problem.bodies[body].group;
+    const int set = sets.of_group[problem.bodies[body].group];
     if (is_resolved_[body]) {
-      is_absorbed_[g] = 0;
+      is_kept[set] = 1;
       continue;
     }
     const Vec2 centre = outlines_[body].centre;
     const double r = outlines_[body].size;
-    extent[g].low = {std::min(extent[g].low.x, centre.x - r), std::min(extent[g].low.y, centre.y - r)};
-    extent[g].high = {std::max(extent[g].high.x, centre.x + r), std::max(extent[g].high.y, centre.y + r)};
+    extent[set].low = {std::min(extent[set].low.x, centre.x - r), std::min(extent[set].low.y, centre.y - r)};
+    extent[set].high = {std::max(extent[set].high.x, centre.x + r), std::max(extent[set].high.y, centre.y + r)};
   }
+  is_absorbed_.assign(problem.groups.size(), 0);
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
+    const int set = sets.of_group[g];
+    const Extent& around = extent[set];
+    is_absorbed_[g] = !is_kept[set] && around.size() <= least_extent;
     if (!is_absorbed_[g]) continue;
-    is_absorbed_[g] = extent[g].size() <= least_extent;
-    if (!is_absorbed_[g]) continue;
-    const Interpolation at_centre = interpolate(layout, extent[g].centre(), electrodes(problem).data());
+    const Interpolation at_centre = interpolate(layout, around.centre(), electrodes(problem).data());
     absorbed.push_back({static_cast<int>(g), std::to_array(at_centre.cell), std::to_array(at_centre.weight)});
   }
   const auto is_new = [&](const AbsorbedGroup& group) { return !finer || finer->has_unknown(group.group); };
@@ -83,7 +112,7 @@ void Level::absorb_groups(const LaplaceProblem& problem, const Level* finer) {
 std::vector<float> Level::effective_permittivity(const LaplaceProblem& problem) const {
   std::vector<float> permittivity(layout.size(), 0.0f);
   for (std::size_t body = 0; body < outlines_.size(); ++body) {
-    if (is_resolved_[body] || !is_absorbed_[problem.bodies[body].group]) continue;
+    if (is_resolved_[body] || (!is_absorbed_[problem.bodies[body].group])) continue;
     const double area = std::numbers::pi * outlines_[body].size * outlines_[body].size;
     const Interpolation around = interpolate(layout, outlines_[body].centre, electrodes(problem).data());
     for (int k = 0; k < 4; ++k) permittivity[around.cell[k]] += static_cast<float>(area) * std::abs(around.weight[k]);

@@ -8,14 +8,39 @@
 
 namespace lichtenberg::laplace {
 
+namespace {
+
+/// A conductance so large that groups a unit in the last place apart in potential exchange as much charge as they have:
+/// more would be rounding.
+constexpr double largest_coupling = 1e15;
+
+}  // namespace
+
 Level::Level(const LaplaceProblem& problem, int nx, int ny)
     : layout(nx, ny), h(problem.size.x / nx), cover(layout.size(), -1), diagonal(layout.size(), 0.0) {}
 
 void Level::build(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
+  couple(problem, largest_coupling);
   if (formula == LinkFormula::aperture) return build_by_apertures(problem, *this);
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   discretize(problem, formula, team);
+}
+
+void Level::couple(const LaplaceProblem& problem, double largest) {
+  couplings.clear();
+  supplies.clear();
+  const double least_in_cycle = problem.has_fixed_conductor() ? 0.0 : 0.1;
+  for (const Coupling& coupling : problem.couplings) {
+    const double conductance = std::min(coupling.capacitance / problem.permittivity, largest);
+    const Group &a = problem.groups[coupling.a], &b = problem.groups[coupling.b];
+    if (conductance == 0 || (a.floating && !has_unknown(coupling.a)) || (b.floating && !has_unknown(coupling.b)))
+      continue;
+    if (a.floating && b.floating) couplings.push_back({coupling.a, coupling.b, conductance});
+    const double in_cycle = std::max(conductance, least_in_cycle);
+    if (a.floating && !b.floating) supplies.push_back({coupling.a, conductance, b.potential, in_cycle});
+    if (!a.floating && b.floating) supplies.push_back({coupling.b, conductance, a.potential, in_cycle});
+  }
 }
 
 void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, Team& team) {

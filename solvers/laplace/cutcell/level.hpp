@@ -7,6 +7,7 @@
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/cutcell/team.hpp"
+#include "solvers/laplace/network.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
@@ -42,6 +43,20 @@ struct SideLink {
   double potential;  ///< V, of the side at this face
   Vec2 gradient;     ///< of the conductance, with respect to the body's position, per cell
 };
+
+/// A floating group's coupling to a group of given potential.
+struct Supply {
+  int group;
+  double conductance;
+  double potential;  ///< V
+  /// What the preconditioner takes for it. Supplies that are all that grounds the field may be weak by any factor, and
+  /// a cycle in single precision needs a ground to stand on. For residuals that sum to zero, to which CG keeps then, it
+  /// makes no difference how strong a lone supply is.
+  double conductance_in_cycle;
+};
+
+/// Sets of groups that a coarse grid treats like one (homogenize.cpp).
+struct Sets;
 
 /// A floating group that is no unknown of a coarse grid: it takes part in the potential at its centre, which is
 /// interpolated between four cells.
@@ -83,6 +98,11 @@ class Level {
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups
   std::vector<SideLink> side_links;
+  /// The problem's couplings as conductances: between floating groups, and from one to given potentials. Those of
+  /// groups that this grid has absorbed are left out.
+  std::vector<NetworkLink> couplings;
+  std::vector<Supply> supplies;
+  bool is_coupled() const { return !couplings.empty() || !supplies.empty(); }
   /// Sum of a fluid cell's conductances; 0 in covered cells and padding. By slot.
   std::vector<double> diagonal;
   long fluid_cells = 0;
@@ -133,8 +153,9 @@ class Level {
   void sum_diagonal(Team& team);
   void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);
-  void choose_resolved(const LaplaceProblem& problem);
-  void absorb_groups(const LaplaceProblem& problem, const Level* finer);
+  void couple(const LaplaceProblem& problem, double largest);
+  void choose_resolved(const LaplaceProblem& problem, const Sets& sets);
+  void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer);
   std::vector<float> effective_permittivity(const LaplaceProblem& problem) const;
   void fill_fluid(const std::vector<float>& permittivity, Team& team);
   void link_well(const LaplaceProblem& problem, int body, Part& part) const;

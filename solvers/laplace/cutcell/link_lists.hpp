@@ -104,7 +104,8 @@ class LinkLists {
   mutable std::vector<Real> body_sum_;
 };
 
-/// Sum of each floating group's conductances, 0 for groups of given potential.
+/// Sum of each floating group's conductances to what is around it, couplings not counted; 0 for groups of given
+/// potential.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
                                   Team& team) {
@@ -151,6 +152,7 @@ void write_right_hand_side(const LaplaceProblem& problem, const Level& level, do
     else
       add_to_body(link.body, link.conductance * link.potential);
   }
+  for (const Supply& supply : level.supplies) group[supply.group] += in_units(supply.conductance * supply.potential);
 }
 
 }  // namespace lichtenberg::laplace

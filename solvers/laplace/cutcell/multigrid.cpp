@@ -51,15 +51,14 @@ void Multigrid::take_row(int j, const double* r) {
   }
 }
 
-void Multigrid::take_groups(const double* r) {
-  Grid& grid = *grids_[0];
-  const double* r_group = r + grid.layout.size();
-  for (std::size_t g = 0; g < grid.charge.size(); ++g) grid.charge[g] = static_cast<float>(r_group[g]);
-}
+void Multigrid::take_groups(const double* r) { grids_[0]->take_charges(r + grids_[0]->layout.size()); }
 
 double Multigrid::cycle(const double* r) {
   cycle(0, r, row_product_.data());
-  const Grid& grid = *grids_[0];
+  Grid& grid = *grids_[0];
+  if (levels() == 1) grid.settle_coupled();
+  group_potential_.resize(grid.phi.size());
+  for (std::size_t g = 0; g < grid.phi.size(); ++g) group_potential_[g] = grid.potential_of(static_cast<int>(g));
   const double* r_group = r + grid.layout.size();
   double product = 0;
   if (levels() > 1) {
@@ -67,7 +66,7 @@ double Multigrid::cycle(const double* r) {
   } else {
     for (std::ptrdiff_t k = 0; k < grid.layout.size(); ++k) product += r[k] * grid.v[k];
   }
-  for (std::size_t g = 0; g < grid.phi.size(); ++g) product += r_group[g] * grid.phi[g];
+  for (std::size_t g = 0; g < grid.phi.size(); ++g) product += r_group[g] * group_potential_[g];
   return product;
 }
 
@@ -77,7 +76,7 @@ void Multigrid::apply(const double* r, double* z) {
   take_groups(r);
   cycle(r);
   std::copy(grid.v.begin(), grid.v.end(), z);
-  std::copy(grid.phi.begin(), grid.phi.end(), z + grid.v.size());
+  std::copy(group_potential_.begin(), group_potential_.end(), z + grid.v.size());
 }
 
 /// Cells of a grid as a share of the finest's.

@@ -35,7 +35,7 @@ class Multigrid {
   void take_groups(const double* r);
   double cycle(const double* r);
   const float* cells() const { return grids_[0]->v.data(); }
-  const float* groups() const { return grids_[0]->phi.data(); }
+  const double* groups() const { return group_potential_.data(); }
 
   /// Solves the problem on the coarser grids, each starting from the next coarser one's solution (nested iteration:
   /// Brandt 1977), and interpolates to x, in units of `scale` (V). Without a coarser grid x is left as it is.
@@ -56,7 +56,7 @@ class Multigrid {
   std::vector<std::unique_ptr<Level>> coarse_levels_;
   std::vector<std::unique_ptr<Grid>> grids_;
   std::unique_ptr<CoarseSolver> coarse_solver_;
-  std::vector<double> row_product_;
+  std::vector<double> row_product_, group_potential_;
   double work_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
@@ -19,6 +20,21 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, T
     const int a = problem.bodies[pair.body_a].group, b = problem.bodies[pair.body_b].group;
     if (problem.groups[a].floating && problem.groups[b].floating) pairs_.push_back({a, b, pair.conductance});
   }
+  hangs_ = problem.has_ground() && !problem.has_fixed_conductor();
+  if (level.is_coupled()) factorize_groups();
+}
+
+/// One after the other, groups that are strongly coupled would keep what they have in common.
+void CutCellOperator::factorize_groups() {
+  std::vector<double> ground = group_diagonal_;
+  std::vector<NetworkLink> links = level_->couplings;
+  for (const GroupPair& pair : pairs_) {
+    ground[pair.a] = std::max(0.0, ground[pair.a] - pair.conductance);
+    ground[pair.b] = std::max(0.0, ground[pair.b] - pair.conductance);
+    links.push_back({pair.a, pair.b, pair.conductance});
+  }
+  for (const Supply& supply : level_->supplies) ground[supply.group] += supply.conductance;
+  group_factors_ = NetworkFactors(std::move(ground), links);
 }
 
 double CutCellOperator::apply_row(int j, const double* x, double* y) const {
@@ -61,6 +77,11 @@ void CutCellOperator::narrow_row(int j, const double* x, double* y) const {
 }
 
 double CutCellOperator::apply_groups(const double* x, double* y_group) const {
+  const double product = apply_field_to_groups(x, y_group);
+  return level_->is_coupled() ? product + apply_couplings(x + cells_, y_group) : product;
+}
+
+double CutCellOperator::apply_field_to_groups(const double* x, double* y_group) const {
   const double* x_group = x + cells_;
   std::fill_n(y_group, groups_, 0.0);
   links_.add_to_groups(*team_, x, y_group);
@@ -72,6 +93,24 @@ double CutCellOperator::apply_groups(const double* x, double* y_group) const {
   for (std::size_t g = 0; g < groups_; ++g) {
     y_group[g] = group_diagonal_[g] > 0 ? group_diagonal_[g] * x_group[g] - y_group[g] : 0.0;
     product += x_group[g] * y_group[g];
+  }
+  return product;
+}
+
+/// As fluxes: what leaves one group enters the other to the last digit, however strong the coupling and however much of
+/// the flux is rounding.
+double CutCellOperator::apply_couplings(const double* x_group, double* y_group) const {
+  double product = 0;
+  for (const auto& [a, b, conductance] : level_->couplings) {
+    const double difference = x_group[a] - x_group[b], flux = conductance * difference;
+    y_group[a] += flux;
+    y_group[b] -= flux;
+    product += flux * difference;
+  }
+  for (const Supply& supply : level_->supplies) {
+    const double flux = supply.conductance * x_group[supply.group];
+    y_group[supply.group] += flux;
+    product += flux * x_group[supply.group];
   }
   return product;
 }
@@ -91,7 +130,8 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour)
       row_product[j] += row_dot(at.row_length(colour, j), x + at.row(colour, j), b + at.row(colour, j));
   });
-  const double energy = ordered_sum(row_energy) + apply_groups(x, r + cells_);
+  const double of_field = ordered_sum(row_energy) + apply_field_to_groups(x, r + cells_);
+  const double energy = level_->is_coupled() ? of_field + apply_couplings(x + cells_, r + cells_) : of_field;
   const double product = ordered_sum(row_product) + row_dot(groups, x + cells_, b + cells_);
   const double factor = energy > 0 ? product / energy : 0.0;
   const auto rescale = [=](std::ptrdiff_t from, int count) {
@@ -105,11 +145,53 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour) rescale(at.row(colour, j), at.row_length(colour, j));
   });
   rescale(static_cast<std::ptrdiff_t>(cells_), groups);
-  return std::sqrt(factor * product);
+  // What couplings to given potentials have in x'Ax is no measure of the field.
+  return level_->is_coupled() ? std::abs(factor) * std::sqrt(of_field) : std::sqrt(factor * product);
 }
 
 void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, double scale) const {
   write_right_hand_side(problem, *level_, scale, b, b + cells_);
+}
+
+void CutCellOperator::shift_cells(double value, double* x) const {
+  for_each_row(*team_, level_->layout, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t row = level_->layout.row(colour, j);
+      for (int k = 0; k < level_->layout.row_length(colour, j); ++k)
+        if (level_->diagonal[row + k] > 0) x[row + k] += value;
+    }
+  });
+}
+
+void CutCellOperator::shift_all(double value, double* x) const {
+  shift_cells(value, x);
+  for (std::size_t g = 0; g < groups_; ++g)
+    if (group_diagonal_[g] > 0) x[cells_ + g] += value;
+}
+
+void CutCellOperator::level_out(double* x, double* r) const {
+  const Layout& at = level_->layout;
+  std::vector<double> row_sum(at.ny);
+  for_each_row(*team_, at, [&](int j) {
+    for (int colour = 0; colour < 2; ++colour)
+      row_sum[j] += std::accumulate(r + at.row(colour, j), r + at.row(colour, j) + at.row_length(colour, j), 0.0);
+  });
+  const double sum = std::accumulate(r + cells_, r + size(), ordered_sum(row_sum));
+  double conductance = 0;
+  for (const Supply& supply : level_->supplies) conductance += supply.conductance;
+  const double shift = sum / conductance;
+  shift_all(shift, x);
+  for (const Supply& supply : level_->supplies) r[cells_ + supply.group] -= supply.conductance * shift;
+}
+
+double CutCellOperator::mean_of_supplied(const double* x_group) const {
+  if (!hangs_) return 0;
+  double sum = 0, conductance = 0;
+  for (const Supply& supply : level_->supplies) {
+    sum += supply.conductance * x_group[supply.group];
+    conductance += supply.conductance;
+  }
+  return sum / conductance;
 }
 
 double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) const {
@@ -127,6 +209,12 @@ double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) cons
 void CutCellOperator::relax_groups(const double* b, double* x) const {
   std::vector<double> flux(b + cells_, b + size());
   links_.add_to_groups(*team_, x, flux.data());
+  if (level_->is_coupled()) {
+    group_factors_.solve(flux.data());
+    for (std::size_t g = 0; g < groups_; ++g)
+      if (group_diagonal_[g] > 0) x[cells_ + g] = flux[g];
+    return;
+  }
   for (const GroupPair& pair : pairs_) {
     flux[pair.a] += pair.conductance * x[cells_ + pair.b];
     flux[pair.b] += pair.conductance * x[cells_ + pair.a];

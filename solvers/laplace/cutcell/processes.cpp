@@ -68,6 +68,7 @@ void put(Message& message, const LaplaceProblem& problem) {
   message.put(problem.permittivity);
   message.put(problem.bodies);
   message.put(problem.groups);
+  message.put(problem.couplings);
 }
 
 LaplaceProblem get_problem(Message& message) {
@@ -80,6 +81,7 @@ LaplaceProblem get_problem(Message& message) {
   problem.permittivity = message.get<double>();
   problem.bodies = message.get_all<Body>();
   problem.groups = message.get_all<Group>();
+  problem.couplings = message.get_all<Coupling>();
   return problem;
 }
 

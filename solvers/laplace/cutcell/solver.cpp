@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/circuit_nodes.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -139,6 +140,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
+  if (op.hangs()) op.level_out(x.data(), residual.data());
   system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0}, solution);
   op.balance(problem, scale, b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
@@ -175,7 +177,16 @@ CutCellSolver::~CutCellSolver() = default;
 
 LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
   problem.check();
-  refuse_couplings(problem, "the cut-cell solver");
+  const CircuitNodes nodes(problem);
+  if (nodes.any()) {
+    LaplaceSolution solution = solve_without_nodes(nodes.reduced());
+    nodes.set_potentials(solution.group_potential);
+    return solution;
+  }
+  return solve_without_nodes(problem);
+}
+
+LaplaceSolution CutCellSolver::solve_without_nodes(const LaplaceProblem& problem) {
   if (implementation_ && implementation_->assembled())
     announce_solve(implementation_->number, implementation_->options, problem);
   LaplaceSolution solution = on_device_ ? on_device_->solve(problem) : implementation_->solve(problem);

@@ -42,6 +42,7 @@ class CutCellSolver : public LaplaceSolver {
   void set_tolerance(double tolerance);
 
  private:
+  LaplaceSolution solve_without_nodes(const LaplaceProblem& problem);
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;   // on the CPU
   std::unique_ptr<device::DeviceSolver> on_device_;  // or there

@@ -11,6 +11,7 @@ struct Part {
   int begin, end;  // rows
   bool upper_only;
   bool pin;
+  bool in_cycle;  // with supplies as the preconditioner takes them
 };
 
 struct Entry {
@@ -58,6 +59,9 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
     couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
   for (const SideLink& link : level.side_links)
     couple(link.cell >= 0 ? number.of_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
+  for (const auto& [a, b, conductance] : level.couplings) couple(number.of_group[a], number.of_group[b], conductance);
+  for (const Supply& supply : level.supplies)
+    couple(number.of_group[supply.group], -1, part.in_cycle ? supply.conductance_in_cycle : supply.conductance);
   for (std::size_t a = 0; a < system.slot.size(); ++a) links.diagonal[a] = level.diagonal[system.slot[a]];
   if (part.pin) links.diagonal.back() *= 2;
   std::stable_sort(links.couplings.begin(), links.couplings.end(), [](const auto& a, const auto& b) {
@@ -136,12 +140,12 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) 
 }
 
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system) {
-  assemble_part(problem, level, {begin, end, false, false}, system);
+  assemble_part(problem, level, {begin, end, false, false, false}, system);
 }
 
 SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin) {
   SparseSystem system = number_unknowns(problem, level);
-  assemble_part(problem, level, {0, system.unknowns(), upper_only, pin}, system);
+  assemble_part(problem, level, {0, system.unknowns(), upper_only, pin, true}, system);
   return system;
 }
 

@@ -1,0 +1,91 @@
+#include "solvers/laplace/network.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+/// A node's links, by the other node.
+using Neighbours = std::vector<std::pair<int, double>>;
+
+void add(Neighbours& neighbours, int node, double conductance) {
+  const auto at = std::lower_bound(neighbours.begin(), neighbours.end(), node,
+                                   [](const auto& link, int other) { return link.first < other; });
+  if (at != neighbours.end() && at->first == node)
+    at->second += conductance;
+  else
+    neighbours.insert(at, {node, conductance});
+}
+
+void remove(Neighbours& neighbours, int node) {
+  std::erase_if(neighbours, [node](const auto& link) { return link.first == node; });
+}
+
+}  // namespace
+
+NetworkFactors::NetworkFactors(std::vector<double> ground, const std::vector<NetworkLink>& links,
+                               const std::vector<char>& keep) {
+  const int nodes = static_cast<int>(ground.size());
+  std::vector<Neighbours> neighbours(nodes);
+  for (const auto& [a, b, conductance] : links) {
+    if (conductance == 0) continue;
+    add(neighbours[a], b, conductance);
+    add(neighbours[b], a, conductance);
+  }
+  // Least degree first: trees are taken from their leaves and fill nothing in.
+  std::set<std::pair<std::size_t, int>> order;
+  const auto is_kept = [&](int node) { return !keep.empty() && keep[node]; };
+  const auto enter = [&](int node) {
+    if (!is_kept(node)) order.insert({neighbours[node].size(), node});
+  };
+  for (int node = 0; node < nodes; ++node) enter(node);
+  while (!order.empty()) {
+    const int node = order.begin()->second;
+    order.erase(order.begin());
+    const Neighbours star = std::move(neighbours[node]);
+    double pivot = ground[node];
+    for (const auto& [other, conductance] : star) pivot += conductance;
+    steps_.push_back({node, pivot, shares_.size()});
+    for (const auto& [other, conductance] : star) {
+      const double share = conductance / pivot;
+      shares_.push_back({other, share});
+      ground[other] += share * ground[node];
+      if (!is_kept(other)) order.erase({neighbours[other].size(), other});
+      remove(neighbours[other], node);
+      for (const auto& [third, to_third] : star)
+        if (third != other) add(neighbours[other], third, conductance * to_third / pivot);
+    }
+    for (const auto& [other, conductance] : star) enter(other);
+  }
+  for (int node = 0; node < nodes; ++node)
+    for (const auto& [other, conductance] : neighbours[node])
+      if (node < other) kept_.push_back({node, other, conductance});
+}
+
+void NetworkFactors::eliminate(double* flow) const {
+  for (std::size_t s = 0; s < steps_.size(); ++s) {
+    const std::size_t end = s + 1 < steps_.size() ? steps_[s + 1].first_share : shares_.size();
+    for (std::size_t k = steps_[s].first_share; k < end; ++k)
+      flow[shares_[k].node] += shares_[k].of_flow * flow[steps_[s].node];
+  }
+}
+
+void NetworkFactors::substitute(double* potential) const {
+  for (std::size_t s = steps_.size(); s-- > 0;) {
+    const auto& [node, pivot, first_share] = steps_[s];
+    const std::size_t end = s + 1 < steps_.size() ? steps_[s + 1].first_share : shares_.size();
+    potential[node] = pivot > 0 ? potential[node] / pivot : 0.0;
+    for (std::size_t k = first_share; k < end; ++k) potential[node] += shares_[k].of_flow * potential[shares_[k].node];
+  }
+}
+
+void NetworkFactors::solve(double* flow) const {
+  eliminate(flow);
+  substitute(flow);
+}
+
+std::vector<NetworkLink> NetworkFactors::kept_links() const { return kept_; }
+
+}  // namespace lichtenberg::laplace

@@ -92,7 +92,7 @@ std::vector<double> Result::mass() const {
 }
 
 std::vector<double> Result::reals(const std::string& name, int index, std::size_t count) const {
-  if (!hdf5::exists(*file_, name)) return {};
+  if (!hdf5::exists(*file_, name)) throw hdf5::Error(name + " is missing");
   std::vector<double> row = hdf5::get_rows<double>(*file_, name + "/value", index, 1);
   if (row.size() != count)
     throw hdf5::Error(fmt::format("{} has {} numbers a frame where there should be {}", name, row.size(), count));
@@ -108,16 +108,19 @@ std::vector<Vec2> Result::vectors(const std::string& name, int index) const {
 
 Frame Result::frame(int index) const {
   return guarded([&] {
+    const auto if_any = [&](const std::string& name) {
+      const bool any = hdf5::exists(*file_, conductors + name);
+      return any ? reals(conductors + name, index, conductors_) : std::vector<double>{};
+    };
     const auto observable = [&](const std::string& name) { return reals("observables/" + name, index, 1).at(0); };
     Frame frame;
     frame.time = times_.at(index);
     frame.position = vectors("position", index);
     frame.velocity = vectors("velocity", index);
     frame.force = vectors("force", index);
-    frame.charge = reals(std::string(conductors) + "charge", index, conductors_);
-    frame.potential = reals(std::string(conductors) + "potential", index, conductors_);
-    for (const double id : reals(std::string(conductors) + "group", index, conductors_))
-      frame.group.push_back(static_cast<int>(id));
+    frame.charge = if_any("charge");
+    frame.potential = if_any("potential");
+    for (const double id : if_any("group")) frame.group.push_back(static_cast<int>(id));
     frame.energy = observable("energy");
     frame.charge_held = observable("charge_held");
     frame.charge_fed = observable("charge_fed");

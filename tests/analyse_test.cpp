@@ -1,0 +1,408 @@
+// The command analyse: on result files whose frames are made by hand, by the built program.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "solvers/error.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/layout.hpp"
+#include "src/record/recorder.hpp"
+#include "src/record/result.hpp"
+
+using namespace lichtenberg;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Four spheres of 1 mm, in contact below 3 mm (lost at 3.05 mm), over a grounded side.
+const std::string scene_text = R"(
+title = "Four"
+[domain]
+size = [40e-3, 40e-3]
+bottom = { potential = 0.0 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[conductor]]
+position = [10e-3, 1.5e-3]
+radius = 1e-3
+[[conductor]]
+position = [10e-3, 4e-3]
+radius = 1e-3
+[[conductor]]
+position = [10e-3, 6.5e-3]
+radius = 1e-3
+[[conductor]]
+position = [30e-3, 30e-3]
+radius = 1e-3
+[effects.floating_conductors]
+[effects.current_source]
+current = 0.2e-9
+[effects.stokes_drag]
+[effects.contact_discharge]
+gap = 1e-3
+)";
+
+const std::vector<double> masses{3e-5, 3e-5, 3e-5, 3e-5};
+
+Frame frame_at(double time, std::vector<Vec2> position) {
+  Frame frame;
+  frame.time = time;
+  frame.position = std::move(position);
+  frame.velocity.resize(4);
+  frame.force.resize(4);
+  frame.charge.resize(4);
+  frame.potential = {0, 0, 0, 100};
+  frame.group = {-1, -1, -1, 3};
+  frame.energy = 5e-8;
+  return frame;
+}
+
+/// A chain of three and a loose one.
+Frame first_frame() { return frame_at(0, {{10e-3, 1.5e-3}, {10e-3, 4e-3}, {10e-3, 6.5e-3}, {30e-3, 30e-3}}); }
+
+/// The loose one has come to lean on 0 and 1, 3.02 mm from 0: a contact that is kept by hysteresis.
+Frame second_frame() {
+  Frame frame = first_frame();
+  frame.time = 0.5;
+  frame.position[3] = {10e-3 + std::sqrt(3.02 * 3.02 - 1) * 1e-3, 2.5e-3};
+  frame.velocity[3] = {3e-3, 4e-3};
+  frame.force[3] = {1e-6, 2e-6};
+  frame.potential = {0, 0, 0, 40};
+  frame.energy = 4.8e-8;
+  return frame;
+}
+
+const std::vector<analysis::Contact> first_contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}};
+const std::vector<analysis::Contact> second_contacts{{0, analysis::to_ground}, {0, 1}, {0, 3}, {1, 2}, {1, 3}};
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write(const fs::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+
+/// An empty folder of this test's own, gone with it.
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "lichtenberg-analyse-XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path = name;
+  }
+  Folder(const Folder&) = delete;
+  ~Folder() { fs::remove_all(path); }
+  std::string operator/(const std::string& name) const { return (path / name).string(); }
+};
+
+/// The run of both frames.
+Recorder saved_run(const std::string& path, const std::string& text = scene_text) {
+  Recorder recorder = Recorder::start(path, parse_scene(text, "four.toml"), masses, false);
+  recorder.add(first_frame(), analysis::network(first_contacts, first_frame().position));
+  recorder.add(second_frame(), analysis::network(second_contacts, second_frame().position));
+  recorder.save({});
+  return recorder;
+}
+
+/// Changes a file as another program would.
+template <class Change>
+void change(const std::string& path, Change apply) {
+  const hdf5::Handle file = hdf5::load(path);
+  apply(file);
+  write_atomically(path, hdf5::image(file));
+}
+
+void remove_from(const hdf5::Handle& file, const std::string& name) {
+  hdf5::check(H5Ldelete(file, name.c_str(), H5P_DEFAULT));
+}
+
+struct Ended {
+  int status;
+  std::string out, err;
+};
+
+Ended analyse(const Folder& folder, const std::string& arguments) {
+  const int status = std::system(fmt::format("cd '{}' && '{}' analyse {} >out 2>err </dev/null", folder.path.string(),
+                                             LICHTENBERG_BINARY, arguments)
+                                     .c_str());
+  REQUIRE(WIFEXITED(status));
+  return {WEXITSTATUS(status), bytes_of(folder.path / "out"), bytes_of(folder.path / "err")};
+}
+
+json analysed(const Folder& folder, const std::string& arguments) {
+  const Ended ended = analyse(folder, arguments + " --json");
+  INFO(ended.err);
+  REQUIRE_EQ(ended.status, 0);
+  return json::parse(ended.out);
+}
+
+/// All datasets below a group that are no text, by path.
+void collect(hid_t group, const std::string& path, std::map<std::string, std::vector<std::byte>>& bytes) {
+  for (const std::string& name : hdf5::names(group)) {
+    const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
+    if (H5Iget_type(object) == H5I_GROUP) {
+      collect(object, path + "/" + name, bytes);
+    } else if (const hdf5::Handle type(H5Dget_type(object)); H5Tget_class(type) != H5T_STRING) {
+      const hdf5::Handle space(H5Dget_space(object));
+      std::vector<std::byte>& data = bytes[path + "/" + name];
+      data.resize(static_cast<size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
+      hdf5::check(H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()));
+    }
+  }
+}
+
+std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
+  std::map<std::string, std::vector<std::byte>> bytes;
+  collect(hdf5::load(path), "", bytes);
+  return bytes;
+}
+
+doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-12).scale(0); }
+
+/// One sentence, status 2, and the file as it was.
+void check_refused(const Folder& folder, const std::string& file, const std::string& part,
+                   const std::string& options = "") {
+  CAPTURE(file);
+  const std::string before = bytes_of(folder.path / file);
+  const Ended ended = analyse(folder, file + options);
+  CAPTURE(ended.err);
+  CHECK_EQ(ended.status, 2);
+  CHECK(ended.out.empty());
+  CHECK(ended.err.starts_with("lichtenberg: "));
+  CHECK_EQ(ended.err.find('\n'), ended.err.size() - 1);
+  CHECK_NE(ended.err.find(part), std::string::npos);
+  CHECK(bytes_of(folder.path / file) == before);
+}
+
+}  // namespace
+
+TEST_CASE("analyse finds the topology of each frame") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  const json answer = analysed(folder, "four.h5");
+  CHECK_EQ(answer["title"], "Four");
+  CHECK_EQ(answer["contacts_recorded"], true);
+  REQUIRE_EQ(answer["frames"].size(), 2);
+  const json &first = answer["frames"][0], &second = answer["frames"][1];
+
+  CHECK_EQ(first["time"], 0);
+  CHECK_EQ(first["connected"], 3);
+  CHECK_EQ(first["grounded"], 1);
+  CHECK_EQ(first["loops"], 0);
+  CHECK_EQ(first["degree_number"], json({0, 1, 2, 0}));
+  CHECK_EQ(first["endpoints"], 1);
+  CHECK_EQ(first["branch_points"], 0);
+  CHECK_EQ(first["strahler_number"], json({0, 3, 0}));
+  CHECK_EQ(first["strahler"], json({1, 1, 1, 0}));
+  CHECK_EQ(first["edge_length_in_radii"][5].get<double>(), near(2.5));  // the mean
+  CHECK_EQ(first["tree_length"].get<double>(), near(5e-3));
+  CHECK_EQ(first["emst_degree_number"], json({0, 2, 2}));
+  CHECK(first["box_dimension"].is_null());
+  CHECK(first["power_dissipated"].is_null());
+
+  // 0: ground, 1, 3; 1: 0, 2, 3; 2: 1; 3: 0, 1. One loop, which only hysteresis keeps closed.
+  CHECK_EQ(second["connected"], 4);
+  CHECK_EQ(second["loops"], 1);
+  CHECK_EQ(second["degree_number"], json({0, 1, 1, 2}));
+  CHECK_EQ(second["branch_fraction"], 0.5);
+  CHECK_EQ(second["residual_7_7"].get<double>(), doctest::Approx(0).epsilon(1e-12));
+  CHECK_EQ(second["residual_7_7_printed"].get<double>(), near(0.25 + 0.25));  // (1 + 2 + 3 + 3) / 4 - 2 + 1 / 4
+  CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));  // 3 and 1, on which 2 hangs, both flow into 0
+  CHECK_EQ(second["strahler_streams"], json({0, 2, 1}).get<std::vector<int>>());
+}
+
+TEST_CASE("analyse derives the power from what a frame holds") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  const json answer = analysed(folder, "four.h5");
+  const json& second = answer["frames"][1];
+  const double drag = 6 * std::numbers::pi * 0.7 * 1e-3 * 25e-6, kinetic = 0.5 * 3e-5 * 25e-6;
+  CHECK_EQ(second["power_drag"].get<double>(), near(drag));
+  CHECK_EQ(second["power_field"].get<double>(), near(1e-6 * 3e-3 + 2e-6 * 4e-3));
+  CHECK_EQ(second["power_source"].get<double>(), near(0.2e-9 * 40));
+  CHECK_EQ(second["kinetic_energy"].get<double>(), near(kinetic));
+  // (20 nW + 8 nW) / 2 came in, the field gave back 2 nJ in .5 s, and motion took up what it has now.
+  CHECK_EQ(second["power_dissipated"].get<double>(), doctest::Approx(14e-9 + 4e-9 - kinetic / 0.5).epsilon(1e-9));
+  CHECK_EQ(answer["units"]["power_dissipated"], "W");
+}
+
+TEST_CASE("with an electrode off zero volts the balance would miss its supply, and no dissipation is given") {
+  const Folder folder;
+  std::string text = scene_text;
+  text.replace(text.find("potential = 0.0"), 15, "potential = 5.0");
+  saved_run(folder / "four.h5", text);
+  CHECK(analysed(folder, "four.h5")["frames"][1]["power_dissipated"].is_null());
+}
+
+TEST_CASE("what analyse stores is what it prints, and touches nothing else") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  auto before = numbers(folder / "four.h5");
+  const json answer = analysed(folder, "four.h5");
+  {
+    const hdf5::Handle file = hdf5::load(folder / "four.h5");
+    for (const auto& [name, unit] : answer["units"].items()) {
+      CAPTURE(name);
+      const std::vector<double> stored = hdf5::get<double>(file, "analysis/" + name);
+      std::vector<double> printed;
+      for (const json& frame : answer["frames"]) {
+        const json values = frame[name].is_array() ? frame[name] : json::array({frame[name]});
+        for (const json& value : values) printed.push_back(value.is_null() ? NAN : value.get<double>());
+      }
+      REQUIRE_EQ(stored.size(), printed.size());
+      for (std::size_t k = 0; k < stored.size(); ++k)
+        CHECK((stored[k] == printed[k] || (std::isnan(stored[k]) && std::isnan(printed[k]))));
+    }
+    CHECK_EQ(hdf5::names(hdf5::open_group(file, "analysis")).size(), answer["units"].size());
+  }
+  auto after = numbers(folder / "four.h5");
+  std::erase_if(after, [](const auto& entry) { return entry.first.starts_with("/analysis/"); });
+  CHECK(before == after);
+
+  // Again: the same, and the file does not grow.
+  const auto once = numbers(folder / "four.h5");
+  const auto size = fs::file_size(folder / "four.h5");
+  CHECK_EQ(analyse(folder, "four.h5").status, 0);
+  CHECK(numbers(folder / "four.h5") == once);
+  CHECK_LE(fs::file_size(folder / "four.h5"), size + 4096);  // attributes are written anew
+  CHECK_FALSE(fs::exists(folder / "four.h5.partial"));
+}
+
+TEST_CASE("one frame is printed and nothing stored") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  const std::string before = bytes_of(folder.path / "four.h5");
+  const json answer = analysed(folder, "four.h5 --frame 1");
+  REQUIRE_EQ(answer["frames"].size(), 1);
+  CHECK_EQ(answer["frames"][0]["frame"], 1);
+  CHECK_EQ(answer["frames"][0]["power_dissipated"], analysed(folder, "four.h5")["frames"][1]["power_dissipated"]);
+  const Folder other;
+  saved_run(other / "four.h5");
+  CHECK_EQ(analyse(other, "four.h5 --frame 0").status, 0);
+  CHECK(bytes_of(other.path / "four.h5").size() == before.size());
+  CHECK_FALSE(hdf5::exists(hdf5::load(other / "four.h5"), "analysis"));
+}
+
+TEST_CASE("analyse prints a line a frame, and all there is of the last") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  const Ended ended = analyse(folder, "four.h5");
+  CHECK_EQ(ended.status, 0);
+  for (const std::string part :
+       {"Four, 4 conductors, 2 frames, contacts as recorded", "\n     0 ", "\n     1 ", "frame 1 at t = 0.5 s",
+        "order 2", "7.7", "EMST", "D of boxes", "dissipated", "stored         four.h5:/analysis, all 2 frames"})
+    CHECK_MESSAGE(ended.out.find(part) != std::string::npos, part);
+}
+
+TEST_CASE("a file that holds the contacts of its last frame only: those of D 7.1, and the recorded tree") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  change(folder / "four.h5", [](const hdf5::Handle& file) {
+    remove_from(file, "network/contacts_of_all_frames");
+    remove_from(file, "network/contacts_end");
+  });
+  const json answer = analysed(folder, "four.h5");
+  CHECK_EQ(answer["contacts_recorded"], false);
+  const json &first = answer["frames"][0], &second = answer["frames"][1];
+  CHECK_EQ(first["degree_number"], json({0, 1, 2, 0}));
+  // 3 has 0 as its successor, by hysteresis: known from the tree. 1 and 3 are 3.2 mm apart: unknown.
+  CHECK_EQ(second["connected"], 4);
+  CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));
+}
+
+TEST_CASE("a run that goes on takes what was found of fewer frames out of its file") {
+  const Folder folder;
+  Recorder recorder = saved_run(folder / "four.h5");
+  REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
+  Frame third = second_frame();
+  third.time = 1;
+  recorder.add(third, analysis::network(second_contacts, third.position));
+  recorder.save({});
+  CHECK_FALSE(hdf5::exists(hdf5::load(folder / "four.h5"), "analysis"));
+  CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
+}
+
+TEST_CASE("a file that changes while it is analysed stays as its run left it") {
+  const Folder folder;
+  Recorder recorder = saved_run(folder / "four.h5");
+  const Result result(folder / "four.h5");
+  Frame third = second_frame();
+  third.time = 1;
+  recorder.add(third, analysis::network(second_contacts, third.position));
+  recorder.save({});
+  const std::string newer = bytes_of(folder.path / "four.h5");
+  CHECK_THROWS_AS(result.put_analysis({{"time", "s", 0, result.times()}}), Failure);
+  CHECK(bytes_of(folder.path / "four.h5") == newer);
+}
+
+TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is lost") {
+  const Folder folder;
+  CHECK_EQ(analyse(folder, "nowhere.h5").status, 2);
+  CHECK_NE(analyse(folder, "nowhere.h5").err.find("nowhere.h5 does not exist"), std::string::npos);
+  CHECK_EQ(analyse(folder, "").status, 2);
+  saved_run(folder / "four.h5");
+  const std::string whole = bytes_of(folder.path / "four.h5");
+
+  write(folder.path / "text.h5", "not a result");
+  check_refused(folder, "text.h5", "is no HDF5 file");
+  write(folder.path / "empty.h5", "");
+  check_refused(folder, "empty.h5", "is no HDF5 file");
+  for (const double part : {0.9, 0.5, 0.1}) {
+    write(folder.path / "cut.h5", whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size()))));
+    check_refused(folder, "cut.h5", "cut.h5 is damaged");
+  }
+  write_atomically(folder / "other.h5", hdf5::image(hdf5::create_in_memory()));
+  check_refused(folder, "other.h5", "was not written by `lichtenberg run`");
+  write(folder.path / "old.h5", whole);
+  change(folder / "old.h5",
+         [](const hdf5::Handle& file) { hdf5::put_attribute(file, "lichtenberg_result", result_format + 1); });
+  check_refused(folder, "old.h5", fmt::format("has result format {}", result_format + 1));
+
+  for (const std::string options : {" --frame 2", " --frame -1", " --frame 2 --json"})
+    check_refused(folder, "four.h5", "it has frames 0 to 1", options);
+}
+
+TEST_CASE("a result without frames, without contacts or with parts missing is refused") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  const std::string whole = bytes_of(folder.path / "four.h5");
+  const auto without = [&](const std::string& name) {
+    write(folder.path / "less.h5", whole);
+    change(folder / "less.h5", [&](const hdf5::Handle& file) { remove_from(file, name); });
+  };
+  without("particles/conductors/position");
+  check_refused(folder, "less.h5", "holds no frames");
+  without("particles/conductors/successor");
+  check_refused(folder, "less.h5", "[effects.contact_discharge]");
+  without("scene/text");
+  check_refused(folder, "less.h5", "less.h5 is damaged");
+  without("observables/energy");
+  check_refused(folder, "less.h5", "less.h5 is damaged");
+
+  write(folder.path / "less.h5", whole);
+  change(folder / "less.h5", [](const hdf5::Handle& file) { hdf5::put_text(file, "scene/text", "[domain]"); });
+  check_refused(folder, "less.h5", "less.h5:/scene/text");
+  change(folder / "less.h5", [](const hdf5::Handle& file) {
+    std::string text = scene_text;
+    text.erase(text.rfind("[[conductor]]"), text.find("[effects.floating") - text.rfind("[[conductor]]"));
+    hdf5::put_text(file, "scene/text", text);
+  });
+  check_refused(folder, "less.h5", "its scene has 3 conductors, its frames 4");
+  write(folder.path / "less.h5", whole);
+  change(folder / "less.h5", [](const hdf5::Handle& file) {
+    hdf5::put<std::int64_t>(file, "network/contacts_end", std::array<std::int64_t, 2>{9, 3}, {2}, "1");
+  });
+  check_refused(folder, "less.h5", "less.h5 is damaged");
+}

@@ -314,6 +314,7 @@ TEST_CASE("effects can be listed with what they are and what they need") {
   scene.effects.floating_conductors.emplace();
   scene.effects.current_source.emplace();
   scene.effects.stokes_drag.emplace();
+  scene.effects.contact_potential.emplace();  // no scene file may have it beside others, but the list does not know
   const Model model = make_model(scene);
   const std::vector<EffectSummary> listed = summarize_effects(scene);
   REQUIRE(listed.size() == model.effects.size());

@@ -55,8 +55,8 @@ Scene two_conductors() {
   scene.electrodes.push_back({"needle", Disk{{0.02, 0}, 0.001}, 5});
   scene.electrodes.push_back({"rod", Bar{{0, 0}, {0.01, 0}, 0.002}, 6});
   scene.electrodes.push_back({"dish", Ring{{0.025, 0.02}, 0.02}, 7});
-  scene.conductors.push_back({{0.01, 0.02}, {0, 0}, 0.001, 0, -1});
-  scene.conductors.push_back({{0.03, 0.02}, {0, 0}, 0.0005, 0, -1});
+  scene.conductors.push_back({.position = {0.01, 0.02}, .radius = 0.001});
+  scene.conductors.push_back({.position = {0.03, 0.02}, .radius = 0.0005});
   scene.effects.contact_discharge = ContactDischarge{0.00075, 0.01};
   return scene;
 }

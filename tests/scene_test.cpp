@@ -337,13 +337,15 @@ TEST_CASE("edit distance") {
 
 TEST_CASE("wrong unit or type") {
   check_refused("domain.size = [\"5.12 cm\", \"5.12 cm\"]\n",
-                {"test.toml:1:", "domain.size = [\"5.12 cm\", \"5.12 cm\"]", "wrong unit or type",
-                 "two numbers [x, y] in m", "without the unit"});
+                {"test.toml:1:", "domain.size = [\"5.12 cm\", \"5.12 cm\"]", "wrong unit or type", "two numbers [x, y]",
+                 "in m", "without the unit"});
   check_refused("[domain]\nsize = [1, 1]\n[medium]\nviscosity = \"0.7 Pa s\"\n",
                 {"test.toml:4:", "medium.viscosity = \"0.7 Pa s\"", "wrong unit or type", "a number in Pa s",
                  "without the unit"});
   check_refused("domain.size = 0.017\n", {"domain.size = 0.017 has the wrong unit or type", "two numbers"});
-  check_refused("domain.size = [0.04, 0.02, 0.01]\n", {"domain.size", "wrong unit or type", "two numbers"});
+  check_refused("domain.size = [0.04, 0.02, 0.01]\n",
+                {"domain.size", "three numbers", "contact_potential", "two numbers"});
+  check_refused("domain.size = [0.04, 0.02, 0.01, 0.01]\n", {"domain.size", "wrong unit or type", "two numbers"});
   check_refused(box + "field.cells = 64.5\n", {"field.cells = 64.5", "wrong unit or type", "an integer"});
   check_refused(box + "seed = \"lucky\"\n", {"seed = \"lucky\"", "wrong unit or type", "an integer"});
   check_refused(box + "seed = -1\n", {"seed = -1", "at least 0"});
@@ -377,7 +379,7 @@ TEST_CASE("ranges") {
 
 TEST_CASE("missing keys and tables") {
   check_refused("title = \"empty\"\n", {"[domain] is missing"});
-  check_refused("[domain]\n", {"domain.size is missing", "two numbers [x, y] in m"});
+  check_refused("[domain]\n", {"domain.size is missing", "two numbers [x, y] or three", "in m"});
   check_refused(box + "[[conductor]]\nradius = 0.001\n",
                 {"test.toml:3:", "conductor.position is missing", "[[conductor]]"});
   check_refused(box + "[effects.current_source]\n", {"effects.current_source.current is missing", "a number in A"});
@@ -663,7 +665,7 @@ TEST_CASE("help lists every key with its unit and default") {
   // One of each kind in full: unit, range, default from the scene's own initial values.
   CHECK(has(help, "an integer, at least 8 and at most 32768; default: 512"));
   CHECK(has(help, "a number in Pa, greater than 0; default: 2e+11"));
-  CHECK(has(help, "two numbers [x, y] in m, greater than 0; required"));
+  CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, greater than 0; required"));
 }
 
 TEST_CASE("no key stands twice in the schema") {
@@ -681,7 +683,7 @@ TEST_CASE("the shipped scenes") {
     CAPTURE(entry.path().string());
     names.insert(entry.path().stem().string());
     const Scene s = read_scene(entry.path().string());
-    CHECK(least_gap(s) >= 0);
+    if (!s.effects.contact_potential) CHECK(least_gap(s) >= 0);  // a packing starts with overlaps
     CHECK(s.output.file == entry.path().stem().string() + ".h5");
     CHECK_FALSE(s.text.empty());
   }

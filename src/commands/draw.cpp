@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "solvers/error.hpp"
+#include "src/mechanics/counters.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -60,6 +61,15 @@ void draw(const std::string& name, const std::vector<std::string>& arguments) {
   while (waitpid(script, &status, 0) < 0)
     if (errno != EINTR) throw Failure(fmt::format("cannot draw: lost the plot script ({})", std::strerror(errno)));
   if (status != 0) throw Failure("the picture was not drawn (the plot script says above why)");
+}
+
+void draw_picture(const std::string& file, double& seconds) {
+  const Stopwatch stopwatch(seconds);
+  try {
+    draw("plot.py", {file});
+  } catch (const Failure& failure) {
+    fmt::print(stderr, "lichtenberg: {}\n", failure.what());
+  }
 }
 
 void become_script(const std::string& name, const std::vector<std::string>& arguments) {

@@ -31,15 +31,21 @@ void Progress::end_line() {
   if (std::exchange(unfinished_line_, false)) fmt::print(stderr, "\n");
 }
 
-void Progress::show(const Frame& frame, const std::optional<analysis::Network>& network) {
-  const Clock::time_point now = Clock::now();
-  if (quiet_ || (shown_ && now - *shown_ < (terminal_ ? between_redraws : between_lines))) return;
-  shown_ = now;
+bool Progress::due() const {
+  return !quiet_ && !(shown_ && Clock::now() - *shown_ < (terminal_ ? between_redraws : between_lines));
+}
+
+void Progress::show(const std::string& line) {
+  shown_ = Clock::now();
   if (terminal_)
-    fmt::print(stderr, "\r{}\033[K", line(frame, network));  // \033[K clears what is left of a longer line
+    fmt::print(stderr, "\r{}\033[K", line);  // \033[K clears what is left of a longer line
   else
-    fmt::print(stderr, "{}\n", line(frame, network));
+    fmt::print(stderr, "{}\n", line);
   unfinished_line_ = terminal_;
+}
+
+void Progress::show(const Frame& frame, const std::optional<analysis::Network>& network) {
+  if (due()) show(line(frame, network));
 }
 
 std::string Progress::line(const Frame& frame, const std::optional<analysis::Network>& network) const {

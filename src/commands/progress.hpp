@@ -21,6 +21,9 @@ class Progress {
   Progress(const Progress&) = delete;
 
   void show(const Frame& frame, const std::optional<analysis::Network>& network);
+  /// Whether it is time for another line, and that line.
+  bool due() const;
+  void show(const std::string& line);
   /// Before anything else is printed: it would run into the line.
   void end_line();
 

@@ -13,6 +13,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/relax.hpp"
 #include "src/commands/summary.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/field_choice.hpp"
@@ -58,18 +59,15 @@ std::optional<analysis::Network> network_of(const Simulation& simulation, const 
 /// forgets at the same instants as an uninterrupted one and gives the same bits.
 class Run {
  public:
-  explicit Run(const RunArguments& request)
-      : request_(request),
-        scene_(requested_scene(request)),
-        recorder_(open_recorder(request, scene_)),
-        simulation_(scene_) {
+  Run(const RunArguments& request, const Scene& scene)
+      : request_(request), scene_(scene), recorder_(open_recorder(request, scene_)), simulation_(scene_) {
     if (recorder_.checkpoint()) simulation_.restore(*recorder_.checkpoint());
   }
 
   void go() {
     if (scene_.field.estimate && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field));
     advance_to_the_end();
-    if (scene_.output.picture) draw_picture();
+    if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
     if (!request_.quiet) print_summary(scene_.output.file, outcome_, simulation_.counters(), seconds());
   }
 
@@ -144,16 +142,6 @@ class Run {
     Interruption::obey();
   }
 
-  /// The result is safe, so a picture that cannot be drawn is no reason to fail.
-  void draw_picture() {
-    const Stopwatch stopwatch(picture_seconds_);
-    try {
-      draw("plot.py", {scene_.output.file});
-    } catch (const Failure& failure) {
-      fmt::print(stderr, "lichtenberg: {}\n", failure.what());
-    }
-  }
-
   /// Wall time since this program started, by activity.
   std::map<std::string, double> seconds() const {
     const Counters& counters = simulation_.counters();
@@ -177,6 +165,14 @@ class Run {
   double recording_seconds_ = 0, picture_seconds_ = 0, checking_seconds_ = 0;
 };
 
+void run(const RunArguments& request) {
+  const Scene scene = requested_scene(request);
+  if (scene.effects.contact_potential)
+    relax(scene, open_recorder(request, scene), request.quiet);
+  else
+    Run(request, scene).go();
+}
+
 }  // namespace
 
 void add_run(CLI::App& program) {
@@ -188,7 +184,7 @@ void add_run(CLI::App& program) {
   CLI::Option* resume = command->add_flag("--resume", request->resume, "go on from the checkpoint in the result file");
   command->add_flag("--overwrite", request->overwrite, "replace the result file if it exists")->excludes(resume);
   command->add_flag("--quiet", request->quiet, "print nothing but errors");
-  command->callback([request] { Run(*request).go(); });
+  command->callback([request] { run(*request); });
 }
 
 }  // namespace lichtenberg

@@ -50,6 +50,8 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
   fmt::print("contacts       {} made, {} lost\n", counters.contacts_made, counters.contacts_lost);
 }
 
+}  // namespace
+
 void print_seconds(const std::map<std::string, double>& seconds) {
   double total = 0;
   for (const auto& [activity, value] : seconds) total += value;
@@ -61,8 +63,6 @@ void print_seconds(const std::map<std::string, double>& seconds) {
   }
   fmt::print("\n");
 }
-
-}  // namespace
 
 double charge_imbalance(const Outcome& outcome) {
   const Frame& frame = outcome.frame;

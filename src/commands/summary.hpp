@@ -27,6 +27,9 @@ double charge_imbalance(const Outcome& outcome);
 /// The same as a fraction of the largest charge in that balance.
 double relative_charge_imbalance(const Outcome& outcome);
 
+/// Where the time went (s, by activity), on standard output.
+void print_seconds(const std::map<std::string, double>& seconds);
+
 /// For the result file: no timings, so that equal runs leave equal numbers.
 std::vector<Quantity> quantities(const Outcome& outcome);
 

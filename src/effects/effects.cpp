@@ -3,6 +3,7 @@
 #include <array>
 
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/contact_potential.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
@@ -29,7 +30,7 @@ std::unique_ptr<Effect> make_floating_conductors(const Scene& scene, Solver& sol
   return std::make_unique<FloatingConductors>(scene, std::move(solver));
 }
 
-const std::array<Kind, 6> kinds = {{
+const std::array<Kind, 7> kinds = {{
     {"floating_conductors", "the electric field between conductors with given charges, and its forces",
      [](const Effects& e) { return e.floating_conductors.has_value(); }, make_floating_conductors},
     {"current_source", "a constant current into every conductor",
@@ -51,6 +52,11 @@ const std::array<Kind, 6> kinds = {{
     {"contact_discharge", "conductors that come close become one electrically",
      [](const Effects& e) { return e.contact_discharge.has_value(); },
      [](const Scene& s, Solver&) -> std::unique_ptr<Effect> { return std::make_unique<ContactDischarge>(s); }},
+    {"contact_potential", "particles and walls that overlap push each other apart until all is at rest",
+     [](const Effects& e) { return e.contact_potential.has_value(); },
+     [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
+       return std::make_unique<ContactPotential>(s.effects.contact_potential->stiffness, s.walls);
+     }},
 }};
 
 }  // namespace

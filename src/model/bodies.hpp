@@ -20,7 +20,7 @@ struct Bodies {
   int size() const { return static_cast<int>(radius.size()); }
 };
 
-/// The conductors of a scene as its first instant has them: two-dimensional motion of solid spheres,
+/// The conductors of a scene as its first instant has them: motion in the scene's dimensions of solid spheres,
 /// m = 4/3 pi density R^3 (D 5.5.2). Without charges; `initial_charges` gives them.
 Bodies make_bodies(const Scene& scene);
 

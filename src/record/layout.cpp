@@ -17,10 +17,12 @@ constexpr const char* all_contacts = "contacts_of_all_frames";  // [C][2]
 constexpr const char* ends_of_contacts = "contacts_end";        // [T]
 constexpr hsize_t dimension = 3;  // spheres whose centres lie in the plane z = 0; MDAnalysis reads nothing else
 
-/// [N][3], with z = 0.
-std::vector<double> in_space(const std::vector<Vec2>& vectors) {
+/// [N][3], with z = 0 in two dimensions.
+std::vector<double> in_space(const std::vector<Vec2>& vectors, const std::vector<double>& z = {}) {
   std::vector<double> result;
-  for (const Vec2 v : vectors) result.insert(result.end(), {v.x, v.y, 0.0});
+  result.reserve(dimension * vectors.size());
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    result.insert(result.end(), {vectors[i].x, vectors[i].y, z.empty() ? 0.0 : z[i]});
   return result;
 }
 
@@ -69,12 +71,21 @@ void append_by_terminal(const hdf5::Handle& file, const std::string& name,
 }
 
 /// The instant first: the other elements link to it.
-void append_instant(const hdf5::Handle& file, double now) {
+void append_instant(const hdf5::Handle& file, double now, const std::string& unit) {
   const hdf5::Handle position = hdf5::open_group(file, std::string(conductors) + "/position");
   const bool first = !hdf5::exists(position, "step");
   const auto frames = first ? std::int64_t{0} : static_cast<std::int64_t>(hdf5::shape(position, "step")[0]);
   hdf5::append(position, "step", frames, "");
-  hdf5::append(position, "time", now, "s");
+  hdf5::append(position, "time", now, unit);
+}
+
+/// Of a relaxation, whose time is the number of the iteration.
+void append_relaxing_frame(const hdf5::Handle& file, const Frame& frame) {
+  append_instant(file, frame.time, "1");
+  append_element<double>(file, conductors, "position", in_space(frame.position, frame.z),
+                         {frame.position.size(), dimension}, "m");
+  append_observable(file, "energy", frame.energy, "J");
+  append_observable(file, "largest_force", *frame.largest_force, "N");
 }
 
 std::vector<std::int32_t> pairs_of(const analysis::Network& network) {
@@ -138,8 +149,24 @@ void put_electrodes(hid_t scene_group, const Scene& scene) {
   }
 }
 
+/// Walls of a packing, in the order in which contacts count them.
+void put_walls(hid_t scene_group, const Scene& scene) {
+  const hdf5::Handle group = hdf5::open_group(scene_group, "walls");
+  std::vector<std::string> names;
+  std::vector<double> point, normal;
+  for (const Wall& wall : scene.walls) {
+    names.push_back(wall.name);
+    point.insert(point.end(), wall.point.begin(), wall.point.end());
+    normal.insert(normal.end(), wall.normal.begin(), wall.normal.end());
+  }
+  hdf5::put_attribute(group, "names", names);
+  hdf5::put<double>(group, "point", point, {names.size(), dimension}, "m");
+  hdf5::put<double>(group, "normal", normal, {names.size(), dimension}, "1");
+}
+
 void put_domain(hid_t scene_group, const Domain& domain) {
   const hdf5::Handle group = hdf5::open_group(scene_group, "domain");
+  if (domain.height > 0) hdf5::put(group, "height", domain.height, "m");
   put_point(group, "size", domain.size);
   std::vector<std::int32_t> electrode;
   std::vector<double> potential;
@@ -195,6 +222,7 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   if (scene.effects.contact_discharge) hdf5::put(group, "contact_gap", scene.effects.contact_discharge->gap, "m");
   put_domain(group, scene.domain);
   put_electrodes(group, scene);
+  if (!scene.walls.empty()) put_walls(group, scene);
 }
 
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass) {
@@ -223,7 +251,8 @@ void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<cons
 }
 
 void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network) {
-  append_instant(file, frame.time);
+  if (frame.largest_force) return append_relaxing_frame(file, frame);
+  append_instant(file, frame.time, "s");
   append_vectors(file, "position", frame.position, "m");
   append_vectors(file, "velocity", frame.velocity, "m s-1");
   append_vectors(file, "force", frame.force, "N");
@@ -257,6 +286,33 @@ std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::i
   std::vector<analysis::Contact> contacts;
   for (std::size_t k = 0; k + 1 < ends.size(); k += 2) contacts.emplace_back(ends[k], ends[k + 1]);
   return contacts;
+}
+
+void append_relaxation(const hdf5::Handle& file, std::span<const RelaxationState> states) {
+  const hdf5::Handle group = hdf5::open_group(file, "relaxation");
+  for (const RelaxationState& state : states) {
+    hdf5::append(group, "iteration", state.iteration, "1");
+    hdf5::append(group, "energy", state.energy, "J");
+    hdf5::append(group, "largest_force", state.largest_force, "N");
+  }
+}
+
+void put_packing(const hdf5::Handle& file, const analysis::Packing& packing) {
+  const hdf5::Handle group = hdf5::open_group(file, "packing");
+  std::vector<std::int32_t> contacts, rattler(packing.rattler.begin(), packing.rattler.end());
+  std::vector<double> q, overlap, force;
+  for (const analysis::PackingContact& contact : packing.contacts) {
+    contacts.insert(contacts.end(), {contact.particle, contact.partner});
+    q.push_back(contact.q);
+    overlap.push_back(contact.overlap);
+    force.push_back(contact.force);
+  }
+  hdf5::put<std::int32_t>(group, "contacts", contacts, {q.size(), 2}, "1");
+  hdf5::put<double>(group, "q", q, {q.size()}, "1");
+  hdf5::put<double>(group, "overlap", overlap, {q.size()}, "m");
+  hdf5::put<double>(group, "force", force, {q.size()}, "N");
+  hdf5::put<std::int32_t>(group, "rattler", rattler, {rattler.size()}, "1");
+  hdf5::put<double>(group, "wall_force", packing.wall_force, {packing.wall_force.size()}, "N");
 }
 
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "src/analysis/network.hpp"
+#include "src/analysis/packing.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/provenance.hpp"
@@ -37,6 +38,19 @@ void put_contacts(const hdf5::Handle& file, const analysis::Network& network);
 std::vector<std::int64_t> contact_ends(const hdf5::Handle& file);
 /// Those from `first` on, up to before `end`.
 std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::int64_t first, std::int64_t end);
+
+/// A relaxation to rest after some iterations.
+struct RelaxationState {
+  std::int64_t iteration = 0;
+  double energy = 0;         ///< J
+  double largest_force = 0;  ///< N
+};
+
+/// Appends to /relaxation.
+void append_relaxation(const hdf5::Handle& file, std::span<const RelaxationState> states);
+
+/// /packing: what holds the particles of the last frame.
+void put_packing(const hdf5::Handle& file, const analysis::Packing& packing);
 
 /// /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);

@@ -108,6 +108,8 @@ void Recorder::save(const Milestone& milestone) {
     remove_analysis(file);
     put_checkpoint(file, milestone.checkpoint);
     if (milestone.field) put_vtkhdf(file, *milestone.field);
+    if (!milestone.relaxation.empty()) append_relaxation(file, milestone.relaxation);
+    if (milestone.packing) put_packing(file, *milestone.packing);
     put_session(file, milestone.seconds);
     put_summary(file, milestone.summary);
     write_atomically(path_, hdf5::image(file));

@@ -10,6 +10,7 @@
 #include "src/analysis/network.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/hdf5.hpp"
+#include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"
 #include "src/scene/scene.hpp"
 
@@ -25,9 +26,11 @@ struct Quantity {
 /// What a save writes besides the frames.
 struct Milestone {
   Checkpoint checkpoint;
-  std::optional<laplace::Field> field;    ///< at the time of the last frame
-  std::map<std::string, double> seconds;  ///< wall-clock time since this program started, by activity
-  std::vector<Quantity> summary;          ///< of a run that is over
+  std::optional<laplace::Field> field;       ///< at the time of the last frame
+  std::map<std::string, double> seconds;     ///< wall-clock time since this program started, by activity
+  std::vector<Quantity> summary;             ///< of a run that is over
+  std::vector<RelaxationState> relaxation;   ///< of a relaxation, since the last save
+  std::optional<analysis::Packing> packing;  ///< of the last frame of a relaxation that is over
 };
 
 /// Writes the result file of a run (README.md describes what stands in it).

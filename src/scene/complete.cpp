@@ -8,6 +8,7 @@
 #include "src/scene/draft.hpp"
 #include "src/scene/electrodes.hpp"
 #include "src/scene/nearest.hpp"
+#include "src/scene/packing.hpp"
 #include "src/scene/placing.hpp"
 #include "src/scene/touching.hpp"
 
@@ -213,14 +214,17 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 
 Scene complete(const Draft& draft) {
   check_effects(draft);
+  check_packing_keys(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;
+  const bool packing = scene.effects.contact_potential.has_value();
   scene.seed = static_cast<std::uint64_t>(draft.seed);
   scene.electrodes = build_electrodes(draft);
+  scene.walls = build_walls(draft);
   scene.groups = build_groups(draft);
-  check_given_conductors(draft, scene.electrodes);
-  const double h = cell_size(draft);
-  scene.conductors = place_conductors(draft, scene.electrodes);
+  if (!packing) check_given_conductors(draft, scene.electrodes);
+  const double h = packing ? 0 : cell_size(draft);
+  scene.conductors = place_conductors(draft, scene.electrodes, scene.walls);
   if (scene.conductors.empty())
     refuse(scene.path, 0, "the scene has no conductors: at least one [[conductor]] or [[population]] is needed");
   assign_groups(draft, scene);
@@ -228,6 +232,7 @@ Scene complete(const Draft& draft) {
   check_resolution(draft, smallest.radius, h);
   check_ground(draft, scene);
   check_touching(draft, scene);
+  if (packing) check_packing(draft, scene);
   check_frames(draft);
   if (scene.field.method == "multipole") check_disks_only(draft, scene.electrodes);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -13,6 +14,14 @@ namespace lichtenberg {
 /// A number that a population draws uniformly from [smallest, largest] for each of its conductors.
 struct Interval {
   double smallest = 0, largest = 0;
+};
+
+/// A point or a vector of two components or three; what is not given is 0.
+struct Coordinates {
+  std::array<double, 3> value{};
+  int count = 2;
+
+  Vec2 plane() const { return {value[0], value[1]}; }
 };
 
 struct Rectangle {
@@ -34,6 +43,7 @@ struct ElectrodeDraft {
 struct ConductorDraft {
   int line = 0;
   Conductor conductor{};
+  Coordinates position{};
   std::optional<double> charge{};
   std::optional<std::string> group{};
 };
@@ -44,11 +54,21 @@ struct GroupDraft {
   std::optional<double> charge{}, potential{};
 };
 
+struct WallDraft {
+  int line = 0;
+  std::optional<std::string> name{};
+  Coordinates point{}, normal{};
+};
+
 /// `count` conductors at random places of `region`, wholly inside it.
 struct PopulationDraft {
   int line = 0;
   int count = 0;
-  Interval radius{};
+  std::optional<Interval> radius{};
+  std::vector<double> radii{};  ///< m, taken in turn, in place of `radius`
+  std::string distribution = "uniform";
+  std::optional<double> mean{}, deviation{};
+  bool overlapping = false;
   double charge = 0;
   double min_gap = 0;  ///< m, to every other conductor, electrode and side of the domain
   std::optional<Rectangle> region{};
@@ -59,10 +79,12 @@ struct PopulationDraft {
 struct Draft {
   Scene scene;  ///< takes what needs no second thought
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
+  Coordinates domain_size;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
   std::optional<double> contact_gap, tolerance, moving_tolerance, relaxation_eta, position_tolerance, largest_step;
   std::optional<std::string> output_file;
   std::vector<ElectrodeDraft> electrodes;
+  std::vector<WallDraft> walls;
   std::vector<ConductorDraft> conductors;
   std::vector<GroupDraft> groups;
   std::vector<PopulationDraft> populations;
@@ -77,6 +99,10 @@ struct Draft {
 
 /// Throws the InputError "path:line: sentence"; line 0 is left out.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
+
+/// Puts places into the scene's two or three dimensions, which are those of the domain. Throws InputError for a place
+/// that has others, and for a scene in three dimensions that is no packing.
+void settle_dimension(Draft& draft);
 
 /// Draft -> Scene: compares keys with each other, fills in the defaults that depend on others and draws populations.
 /// Throws InputError.

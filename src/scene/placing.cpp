@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "src/scene/radii.hpp"
+
 namespace lichtenberg {
 namespace {
 
@@ -15,7 +17,7 @@ constexpr int tries_per_conductor = 100000;
 double largest_radius(const Draft& draft) {
   double largest = 0;
   for (const ConductorDraft& c : draft.conductors) largest = std::max(largest, c.conductor.radius);
-  for (const PopulationDraft& p : draft.populations) largest = std::max(largest, p.radius.largest);
+  for (const PopulationDraft& p : draft.populations) largest = std::max(largest, largest_radius(p));
   return largest;
 }
 
@@ -43,26 +45,39 @@ Rectangle room_for(double radius, const PopulationDraft& population, Vec2 size) 
       {std::min(region.upper.x - radius, size.x - from_side), std::min(region.upper.y - radius, size.y - from_side)}};
 }
 
-std::optional<Vec2> find_place(double radius, const PopulationDraft& population, const Draft& draft,
-                               const std::vector<Electrode>& electrodes, const DiskGrid& grid, UniformRandom& random) {
+/// What a population's conductors must stay clear of.
+struct Obstacles {
+  const std::vector<Electrode>& electrodes;
+  const std::vector<Wall>& walls;
+};
+
+bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min_gap) {
+  const Disk disk{conductor.position, conductor.radius};
+  return std::ranges::all_of(obstacles.electrodes,
+                             [&](const Electrode& electrode) { return gap(disk, electrode.shape) >= min_gap; }) &&
+         std::ranges::all_of(obstacles.walls, [&](const Wall& wall) {
+           return distance(wall, conductor) >= conductor.radius * (1 - touching_slack) + min_gap;
+         });
+}
+
+std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Draft& draft,
+                                    const Obstacles& obstacles, const DiskGrid& grid, UniformRandom& random) {
   const Rectangle room = room_for(radius, population, draft.scene.domain.size);
-  if (room.lower.x > room.upper.x || room.lower.y > room.upper.y) return {};
+  const double height = draft.scene.domain.height, from_side = radius + population.min_gap;
+  if (room.lower.x > room.upper.x || room.lower.y > room.upper.y || (height > 0 && 2 * from_side > height)) return {};
   for (int attempt = 0; attempt < tries_per_conductor; ++attempt) {
-    const double x = random.between(room.lower.x, room.upper.x);
-    const double y = random.between(room.lower.y, room.upper.y);
-    const Disk disk{{x, y}, radius};
-    const bool clear_of_electrodes = std::ranges::all_of(
-        electrodes, [&](const Electrode& electrode) { return gap(disk, electrode.shape) >= population.min_gap; });
-    if (clear_of_electrodes && !grid.conflict(disk, population.min_gap)) return disk.centre;
+    Conductor conductor{.radius = radius, .charge = population.charge};
+    conductor.position.x = random.between(room.lower.x, room.upper.x);
+    conductor.position.y = random.between(room.lower.y, room.upper.y);
+    if (height > 0) conductor.z = random.between(from_side, height - from_side);
+    if (!clear_of(obstacles, conductor, population.min_gap)) continue;
+    if (population.overlapping || !grid.conflict({conductor.position, radius}, population.min_gap)) return conductor;
   }
   return {};
 }
 
 void check_population(const Draft& draft, const PopulationDraft& population) {
   const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, population.line, why); };
-  if (population.radius.smallest > population.radius.largest)
-    refuse_it(fmt::format("population.radius = [{:g}, {:g}] is not allowed: the smallest must come first",
-                          population.radius.smallest, population.radius.largest));
   if (!population.region) return;
   const Vec2 lower = population.region->lower, upper = population.region->upper, size = draft.scene.domain.size;
   if (lower.x >= upper.x || lower.y >= upper.y || lower.x < 0 || lower.y < 0 || upper.x > size.x || upper.y > size.y)
@@ -125,17 +140,18 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
   }
 }
 
-std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes) {
+std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
+                                        const std::vector<Wall>& walls) {
   std::vector<Conductor> conductors;
   for (const ConductorDraft& given : draft.conductors) conductors.push_back(given.conductor);
   DiskGrid grid = grid_of_given(draft);
   UniformRandom random(static_cast<std::uint64_t>(draft.seed));
   for (const PopulationDraft& population : draft.populations) {
     check_population(draft, population);
-    const auto [smallest, largest] = population.radius;
+    Radii radii(draft, population);
     for (int placed = 0; placed < population.count; ++placed) {
-      const double radius = smallest < largest ? random.between(smallest, largest) : smallest;
-      const std::optional<Vec2> place = find_place(radius, population, draft, electrodes, grid, random);
+      const double radius = radii.next(random);
+      const auto place = find_place(radius, population, draft, {electrodes, walls}, grid, random);
       if (!place && placed == 0)
         refuse(draft.scene.path, population.line,
                fmt::format("population.count = {} is impossible: there is no room for even one of radius {:g} m with "
@@ -147,8 +163,8 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
             fmt::format("population.count = {} is impossible at this density: random places were found for {} of them, "
                         "and with this radius and min_gap at most about that many are allowed",
                         population.count, placed));
-      grid.insert({*place, radius});
-      conductors.push_back({.position = *place, .radius = radius, .charge = population.charge});
+      if (!population.overlapping) grid.insert({place->position, radius});
+      conductors.push_back(*place);
     }
   }
   return conductors;

@@ -57,9 +57,10 @@ constexpr double touching_slack = 1e-9;
 void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
 
 /// The conductors given one by one, and after them the populations in the order of the file, each conductor at the
-/// first of its random places that is free (random sequential addition). Per conductor the generator is asked for the
-/// radius, if that is an interval, then for x and y of each try. Throws InputError if a conductor finds no place: the
-/// population is too dense.
-std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
+/// first of its random places that is free (random sequential addition; where overlaps are allowed, free of electrodes
+/// and walls). Per conductor the generator is asked for the radius, if that is an interval, then for x, y (and z) of
+/// each try. Throws InputError if a conductor finds no place: the population is too dense.
+std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
+                                        const std::vector<Wall>& walls);
 
 }  // namespace lichtenberg

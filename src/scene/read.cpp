@@ -150,6 +150,7 @@ Scene parse_scene(const std::string& text, const std::string& path) {
   draft.scene.path = path;
   draft.scene.text = text;
   Reader(draft).read_document(parse_document(text, path));
+  settle_dimension(draft);
   return complete(draft);
 }
 

@@ -19,6 +19,7 @@ struct DomainSide {
 
 struct Domain {
   Vec2 size;                        ///< m
+  double height = 0;                ///< m, along z, of a three-dimensional domain; 0: it has two dimensions
   std::array<DomainSide, 4> sides;  ///< left, right, bottom, top
 };
 
@@ -35,14 +36,29 @@ struct Medium {
   double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
 };
 
+/// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave the third
+/// component at 0.
+struct Wall {
+  std::string name;
+  std::array<double, 3> point{};   ///< m
+  std::array<double, 3> normal{};  ///< of length 1
+};
+
 /// A mobile disk (field) or sphere (mechanics).
 struct Conductor {
   Vec2 position{};    ///< m
+  double z = 0;       ///< m, in three dimensions
   Vec2 velocity{};    ///< m/s
   double radius = 0;  ///< m
   double charge = 0;  ///< C
   int group = -1;     ///< index into Scene::groups, -1: of its own
 };
+
+/// m, of the conductor's centre from the wall; negative beyond it.
+inline double distance(const Wall& wall, const Conductor& conductor) {
+  return (conductor.position.x - wall.point[0]) * wall.normal[0] +
+         (conductor.position.y - wall.point[1]) * wall.normal[1] + (conductor.z - wall.point[2]) * wall.normal[2];
+}
 
 /// Conductors wired together by the scene: one potential, whether they touch or not. Either the charge of the whole
 /// group or its potential is given.
@@ -81,6 +97,12 @@ struct ContactDischarge {
   double gap = 0;            ///< m: contact is made when the surfaces come closer than this
   double hysteresis = 0.05;  ///< contact is lost at gap * (1 + hysteresis)
 };
+/// U = stiffness (q - 1) ln q, q the distance of two centres over the sum of the radii, or of a centre from a wall over
+/// its radius; nothing from q = 1 on. Particles under it are at rest where the energy is least; nothing else acts.
+struct ContactPotential {
+  double stiffness = 1;  ///< J
+  bool box = true;       ///< the sides of the domain are walls
+};
 
 struct Effects {
   std::optional<FloatingConductors> floating_conductors;
@@ -89,6 +111,7 @@ struct Effects {
   std::optional<HertzContact> hertz_contact;
   std::optional<WallContact> wall_contact;
   std::optional<ContactDischarge> contact_discharge;
+  std::optional<ContactPotential> contact_potential;
 };
 
 /// Along the domain's longer side.
@@ -122,6 +145,15 @@ struct MechanicsOptions {
   double euler_field_step = 1e-3;  ///< s (D 6.7)
 };
 
+/// How particles under a contact potential come to rest. Forces are in units of stiffness / R, R the mean diameter.
+struct MinimizeOptions {
+  std::string method = "gradient-descent";
+  double force_tolerance = 1e-8;  ///< the largest net force on a particle
+  std::int64_t max_iterations = 10'000'000;
+  double step = 2.5e-3;           ///< of gradient-descent, in units of R^2 / stiffness
+  std::int64_t record_every = 0;  ///< iterations between two frames; 0: ever longer ones
+};
+
 struct OutputOptions {
   std::string file;           ///< result file; default: the scene's name with .h5
   double every = 0.1;         ///< s, between frames
@@ -145,13 +177,17 @@ struct Scene {
   Medium medium;
   Material material;
   std::vector<Electrode> electrodes;
+  std::vector<Wall> walls;  ///< of a scene with a contact potential: the domain's sides first, if they are walls
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
   Effects effects;
   FieldOptions field;
   MechanicsOptions mechanics;
+  MinimizeOptions minimize;
   OutputOptions output;
   StopOptions stop;
+
+  int dimension() const { return domain.height > 0 ? 3 : 2; }
 };
 
 /// Reads and checks a scene. Throws InputError (one sentence: file, line, key, value found, what is allowed).

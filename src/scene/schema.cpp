@@ -35,14 +35,14 @@ Table domain() {
   const std::string side = "side of the domain: insulating (no field through it), or an electrode at a potential";
   return {.path = "domain",
           .kind = required,
-          .help = "The rectangle [0, size x] x [0, size y] filled with fluid.",
+          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number a cuboid.",
           .keys = {
               {.name = "size",
-               .place = [](Draft& d) { return &d.scene.domain.size; },
+               .place = [](Draft& d) { return &d.domain_size; },
                .unit = "m",
                .range = positive,
                .required = true,
-               .help = "width and height"},
+               .help = "width and height; width, depth and height of a packing in three dimensions"},
               {.name = "left", .place = [](Draft& d) { return &d.scene.domain.sides[0]; }, .unit = "V", .help = side},
               {.name = "right", .place = [](Draft& d) { return &d.scene.domain.sides[1]; }, .unit = "V", .help = side},
               {.name = "bottom", .place = [](Draft& d) { return &d.scene.domain.sides[2]; }, .unit = "V", .help = side},
@@ -160,7 +160,7 @@ Table conductor() {
           .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
           .keys = {
               {.name = "position",
-               .place = [](Draft& d) { return &d.conductors.back().conductor.position; },
+               .place = [](Draft& d) { return &d.conductors.back().position; },
                .unit = "m",
                .required = true,
                .help = "of the centre"},
@@ -183,6 +183,28 @@ Table conductor() {
                .place = [](Draft& d) { return &d.conductors.back().group; },
                .computed_default = "none",
                .help = "name of the [[group]] that it is wired to"},
+          }};
+}
+
+Table wall() {
+  return {.path = "wall",
+          .kind = repeated,
+          .help = "A flat wall without end, beside the sides of the domain. Needs effects.contact_potential.",
+          .open = [](Draft& d, int line) { d.walls.push_back({.line = line}); },
+          .keys = {
+              {.name = "name",
+               .place = [](Draft& d) { return &d.walls.back().name; },
+               .computed_default = "\"wall\" and a number, as in \"wall 1\"",
+               .help = "its name in messages and results"},
+              {.name = "point",
+               .place = [](Draft& d) { return &d.walls.back().point; },
+               .unit = "m",
+               .required = true,
+               .help = "a point of it"},
+              {.name = "normal",
+               .place = [](Draft& d) { return &d.walls.back().normal; },
+               .required = true,
+               .help = "points to the particles' side; of any length but 0"},
           }};
 }
 
@@ -213,7 +235,7 @@ Table group() {
 Table population() {
   return {.path = "population",
           .kind = repeated,
-          .help = "Conductors at random places, drawn uniformly one after the other, without overlap.",
+          .help = "Conductors at random places, drawn uniformly one after the other, by default without overlap.",
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
           .keys = {
               {.name = "count",
@@ -225,8 +247,32 @@ Table population() {
                .place = [](Draft& d) { return &d.populations.back().radius; },
                .unit = "m",
                .range = positive,
-               .required = true,
+               .computed_default = "none; needed unless radii are given",
                .help = "of all, or the interval from which each draws its own"},
+              {.name = "radii",
+               .place = [](Draft& d) { return &d.populations.back().radii; },
+               .unit = "m",
+               .range = positive,
+               .computed_default = "none",
+               .help = "in place of radius: radii that are taken in turn, and over again if count is larger"},
+              {.name = "distribution",
+               .place = [](Draft& d) { return &d.populations.back().distribution; },
+               .choices = {"uniform", "normal", "lognormal"},
+               .help = "of the radii in their interval, which truncates it"},
+              {.name = "mean",
+               .place = [](Draft& d) { return &d.populations.back().mean; },
+               .unit = "m",
+               .range = positive,
+               .computed_default = "the middle of the interval",
+               .help = "of normal before it is truncated; of lognormal the median"},
+              {.name = "deviation",
+               .place = [](Draft& d) { return &d.populations.back().deviation; },
+               .range = positive,
+               .computed_default = "none; needed for normal and lognormal",
+               .help = "standard deviation: of normal over the mean, of lognormal that of the radius's logarithm"},
+              {.name = "overlapping",
+               .place = [](Draft& d) { return &d.populations.back().overlapping; },
+               .help = "places are taken as they are drawn, overlapping or not; needs effects.contact_potential"},
               {.name = "charge",
                .place = [](Draft& d) { return &d.populations.back().charge; },
                .unit = "C",
@@ -320,6 +366,53 @@ Table contact_discharge() {
                .place = [](Draft& d) { return &d.scene.effects.contact_discharge->hysteresis; },
                .range = {.low = 0, .high = 1},
                .help = "contact is lost beyond gap * (1 + hysteresis): conductors at rest there must not chatter"},
+          }};
+}
+
+Table contact_potential() {
+  return {
+      .path = "effects.contact_potential",
+      .help =
+          "Particles rest where stiffness * sum of (q - 1) ln q over all pairs and walls that overlap is least; q is "
+          "the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A run "
+          "looks for that in place of a motion in time, so no other effect is allowed.",
+      .open = [](Draft& d, int) { d.scene.effects.contact_potential.emplace(); },
+      .keys = {
+          {.name = "stiffness",
+           .place = [](Draft& d) { return &d.scene.effects.contact_potential->stiffness; },
+           .unit = "J",
+           .range = positive,
+           .help = "k: changes energies and forces, not where particles rest"},
+          {.name = "box",
+           .place = [](Draft& d) { return &d.scene.effects.contact_potential->box; },
+           .help = "the sides of the domain are walls; without them every [[wall]] must be given"},
+      }};
+}
+
+Table minimize() {
+  return {.path = "minimize",
+          .help = "How particles under effects.contact_potential come to rest.",
+          .keys = {
+              {.name = "method",
+               .place = [](Draft& d) { return &d.scene.minimize.method; },
+               .choices = {"gradient-descent"},
+               .help = "gradient-descent: small steps of one length down the gradient"},
+              {.name = "force_tolerance",
+               .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
+               .range = accuracy,
+               .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
+              {.name = "max_iterations",
+               .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
+               .range = {.low = 0, .high = 1e12},
+               .help = "a run ends there at the latest"},
+              {.name = "step",
+               .place = [](Draft& d) { return &d.scene.minimize.step; },
+               .range = positive,
+               .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
+              {.name = "record_every",
+               .place = [](Draft& d) { return &d.scene.minimize.record_every; },
+               .range = not_negative,
+               .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
           }};
 }
 
@@ -478,6 +571,7 @@ const std::vector<Table>& schema() {
                                             medium(),
                                             material(),
                                             electrode(),
+                                            wall(),
                                             conductor(),
                                             group(),
                                             population(),
@@ -488,6 +582,8 @@ const std::vector<Table>& schema() {
                                             hertz_contact(),
                                             wall_contact(),
                                             contact_discharge(),
+                                            contact_potential(),
+                                            minimize(),
                                             field(),
                                             mechanics(),
                                             output(),

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <toml++/toml.h>
 
 #include "src/scene/draft.hpp"
@@ -72,6 +73,36 @@ inline bool read(const toml::node& node, Vec2& value) {
 inline const char* type_name(const Vec2&) { return "two numbers [x, y]"; }
 inline std::string show(const Vec2& value) { return fmt::format("[{:g}, {:g}]", value.x, value.y); }
 inline std::vector<double> numbers(const Vec2& value) { return {value.x, value.y}; }
+
+inline bool read(const toml::node& node, Coordinates& value) {
+  const toml::array* components = node.as_array();
+  if (!components || components->size() < 2 || components->size() > 3) return false;
+  value.count = static_cast<int>(components->size());
+  for (int k = 0; k < value.count; ++k)
+    if (!read((*components)[k], value.value[k])) return false;
+  return true;
+}
+inline const char* type_name(const Coordinates&) { return "two numbers [x, y] or three [x, y, z]"; }
+inline std::string show(const Coordinates& value) {
+  return value.count == 3 ? fmt::format("[{:g}, {:g}, {:g}]", value.value[0], value.value[1], value.value[2])
+                          : show(value.plane());
+}
+inline std::vector<double> numbers(const Coordinates& value) {
+  const auto& [x, y, z] = value.value;
+  return value.count == 3 ? std::vector<double>{x, y, z} : std::vector<double>{x, y};
+}
+
+inline bool read(const toml::node& node, std::vector<double>& value) {
+  const toml::array* list = node.as_array();
+  if (!list) return false;
+  value.assign(list->size(), 0);
+  for (std::size_t k = 0; k < list->size(); ++k)
+    if (!read((*list)[k], value[k])) return false;
+  return !value.empty();
+}
+inline const char* type_name(const std::vector<double>&) { return "a list of numbers, not empty"; }
+inline std::string show(const std::vector<double>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
+inline std::vector<double> numbers(const std::vector<double>& value) { return value; }
 
 inline bool read(const toml::node& node, Interval& value) {
   if (read(node, value.smallest)) {

@@ -1,0 +1,180 @@
+#include "src/scene/packing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+#include <fmt/format.h>
+
+namespace lichtenberg {
+namespace {
+
+std::string at(const Conductor& conductor, int dimension) {
+  return dimension == 3 ? fmt::format("[{:g}, {:g}, {:g}]", conductor.position.x, conductor.position.y, conductor.z)
+                        : fmt::format("[{:g}, {:g}]", conductor.position.x, conductor.position.y);
+}
+
+/// The line of the [[conductor]] or [[population]] that particle i comes from.
+int line_of(const Draft& draft, std::size_t i) {
+  if (i < draft.conductors.size()) return draft.conductors[i].line;
+  i -= draft.conductors.size();
+  for (const PopulationDraft& population : draft.populations) {
+    if (i < static_cast<std::size_t>(population.count)) return population.line;
+    i -= population.count;
+  }
+  return 0;
+}
+
+std::vector<Wall> sides_of_box(const Domain& domain, int dimension) {
+  const std::array<double, 3> far = {domain.size.x, domain.size.y, domain.height};
+  const std::array<std::array<const char*, 2>, 3> names =
+      dimension == 3
+          ? std::array<std::array<const char*, 2>, 3>{{{"left", "right"}, {"front", "back"}, {"bottom", "top"}}}
+          : std::array<std::array<const char*, 2>, 3>{{{"left", "right"}, {"bottom", "top"}, {}}};
+  std::vector<Wall> walls;
+  for (int k = 0; k < dimension; ++k) {
+    Wall low{.name = names[k][0]}, high{.name = names[k][1], .point = far};
+    low.normal[k] = 1, high.normal[k] = -1;
+    walls.push_back(low), walls.push_back(high);
+  }
+  return walls;
+}
+
+Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) {
+  const std::array<double, 3>& n = given.normal.value;
+  const double length = std::hypot(n[0], n[1], n[2]);
+  if (length == 0)
+    refuse(draft.scene.path, given.line, "wall.normal = 0 is not allowed: it must point to the particles' side");
+  return {given.name.value_or(fmt::format("wall {}", number)),
+          given.point.value,
+          {n[0] / length, n[1] / length, n[2] / length}};
+}
+
+/// Area or volume of all particles.
+double content(const Scene& scene) {
+  const bool spheres = scene.dimension() == 3;
+  return std::accumulate(scene.conductors.begin(), scene.conductors.end(), 0.0, [&](double sum, const Conductor& c) {
+    return sum + std::numbers::pi * c.radius * c.radius * (spheres ? 4.0 / 3.0 * c.radius : 1);
+  });
+}
+
+void check_content(const Scene& scene) {
+  const Domain& domain = scene.domain;
+  const bool spheres = scene.dimension() == 3;
+  const double room = domain.size.x * domain.size.y * (spheres ? domain.height : 1), filled = content(scene) / room;
+  if (filled > 1)
+    refuse(
+        scene.path, 0,
+        fmt::format("the particles cannot fit: their {0} together are {1:.3g} times that of the domain, and at most 1 "
+                    "is allowed; fewer or smaller ones, or a larger domain.size",
+                    spheres ? "volumes" : "areas", filled));
+}
+
+/// Two centres at one place push each other with no force in no direction. Sorted along x, they are neighbours.
+void check_places(const Draft& draft, const Scene& scene) {
+  std::vector<std::size_t> order(scene.conductors.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto place = [&](std::size_t i) {
+    const Conductor& c = scene.conductors[i];
+    return std::tuple(c.position.x, c.position.y, c.z);
+  };
+  std::ranges::sort(order, {}, place);
+  const auto same = std::ranges::adjacent_find(order, {}, place);
+  if (same != order.end())
+    refuse(scene.path, line_of(draft, *same),
+           fmt::format("two particles lie at {} m: their energy is infinite, and places must differ",
+                       at(scene.conductors[*same], scene.dimension())));
+}
+
+}  // namespace
+
+void settle_dimension(Draft& draft) {
+  Domain& domain = draft.scene.domain;
+  const int dimension = draft.domain_size.count;
+  domain.size = draft.domain_size.plane();
+  domain.height = draft.domain_size.value[2];
+  if (dimension == 3 && !draft.scene.effects.contact_potential)
+    refuse(draft.scene.path, draft.line("domain.size"),
+           "domain.size has three numbers, but only a scene with effects.contact_potential may have three dimensions: "
+           "two numbers [x, y] are allowed");
+  const auto check = [&](const Coordinates& given, int line, const std::string& key) {
+    if (given.count != dimension)
+      refuse(draft.scene.path, line,
+             fmt::format("{} has {} numbers, but the domain has {}: as many are allowed", key, given.count, dimension));
+  };
+  for (ConductorDraft& conductor : draft.conductors) {
+    check(conductor.position, conductor.line, "conductor.position");
+    conductor.conductor.position = conductor.position.plane();
+    conductor.conductor.z = conductor.position.value[2];
+  }
+  for (const WallDraft& wall : draft.walls) {
+    check(wall.point, wall.line, "wall.point");
+    check(wall.normal, wall.line, "wall.normal");
+  }
+}
+
+void check_packing_keys(const Draft& draft) {
+  const Effects& effects = draft.scene.effects;
+  const auto refuse_it = [&](int line, const std::string& sentence) { refuse(draft.scene.path, line, sentence); };
+  if (!effects.contact_potential) {
+    const std::string needs = " needs the table [effects.contact_potential]: add it, or leave this out";
+    if (!draft.walls.empty()) refuse_it(draft.walls.front().line, "[[wall]]" + needs);
+    if (const int line = draft.line("minimize")) refuse_it(line, "[minimize]" + needs);
+    for (const PopulationDraft& population : draft.populations)
+      if (population.overlapping) refuse_it(population.line, "population.overlapping" + needs);
+    return;
+  }
+  const std::string why =
+      " is not allowed with effects.contact_potential, under which nothing else acts: leave one out";
+  for (const std::string other :
+       {"floating_conductors", "current_source", "stokes_drag", "hertz_contact", "wall_contact", "contact_discharge"})
+    if (const int line = draft.line("effects." + other)) refuse_it(line, "effects." + other + why);
+  if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
+  if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
+  for (const PopulationDraft& population : draft.populations)
+    if (draft.domain_size.count == 3 && !population.overlapping)
+      refuse_it(population.line, "a population in three dimensions needs population.overlapping = true");
+}
+
+std::vector<Wall> build_walls(const Draft& draft) {
+  const Scene& scene = draft.scene;
+  if (!scene.effects.contact_potential) return {};
+  std::vector<Wall> walls;
+  if (scene.effects.contact_potential->box) walls = sides_of_box(scene.domain, scene.dimension());
+  for (std::size_t k = 0; k < draft.walls.size(); ++k) walls.push_back(build_wall(draft, draft.walls[k], k + 1));
+  if (walls.empty())
+    refuse(scene.path, draft.line("effects.contact_potential.box"),
+           "the packing has no walls: effects.contact_potential.box = true or at least one [[wall]] is needed");
+  std::set<std::string> names;
+  for (const Wall& wall : walls)
+    if (!names.insert(wall.name).second)
+      refuse(scene.path, draft.line("wall"),
+             fmt::format("wall.name = \"{}\" is taken: the names of walls must differ", wall.name));
+  return walls;
+}
+
+void check_packing(const Draft& draft, const Scene& scene) {
+  const int dimension = scene.dimension();
+  check_content(scene);
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
+    const Conductor& c = scene.conductors[i];
+    for (const Wall& wall : scene.walls)
+      if (!(distance(wall, c) > 0))
+        refuse(scene.path, line_of(draft, i),
+               fmt::format("the particle at {} m is not allowed: its centre is not inside the wall \"{}\"",
+                           at(c, dimension), wall.name));
+    const double narrowest =
+        std::min({scene.domain.size.x, scene.domain.size.y, dimension == 3 ? scene.domain.height : INFINITY});
+    if (scene.effects.contact_potential->box && c.radius > narrowest)
+      refuse(scene.path, line_of(draft, i),
+             fmt::format("a particle of radius {:g} m cannot fit between walls that are {:g} m apart: even the "
+                         "radius is larger than that",
+                         c.radius, narrowest));
+  }
+  check_places(draft, scene);
+}
+
+}  // namespace lichtenberg

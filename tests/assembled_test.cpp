@@ -81,9 +81,12 @@ std::vector<double> all_of(double value) {
 }  // namespace
 
 TEST_CASE("the assembled system gives the matrix-free one's answer, with and without ground, cold and in motion") {
-  for (const bool grounded : {true, false}) {
+  for (const auto& [grounded, coupling] :
+       {std::pair{true, 0.0}, {false, 0.0}, {true, 0.5}, {true, 1e9}, {false, 1e9}}) {
     CAPTURE(grounded);
+    CAPTURE(coupling);
     LaplaceProblem problem = crowd(grounded);
+    problem.couplings = {{2, 3, coupling}, {3, 6, coupling}};
     CutCellSolver matrix_free(options(CutCellOptions::LinearSolver::multigrid));
     CutCellSolver assembled(options(CutCellOptions::LinearSolver::assembled));
     for (int step = 0; step < 3; ++step) {

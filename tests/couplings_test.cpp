@@ -7,9 +7,9 @@
 #include <numbers>
 #include <random>
 
-#include "solvers/laplace/circuit_nodes.hpp"
+#include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
-#include "solvers/laplace/network.hpp"
+#include "solvers/laplace/network_factors.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -70,6 +70,13 @@ CutCellSolver solver(double to = tolerance, int threads = 1) {
   return CutCellSolver({.cells = 64, .tolerance = to, .threads = threads});
 }
 LaplaceSolution solve(const LaplaceProblem& problem) { return solver().solve(problem); }
+LaplaceSolution solve_assembled(const LaplaceProblem& problem) {
+  return CutCellSolver({.cells = 64,
+                        .tolerance = tolerance,
+                        .threads = 1,
+                        .linear_solver = CutCellOptions::LinearSolver::assembled})
+      .solve(problem);
+}
 
 /// V: how far potentials may be off. CG stops when its estimate of the error in the energy norm, sqrt(x'Ax), is
 /// `tolerance` times the solution's, and e'Ae is at least e_g^2 times the capacitance of group g to all that is around
@@ -206,6 +213,23 @@ TEST_CASE("a tree of couplings over twelve decades, against the dense equations"
   SUBCASE("with a supply for the only ground") { problem.groups[0] = {.charge = 0.3 * eps}; }
   const LaplaceSolution solution = solve(problem);
   check_potentials(solution, by_dense_algebra(problem), uncertainty(solution));
+  check_potentials(solve_assembled(problem), solution.group_potential, 2 * uncertainty(solution));
+}
+
+TEST_CASE("the assembled system has couplings of any strength, with and without ground") {
+  for (const bool grounded : {true, false})
+    for (const double K : {1e-12, 1e-3, 1.0, 900.0, 1100.0, 1e6, 1e12, 1e15}) {
+      CAPTURE(grounded);
+      CAPTURE(K);
+      LaplaceProblem problem = grounded ? crowd(24) : ungrounded(crowd(24));
+      couple(problem, K * eps);
+      const LaplaceSolution solution = solve_assembled(problem), expected = solve(problem);
+      check_potentials(solution, expected.group_potential, 2 * uncertainty(expected));
+      const std::vector<double> charge = group_charges(problem, solution);
+      double sum = 0;
+      for (int g = 1; g <= 24; ++g) sum += charge[g] - problem.groups[g].charge;
+      CHECK(std::abs(sum) < 1e-12 * eps);  // rounding, as below
+    }
 }
 
 TEST_CASE("strong couplings are the limit of merging, weak ones that of none") {
@@ -312,6 +336,31 @@ TEST_CASE("charge is conserved over coupled groups, to rounding and not to the t
       left[b] -= flow;
     }
     for (int g = 1; g <= 24; ++g) CHECK(std::abs(left[g] - problem.groups[g].charge) < rounding + 1e-14 * K * eps);
+  }
+}
+
+TEST_CASE("what couplings carry balances each group's charge, however small the difference of potential") {
+  for (const double K : {1e-12, 1e-3, 1.0, 1e6, 1e12, 1e20}) {
+    CAPTURE(K);
+    LaplaceProblem problem = crowd(24);
+    couple(problem, K * eps);
+    problem.couplings.push_back({5, 17, 2 * K * eps});
+    problem.groups.push_back({.floating = false, .potential = 1});
+    problem.couplings.push_back({25, 3, K * eps});
+    for (const bool assembled : {false, true}) {
+      const LaplaceSolution solution = assembled ? solve_assembled(problem) : solve(problem);
+      const std::vector<double> flowed = coupling_charges(problem, solution);
+      std::vector<double> left = group_charges(problem, solution);
+      for (std::size_t k = 0; k < flowed.size(); ++k) {
+        const auto& [a, b, capacitance] = problem.couplings[k];
+        left[a] += flowed[k];
+        left[b] -= flowed[k];
+        // Ohm's law, up to the rounding of potentials of some volts.
+        const double difference = solution.group_potential[a] - solution.group_potential[b];
+        CHECK(std::abs(flowed[k] - capacitance * difference) < (1e-12 + 1e-14 * K) * eps);
+      }
+      for (int g = 1; g <= 24; ++g) CHECK(std::abs(left[g] - problem.groups[g].charge) < 1e-12 * eps);
+    }
   }
 }
 

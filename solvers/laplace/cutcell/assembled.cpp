@@ -41,6 +41,8 @@ void AssembledSystem::assemble_matrix(const LaplaceProblem& problem, const Level
   check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
   entry_ = std::move(system.slot);
   for (const int g : system.group) entry_.push_back(level.layout.size() + g);
+  numbering_ = {};
+  numbering_.differences = std::move(system.differences);
 }
 
 void AssembledSystem::set_up_preconditioner(const LaplaceProblem& problem) {
@@ -51,28 +53,56 @@ void AssembledSystem::set_up_preconditioner(const LaplaceProblem& problem) {
   krylov_.set_options(tolerance_);
   check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   MatNullSpace constants = nullptr;
-  if (!problem.has_ground()) check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 0, nullptr, &constants));
+  if (!problem.has_ground()) constants = constant_potential();
   krylov_.set_null_space(constants);
   check_petsc(KSPSetUp(krylov_.ksp));
 }
 
 void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>&,
                             const StopCriterion& criterion, LaplaceSolution& solution) {
-  scatter(x, krylov_.x);
-  scatter(b, krylov_.b);
+  std::vector<double> unknowns = by_unknown(x), charges = by_unknown(b);
+  numbering_.from_potentials(unknowns.data());
+  numbering_.from_charges(charges.data());
+  scatter(unknowns, krylov_.x);
+  scatter(charges, krylov_.b);
   krylov_.criterion = criterion;
   krylov_.solve(solution);
   solution.work = 0;  // not counted: what a preconditioner of PETSc's does is unknown
   gather(krylov_.x, x);
 }
 
+std::vector<double> AssembledSystem::by_unknown(const std::vector<double>& x) const {
+  std::vector<double> result;
+  result.reserve(entry_.size());
+  for (const std::ptrdiff_t entry : entry_) result.push_back(x[entry]);
+  return result;
+}
+
+/// What the matrix takes to zero: the same potential everywhere, no differences.
+MatNullSpace AssembledSystem::constant_potential() const {
+  MatNullSpace space = nullptr;
+  if (numbering_.differences.empty()) {
+    check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 0, nullptr, &space));
+    return space;
+  }
+  std::vector<double> same(entry_.size(), 1.0);
+  numbering_.from_potentials(same.data());
+  Vec constant = nullptr;
+  check_petsc(VecDuplicate(krylov_.x, &constant));
+  scatter(same, constant);
+  check_petsc(VecNormalize(constant, nullptr));
+  check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &constant, &space));
+  check_petsc(VecDestroy(&constant));
+  return space;
+}
+
 /// Each process takes its rows.
-void AssembledSystem::scatter(const std::vector<double>& from, Vec to) const {
+void AssembledSystem::scatter(const std::vector<double>& by_unknown, Vec to) const {
   PetscInt begin = 0, end = 0;
   check_petsc(VecGetOwnershipRange(to, &begin, &end));
   PetscScalar* value = nullptr;
   check_petsc(VecGetArrayWrite(to, &value));
-  for (PetscInt row = begin; row < end; ++row) value[row - begin] = from[entry_[row]];
+  for (PetscInt row = begin; row < end; ++row) value[row - begin] = by_unknown[row];
   check_petsc(VecRestoreArrayWrite(to, &value));
 }
 
@@ -85,7 +115,9 @@ void AssembledSystem::gather(Vec from, std::vector<double>& to) const {
   check_petsc(VecScatterEnd(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
   const PetscScalar* value = nullptr;
   check_petsc(VecGetArrayRead(all, &value));
-  for (std::size_t row = 0; row < entry_.size(); ++row) to[entry_[row]] = value[row];
+  std::vector<double> unknowns(value, value + entry_.size());
+  numbering_.to_potentials(unknowns.data());
+  for (std::size_t row = 0; row < entry_.size(); ++row) to[entry_[row]] = unknowns[row];
   check_petsc(VecRestoreArrayRead(all, &value));
   check_petsc(VecScatterDestroy(&all_of));
   check_petsc(VecDestroy(&all));

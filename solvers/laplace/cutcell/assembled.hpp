@@ -2,6 +2,7 @@
 
 #include "solvers/laplace/cutcell/linear_system.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/cutcell/system.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -22,11 +23,14 @@ class AssembledSystem : public LinearSystem {
   void set_up_preconditioner(const LaplaceProblem& problem);
 
  private:
-  void scatter(const std::vector<double>& from, Vec to) const;
+  void scatter(const std::vector<double>& by_unknown, Vec to) const;
+  MatNullSpace constant_potential() const;
+  std::vector<double> by_unknown(const std::vector<double>& x) const;
   void gather(Vec from, std::vector<double>& to) const;
   LinkFormula links_;
   double tolerance_;
   CutCellOptions::Device device_;
+  SparseSystem numbering_;             // no rows
   std::vector<std::ptrdiff_t> entry_;  // of each unknown in the operator's vectors
   Krylov krylov_;
 };

@@ -44,19 +44,21 @@ void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) 
     throw Failure(
         "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
   rhs_ = cholmod_zeros(matrix.nrow, 1, CHOLMOD_REAL, &common_);
-  slot_ = std::move(system.slot);
-  group_ = std::move(system.group);
+  system_ = {
+      .slot = std::move(system.slot), .group = std::move(system.group), .differences = std::move(system.differences)};
 }
 
 void CoarseSolver::solve(const float* f, const float* charge, float* v, float* phi) {
   double* rhs = static_cast<double*>(rhs_->x);
-  const std::size_t cells = slot_.size();
-  for (std::size_t a = 0; a < cells; ++a) rhs[a] = f[slot_[a]];
-  for (std::size_t g = 0; g < group_.size(); ++g) rhs[cells + g] = charge[group_[g]];
+  const std::size_t cells = system_.slot.size();
+  for (std::size_t a = 0; a < cells; ++a) rhs[a] = f[system_.slot[a]];
+  for (std::size_t g = 0; g < system_.group.size(); ++g) rhs[cells + g] = charge[system_.group[g]];
+  system_.from_charges(rhs);
   cholmod_solve2(CHOLMOD_A, factor_, rhs_, nullptr, &solution_, nullptr, &work_y_, &work_e_, &common_);
-  const double* x = static_cast<const double*>(solution_->x);
-  for (std::size_t a = 0; a < cells; ++a) v[slot_[a]] = static_cast<float>(x[a]);
-  for (std::size_t g = 0; g < group_.size(); ++g) phi[group_[g]] = static_cast<float>(x[cells + g]);
+  double* x = static_cast<double*>(solution_->x);
+  system_.to_potentials(x);
+  for (std::size_t a = 0; a < cells; ++a) v[system_.slot[a]] = static_cast<float>(x[a]);
+  for (std::size_t g = 0; g < system_.group.size(); ++g) phi[system_.group[g]] = static_cast<float>(x[cells + g]);
 }
 
 }  // namespace lichtenberg::laplace

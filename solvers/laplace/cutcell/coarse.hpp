@@ -6,6 +6,7 @@
 #include <cholmod.h>
 
 #include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/system.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -30,8 +31,7 @@ class CoarseSolver {
   cholmod_dense* solution_ = nullptr;
   cholmod_dense* work_y_ = nullptr;
   cholmod_dense* work_e_ = nullptr;
-  std::vector<std::ptrdiff_t> slot_;  // of each cell unknown
-  std::vector<int> group_;            // of each group unknown
+  SparseSystem system_;  // its numbering only
 };
 
 }  // namespace lichtenberg::laplace

@@ -7,7 +7,7 @@
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/cutcell/team.hpp"
-#include "solvers/laplace/network.hpp"
+#include "solvers/laplace/network_factors.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/circuit_nodes.hpp"
+#include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"

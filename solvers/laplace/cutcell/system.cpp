@@ -1,6 +1,7 @@
 #include "solvers/laplace/cutcell/system.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace lichtenberg::laplace {
 
@@ -46,12 +47,25 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
     if (row >= part.begin && row < part.end && (!part.upper_only || row > column))
       links.couplings.push_back({row, {column, -c}});
   };
+  std::vector<int> from(system.unknowns(), -1);
+  for (const SparseSystem::Difference& difference : system.differences) from[difference.unknown] = difference.from;
+  // An end's potential is that of unknown a, plus that of from[a] if it has one; both ends may have the same.
   const auto couple = [&](int a, int b, double c) {
-    if (a >= 0) links.diagonal[a] += c;
-    if (b >= 0) links.diagonal[b] += c;
-    if (a < 0 || b < 0) return;
-    add(a, b, c);
-    add(b, a, c);
+    const int base_a = a >= 0 ? from[a] : -1, base_b = b >= 0 ? from[b] : -1;
+    const bool cancel_a = base_a >= 0 && (base_a == base_b || base_a == b);
+    const bool cancel_b = base_b >= 0 && (base_b == base_a || base_b == a);
+    std::array<int, 4> end{a, base_a, b, base_b};
+    std::array<double, 4> sign{1, 1, -1, -1};
+    if (cancel_a) end[1] = -1;
+    if (cancel_b) end[3] = -1;
+    if (cancel_a && base_a == b) end[2] = -1;
+    if (cancel_b && base_b == a) end[0] = -1;
+    for (int k = 0; k < 4; ++k) {
+      if (end[k] < 0) continue;
+      links.diagonal[end[k]] += c;
+      for (int l = 0; l < 4; ++l)
+        if (l != k && end[l] >= 0) add(end[k], end[l], -sign[k] * sign[l] * c);
+    }
   };
   const auto unknown_of_body = [&](int body) { return number.of_group[problem.bodies[body].group]; };
   for (const Link& link : level.links) couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
@@ -63,7 +77,7 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
   for (const Supply& supply : level.supplies)
     couple(number.of_group[supply.group], -1, part.in_cycle ? supply.conductance_in_cycle : supply.conductance);
   for (std::size_t a = 0; a < system.slot.size(); ++a) links.diagonal[a] = level.diagonal[system.slot[a]];
-  if (part.pin) links.diagonal.back() *= 2;
+  if (part.pin) links.diagonal[from.back() >= 0 ? from.back() : from.size() - 1] *= 2;
   std::stable_sort(links.couplings.begin(), links.couplings.end(), [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first < b.first : a.second.column < b.second.column;
   });
@@ -126,6 +140,21 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, Part part,
   }
 }
 
+/// The first group of each strongly coupled set has its potential for unknown, the others their difference from it.
+void number_differences(const LaplaceProblem& problem, const Level& level, SparseSystem& system) {
+  if (level.couplings.empty()) return;
+  constexpr double strong = 1e3;
+  const std::vector<int> set_of = coupled_sets(problem, strong * problem.permittivity);
+  std::vector<int> first(problem.groups.size(), -1);
+  for (std::size_t k = 0; k < system.group.size(); ++k) {
+    const int unknown = static_cast<int>(system.slot.size() + k), set = set_of[system.group[k]];
+    if (first[set] < 0)
+      first[set] = unknown;
+    else
+      system.differences.push_back({unknown, first[set]});
+  }
+}
+
 }  // namespace
 
 SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) {
@@ -136,7 +165,20 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) 
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     if (problem.groups[g].floating && level.has_unknown(static_cast<int>(g)))
       system.group.push_back(static_cast<int>(g));
+  number_differences(problem, level, system);
   return system;
+}
+
+void SparseSystem::from_charges(double* b) const {
+  for (const auto& [unknown, from] : differences) b[from] += b[unknown];
+}
+
+void SparseSystem::from_potentials(double* x) const {
+  for (const auto& [unknown, from] : differences) x[unknown] -= x[from];
+}
+
+void SparseSystem::to_potentials(double* x) const {
+  for (const auto& [unknown, from] : differences) x[unknown] += x[from];
 }
 
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system) {

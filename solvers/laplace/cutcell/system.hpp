@@ -15,6 +15,17 @@ struct SparseSystem {
   std::vector<double> value;
   std::vector<std::ptrdiff_t> slot;  ///< layout slot of each cell unknown
   std::vector<int> group;            ///< group of each unknown after the cells
+  /// An unknown that is a group's difference of potential from that of another unknown. Where a coupling outweighs all
+  /// other links of two groups, a row for each group would keep nothing of them beside it; so the row of the one is the
+  /// sum of both, without the coupling, and the other's potential counts from the first one's.
+  struct Difference {
+    int unknown, from;
+  };
+  std::vector<Difference> differences;
+  // Vectors by unknown: right-hand sides from groups' charges, unknowns from groups' potentials and back.
+  void from_charges(double* b) const;
+  void from_potentials(double* x) const;
+  void to_potentials(double* x) const;
   int unknowns() const { return static_cast<int>(slot.size() + group.size()); }
 };
 

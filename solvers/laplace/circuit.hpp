@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "solvers/laplace/network.hpp"
+#include "solvers/laplace/network_factors.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
@@ -26,5 +26,10 @@ class CircuitNodes {
   std::vector<double> flow_;  // into each node, with what nodes before it have left
   NetworkFactors factors_;
 };
+
+/// Charge (C per metre of depth) that has flowed from a to b through each coupling, such that every floating group's
+/// balance holds to rounding. Where a coupling is so strong that its difference of potential is rounding, what it
+/// carries follows from the charges, of which `solution` has all digits.
+std::vector<double> coupling_charges(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
 }  // namespace lichtenberg::laplace

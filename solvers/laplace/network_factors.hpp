@@ -17,7 +17,8 @@ struct NetworkLink {
 /// of the links. Eliminating a node puts links between its neighbours (star-mesh transformation), and what it had to
 /// ground is theirs in parts. Nothing is ever subtracted, so that pivots keep all digits whatever lies between the
 /// weakest conductance and the strongest (Alfa, Xue & Ye 2002): with a Cholesky factorization, nodes linked a 1e12
-/// times more strongly to each other than to ground would keep four.
+/// times more strongly to each other than to ground would keep four. For some thousand nodes with grounds, over and
+/// over; large networks between a few electrodes are the room solvers/network's.
 class NetworkFactors {
  public:
   NetworkFactors() = default;

@@ -1,4 +1,4 @@
-#include "solvers/laplace/network.hpp"
+#include "solvers/laplace/network_factors.hpp"
 
 #include <algorithm>
 #include <set>

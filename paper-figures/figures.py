@@ -47,7 +47,8 @@ def claim(what, source, published, ours, verdict=None):
     """A row of the table: what a source claims by a figure, and what we find.
 
     published, ours: a number, a pair (number, half width of its 95 % interval), or text. Without a verdict they must be
-    numbers of which one at least has an interval: they agree if they differ by no more than both intervals allow.
+    numbers of which one at least has an interval: they agree if they differ by no more than both intervals allow, and the
+    verdict says how much that is.
     """
     return {"claim": what, "source": source, "published": published, "ours": ours,
             "verdict": verdict or _agreement(published, ours)}
@@ -58,8 +59,9 @@ def _agreement(published, ours):
                                              for pair in (published, ours))
     if not allowed and not uncertain:
         raise ValueError("a claim without any interval needs a verdict in words")
-    if abs(found - theirs) <= math.hypot(allowed, uncertain):
-        return "agrees"
+    interval = math.hypot(allowed, uncertain)
+    if abs(found - theirs) <= interval:
+        return f"agrees within {100 * abs(interval / theirs):.2g} %" if theirs else "agrees"
     return f"differs by {100 * (found / theirs - 1):+.2g} %" if theirs else "differs"
 
 

@@ -39,7 +39,8 @@ void add_fractions(Quantities& quantities, const std::string& suffix, const anal
 }
 
 /// f1 and B as other readings of D's definition have them: degrees in the tree A instead of the graph G, without the
-/// ground as a neighbour, and with the contacts of D 7.1 alone, which a conductor loses as soon as it leaves the gap.
+/// ground as a neighbour, and with the contacts of D 7.1 alone, which have no hysteresis (in the same tree: where the
+/// only contact with the ground is kept by hysteresis, none would be left).
 void add_other_readings(Quantities& quantities, const analysis::Network& network, const Scene& scene,
                         const std::vector<Vec2>& position, const std::vector<double>& radius) {
   std::vector<analysis::Contact> tree;
@@ -52,8 +53,9 @@ void add_other_readings(Quantities& quantities, const analysis::Network& network
   analysis::ContactGraph graph = analysis::contact_graph(static_cast<int>(position.size()), network.contacts);
   graph.grounded.assign(position.size(), false);
   add_fractions(quantities, "_without_ground", analysis::degree_distribution(graph, network.successor));
-  auto near = analysis::contacts(position, radius, scene.effects.contact_discharge->gap, analysis::ground_of(scene));
-  add_fractions(quantities, "_without_hysteresis", analysis::network(std::move(near), position).degrees);
+  const auto near = analysis::contacts(position, radius, scene.effects.contact_discharge->gap, analysis::ground_of(scene));
+  graph = analysis::contact_graph(static_cast<int>(position.size()), near);
+  add_fractions(quantities, "_without_hysteresis", analysis::degree_distribution(graph, network.successor));
 }
 
 /// The topology of the last frame.

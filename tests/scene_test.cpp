@@ -80,8 +80,8 @@ seed = 7
 [domain]
 size = [0.04, 0.02]
 left = { potential = -5.0 }
-right = "insulating"
-top = { potential = 3 }
+right = { potential = 3 }
+top = "insulating"
 [medium]
 permittivity = 4e-11
 viscosity = 0.5
@@ -142,9 +142,9 @@ force = 0.01
   CHECK(s.seed == 7);
   CHECK(s.domain.size == Vec2{0.04, 0.02});
   CHECK((s.domain.sides[0].electrode && s.domain.sides[0].potential == -5));
-  CHECK_FALSE(s.domain.sides[1].electrode);
+  CHECK((s.domain.sides[1].electrode && s.domain.sides[1].potential == 3));
   CHECK_FALSE(s.domain.sides[2].electrode);
-  CHECK((s.domain.sides[3].electrode && s.domain.sides[3].potential == 3));
+  CHECK_FALSE(s.domain.sides[3].electrode);
   CHECK(s.medium.permittivity == 4e-11);
   CHECK(s.medium.viscosity == 0.5);
   CHECK(s.medium.depth == 0.01);
@@ -314,6 +314,19 @@ TEST_CASE("electrodes at different potentials must not touch") {
       "[[electrode]]\nname = \"sink\"\nshape = \"half-disk\"\nside = \"bottom\"\nat = 0.01\nradius = 0.001\n"
       "potential = 0\n",
       {"\"sink\" at 0 V", "bottom side of the domain at 5 V"});
+}
+
+TEST_CASE("sides of the domain meet in corners: electrodes there must have one potential") {
+  const auto with_sides = [](const std::string& sides) {
+    return "field.cells = 64\nmedium.permittivity = 1e-11\n" + disk("[0.01, 0.01]") +
+           "[domain]\nsize = [0.04, 0.02]\n" + sides;
+  };
+  CHECK(refusal(with_sides("left = { potential = 5 }\nright = { potential = 0 }\n")) == "");
+  CHECK(refusal(with_sides("left = { potential = 5 }\ntop = { potential = 5 }\n")) == "");
+  check_refused(with_sides("left = { potential = 5 }\ntop = { potential = 0 }\n"),
+                {"left side of the domain at 5 V", "top side at 0 V", "same potential"});
+  check_refused(with_sides("right = { potential = 5 }\nbottom = { potential = 0 }\n"),
+                {"right side of the domain at 5 V", "bottom side at 0 V"});
 }
 
 TEST_CASE("unknown keys: the nearest known one is named") {

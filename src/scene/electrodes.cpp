@@ -99,7 +99,20 @@ void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shap
                           size.x, size.y));
 }
 
+/// Two electrode sides meet in a corner, where the field between two potentials and the charge on both have no limit.
+void check_corners(const Draft& draft) {
+  const std::array<DomainSide, 4>& sides = draft.scene.domain.sides;
+  for (const int across : {0, 1})
+    for (const int along : {2, 3})
+      if (sides[across].electrode && sides[along].electrode && sides[across].potential != sides[along].potential)
+        refuse(draft.scene.path, draft.line("domain"),
+               fmt::format("the {} side of the domain at {:g} V touches the {} side at {:g} V in a corner: electrodes "
+                           "that touch must have the same potential",
+                           side_names[across], sides[across].potential, side_names[along], sides[along].potential));
+}
+
 void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
+  check_corners(draft);
   const Domain& domain = draft.scene.domain;
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
     const auto refuse_it = [&](const std::string& other, double potential) {

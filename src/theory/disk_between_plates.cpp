@@ -3,31 +3,27 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 namespace lichtenberg::theory {
 namespace {
 
-using Complex = std::complex<double>;
 using std::numbers::pi;
 
-/// Surface points: z measured from the left plate, angle from +x.
+/// Surface points: x measured from the left plate, angle from +x.
 struct Circle {
-  Circle(const DiskBetweenPlates& disk, double x, int n) : angle(n), z(n) {
-    for (int j = 0; j < n; ++j) {
-      angle[j] = 2 * pi * j / n;
-      z[j] = 0.5 * disk.distance + x + disk.radius * std::polar(1.0, angle[j]);
-    }
-  }
-  Eigen::VectorXd angle;
-  Eigen::VectorXcd z;
+  Circle(const DiskBetweenPlates& disk, double place, int n)
+      : angle(Eigen::VectorXd::LinSpaced(n, 0, 2 * pi * (n - 1) / n)),
+        x(0.5 * disk.distance + place + disk.radius * angle.array().cos()),
+        y(disk.radius * angle.array().sin()) {}
+  Eigen::VectorXd angle, x, y;
 };
 
-/// The density varies like the bipolar one: its coefficients fall by exp(-u) each, cosh(u) = 1 + gap/R.
+/// The density varies like the bipolar one: its coefficients fall by exp(-u) each, cosh(u) = 1 + gap/R, and the last
+/// one counted is exp(-20) = 2e-9 of the first.
 int points(const DiskBetweenPlates& disk, double x) {
   const double gap = disk.place(std::abs(x));
-  return 2 * std::max(32, static_cast<int>(std::ceil(25 / std::acosh(1 + gap / disk.radius))));
+  return 2 * std::max(32, static_cast<int>(std::ceil(20 / std::acosh(1 + gap / disk.radius))));
 }
 
 /// Weights of the values at distance j on the circle in the integral of ln(4 sin^2(s/2)) f(s) (Kress, Linear Integral
@@ -43,21 +39,24 @@ Eigen::VectorXd log_weights(int n) {
   return weight;
 }
 
-/// From surface charge (C/m^2) to potential on the surface (V), both plates grounded.
+/// From surface charge (C/m^2) to potential on the surface (V), both plates grounded. Symmetric.
 Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& circle) {
-  const int n = static_cast<int>(circle.z.size());
-  const double half_turn = pi / (2 * disk.distance);
-  const Eigen::VectorXd weight = log_weights(n);
+  const auto n = circle.x.size();
+  const double half_turn = pi / (2 * disk.distance), ds = 2 * pi * disk.radius / static_cast<double>(n);
+  const auto squared_sine = [&](double x, double y) {  // |sin(half_turn (x + iy))|^2
+    return std::pow(std::sin(half_turn * x), 2) + std::pow(std::sinh(half_turn * y), 2);
+  };
+  const Eigen::VectorXd weight = log_weights(static_cast<int>(n));
   Eigen::MatrixXd matrix(n, n);
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      const Complex direct = half_turn * (circle.z[i] - circle.z[j]);
-      const double image = std::log(std::abs(std::sin(half_turn * (circle.z[i] + std::conj(circle.z[j])))));
-      // ln |sin(w)| without the ln |2 sin((t - s) / 2)| that is in it.
-      const double smooth =
-          std::log(half_turn * disk.radius) + (i == j ? 0 : std::log(std::abs(std::sin(direct) / direct)));
-      matrix(i, j) =
-          disk.radius / (2 * pi * disk.permittivity) * (2 * pi / n * (image - smooth) - 0.5 * weight[std::abs(i - j)]);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double image = squared_sine(circle.x[i] + circle.x[j], circle.y[i] - circle.y[j]);
+      // The direct kernel without the ln 4 sin^2((t - s) / 2) that is in it.
+      const double smooth = i == j ? std::pow(half_turn * disk.radius, 2)
+                                   : squared_sine(circle.x[i] - circle.x[j], circle.y[i] - circle.y[j]) /
+                                         std::pow(2 * std::sin(0.5 * (circle.angle[i] - circle.angle[j])), 2);
+      matrix(i, j) = matrix(j, i) =
+          (ds * std::log(image / smooth) - disk.radius * weight[i - j]) / (4 * pi * disk.permittivity);
     }
   return matrix;
 }
@@ -65,10 +64,10 @@ Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& ci
 /// Surface charges that a potential of 1 V (plates grounded) and the plates' voltage (disk grounded) bring forth.
 struct Response {
   Response(const DiskBetweenPlates& disk, double x)
-      : circle(disk, x, points(disk, x)), ds(2 * pi * disk.radius / circle.z.size()) {
+      : circle(disk, x, points(disk, x)), ds(2 * pi * disk.radius / circle.x.size()) {
     const Eigen::PartialPivLU<Eigen::MatrixXd> lu(potential_matrix(disk, circle));
-    held = lu.solve(Eigen::VectorXd::Ones(circle.z.size()));
-    induced = lu.solve((disk.voltage * (circle.z.real().array() / disk.distance - 0.5)).matrix());
+    held = lu.solve(Eigen::VectorXd::Ones(circle.x.size()));
+    induced = lu.solve((disk.voltage * (circle.x.array() / disk.distance - 0.5)).matrix());
   }
   double capacitance() const { return held.sum() * ds; }
   DiskState state(const DiskBetweenPlates& disk, double potential) const {

@@ -9,10 +9,10 @@ namespace {
 
 using std::numbers::pi;
 
-/// Halves intervals until their Gauss-Kronrod estimates agree to 1e-8 of the whole, ten times at most: forces have
+/// Halves intervals until their Gauss-Kronrod estimates agree to 1e-5 of the whole, ten times at most: forces have
 /// singularities a contact gap beyond the ends.
 double integral(const std::function<double(double)>& f, double from, double to) {
-  return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(f, from, to, 10, 1e-8);
+  return boost::math::quadrature::gauss_kronrod<double, 31>::integrate(f, from, to, 10, 1e-5);
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ struct Set {
 };
 
 double distance(const Set& set) { return set.gap + 2 * radius; }
+/// Where contact is lost: hysteresis, but at least the position tolerance.
+double lost_gap(const Set& set) { return set.contact_gap * radius + std::max(0.05 * set.contact_gap, 1e-3) * radius; }
 
 /// The sphere at rest on the left plate.
 Scene scene_of(const Set& set) {
@@ -53,14 +55,14 @@ struct Crossing {
   double current() const { return charge / time; }  ///< A: 2 charge every two crossings
 };
 
-/// Contact is made at contact_gap before a plate, which then drives the sphere away, and lost at contact_gap +
-/// max(hysteresis, position tolerance), where the charge stays what it is.
+/// Contact is made at contact_gap before a plate, which then drives the sphere away, and lost at lost_gap, where the
+/// charge stays what it is.
 struct Theory {
   Crossing overdamped, ballistic;
 };
 Theory theory_of(const Set& set, double depth, double permittivity) {
   const theory::DiskBetweenPlates disk = {radius, distance(set), set.voltage, permittivity};
-  const double made = set.contact_gap * radius, lost = made + std::max(0.05 * made, 1e-3 * radius);
+  const double made = set.contact_gap * radius, lost = lost_gap(set);
   const auto held = [&](double x) { return theory::at_potential(disk, x, 0.5 * set.voltage); };
   const double charge = held(-disk.place(lost)).charge, from = -disk.place(lost), to = disk.place(made);
   const auto force = [&](double x) { return depth * theory::with_charge(disk, x, charge).force; };
@@ -108,24 +110,29 @@ constexpr int crossings = 6;
 /// Contacts are seen up to 1/64 crossing late.
 constexpr double seen = 1.0 / 64 / crossings;
 
-/// Relative errors of the grid, at R cells in a radius: those of validation/two_disks at R = 8, which fall with h^2.
-/// The charge is that of a disk at its plate's potential, as smooth as two disks' at d = 4R, 0.02 %. The force's are
-/// 0.1 % at gaps beyond R and at most 3.5 % nearer, where the sphere spends 2 R / g of its time.
-double charge_bound(double r) { return 2e-4 * std::pow(8 / r, 2) + 1e-3; }
-double time_bound(double r, double gap) {
-  const double near = std::min(1.0, 2 * radius / gap);
-  return (1e-3 + 0.035 * near) * std::pow(8 / r, 2) + charge_bound(r) + seen;
-}
 double cells_in_radius(const Set& set) { return radius * set.cells / (3 * distance(set)); }
+
+/// Relative error of the charge. Of the grid: that of a disk at its plate's potential, as smooth as two disks' at d =
+/// 4R (validation/two_disks: 0.02 % at R = 8 cells, falling with h^2). Of the coupling in time: at the parting the
+/// charge is extrapolated from a place in contact, where it grows by gap / 3R of itself.
+double charge_bound(const Set& set) {
+  return 2e-4 * std::pow(8 / cells_in_radius(set), 2) + lost_gap(set) / (3 * radius);
+}
+
+/// The force's, too, are two_disks': 0.1 % at gaps beyond R and at most 3.5 % nearer, where the sphere spends at most
+/// 2 R / g of its time.
+double time_bound(const Set& set) {
+  const double near = std::min(1.0, 2 * radius / set.gap);
+  return (1e-3 + 0.035 * near) * std::pow(8 / cells_in_radius(set), 2) + charge_bound(set) + seen;
+}
 
 /// Without inertia the run must be the quadrature of the exact force.
 Crossing overdamped(Report& report, const Set& set) {
   const Crossing exact = theory_of(set).overdamped;
   const Crossing found = run(set, exact.time, crossings);
-  const double r = cells_in_radius(set);
-  report.at_most(name_of(set) + "charge", std::abs(found.charge / exact.charge - 1), charge_bound(r));
+  report.at_most(name_of(set) + "charge", std::abs(found.charge / exact.charge - 1), charge_bound(set));
   report.at_most(name_of(set) + fmt::format("time, of {:.3g} ms", 1e3 * exact.time),
-                 std::abs(found.time / exact.time - 1), time_bound(r, set.gap));
+                 std::abs(found.time / exact.time - 1), time_bound(set));
   return found;
 }
 
@@ -134,7 +141,7 @@ void inertia(Report& report, Set set) {
   set.density = steel;
   const Theory exact = theory_of(set);
   const Crossing found = run(set, exact.overdamped.time, crossings);
-  const double bound = time_bound(cells_in_radius(set), set.gap);
+  const double bound = time_bound(set);
   report.at_most(name_of(set) + "steel's time over that without inertia", found.time / exact.overdamped.time,
                  1 + bound);
   report.at_least(name_of(set) + "and over that of constant speed", found.time / exact.ballistic.time, 1 - bound);

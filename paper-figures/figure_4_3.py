@@ -1,0 +1,110 @@
+#!/usr/bin/python3
+"""Figure 4.3: resistance of a gap with a charge shuttle against the gap, simulated and in theory, and against the voltage.
+
+Variants of scenes/shuttle.toml. The source prints its measurement as a picture only; its formula 4.6 is drawn with the
+capacitance of a free sphere, where the source fits it.
+"""
+
+import json
+import re
+import tempfile
+from pathlib import Path
+
+import h5py
+import matplotlib.pyplot as plt
+import numpy as np
+
+from figures import SOURCE, build_folder, claim, run, save, save_claims
+
+RADIUS, VOLTAGE = 0.775e-3, 18e3
+GAPS = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3]
+VOLTAGES = [4.5e3, 9e3, 18e3, 36e3]
+GAP_FOR_VOLTAGES = 10e-3
+CROSSINGS = 9
+
+
+def resistance(program, gap, voltage, expected, density=None):
+    """Voltage over mean current (Ohm), from how often the sphere discharges: seven crossings, after two."""
+    distance = gap + 2 * RADIUS
+    new = {r"size = .*": f"size = [{distance:.12g}, {3 * distance:.12g}]",
+           r"left = .*": f"left = {{ potential = {voltage / 2:g} }}",
+           r"right = .*": f"right = {{ potential = {-voltage / 2:g} }}",
+           r"position = .*": f"position = [{RADIUS:g}, {1.5 * distance:.12g}]",
+           r"cells = .*": f"cells = {384 if gap > 8e-3 else 192}",
+           r"every = .*": f"every = {expected / 64:.6g}",
+           r"time = .*": f"time = {1.2 * (CROSSINGS + 8e-3 / expected) * expected:.6g}"}
+    text = (SOURCE / "scenes" / "shuttle.toml").read_text()
+    for old, line in new.items():
+        text, found = re.subn(f"(?m)^{old}$", line, text)
+        assert found == 1, old
+    text = text.replace("[output]", "[output]\npicture = false")
+    if density:
+        text += f"\n[material]\ndensity = {density}\n"
+    with tempfile.TemporaryDirectory() as folder:
+        scene, path = Path(folder) / "shuttle.toml", Path(folder) / "shuttle.h5"
+        scene.write_text(text)
+        run(program, "run", scene, "--out", path)
+        with h5py.File(path) as file:
+            drained = file["observables/charge_drained_by_terminal/value"][:]
+            charge = abs(file["particles/conductors/charge/value"][:, 0])
+    jump = np.abs(np.diff(drained[:, 1] - drained[:, 0])) > charge.mean()
+    times = expected / 64 * (1 + np.flatnonzero(jump))
+    times = times[-8:]  # inertia has settled
+    return voltage * (times[-1] - times[0]) / (len(times) - 1) / np.median(charge)
+
+
+def main():
+    build = build_folder(__doc__.splitlines()[0])
+    theory = json.loads(run(build / "chapter_4"))["shuttle"]
+    gap = np.array([row["gap"] for row in theory])
+    plane, ballistic, spheres = (np.array([row[key] for row in theory])
+                                 for key in ("plane", "plane_ballistic", "spheres"))
+
+    def expected(at, voltage):
+        ohm = np.exp(np.interp(np.log(at), np.log(gap), np.log(plane))) * (VOLTAGE / voltage) ** 2
+        eps, depth = 4.7 * 8.8541878128e-12, 2 * RADIUS
+        return ohm * 2 * np.pi * eps * RADIUS * depth / (at + 2 * RADIUS)
+
+    program = build / "lichtenberg"
+    steel = np.array([resistance(program, g, VOLTAGE, expected(g, VOLTAGE)) for g in GAPS])
+    light = np.array([resistance(program, g, VOLTAGE, expected(g, VOLTAGE), 8.05) for g in GAPS])
+    at_volts = np.array([resistance(program, GAP_FOR_VOLTAGES, v, expected(GAP_FOR_VOLTAGES, v)) for v in VOLTAGES])
+
+    figure, (against_gap, against_voltage) = plt.subplots(1, 2, figsize=(9.5, 4.2), layout="constrained")
+    against_gap.fill_between(1e3 * gap, ballistic, plane, color="tab:blue", alpha=0.25,
+                             label="2D theory: constant speed to no inertia")
+    against_gap.plot(1e3 * gap, plane, color="tab:blue")
+    against_gap.plot(1e3 * np.array(GAPS), steel, "o", color="tab:red", fillstyle="none", label="simulation, steel")
+    against_gap.plot(1e3 * np.array(GAPS), light, "x", color="tab:red", label="simulation without inertia")
+    against_gap.plot(1e3 * gap, spheres, "--", color="tab:gray", label="D 4.6 with its factors (3D, monopoles)")
+    scale = np.exp(np.mean(np.log(np.array(light) / np.interp(GAPS, gap, spheres))))
+    against_gap.plot(1e3 * gap, scale * spheres, ":", color="tab:gray", label=f"the same, fitted: times {scale:.2g}")
+    against_gap.set(xscale="log", yscale="log", xlabel="gap g (mm)", ylabel=r"resistance $R_E$ ($\Omega$)")
+    against_gap.legend(fontsize=8)
+    exponent, _ = np.polyfit(np.log(VOLTAGES), np.log(at_volts), 1)
+    volts = np.array([VOLTAGES[0], VOLTAGES[-1]])
+    against_voltage.plot(1e-3 * np.array(VOLTAGES), at_volts, "o", color="tab:red", fillstyle="none",
+                         label=f"simulation, slope {exponent:.3f}")
+    against_voltage.plot(1e-3 * volts, at_volts[2] * (VOLTAGE / volts) ** 2, color="tab:gray",
+                         label=r"$1/\Delta V^2$ (D 4.7)")
+    against_voltage.set(xscale="log", yscale="log", xlabel=r"$\Delta V$ (kV)", ylabel=r"$R_E$ ($\Omega$)",
+                        title=f"g = {1e3 * GAP_FOR_VOLTAGES:g} mm")
+    against_voltage.legend()
+    save(figure, "figure_4_3")
+
+    worst = np.max(np.abs(light / np.exp(np.interp(np.log(GAPS), np.log(gap), np.log(plane))) - 1))
+    slope = np.polyfit(np.log(GAPS[3:]), np.log(light[3:]), 1)[0]
+    slope_of_d = np.polyfit(np.log(GAPS[3:]), np.log(np.interp(GAPS[3:], gap, spheres)), 1)[0]
+    save_claims("figure_4_3", [
+        claim("R_E ~ voltage^p: p", "D 4.7", -2, float(f"{exponent:.4g}"),
+              "agrees" if abs(exponent + 2) < 0.05 else "differs"),
+        claim("R_E of the shuttle without inertia, worst beside exact two-dimensional theory", "D 4.6, in its kind",
+              "equal", f"{100 * worst:.1f} %", "agrees" if worst < 0.03 else "differs"),
+        claim("R_E ~ gap^p, 5 to 20 mm: p", "D 4.6 (3D, ball electrodes)", float(f"{slope_of_d:.3g}"),
+              float(f"{slope:.3g}"), "steeper: plates in two dimensions, field V / (g + 2R)"),
+        claim("prefactor of 4.6", "D 4.6", "1", "8", "printed without it; absorbed in D's fit of A"),
+    ])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""The broken wire (scenes/broken-wire.toml) at several transverse voltages: the runs that figures 4.6 to 4.8 share."""
+
+import os
+import re
+from concurrent.futures import ThreadPoolExecutor
+
+import h5py
+import numpy as np
+
+from figures import OUTPUT, SOURCE, run
+
+LENGTH, DISTANCE, RADIUS, N = 40e-3, 20e-3, 0.775e-3, 25  # m: between the electrodes, between the transverse ones
+VOLTAGE = 18e3
+# V: s. Near the critical voltage the wire gives way slowly.
+RUNS = {1e3: 0.4, 2e3: 0.4, 4e3: 0.4, 6e3: 0.5, 8e3: 0.6, 9e3: 0.8, 10e3: 0.8, 11e3: 0.8, 12e3: 0.8, 14e3: 0.6,
+        16e3: 0.6, 20e3: 0.5}
+LATE = 0.3  # of a run, at its end: what is averaged
+
+
+class Wire:
+    """A run: times (s), places along and across the wire (m, frames x conductors), charge from left to right (C)."""
+
+    def __init__(self, volts, path):
+        self.volts = volts
+        with h5py.File(path) as file:
+            place = file["particles/conductors/position/value"][:]
+            terminals = file["observables/charge_drained_by_terminal"]
+            drained = terminals["value"][:]
+            every = float(re.search(r"^every = ([0-9.e-]+)", file["scene/text"][()].decode(), re.M).group(1))
+        self.time = every * np.arange(len(place))
+        self.along = place[:, :, 0] - 1e-3  # the electrodes have a radius of 1 mm
+        self.across = place[:, :, 1] - DISTANCE / 2
+        self.passed = 0.5 * (drained[:, 1] - drained[:, 0])
+        self.late = self.time >= (1 - LATE) * self.time[-1]
+
+    def shape(self):
+        """Mean place along and across the wire of each conductor late in the run (m)."""
+        return self.along[self.late].mean(axis=0), self.across[self.late].mean(axis=0)
+
+    def largest(self):
+        """The largest displacement that is odd about the middle, as the force is (m): late mean."""
+        across = self.shape()[1]
+        return np.abs(across - across[::-1]).max() / 2
+
+    def resistance(self):
+        """18 kV over the late mean current (Ohm); infinite without any."""
+        time, passed = self.time[self.late], self.passed[self.late]
+        current = (passed[-1] - passed[0]) / (time[-1] - time[0])
+        return VOLTAGE / abs(current) if current else np.inf
+
+
+def result(program, volts):
+    """The result file at this transverse voltage: the one in output/, or a new run."""
+    path = OUTPUT / f"broken-wire-{volts:g}.h5"
+    if path.exists():
+        return path
+    text = (SOURCE / "scenes" / "broken-wire.toml").read_text()
+    for old, new in ((r"bottom = .*", f"bottom = {{ potential = {-volts / 2:g} }}"),
+                     (r"top = .*", f"top = {{ potential = {volts / 2:g} }}"), (r"time = .*", f"time = {RUNS[volts]}")):
+        text, found = re.subn(f"(?m)^{old}$", new, text)
+        assert found == 1, old
+    OUTPUT.mkdir(exist_ok=True)
+    scene = path.with_suffix(".toml")
+    scene.write_text(text)
+    unfinished = path.with_suffix(".part.h5")
+    run(program, "run", scene, "--overwrite", "--out", unfinished)
+    unfinished.rename(path)
+    return path
+
+
+def wires(build, volts):
+    """The runs at these transverse voltages, as many at a time as there are cores."""
+    program = build / "lichtenberg"
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return [Wire(v, path) for v, path in zip(volts, pool.map(lambda v: result(program, v), volts))]

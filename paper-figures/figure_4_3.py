@@ -90,6 +90,10 @@ def main():
     against_voltage.set(xscale="log", yscale="log", xlabel=r"$\Delta V$ (kV)", ylabel=r"$R_E$ ($\Omega$)",
                         title=f"g = {1e3 * GAP_FOR_VOLTAGES:g} mm")
     against_voltage.legend()
+    against_gap.set_xticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"], minor=False)
+    against_voltage.set_xticks([5, 10, 20, 30], ["5", "10", "20", "30"], minor=False)
+    for axes in (against_gap, against_voltage):
+        axes.xaxis.set_minor_formatter(plt.NullFormatter())
     save(figure, "figure_4_3")
 
     worst = np.max(np.abs(light / np.exp(np.interp(np.log(GAPS), np.log(gap), np.log(plane))) - 1))

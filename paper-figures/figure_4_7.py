@@ -36,7 +36,8 @@ def main():
               "superlinear before it breaks: the bent wire is longer, its gaps wider, its tension less"),
         claim("y_max / V (mm/kV)", "D 4.16, corrected B: tension at all places, or shared by them",
               f"{1e6 * theory['largest_whole_gap']:.2g} or {1e6 * theory['largest_whole_gap_shared']:.2g}",
-              float(f"{1e6 * slope:.3g}"), "in between: gaps open in many places at a time (and 2D)"),
+              float(f"{1e6 * slope:.3g}"),
+              "less than either: in two dimensions the wire screens itself from the transverse field"),
     ])
 
 

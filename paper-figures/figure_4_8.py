@@ -59,7 +59,7 @@ def main():
                                                         "critical_field_whole_gap_shared")),
               "the last is nearest: a tension acts only where the gap is"),
         claim("resistance of the whole wire (GOhm)", "D 4.8", 198, float(f"{1e-9 * low:.3g}"),
-              "free spheres in oil move faster than on a dish's bottom; two dimensions"),
+              "less: the drag is that of spheres in free oil, not on the bottom of a dish; and two dimensions"),
         claim("resistance, broken over whole", "D 4.8", 3.5,
               f"{ohms[gone].min() / low:.2g} and more", "rises by a factor of more than two, as in the source"),
     ])

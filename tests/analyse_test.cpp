@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -244,6 +245,21 @@ TEST_CASE("with an electrode off zero volts the balance would miss its supply, a
   text.replace(text.find("potential = 0.0"), 15, "potential = 5.0");
   saved_run(folder / "four.h5", text);
   CHECK(analysed(folder, "four.h5")["frames"][1]["power_dissipated"].is_null());
+}
+
+TEST_CASE("what a circuit's run has recorded is not derived again") {
+  const Folder folder;
+  saved_run(folder / "four.h5");
+  change(folder / "four.h5", [](const hdf5::Handle& file) {
+    const hdf5::Handle power = hdf5::open_group(file, "observables/dissipated_power");
+    hdf5::append(power, "value", std::nan(""), "W");
+    hdf5::append(power, "value", 7e-6, "W");
+    const hdf5::Handle current = hdf5::open_group(file, "observables/current");
+    for (const double each : {1e-9, 2e-9}) hdf5::append<double>(current, "value", std::array{each, -each}, {2}, "A");
+  });
+  CHECK_EQ(analysed(folder, "four.h5 --frame 1")["frames"][0]["power_dissipated"], 7e-6);
+  const Ended ended = analyse(folder, "four.h5");
+  CHECK_NE(ended.out.find("current 2e-09, -2e-09 A"), std::string::npos);
 }
 
 TEST_CASE("what analyse stores is what it prints, and touches nothing else") {

@@ -81,7 +81,8 @@ class Analyser {
             .time = frame.time,
             .topology = analysis::topology(std::move(network), frame.position, radius_, ground),
             .power = analysis::power(scene_, frame, mass_),
-            .dissipated = {}};
+            .dissipated = {},
+            .recorded = recorded(index)};
   }
 
   /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
@@ -99,9 +100,23 @@ class Analyser {
     return found;
   }
 
+  std::vector<Recorded> recorded(int index) const {
+    std::vector<Recorded> result;
+    for (const auto& [name, unit] : {std::pair{"current", "A"},
+                                     {"structure_resistance", "ohm"},
+                                     {"supplied_power", "W"},
+                                     {"dissipated_power", "W"},
+                                     {"entropy_production", "W/K"}})
+      if (auto values = result_.observable(name, index); !values.empty()) result.push_back({name, unit, values});
+    return result;
+  }
+
   void add_dissipation(FrameAnalysis& found, const Frame& now, const analysis::Power& power_before,
                        const Frame& before) const {
-    found.dissipated = analysis::dissipated_power(scene_, before, power_before, now, found.power);
+    const auto known = std::ranges::find(found.recorded, "dissipated_power", &Recorded::name);
+    found.dissipated = known != found.recorded.end()
+                           ? known->values.front()
+                           : analysis::dissipated_power(scene_, before, power_before, now, found.power);
   }
 
   Result result_;

@@ -10,13 +10,22 @@
 
 namespace lichtenberg {
 
+/// What a run with a circuit has recorded of currents and powers, means since the frame before.
+struct Recorded {
+  std::string name, unit;
+  std::vector<double> values;  ///< by terminal, or one
+};
+
 /// What `analyse` finds of one frame.
 struct FrameAnalysis {
   int frame = 0;
   double time = 0;  ///< s
   analysis::Topology topology;
   analysis::Power power;
-  std::optional<double> dissipated;  ///< W, since the frame before; empty for the first, and see dissipated_power()
+  /// W, since the frame before: as recorded, in the scene of a circuit, else by dissipated_power(). Empty for the
+  /// first.
+  std::optional<double> dissipated;
+  std::vector<Recorded> recorded;
 };
 
 /// The run that is analysed.

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -223,8 +224,9 @@ void print_lengths(const AnalysedRun& run, const analysis::Topology& t) {
 void print_power(const FrameAnalysis& found) {
   fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
              found.power.field, found.power.drag);
-  if (found.dissipated)
-    fmt::print("dissipated     {:.4g} W since the frame before: drag and sparks\n", *found.dissipated);
+  if (found.dissipated) fmt::print("dissipated     {:.4g} W since the frame before\n", *found.dissipated);
+  for (const auto& [name, unit, values] : found.recorded)
+    fmt::print("recorded       {} {:.4g} {}\n", name, fmt::join(values, ", "), unit);
 }
 
 nlohmann::ordered_json json_value(const Column& column, std::size_t row) {

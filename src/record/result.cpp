@@ -129,6 +129,14 @@ Frame Result::frame(int index) const {
   });
 }
 
+std::vector<double> Result::observable(const std::string& name, int index) const {
+  return guarded([&] {
+    const std::string element = "observables/" + name;
+    return hdf5::exists(*file_, element) ? hdf5::get_rows<double>(*file_, element + "/value", index, 1)
+                                         : std::vector<double>{};
+  });
+}
+
 bool Result::has_network() const {
   return guarded([&] { return hdf5::exists(*file_, std::string(conductors) + "successor"); });
 }

@@ -40,6 +40,8 @@ class Result {
   std::vector<double> mass() const;                            ///< kg
   /// Without counters and terminals; neutral scenes have neither charges nor potentials.
   Frame frame(int index) const;
+  /// A quantity of /observables, one number or several; empty if the run has not recorded it.
+  std::vector<double> observable(const std::string& name, int index) const;
   /// Whether the scene has contacts, and with them a network.
   bool has_network() const;
   /// See analysis::successors(). Only where there is a network.

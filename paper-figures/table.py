@@ -3,6 +3,7 @@
 output/ (figures.claim). Printed, and written to output/table.md. Arguments: figures that have just failed."""
 
 import json
+import math
 import sys
 
 from figures import OUTPUT
@@ -11,10 +12,13 @@ HEADINGS = ("figure", "claim", "source", "published", "ours", "verdict")
 
 
 def shown(value):
-    """A number, one with its interval, or words."""
+    """A number, one with its interval (of two digits, and the number to the same place), or words."""
     if isinstance(value, list):
         number, half_width = value
-        return f"{number:.4g} ± {half_width:.2g}"
+        if not 0 < half_width < math.inf:
+            return f"{number:.4g} ± {half_width:g}"
+        decimals = max(0, 1 - math.floor(math.log10(half_width)))
+        return f"{number:.{decimals}f} ± {half_width:.{decimals}f}"
     return f"{value:.4g}" if isinstance(value, (int, float)) else value
 
 

@@ -32,15 +32,17 @@ class LineCharges : public laplace::LaplaceSolver {
   laplace::LaplaceSolution solve(const laplace::LaplaceProblem& problem) override {
     ++log_->solves;
     const Eigen::MatrixXd coefficients = potential_coefficients(problem);
-    const Eigen::VectorXd charge = share(problem, coefficients);
+    const Eigen::VectorXd charges_and_potentials = share(problem, coefficients);
+    const auto bodies = static_cast<Eigen::Index>(problem.bodies.size());
+    const Eigen::VectorXd charge = charges_and_potentials.head(bodies);
     const Eigen::VectorXd potential = coefficients * charge;
     const double off = 1 + 1e-9 * solves_since_forget_++;
     laplace::LaplaceSolution solution;
-    solution.group_potential.resize(problem.groups.size());
+    for (std::size_t g = 0; g < problem.groups.size(); ++g)
+      solution.group_potential.push_back(charges_and_potentials[bodies + static_cast<Eigen::Index>(g)] * off);
     solution.energy = 0.5 * charge.dot(potential);
     solution.iterations = 1;
     for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
-      solution.group_potential[problem.bodies[b].group] = potential[static_cast<Eigen::Index>(b)] * off;
       solution.body_charge.push_back(charge[static_cast<Eigen::Index>(b)] * off);
       solution.body_force.push_back(off * force(problem, charge, b));
     }
@@ -69,7 +71,8 @@ class LineCharges : public laplace::LaplaceSolver {
     return p;
   }
 
-  /// Charges q and floating potentials u of P q - u = given potential, sum of q over a group = its charge.
+  /// Charges q and potentials u of P q = u; sum of q over a floating group and of capacitance (u - u') over its
+  /// couplings = its charge.
   static Eigen::VectorXd share(const laplace::LaplaceProblem& problem, const Eigen::MatrixXd& p) {
     const auto n = static_cast<Eigen::Index>(problem.bodies.size());
     const auto groups = static_cast<Eigen::Index>(problem.groups.size());
@@ -86,7 +89,13 @@ class LineCharges : public laplace::LaplaceSolver {
       matrix(b, n + g) = -1;
       if (problem.groups[static_cast<std::size_t>(g)].floating) matrix(n + g, b) = 1;
     }
-    return matrix.partialPivLu().solve(rhs).head(n);
+    for (const laplace::Coupling& coupling : problem.couplings)
+      for (const auto& [a, b] : {std::pair{coupling.a, coupling.b}, std::pair{coupling.b, coupling.a}}) {
+        if (!problem.groups[static_cast<std::size_t>(a)].floating) continue;
+        matrix(n + a, n + a) += coupling.capacitance;
+        matrix(n + a, n + b) -= coupling.capacitance;
+      }
+    return matrix.partialPivLu().solve(rhs);
   }
 
   static Vec2 force(const laplace::LaplaceProblem& problem, const Eigen::VectorXd& charge, std::size_t b) {

@@ -384,6 +384,24 @@ TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
   CHECK(!laplace::petsc_started());
 }
 
+TEST_CASE(
+    "leakage alone costs no solve, resistors none beyond those that their charges need, and both are in no bodies") {
+  Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
+  scene.effects.contact_discharge.reset();
+  scene.effects.leakage = Leakage{.conductivity = 1e-12};
+  const auto log = std::make_shared<SolverLog>();
+  Simulation simulation(scene, std::make_unique<LineCharges>(log));
+  CHECK(simulation.model().effects.size() == 2);  // the field and drag
+  simulation.advance_to(1);
+  CHECK(log->solves == 11);
+  // A charged conductor whose fluid does not conduct, and no difference of potentials: no circuit, no books of energy.
+  scene.effects.leakage.reset();
+  Simulation without(scene, std::make_unique<LineCharges>());
+  without.advance_to(0.1);
+  CHECK_FALSE(without.frame().energy_balance);
+  CHECK(without.frame().charge_leaked == 0);
+}
+
 TEST_CASE("a field without contacts looks for none; a resting scene costs a solve a step") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.contact_discharge.reset();

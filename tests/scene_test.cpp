@@ -273,6 +273,42 @@ potential = 1.0
                 {"electrode.name = \"a\" is taken"});
 }
 
+TEST_CASE("resistors and leakage: what they need, and what is refused in one sentence") {
+  const std::string scene = box + electrostatics + disk("[0.005, 0.015]") + grounded;
+  const auto supplied = [](const std::string& keys) {
+    return "[[electrode]]\nshape = \"disk\"\ncentre = [0.035, 0.01]\nradius = 0.002\npotential = 5.0\n" + keys + "\n";
+  };
+  const Scene good = parse(scene + supplied("series_resistance = 1e9") +
+                           "[effects.leakage]\nconductivity = 1e-11\n[effects.contact_discharge]\n"
+                           "[effects.contact_resistance]\nresistance = 5.0\nresistivity = 1e-3\nspot = 1e-5\n");
+  CHECK(good.electrodes[0].series_resistance == 0);
+  CHECK(good.electrodes[1].series_resistance == 1e9);
+  CHECK(good.effects.leakage->conductivity == 1e-11);
+  CHECK(good.effects.contact_resistance->ohms() == 55);  // 5 + 1e-3 / 2e-5
+  CHECK(good.medium.temperature == 295.15);
+  check_refused(scene + supplied("series_resistance = -1"), {"electrode.series_resistance", "-1", "greater than 0"});
+  check_refused(scene + "[effects.contact_resistance]\nresistance = 5.0\n",
+                {"effects.contact_resistance needs the table [effects.contact_discharge]"});
+  const std::string contacts = scene + "[effects.contact_discharge]\n[effects.contact_resistance]\n";
+  check_refused(contacts, {"contact_resistance needs a resistance in ohm"});
+  check_refused(contacts + "resistivity = 1.0\n", {"contact_resistance needs a spot"});
+  check_refused(contacts + "resistance = -1.0\n", {"effects.contact_resistance.resistance = -1", "at least 0"});
+  check_refused(scene + "[effects.leakage]\nconductivity = -1.0\n", {"effects.leakage.conductivity", "greater than 0"});
+  check_refused(contacts + "resistance = 1.0\n[mechanics]\ncoupling = \"monolithic\"\n",
+                {"mechanics.coupling = \"monolithic\" is not allowed with the table [effects.contact_resistance]"});
+  check_refused(box + "effects.floating_conductors = {}\nfield = { cells = 64, method = \"multipole\" }\n" +
+                    disk("[0.005, 0.015]") + grounded + supplied("series_resistance = 1.0"),
+                {"field.method = \"multipole\" is not allowed with electrode.series_resistance"});
+  check_refused(box + "field = { cells = 64 }\n" + disk("[0.005, 0.015]") + supplied("series_resistance = 1.0"),
+                {"electrode.series_resistance needs the table [effects.floating_conductors]"});
+  check_refused(box + electrostatics + disk("[0.005, 0.015]") + supplied("series_resistance = 1.0"),
+                {"every electrode is behind a resistor"});
+  check_refused(scene +
+                    "[[electrode]]\nshape = \"disk\"\ncentre = [0.023, 0.01]\nradius = 0.002\npotential = 0.0\n"
+                    "series_resistance = 1.0\n",
+                {"touches the electrode \"disk 1\"", "behind a resistor"});
+}
+
 TEST_CASE("electrodes at different potentials must not touch") {
   const auto refused = [](const std::string& first, const std::string& second) {
     const auto with = [](const std::string& keys, int potential) {

@@ -17,6 +17,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/mechanics/energy_book.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -29,7 +30,10 @@ void explain_scene(const Scene& scene) {
   fmt::print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
-    electrodes.push_back(fmt::format("{} at {:g} V", terminal.name, terminal.potential));
+    electrodes.push_back(terminal.series_resistance > 0
+                             ? fmt::format("{} behind {:g} ohm from {:g} V", terminal.name, terminal.series_resistance,
+                                           terminal.potential)
+                             : fmt::format("{} at {:g} V", terminal.name, terminal.potential));
   fmt::print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
 }
 
@@ -57,6 +61,20 @@ void explain_needs(const Summaries& effects) {
   fmt::print("\nthey need\n");
   fmt::print("  computed             {}\n", list(present));
   fmt::print("  not touched          {}\n", list(absent));
+}
+
+/// What else than perfect conductors, an insulating fluid and one potential there is, and what is booked for it.
+void explain_circuit(const Scene& scene) {
+  if (!mechanics::has_circuit(scene)) return;
+  fmt::print("\ncircuit\n");
+  if (scene.effects.leakage)
+    fmt::print("  leakage              every charge decays in {:.4g} s\n", effects::relaxation_time(scene));
+  if (scene.effects.contact_resistance)
+    fmt::print("  a contact            {:.4g} ohm\n", scene.effects.contact_resistance->ohms());
+  for (const effects::Terminal& terminal : effects::terminals_of(scene))
+    if (terminal.node >= 0)
+      fmt::print("  {:<20} charged through its resistor with the field; its error limits the steps\n", terminal.name);
+  fmt::print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
 }
 
 struct Grid {
@@ -182,6 +200,7 @@ void explain(Scene scene) {
   explain_scene(scene);
   explain_effects(effects);
   explain_needs(effects);
+  explain_circuit(scene);
   if (field) explain_cost(scene, explain_field(scene, field->problem), refusal);
 }
 

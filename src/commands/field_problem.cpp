@@ -19,10 +19,11 @@ std::vector<std::string> name_groups(const Scene& scene, const laplace::LaplaceP
   std::vector<std::vector<int>> members(problem.groups.size());
   for (std::size_t i = 0; i < scene.conductors.size(); ++i)
     members[problem.bodies[i].group].push_back(static_cast<int>(i));
-  std::vector<std::string> names;
-  for (const std::vector<int>& group : members)
-    if (!group.empty()) names.push_back(name_of_group(scene, group));
-  for (const Electrode& electrode : scene.electrodes) names.push_back(electrode.name);
+  std::vector<std::string> names(problem.groups.size());
+  for (std::size_t e = 0; e < scene.electrodes.size(); ++e)
+    names[problem.bodies[scene.conductors.size() + e].group] = scene.electrodes[e].name;
+  for (std::size_t g = 0; g < names.size(); ++g)
+    if (!members[g].empty()) names[g] = name_of_group(scene, members[g]);
   return names;
 }
 

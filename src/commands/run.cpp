@@ -5,8 +5,10 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <utility>
 
 #include "solvers/error.hpp"
+#include "src/analysis/circuit.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/draw.hpp"
@@ -96,7 +98,9 @@ class Run {
   }
 
   void look() {
-    outcome_.frame = simulation_.frame();
+    Frame before = std::exchange(outcome_.frame, simulation_.frame());
+    if (outcome_.frame.energy_balance && before.energy_balance && outcome_.frame.time > before.time)
+      outcome_.frame.rates = analysis::circuit_rates(before, outcome_.frame, scene_.medium.temperature);
     outcome_.network = network_of(simulation_, outcome_.frame.position);
     outcome_.stationary = scene_.stop.stationary && simulation_.stationary();
     outcome_.over = outcome_.stationary || simulation_.time() >= scene_.stop.time;

@@ -24,6 +24,30 @@ void print_network(const Outcome& outcome) {
   fmt::print("loops          {}\n", degrees.loops);
 }
 
+/// Where a circuit's energy went.
+void print_circuit(const Frame& frame) {
+  const EnergyFlows& flows = frame.energy_balance->flows;
+  fmt::print("supplied       {:.6g} J", flows.supplied());
+  if (flows.by_source != 0) fmt::print(", {:.6g} J of it by the current source", flows.by_source);
+  fmt::print("\nheat           {:.6g} J:", flows.dissipated());
+  const char* separator = " ";
+  for (const auto& [where, joule] : {std::pair{"series resistors", flows.series_resistors},
+                                     {"contacts", flows.contacts},
+                                     {"the fluid's leakage", flows.leakage},
+                                     {"sparks", flows.sparks},
+                                     {"drag", flows.drag}}) {
+    if (joule == 0) continue;
+    fmt::print("{}{:.4g} J in {}", separator, joule, where);
+    separator = ", ";
+  }
+  fmt::print("\n");
+  if (frame.rates)
+    fmt::print(
+        "resistance     {:.4g} ohm between highest and lowest terminal, {:.4g} W into heat, {:.4g} W/K of entropy "
+        "(means since the frame before)\n",
+        frame.rates->structure_resistance, frame.rates->dissipated_power, frame.rates->entropy_production);
+}
+
 /// What passed through each terminal, if there is a potential difference to drive it.
 void print_terminals(const Frame& frame) {
   const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
@@ -38,9 +62,11 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
   fmt::print("energy         {:.6g} J\n", frame.energy);
   fmt::print("charge         {:.6g} C held + {:.6g} C drained - {:.6g} C fed", frame.charge_held, frame.charge_drained,
              frame.charge_fed);
+  if (frame.charge_leaked != 0) fmt::print(" + {:.6g} C leaked", frame.charge_leaked);
   if (outcome.initial_charge != 0) fmt::print(" - {:.6g} C at the start", outcome.initial_charge);
   fmt::print(" = {:.1e} C (relative {:.1e})\n", charge_imbalance(outcome), relative_charge_imbalance(outcome));
   print_terminals(frame);
+  if (frame.energy_balance) print_circuit(frame);
   fmt::print(
       "field solves   {}, {:.3g} iterations each\n", counters.field_solves,
       static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));
@@ -66,13 +92,14 @@ void print_seconds(const std::map<std::string, double>& seconds) {
 
 double charge_imbalance(const Outcome& outcome) {
   const Frame& frame = outcome.frame;
-  return frame.charge_held + frame.charge_drained - frame.charge_fed - outcome.initial_charge;
+  return frame.charge_held + frame.charge_drained + frame.charge_leaked - frame.charge_fed - outcome.initial_charge;
 }
 
 double relative_charge_imbalance(const Outcome& outcome) {
   const Frame& frame = outcome.frame;
   double largest = 0;
-  for (const double charge : {frame.charge_held, frame.charge_drained, frame.charge_fed, outcome.initial_charge})
+  for (const double charge :
+       {frame.charge_held, frame.charge_drained, frame.charge_leaked, frame.charge_fed, outcome.initial_charge})
     largest = std::max(largest, std::abs(charge));
   return largest > 0 ? charge_imbalance(outcome) / largest : 0;
 }
@@ -84,6 +111,10 @@ std::vector<Quantity> quantities(const Outcome& outcome) {
                                {"charge_imbalance", charge_imbalance(outcome), "C"},
                                {"relative_charge_imbalance", relative_charge_imbalance(outcome), "1"}};
   if (outcome.largest_error) result.push_back({"field_error_estimate", *outcome.largest_error, "1"});
+  if (const std::optional<EnergyBalance>& balance = outcome.frame.energy_balance) {
+    result.push_back({"energy_supplied", balance->flows.supplied(), "J"});
+    result.push_back({"heat", balance->flows.dissipated(), "J"});
+  }
   if (outcome.network) {
     const analysis::DegreeDistribution& degrees = outcome.network->degrees;
     result.push_back({"connected_fraction", connected_fraction(outcome), "1"});

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
@@ -24,14 +25,45 @@ double total(std::span<const CompensatedSum> terms) {
 
 }  // namespace
 
-ChargeLedger::ChargeLedger(std::span<const double> initial, std::size_t supplies) : drained_(supplies) {
+ChargeLedger::ChargeLedger(std::span<const double> initial, std::size_t supplies)
+    : drained_(supplies), before_(initial.size()), leaked_in_step_(initial.size()) {
   for (const double charge : initial) charge_.emplace_back(charge);
 }
 
-void ChargeLedger::feed(std::span<const double> current, double dt) {
+void ChargeLedger::leak(int node, double charge) {
+  leaked_.add(charge);
+  leaked_in_step_[node] += charge;
+}
+
+void ChargeLedger::feed(std::span<const double> current, double dt, double relaxation_time) {
+  const ChargeStep step = charge_step(dt, 0, relaxation_time);
+  step_ = dt / relaxation_time;
+  std::ranges::fill(leaked_in_step_, 0.0);
   for (std::size_t i = 0; i < charge_.size(); ++i) {
-    charge_[i].add(current[i] * dt);
-    fed_.add(current[i] * dt);
+    const double fed = i < current.size() ? current[i] * dt : 0;
+    before_[i] = charge_[i].total();
+    charge_[i].add(fed);
+    fed_.add(fed);
+    if (step_ == 0) continue;
+    const double leaked = charge_[i].total() - step.decay * before_[i] - (fed == 0 ? 0 : current[i] * step.fed);
+    charge_[i].add(-leaked);
+    leak(static_cast<int>(i), leaked);
+  }
+}
+
+void ChargeLedger::carry(const Link& link, double remaining, double plain) {
+  charge_[link.a].add(-remaining);
+  if (link.b >= 0) {
+    charge_[link.b].add(remaining);
+    leaked_in_step_[link.a] -= plain - remaining;
+    leaked_in_step_[link.b] += plain - remaining;
+  } else {
+    // To the last digit: what a loses, and what leaks of it.
+    CompensatedSum missing(plain);
+    missing.add(-remaining);
+    drained_[link.supply].add(plain);
+    leaked_.subtract(missing);
+    leaked_in_step_[link.a] -= missing.total();
   }
 }
 
@@ -39,6 +71,12 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
   std::vector<std::vector<int>> members(charge_.size());  // of floating groups
   for (int i = 0; i < size(); ++i) {
     if (const int supply = groups.supply[i]; supply >= 0) {
+      // Its charge went smoothly to the field's, and leaked as the mean of both.
+      if (step_ > 0) {
+        const double more = 0.5 * step_ * (before_[i] + by_field[i]) - leaked_in_step_[i];
+        charge_[i].add(-more);
+        leak(i, more);
+      }
       drained_[supply].add(charge_[i]);
       charge_[i] = CompensatedSum(by_field[i]);
       drained_[supply].subtract(charge_[i]);
@@ -46,6 +84,7 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
       members[groups.id[i]].push_back(i);
     }
   }
+  step_ = 0;
   for (const std::vector<int>& group : members) {
     if (group.empty()) continue;
     CompensatedSum rest;  // what is left to give out of what the group holds
@@ -72,7 +111,7 @@ std::vector<double> ChargeLedger::drained_by_supply() const {
 
 std::vector<double> ChargeLedger::save() const {
   std::vector<double> saved;
-  for (const std::vector<CompensatedSum>& sums : {charge_, drained_, {fed_}})
+  for (const std::vector<CompensatedSum>& sums : {charge_, drained_, {fed_, leaked_}})
     for (const CompensatedSum& sum : sums) saved.insert(saved.end(), {sum.value(), sum.lost()});
   return saved;
 }
@@ -86,6 +125,7 @@ void ChargeLedger::restore(std::span<const double> saved) {
   for (std::size_t i = 0; i < n; ++i) charge_[i] = sum(i);
   for (std::size_t k = 0; k < drained_.size(); ++k) drained_[k] = sum(n + k);
   fed_ = sum(n + drained_.size());
+  leaked_ = sum(n + drained_.size() + 1);
 }
 
 }  // namespace lichtenberg::effects

@@ -30,7 +30,10 @@ std::unique_ptr<Effect> make_floating_conductors(const Scene& scene, Solver& sol
   return std::make_unique<FloatingConductors>(scene, std::move(solver));
 }
 
-const std::array<Kind, 7> kinds = {{
+/// It is the ledger's and the circuit's (charge_ledger.hpp, circuit.hpp): nothing acts on the bodies.
+std::unique_ptr<Effect> make_nothing(const Scene&, Solver&) { return nullptr; }
+
+const std::array<Kind, 9> kinds = {{
     {"floating_conductors", "the electric field between conductors with given charges, and its forces",
      [](const Effects& e) { return e.floating_conductors.has_value(); }, make_floating_conductors},
     {"current_source", "a constant current into every conductor",
@@ -52,6 +55,11 @@ const std::array<Kind, 7> kinds = {{
     {"contact_discharge", "conductors that come close become one electrically",
      [](const Effects& e) { return e.contact_discharge.has_value(); },
      [](const Scene& s, Solver&) -> std::unique_ptr<Effect> { return std::make_unique<ContactDischarge>(s); }},
+    {"leakage", "the fluid conducts: charge decays with its relaxation time",
+     [](const Effects& e) { return e.leakage.has_value(); }, make_nothing},
+    {"contact_resistance",
+     "a contact conducts instead of making two one; charge moves in implicit steps with the field",
+     [](const Effects& e) { return e.contact_resistance.has_value(); }, make_nothing},
     {"contact_potential", "particles and walls that overlap push each other apart until all is at rest",
      [](const Effects& e) { return e.contact_potential.has_value(); },
      [](const Scene& s, Solver&) -> std::unique_ptr<Effect> {
@@ -65,7 +73,8 @@ Model make_model(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> sol
   if (!solver) check_can_move(scene);
   std::vector<std::unique_ptr<Effect>> effects;
   for (const Kind& kind : kinds)
-    if (kind.in_scene(scene.effects)) effects.push_back(kind.make(scene, solver));
+    if (kind.in_scene(scene.effects))
+      if (std::unique_ptr<Effect> effect = kind.make(scene, solver)) effects.push_back(std::move(effect));
   return Model(make_bodies(scene), std::move(effects), initial_charges(scene));
 }
 
@@ -74,7 +83,8 @@ std::vector<EffectSummary> summarize_effects(const Scene& scene) {
   for (const Kind& kind : kinds) {
     EffectSummary summary{kind.name, kind.description, kind.in_scene(scene.effects), {}};
     Solver none;
-    if (summary.in_scene) summary.needs = kind.make(scene, none)->needs();
+    if (summary.in_scene)
+      if (const std::unique_ptr<Effect> effect = kind.make(scene, none)) summary.needs = effect->needs();
     summaries.push_back(summary);
   }
   return summaries;

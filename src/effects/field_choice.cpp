@@ -55,8 +55,10 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
   laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),
                                    .most_cells = cells_in_memory(scene.domain.size),
                                    .cut_cell = cut_cell_options(scene.field)};
-  const bool only_cut_cell =
-      scene.field.device != "cpu" || (for_a_run && scene.field.method.empty() && !multipoles_can_follow(scene));
+  const bool resistors =
+      scene.effects.contact_resistance || node_count(scene) > static_cast<int>(scene.conductors.size());
+  const bool only_cut_cell = resistors || scene.field.device != "cpu" ||
+                             (for_a_run && scene.field.method.empty() && !multipoles_can_follow(scene));
   if (scene.field.method == "multipole") request.method = laplace::Method::multipole;
   if (scene.field.method == "cut-cell" || (scene.field.method.empty() && only_cut_cell))
     request.method = laplace::Method::cut_cell;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
@@ -10,30 +11,74 @@
 
 namespace lichtenberg::effects {
 
-laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups) {
-  laplace::LaplaceProblem problem;
-  problem.size = scene.domain.size;
-  problem.permittivity = scene.medium.permittivity;
+namespace {
+
+void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
   for (std::size_t s = 0; s < problem.sides.size(); ++s) {
     using Kind = laplace::Side::Kind;
     problem.sides[s].kind = scene.domain.sides[s].electrode ? Kind::electrode : Kind::insulating;
     problem.sides[s].potential = scene.domain.sides[s].potential;
   }
-  std::vector<int> index(bodies.size());  // of the problem's group, by id
-  for (int i = 0; i < bodies.size(); ++i) {
+}
+
+/// Such a link carries nothing.
+bool is_within_group(const Link& link, const ElectricalGroups& groups) {
+  return link.b >= 0 && groups.id[link.a] == groups.id[link.b];
+}
+
+/// The links between groups as couplings.
+void add_couplings(const Scene& scene, const ElectricalGroups& groups, const ImplicitCharges& charges,
+                   const std::vector<int>& group_of_node, laplace::LaplaceProblem& problem) {
+  const std::vector<Supply> supplies = supplies_of(scene);
+  std::vector<int> group_of_supply(supplies.size(), -1);
+  for (const Link& link : charges.links) {
+    if (is_within_group(link, groups)) continue;
+    const int a = group_of_node[link.a];
+    int b = link.b >= 0 ? group_of_node[link.b] : group_of_supply[link.supply];
+    if (b < 0) {
+      b = group_of_supply[link.supply] = static_cast<int>(problem.groups.size());
+      problem.groups.push_back({.floating = false, .potential = supplies[link.supply].potential});
+    }
+    problem.couplings.push_back({a, b, charges.weight * link.conductance / scene.medium.depth});
+  }
+}
+
+}  // namespace
+
+laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
+                                             const ImplicitCharges& charges) {
+  laplace::LaplaceProblem problem;
+  problem.size = scene.domain.size;
+  problem.permittivity = scene.medium.permittivity;
+  add_sides(scene, problem);
+  std::vector<int> group_of_node(groups.id.size());
+  for (int i = 0; i < static_cast<int>(groups.id.size()); ++i) {
     const int id = groups.id[i];
     if (id == i) {
-      index[id] = static_cast<int>(problem.groups.size());
+      group_of_node[i] = static_cast<int>(problem.groups.size());
       problem.groups.push_back({.floating = !groups.potential[i], .potential = groups.potential[i].value_or(0)});
     }
-    problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, index[id]});
-    laplace::Group& group = problem.groups[index[id]];
-    if (group.floating) group.charge += bodies.charge[i] / scene.medium.depth;
+    group_of_node[i] = group_of_node[id];
+    laplace::Group& group = problem.groups[group_of_node[i]];
+    const bool conductor = i < bodies.size();
+    const std::size_t resistor = i - bodies.size();
+    if (conductor) problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, group_of_node[i]});
+    if (!group.floating) continue;
+    if (conductor)
+      group.charge += bodies.charge[i] / scene.medium.depth;
+    else if (resistor < charges.behind_resistors.size())
+      group.charge += charges.behind_resistors[resistor] / scene.medium.depth;
   }
+  int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes) {
+    if (electrode.series_resistance > 0) {
+      problem.bodies.push_back({electrode.shape, group_of_node[node++]});
+      continue;
+    }
     problem.bodies.push_back({electrode.shape, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({.floating = false, .potential = electrode.potential});
   }
+  add_couplings(scene, groups, charges, group_of_node, problem);
   return problem;
 }
 
@@ -141,10 +186,11 @@ void FloatingConductors::add_forces(const State& state, std::span<double> force)
   }
 }
 
-const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups) {
+const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
+                                                const ImplicitCharges& charges) {
   check_inside(scene_, bodies);
   check_contacts(bodies, groups);
-  const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups);
+  const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
   const laplace::LaplaceSolution solution = solver_->solve(problem);
   if (scene_.field.accuracy) last_problem_ = problem;
   ++solves_;
@@ -155,6 +201,18 @@ const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const Elec
     last_.force.push_back(depth * solution.body_force[i]);
     last_.charge.push_back(depth * solution.body_charge[i]);
     last_.potential.push_back(solution.group_potential[problem.bodies[i].group]);
+  }
+  const std::vector<double> flowed = laplace::coupling_charges(problem, solution);
+  auto next = flowed.begin();
+  for (const Link& link : charges.links) last_.carried.push_back(is_within_group(link, groups) ? 0 : depth * *next++);
+  for (std::size_t b = bodies.radius.size(); b < problem.bodies.size(); ++b) {
+    last_.terminal_charge.push_back(depth * solution.body_charge[b]);
+    last_.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group]);
+  }
+  for (std::size_t s = 0; s < problem.sides.size(); ++s) {
+    if (problem.sides[s].kind != laplace::Side::Kind::electrode) continue;
+    last_.terminal_charge.push_back(depth * solution.side_charge[s]);
+    last_.terminal_potential.push_back(problem.sides[s].potential);
   }
   return last_;
 }

@@ -7,16 +7,25 @@
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/problem.hpp"
+#include "src/effects/circuit.hpp"
 #include "src/effects/groups.hpp"
 #include "src/model/effect.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
 
+/// What a step of charge through resistors asks of the field at its end, beside the conductors' charges (charge_step).
+struct ImplicitCharges {
+  std::vector<double> behind_resistors;  ///< C, of those nodes, in order; empty: none
+  std::vector<Link> links;
+  double weight = 0;  ///< s: what a link carries is weight * conductance * potential difference
+};
+
 /// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the
-/// electrodes. Groups: the electrical groups in ascending order of id, then one an electrode. Charges become charges
-/// per metre of depth.
-laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups);
+/// electrodes. Groups: the electrical groups in ascending order of id, then one for each electrode without a resistor,
+/// then one for each supply at the end of a link. Charges and what links carry become those per metre of depth.
+laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
+                                             const ImplicitCharges& charges = {});
 
 /// Those of the cut-cell method, at the tolerance of a single solve.
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
@@ -42,6 +51,10 @@ struct Electrostatics {
   std::vector<double> charge;     ///< C, by the field (D 5.4)
   std::vector<double> potential;  ///< V
   double energy = 0;              ///< J
+  std::vector<double> carried;    ///< C, by link, from a to b in the step: weight * current at its end
+  // Of the terminals, in the order of terminals_of:
+  std::vector<double> terminal_charge;     ///< C, on their surface
+  std::vector<double> terminal_potential;  ///< V
 };
 
 /// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. A field solve costs more than all
@@ -57,7 +70,8 @@ class FloatingConductors : public Effect {
 
   /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.
-  const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups);
+  const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups,
+                              const ImplicitCharges& charges = {});
   /// The last problem that was solved, if the scene asks for an accuracy: for checks of it.
   const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
   /// What the last solve found.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 
@@ -56,9 +57,11 @@ class Holders {
   std::map<int, int> holders_;
 };
 
-Sets connect(const Scene& scene, std::span<const Contact> contacts) {
+/// Components of the nodes by wires, and by contacts if `conducting`.
+Sets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
+             bool conducting) {
   const int n = static_cast<int>(scene.conductors.size());
-  Sets sets(n);
+  Sets sets(n + static_cast<int>(terminals.size()));
   std::vector<int> first_of_wire(scene.groups.size(), -1);
   for (int i = 0; i < n; ++i) {
     const int wire = scene.conductors[i].group;
@@ -66,9 +69,47 @@ Sets connect(const Scene& scene, std::span<const Contact> contacts) {
     if (first_of_wire[wire] < 0) first_of_wire[wire] = i;
     sets.unite(first_of_wire[wire], i);
   }
-  for (const Contact& contact : contacts)
-    if (contact.partner < n) sets.unite(contact.conductor, contact.partner);
+  if (!conducting) return sets;
+  for (const Contact& contact : contacts) {
+    const int partner = contact.partner < n ? contact.partner : terminals[contact.partner - n].node;
+    if (partner >= 0) sets.unite(contact.conductor, partner);
+  }
   return sets;
+}
+
+/// The supply that holds each wire, -1: none.
+std::vector<int> supplies_of_wires(const Scene& scene, const std::vector<Terminal>& terminals) {
+  std::vector<int> supply;
+  int next = static_cast<int>(terminals.size());
+  for (const PrescribedGroup& wire : scene.groups) supply.push_back(wire.potential ? next++ : -1);
+  return supply;
+}
+
+/// Calls add(conductor, supply) for each conductor that a wire or, if `conducting`, a contact joins to what holds it.
+void for_each_held(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
+                   bool conducting, const auto& add) {
+  const int n = static_cast<int>(scene.conductors.size());
+  const std::vector<int> supply_of_wire = supplies_of_wires(scene, terminals);
+  for (int i = 0; i < n; ++i)
+    if (const int wire = scene.conductors[i].group; wire >= 0 && supply_of_wire[wire] >= 0)
+      add(i, supply_of_wire[wire]);
+  if (!conducting) return;
+  for (const Contact& contact : contacts)
+    if (contact.partner >= n && terminals[contact.partner - n].node < 0) add(contact.conductor, contact.partner - n);
+}
+
+/// ElectricalGroups::connected.
+std::vector<int> connections(const Scene& scene, std::span<const Contact> contacts,
+                             const std::vector<Terminal>& terminals) {
+  const int n = static_cast<int>(scene.conductors.size());
+  Sets sets = connect(scene, contacts, terminals, true);
+  std::vector<char> grounded(n + terminals.size());
+  for (const Terminal& terminal : terminals)
+    if (terminal.node >= 0) grounded[sets.find(terminal.node)] = true;
+  for_each_held(scene, contacts, terminals, true, [&](int i, int) { grounded[sets.find(i)] = true; });
+  std::vector<int> connected;
+  for (int i = 0; i < n; ++i) connected.push_back(grounded[sets.find(i)] ? -1 : sets.find(i));
+  return connected;
 }
 
 }  // namespace
@@ -76,15 +117,22 @@ Sets connect(const Scene& scene, std::span<const Contact> contacts) {
 std::vector<Terminal> terminals_of(const Scene& scene) {
   static constexpr const char* side_names[] = {"left", "right", "bottom", "top"};
   std::vector<Terminal> terminals;
+  int next_node = static_cast<int>(scene.conductors.size());
   for (const Electrode& electrode : scene.electrodes)
-    terminals.push_back(
-        {fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode.shape), electrode.potential});
+    terminals.push_back({fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode.shape),
+                         electrode.potential, electrode.series_resistance,
+                         electrode.series_resistance > 0 ? next_node++ : -1});
   const std::array<Surface, 4> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
     if (scene.domain.sides[s].electrode)
       terminals.push_back(
           {fmt::format("the {} side of the domain", side_names[s]), sides[s], scene.domain.sides[s].potential});
   return terminals;
+}
+
+int node_count(const Scene& scene) {
+  const auto resistors = std::ranges::count_if(scene.electrodes, [](auto& e) { return e.series_resistance > 0; });
+  return static_cast<int>(scene.conductors.size()) + static_cast<int>(resistors);
 }
 
 std::vector<Supply> supplies_of(const Scene& scene) {
@@ -96,26 +144,21 @@ std::vector<Supply> supplies_of(const Scene& scene) {
 }
 
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts) {
-  const int n = static_cast<int>(scene.conductors.size());
-  Sets sets = connect(scene, contacts);
-  std::vector<int> supply_of_wire;  // -1: it floats
-  int next = static_cast<int>(terminals_of(scene).size());
-  for (const PrescribedGroup& wire : scene.groups) supply_of_wire.push_back(wire.potential ? next++ : -1);
+  const std::vector<Terminal> terminals = terminals_of(scene);
+  const bool conducting = !scene.effects.contact_resistance;
+  Sets sets = connect(scene, contacts, terminals, conducting);
   Holders holders(supplies_of(scene));
-  for (int i = 0; i < n; ++i)
-    if (const int wire = scene.conductors[i].group; wire >= 0 && supply_of_wire[wire] >= 0)
-      holders.add(sets.find(i), supply_of_wire[wire]);
-  for (const Contact& contact : contacts)
-    if (contact.partner >= n) holders.add(sets.find(contact.conductor), contact.partner - n);
+  for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });
 
   ElectricalGroups groups;
   std::map<double, int> first_held_at;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < node_count(scene); ++i) {
     const int group = sets.find(i);
     groups.potential.push_back(holders.potential(group));
     groups.supply.push_back(holders.supply(group));
     groups.id.push_back(groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group);
   }
+  groups.connected = connections(scene, contacts, terminals);
   return groups;
 }
 

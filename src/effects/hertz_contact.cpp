@@ -64,6 +64,14 @@ void HertzContact::add_forces(const State& state, std::span<double> force) const
   }
 }
 
+double HertzContact::stored_energy(const State& state) const {
+  double energy = 0;
+  for (const Pair pair : state.neighbours)
+    if (const Overlap o = overlap(state.bodies, pair); o.depth > 0)
+      energy += hertz(modulus_, effective_radius(state.bodies, pair), o.depth).energy;
+  return energy;
+}
+
 void HertzContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   for (const Pair pair : state.neighbours) {
     const Overlap o = overlap(state.bodies, pair);

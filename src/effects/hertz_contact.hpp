@@ -14,6 +14,7 @@ class HertzContact : public Effect {
   Needs needs() const override { return {.neighbour_range = 0.0, .largest_move = 0.5}; }
   /// Throws Failure if two overlap by more than a radius.
   void add_forces(const State& state, std::span<double> force) const override;
+  double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
 
  private:

@@ -43,6 +43,13 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
   });
 }
 
+double WallContact::stored_energy(const State& state) const {
+  double energy = 0;
+  for_each_contact(state.bodies, walls_, modulus_,
+                   [&](int, const View&, const HertzForce& law) { energy += law.energy; });
+  return energy;
+}
+
 void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
     const std::array<double, 2> normal = {seen.normal.x, seen.normal.y};

@@ -18,6 +18,7 @@ class WallContact : public Effect {
   Needs needs() const override { return {.largest_move = 0.5}; }
   /// Throws Failure if a body's centre is in a wall.
   void add_forces(const State& state, std::span<double> force) const override;
+  double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
 
  private:

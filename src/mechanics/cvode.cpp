@@ -308,10 +308,14 @@ double Cvode::advance(double start, double end, const Events& events) {
     const double longest = std::max(self.longest_step(), 1000 * rounding);
     check(CVodeSetMaxStep(self.memory, longest));
     check(CVodeSetStopTime(self.memory, std::min(end, time + longest)));
+    const double before = time;
+    const std::vector<double> position = after_step ? self.model.bodies.position : std::vector<double>();
+    const std::vector<double> momentum = after_step ? self.model.bodies.momentum : std::vector<double>();
     flag = CVode(self.memory, end, self.y, &time, CV_ONE_STEP);
     if (flag < 0) self.fail(time);
     CVodeGetDky(self.memory, time, 1, self.rate);
     self.load(self.y);
+    if (after_step) after_step(time - before, position, momentum);
   }
   self.count();
   return end - time > rounding ? time : end;

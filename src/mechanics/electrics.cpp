@@ -11,6 +11,16 @@
 
 namespace lichtenberg::mechanics {
 
+namespace {
+
+/// A node without charge at the start stands for each terminal behind a resistor.
+std::vector<double> with_terminals(std::vector<double> charge, const Scene& scene) {
+  charge.resize(effects::node_count(scene));
+  return charge;
+}
+
+}  // namespace
+
 Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
     : scene_(scene),
       model_(model),
@@ -18,44 +28,148 @@ Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
       field_(*model.find<effects::FloatingConductors>()),
       discharge_(model.find<effects::ContactDischarge>()),
       supplies_(effects::supplies_of(scene)),
-      ledger_(model.bodies.charge, supplies_.size()),
-      current_(model.bodies.size()) {}
+      ledger_(with_terminals(model.bodies.charge, scene), supplies_.size()),
+      current_(model.bodies.size()),
+      relaxation_time_(effects::relaxation_time(scene)) {
+  if (has_circuit(scene)) energy_.emplace(scene);
+}
 
 void Electrics::connect() {
   if (discharge_) counters_.contacts_made += discharge_->update(model_.bodies).made;
   groups_ = groups_of(discharge_);
+  update_links(true);
 }
 
 effects::ElectricalGroups Electrics::groups_of(const effects::ContactDischarge* discharge) const {
   return effects::electrical_groups(scene_, discharge ? discharge->contacts() : std::vector<effects::Contact>{});
 }
 
-void Electrics::charge_bodies(double time) {
-  for (int i = 0; i < ledger_.size(); ++i)
-    model_.bodies.charge[i] = ledger_.charge(i) + current_[i] * (time - booked_until_);
+/// The links of the contacts as they are. After a jump no current is known, and none leads smoothly to the next step's.
+void Electrics::update_links(bool groups_changed) {
+  std::vector<effects::Link> now =
+      effects::links_of(scene_, discharge_ ? discharge_->contacts() : std::vector<effects::Contact>{});
+  if (now == links_ && !groups_changed) return;
+  links_ = std::move(now);
+  remaining_.assign(links_.size(), 0);
+  plain_.assign(links_.size(), 0);
+  link_current_.assign(links_.size(), 0);
+  last_step_ = 0;
+  current_noise_ = 1;
+  if (!field_.last().potential.empty()) guess_link_currents();
+}
+
+/// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
+void Electrics::guess_link_currents() {
+  const std::vector<double> potential = node_potentials();
+  for (std::size_t k = 0; k < links_.size(); ++k) link_current_[k] = link_current(links_[k], potential);
+}
+
+void Electrics::show_charges() {
+  for (int i = 0; i < model_.bodies.size(); ++i) model_.bodies.charge[i] = ledger_.charge(i);
 }
 
 const effects::Electrostatics& Electrics::solve(double time) {
   model_.currents(time, current_);
-  charge_bodies(time);
+  const effects::ChargeStep step = effects::charge_step(time - booked_until_, last_step_, relaxation_time_);
+  std::vector<double> charge;
+  for (int i = 0; i < ledger_.size(); ++i)
+    charge.push_back(step.decay * ledger_.charge(i) + (i < model_.bodies.size() ? current_[i] * step.fed : 0));
+  for (std::size_t k = 0; k < links_.size(); ++k) {
+    const double inherited = step.inherited * remaining_[k];
+    charge[links_[k].a] -= inherited;
+    if (links_[k].b >= 0) charge[links_[k].b] += inherited;
+  }
+  const auto terminals = charge.begin() + model_.bodies.size();
+  std::copy(charge.begin(), terminals, model_.bodies.charge.begin());
+  implicit_ = {{terminals, charge.end()}, links_, step.weight};
   const Stopwatch watch(counters_.field_seconds);
-  field_.solve(model_.bodies, groups_);
+  field_.solve(model_.bodies, groups_, implicit_);
   counters_.field_solves = field_.solves();
   counters_.iterations = field_.iterations();
   return field_.last();
 }
 
-void Electrics::share(double time, std::span<const double> by_field) {
-  model_.currents(time, current_);
-  ledger_.feed(current_, time - booked_until_);
-  booked_until_ = time;
-  ledger_.settle(groups_, by_field);
-  charge_bodies(time);
+std::vector<double> Electrics::node_charges() const {
+  std::vector<double> charge = field_.last().charge;
+  const std::vector<effects::Terminal> terminals = effects::terminals_of(scene_);
+  for (std::size_t t = 0; t < terminals.size(); ++t)
+    if (terminals[t].node >= 0) charge.push_back(field_.last().terminal_charge[t]);
+  return charge;
 }
 
-void Electrics::settle(double time) {
-  share(time, field_.last().charge);
-  for (int i = 0; i < ledger_.size(); ++i) {
+std::vector<double> Electrics::node_potentials() const {
+  std::vector<double> potential = field_.last().potential;
+  const std::vector<effects::Terminal> terminals = effects::terminals_of(scene_);
+  for (std::size_t t = 0; t < terminals.size(); ++t)
+    if (terminals[t].node >= 0) potential.push_back(field_.last().terminal_potential[t]);
+  return potential;
+}
+
+double Electrics::link_current(const effects::Link& link, std::span<const double> node_potential) const {
+  const double other = link.b >= 0 ? node_potential[link.b] : supplies_[link.supply].potential;
+  return link.conductance * (node_potential[link.a] - other);
+}
+
+double Electrics::charge_error(double time) const {
+  const double dt = time - booked_until_;
+  if (links_.empty() || dt == 0) return 0;
+  const effects::ChargeStep step = effects::charge_step(dt, last_step_, relaxation_time_);
+  const effects::Electrostatics& field = field_.last();
+  double largest_charge = 0, largest_potential = 0;
+  for (const std::vector<double>* charges : {&field.charge, &field.terminal_charge})
+    for (const double charge : *charges) largest_charge = std::max(largest_charge, std::abs(charge));
+  for (const effects::Supply& supply : supplies_)
+    largest_potential = std::max(largest_potential, std::abs(supply.potential));
+  double worst = 0;
+  for (std::size_t k = 0; k < links_.size(); ++k) {
+    const double now = field.carried[k] / step.weight;
+    const double noise = current_noise_ * scene_.field.moving_tolerance * links_[k].conductance * largest_potential;
+    worst = std::max(worst, effects::charge_error(step.weight * now + step.inherited * remaining_[k], dt,
+                                                  link_current_[k], now, noise));
+  }
+  const double tolerance = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
+  return worst == 0 ? 0 : worst / (tolerance * largest_charge);
+}
+
+void Electrics::share(double time, std::span<const double> by_field) {
+  const double dt = time - booked_until_;
+  model_.currents(time, current_);
+  ledger_.feed(current_, dt, relaxation_time_);
+  booked_until_ = time;
+  ledger_.settle(groups_, by_field);
+  if (energy_) energy_->note(current_, dt, ledger_.leaked_in_step());
+  show_charges();
+}
+
+/// Books what the links have carried in a step.
+void Electrics::carry_links(const effects::ChargeStep& step) {
+  for (std::size_t k = 0; k < links_.size(); ++k) {
+    link_current_[k] = field_.last().carried[k] / step.weight;
+    remaining_[k] = step.weight * link_current_[k] + step.inherited * remaining_[k];
+    plain_[k] = step.plain_weight * link_current_[k] + step.plain_inherited * plain_[k];
+    ledger_.carry(links_[k], remaining_[k], plain_[k]);
+  }
+}
+
+void Electrics::settle(double time) { settle(time, false); }
+
+void Electrics::settle(double time, bool merged) {
+  const double dt = time - booked_until_;
+  model_.currents(time, current_);
+  ledger_.feed(current_, dt, relaxation_time_);
+  if (dt > 0) {
+    carry_links(effects::charge_step(dt, last_step_, relaxation_time_));
+    last_step_ = dt;
+    current_noise_ = 0;
+  } else if (current_noise_ > 0) {
+    guess_link_currents();
+  }
+  ledger_.settle(groups_, node_charges());
+  if (energy_) energy_->note(current_, dt, ledger_.leaked_in_step());
+  booked_until_ = time;
+  show_charges();
+  if (energy_) book_energy(time, merged, dt > 0 ? plain_ : std::vector<double>());
+  for (int i = 0; i < model_.bodies.size(); ++i) {
     largest_force_ = std::max(largest_force_, norm(field_.last().force[i]));
     largest_speed_ = std::max(largest_speed_, norm(velocity(model_.bodies, i)));
   }
@@ -76,11 +190,13 @@ bool Electrics::reconnect(double time) {
       throw Failure(fmt::format("at t = {:.6g} s {}", time, error.what()));
     }
   }
-  if (groups_ == before) return false;
+  const bool changed = !(groups_ == before);
+  update_links(changed);
+  if (!changed) return false;
   ++counters_.regroupings;
   if (!effects::parts(groups_, before)) return false;
   solve(time);
-  settle(time);
+  settle(time, true);
   return true;
 }
 
@@ -121,10 +237,32 @@ double Electrics::longest_step(const std::vector<Watch>& watched, std::span<cons
   return longest;
 }
 
+/// What the field's forces have done on the bodies since energy was last booked (J), by the trapezoidal rule.
+double Electrics::work_since_booking(double time) const {
+  double work = 0;
+  for (int i = 0; i < model_.bodies.size(); ++i) {
+    const Vec2 moved = position(model_.bodies, i) - Vec2{booked_at_[2 * i], booked_at_[2 * i + 1]};
+    work += 0.5 * dot(booked_force_[i] + field_.held_force(i, time), moved);
+  }
+  return work;
+}
+
+/// `carried`: C, by link since the last solve; none if no time has passed.
+void Electrics::book_energy(double time, bool merged, std::span<const double> carried) {
+  EnergyBook::Instant now{time, field_.last().energy, node_potentials(), field_.last().terminal_charge,
+                          ledger_.drained_by_supply()};
+  if (merged)
+    energy_->book_merger(std::move(now), model_.bodies.position == booked_at_ ? 0 : work_since_booking(time));
+  else
+    energy_->book(std::move(now), links_, carried);
+  booked_at_ = model_.bodies.position;
+  booked_force_ = field_.last().force;
+}
+
 bool Electrics::stationary(double fraction) const {
   const Bodies& bodies = model_.bodies;
   for (int i = 0; i < bodies.size(); ++i)
-    if (!groups_.potential[i] || norm(field_.last().force[i]) > fraction * largest_force_ ||
+    if (groups_.connected[i] != -1 || norm(field_.last().force[i]) > fraction * largest_force_ ||
         norm(velocity(bodies, i)) > fraction * largest_speed_)
       return false;
   return true;
@@ -135,11 +273,25 @@ std::vector<TerminalReading> Electrics::terminals() const {
   std::vector<TerminalReading> readings;
   for (std::size_t k = 0; k < supplies_.size(); ++k)
     readings.push_back({supplies_[k].name, supplies_[k].potential, drained[k]});
+  if (!energy_) return readings;
+  for (std::size_t k = 0; k < supplies_.size(); ++k) {
+    const std::vector<double>& surface = field_.last().terminal_potential;
+    if (k < scene_.electrodes.size()) readings[k].series_resistance = scene_.electrodes[k].series_resistance;
+    readings[k].surface_potential = k < surface.size() ? surface[k] : supplies_[k].potential;
+    readings[k].delivered = energy_->delivered()[k];
+  }
   return readings;
 }
 
 void Electrics::save(Checkpoint& checkpoint) const {
   checkpoint.reals["charge_ledger"] = ledger_.save();
+  if (!links_.empty()) {
+    checkpoint.reals["link_currents"] = link_current_;
+    checkpoint.reals["link_charges_left"] = remaining_;
+    checkpoint.reals["link_charges"] = plain_;
+    checkpoint.reals["last_charge_step"] = {last_step_, current_noise_};
+  }
+  if (energy_) checkpoint.reals["energy_book"] = energy_->save();
   checkpoint.reals["largest_force_and_speed"] = {largest_force_, largest_speed_};
   std::vector<std::int64_t>& contacts = checkpoint.integers["contacts"];
   if (!discharge_) return;
@@ -162,6 +314,18 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
     discharge_->set_contacts(std::move(contacts));
   }
   groups_ = groups_of(discharge_);
+  update_links(true);
+  if (!links_.empty()) {
+    link_current_ = reals(checkpoint, "link_currents", links_.size());
+    remaining_ = reals(checkpoint, "link_charges_left", links_.size());
+    plain_ = reals(checkpoint, "link_charges", links_.size());
+    const std::vector<double>& last = reals(checkpoint, "last_charge_step", 2);
+    last_step_ = last[0];
+    current_noise_ = last[1];
+  }
+  if (!energy_) return;
+  energy_->restore(reals(checkpoint, "energy_book", energy_->saved_size()));
+  booked_at_ = model_.bodies.position;
 }
 
 }  // namespace lichtenberg::mechanics

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "src/effects/charge_ledger.hpp"
@@ -7,6 +8,7 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/counters.hpp"
 #include "src/mechanics/cvode.hpp"
+#include "src/mechanics/energy_book.hpp"
 #include "src/model/frame.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
@@ -24,9 +26,17 @@ class Electrics {
   void connect();
   /// Gives the bodies the charges of `time` and solves the field. Changes nothing else: a step can still be taken back.
   const effects::Electrostatics& solve(double time);
+  /// The error of the charges that the last solve was made with, in tolerances; 0 if nothing carries charge at a
+  /// finite rate. A conductor whose charge is wrong by a fraction d feels a force wrong by 2 d, as if it were displaced
+  /// by some d of the distance to what acts on it, which is a radius or more: a tolerance is position_tolerance /
+  /// radius of the largest charge.
+  double charge_error(double time) const;
   /// Books the charges fed until `time`, the instant of the last solve, and shares them as that field does.
   void settle(double time);
-  /// The same at an instant without a solve, with charges `by_field` (C) that are known otherwise.
+  /// Whether anything carries charge at a finite rate: what it carried is known after a solve only.
+  bool has_links() const { return !links_.empty(); }
+  /// The same as settle at an instant without a solve, with charges `by_field` (C) that are known otherwise. Not with
+  /// links.
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be settled or shared at this instant. If groups merge, charges move: solves and settles again and
@@ -44,6 +54,8 @@ class Electrics {
   const effects::ElectricalGroups& groups() const { return groups_; }
   const effects::ChargeLedger& ledger() const { return ledger_; }
   std::vector<TerminalReading> terminals() const;
+  /// Null in a scene without a circuit.
+  EnergyBook* energy() { return energy_ ? &*energy_ : nullptr; }
   /// Largest force (N) and speed (m/s) of a body at any instant that was settled.
   double largest_force() const { return largest_force_; }
   double largest_speed() const { return largest_speed_; }
@@ -58,7 +70,16 @@ class Electrics {
   using Watch = effects::ContactDischarge::Watch;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
   effects::ElectricalGroups groups_of(const effects::ContactDischarge* discharge) const;
-  void charge_bodies(double time);
+  void show_charges();
+  void settle(double time, bool merged);
+  void carry_links(const effects::ChargeStep& step);
+  void book_energy(double time, bool merged, std::span<const double> carried);
+  void guess_link_currents();
+  void update_links(bool groups_changed);
+  std::vector<double> node_charges() const;
+  std::vector<double> node_potentials() const;
+  double link_current(const effects::Link& link, std::span<const double> node_potential) const;
+  double work_since_booking(double time) const;
 
   const Scene& scene_;
   Model& model_;
@@ -69,7 +90,17 @@ class Electrics {
   effects::ChargeLedger ledger_;
   double booked_until_ = 0;  ///< s, time of the ledger
   effects::ElectricalGroups groups_;
-  std::vector<double> current_;  ///< A
+  std::vector<double> current_;  ///< A, that the effects feed
+  // What carries charge at a finite rate, and its last step:
+  double relaxation_time_;  ///< s, of leakage
+  std::vector<effects::Link> links_;
+  std::vector<double> link_current_, remaining_, plain_;  ///< A, C, C, by link (charge_step)
+  double current_noise_ = 1;           ///< 1: link_current_ is from potentials, with the solver's error; 0: from a step
+  double last_step_ = 0;               ///< s; 0: none whose currents lead smoothly to the next
+  effects::ImplicitCharges implicit_;  ///< of the last solve
+  std::optional<EnergyBook> energy_;
+  std::vector<double> booked_at_;  ///< positions when energy was last booked
+  std::vector<Vec2> booked_force_;
   double largest_force_ = 0, largest_speed_ = 0;
 };
 

@@ -10,7 +10,8 @@ int steps_in(double interval, double step) { return std::max(1, static_cast<int>
 
 }  // namespace
 
-Euler::Euler(Workplace workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}
+Euler::Euler(Workplace workplace)
+    : at_(workplace), force_(at_.model.bodies.position.size()), drag_(drag_coefficients(at_.model)) {}
 
 void Euler::advance(double time, double end) {
   const double start = time;
@@ -36,13 +37,17 @@ void Euler::mechanical_steps(double time, double end) {
   Bodies& bodies = at_.model.bodies;
   const int steps = steps_in(end - time, at_.scene.mechanics.euler_step);
   const double dt = (end - time) / steps;
+  double drag_work = 0;
   for (int k = 0; k < steps; ++k) {
     at_.model.forces(time + k * dt, force_);
     for (std::size_t c = 0; c < force_.size(); ++c) {
+      drag_work +=
+          drag_[c / bodies.dimension] * std::pow(bodies.momentum[c] / bodies.mass[c / bodies.dimension], 2) * dt;
       bodies.position[c] += bodies.momentum[c] / bodies.mass[c / bodies.dimension] * dt;
       bodies.momentum[c] += force_[c] * dt;
     }
   }
+  if (at_.electrics && at_.electrics->energy()) at_.electrics->energy()->add_drag(drag_work);
 }
 
 }  // namespace lichtenberg::mechanics

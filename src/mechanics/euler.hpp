@@ -20,6 +20,7 @@ class Euler : public Stepper {
 
   Workplace at_;
   std::vector<double> force_;  ///< N
+  std::vector<double> drag_;   ///< kg/s
 };
 
 }  // namespace lichtenberg::mechanics

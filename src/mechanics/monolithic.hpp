@@ -18,6 +18,7 @@ class Monolithic : public Stepper {
   double step(double time, double end);
 
   Workplace at_;
+  std::vector<double> drag_;  ///< kg/s
   Cvode cvode_;
 };
 

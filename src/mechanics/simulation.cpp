@@ -105,11 +105,14 @@ Frame Simulation::frame() {
   frame.force = field.force;
   frame.charge = self.model.bodies.charge;
   frame.potential = field.potential;
-  for (std::size_t i = 0; i < groups.id.size(); ++i) frame.group.push_back(groups.potential[i] ? -1 : groups.id[i]);
+  frame.group = groups.connected;
   frame.energy = field.energy;
   frame.charge_held = ledger.held();
   frame.charge_fed = ledger.fed();
   frame.charge_drained = ledger.drained();
+  frame.charge_leaked = ledger.leaked();
+  if (const mechanics::EnergyBook* energy = self.electrics->energy())
+    frame.energy_balance = {self.model.kinetic_energy(), self.model.stored_energy(self.time), energy->flows()};
   frame.terminals = self.electrics->terminals();
   frame.field_solves = self.counters.field_solves;
   frame.iterations = self.counters.iterations;

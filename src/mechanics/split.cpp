@@ -29,7 +29,9 @@ Split::Split(Workplace workplace)
       force_(at_.model.bodies.size()),
       force_rate_(at_.model.bodies.size()),
       charge_(at_.model.bodies.size()),
-      charge_rate_(at_.model.bodies.size()) {}
+      charge_rate_(at_.model.bodies.size()) {
+  book_drag(at_, drag_, cvode_);
+}
 
 void Split::begin(double time) {
   if (step_ == 0) return restart(time, force_);
@@ -50,13 +52,16 @@ double Split::try_step(double time, double end) {
   Bodies& bodies = at_.model.bodies;
   const std::vector<double> position = bodies.position, momentum = bodies.momentum;
 
+  const double drag_before = at_.electrics->energy() ? at_.electrics->energy()->drag() : 0;
+
   const double reached = move(time, target);
   if (reached < target && pass_event(reached)) return reached;
   at_.electrics->solve(reached);
-  const double wrong_by = error(reached);
+  const double wrong_by = std::max(error(reached), at_.electrics->charge_error(reached));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     bodies.position = position;
     bodies.momentum = momentum;
+    if (EnergyBook* energy = at_.electrics->energy()) energy->set_drag(drag_before);
     reject(time, reached, wrong_by);
     return time;
   }
@@ -90,9 +95,10 @@ double Split::move(double time, double target) {
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
 /// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
 /// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
-/// extrapolation will do. Returns false if the old groups' field is needed, to judge the step by it.
+/// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
+/// old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time) {
-  if (time - solved_at_ >= 0.5 * step_) return false;
+  if (at_.electrics->has_links() || time - solved_at_ >= 0.5 * step_) return false;
   at_.electrics->share(time, extrapolated_charges(time));
   const std::vector<Vec2> before = held_forces(time);
   if (!at_.electrics->reconnect(time)) return true;

@@ -36,6 +36,22 @@ Cvode make_cvode(const Scene& scene, Model& model) {
   return Cvode(model, accuracy);
 }
 
+void book_drag(const Workplace& at, const std::vector<double>& drag, Cvode& cvode) {
+  EnergyBook* energy = at.electrics ? at.electrics->energy() : nullptr;
+  if (!energy || std::ranges::all_of(drag, [](double d) { return d == 0; })) return;
+  cvode.after_step = [energy, &bodies = at.model.bodies, &drag](double dt, const std::vector<double>& position,
+                                                                const std::vector<double>& momentum) {
+    double work = 0;
+    for (std::size_t c = 0; c < position.size(); ++c) {
+      const std::size_t i = c / bodies.dimension;
+      const double before = momentum[c] / bodies.mass[i], after = bodies.momentum[c] / bodies.mass[i];
+      const double middle = 1.5 * (bodies.position[c] - position[c]) / dt - 0.25 * (before + after);
+      work += drag[i] * dt / 6 * (before * before + 4 * middle * middle + after * after);
+    }
+    energy->add_drag(work);
+  };
+}
+
 std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec2> force,
                                    double dt) {
   std::vector<double> travel;

@@ -44,6 +44,11 @@ std::vector<double> drag_coefficients(const Model& model);
 /// in one largest step).
 Cvode make_cvode(const Scene& scene, Model& model);
 
+/// Has the work of drag (`drag`: kg/s, a body; must outlive this) booked after each step of CVODE, if the scene has a
+/// circuit: the integral of drag v^2 by Simpson's rule, with the velocity in the middle that the positions and
+/// velocities at the ends give.
+void book_drag(const Workplace& at, const std::vector<double>& drag, Cvode& cvode);
+
 /// How far each body can move within `dt` (m), if `force` acts on it: it cannot become faster than it is now or than
 /// the force can drive it, against inertia in that time or against drag.
 std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec2> force,

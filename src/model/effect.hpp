@@ -63,6 +63,8 @@ class Effect {
   /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
   /// does not change where it converges to.
   virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
+  /// The energy (J) that its forces have stored and give back: that of springs. The field's is not among them.
+  virtual double stored_energy(const State& state) const { return (void)state, 0; }
   /// Adds the currents (A, [N]) that it feeds into the bodies.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
 };

@@ -59,4 +59,18 @@ void Model::currents(double time, std::span<double> current) {
   for (const auto& effect : effects) effect->add_currents(now, current);
 }
 
+double Model::stored_energy(double time) {
+  const State now = state(time);
+  double energy = 0;
+  for (const auto& effect : effects) energy += effect->stored_energy(now);
+  return energy;
+}
+
+double Model::kinetic_energy() const {
+  double energy = 0;
+  for (std::size_t k = 0; k < bodies.momentum.size(); ++k)
+    energy += bodies.momentum[k] * bodies.momentum[k] / (2 * bodies.mass[k / bodies.dimension]);
+  return energy;
+}
+
 }  // namespace lichtenberg

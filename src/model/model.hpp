@@ -25,6 +25,11 @@ struct Model {
   /// Sum of all currents fed into the bodies (A, [N], overwritten).
   void currents(double time, std::span<double> current);
 
+  /// Sum of the energies that the effects have stored (J).
+  double stored_energy(double time);
+  /// Sum of m v^2 / 2 (J).
+  double kinetic_energy() const;
+
   /// The least of the effects' Needs::largest_move as a length (m); infinite if none sets one.
   double largest_move() const;
 

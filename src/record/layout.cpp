@@ -70,6 +70,32 @@ void append_by_terminal(const hdf5::Handle& file, const std::string& name,
   if (first) hdf5::put_attribute(hdf5::open_group(file, "/observables/" + name), "terminals", names);
 }
 
+/// Where current and energy go: cumulative since the start, and as means since the frame before.
+void append_circuit(const hdf5::Handle& file, const Frame& frame) {
+  const EnergyBalance& energy = *frame.energy_balance;
+  const EnergyFlows& flows = energy.flows;
+  append_by_terminal(file, "charge_delivered", frame.terminals, &TerminalReading::delivered, "C");
+  append_by_terminal(file, "terminal_potential", frame.terminals, &TerminalReading::surface_potential, "V");
+  append_observable(file, "charge_leaked", frame.charge_leaked, "C");
+  append_observable(file, "energy_kinetic", energy.kinetic, "J");
+  append_observable(file, "energy_elastic", energy.elastic, "J");
+  append_observable(file, "energy_by_supplies", flows.by_supplies, "J");
+  append_observable(file, "energy_by_source", flows.by_source, "J");
+  append_observable(file, "heat_series_resistors", flows.series_resistors, "J");
+  append_observable(file, "heat_contacts", flows.contacts, "J");
+  append_observable(file, "heat_leakage", flows.leakage, "J");
+  append_observable(file, "heat_sparks", flows.sparks, "J");
+  append_observable(file, "heat_drag", flows.drag, "J");
+  CircuitRates rates = frame.rates.value_or(CircuitRates{});
+  rates.current.resize(frame.terminals.size(), NAN);
+  if (!rates.current.empty())
+    append_element<double>(file, "/observables", "current", rates.current, {rates.current.size()}, "A");
+  append_observable(file, "structure_resistance", rates.structure_resistance, "ohm");
+  append_observable(file, "supplied_power", rates.supplied_power, "W");
+  append_observable(file, "dissipated_power", rates.dissipated_power, "W");
+  append_observable(file, "entropy_production", rates.entropy_production, "W K-1");
+}
+
 /// The instant first: the other elements link to it.
 void append_instant(const hdf5::Handle& file, double now, const std::string& unit) {
   const hdf5::Handle position = hdf5::open_group(file, std::string(conductors) + "/position");
@@ -145,6 +171,8 @@ void put_electrodes(hid_t scene_group, const Scene& scene) {
     const hdf5::Handle group = hdf5::open_group(electrodes, std::to_string(k));
     hdf5::put_attribute(group, "name", scene.electrodes[k].name);
     hdf5::put(group, "potential", scene.electrodes[k].potential, "V");
+    if (scene.electrodes[k].series_resistance > 0)
+      hdf5::put(group, "series_resistance", scene.electrodes[k].series_resistance, "ohm");
     std::visit([&](const auto& shape) { put_shape(group, shape); }, scene.electrodes[k].shape);
   }
 }
@@ -264,6 +292,7 @@ void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optio
   append_observable(file, "charge_fed", frame.charge_fed, "C");
   append_observable(file, "charge_drained", frame.charge_drained, "C");
   append_by_terminal(file, "charge_drained_by_terminal", frame.terminals, &TerminalReading::drained, "C");
+  if (frame.energy_balance) append_circuit(file, frame);
   append_observable(file, "field_solves", frame.field_solves, "1");
   append_observable(file, "iterations", frame.iterations, "1");
   if (network) append_network(file, *network);

@@ -26,9 +26,38 @@ void check_effects(const Draft& draft) {
   const std::string electrostatics = "the table [effects.floating_conductors]";
   if (effects.current_source && !effects.floating_conductors) needs("current_source", electrostatics);
   if (effects.contact_discharge && !effects.floating_conductors) needs("contact_discharge", electrostatics);
+  if (effects.leakage && !effects.floating_conductors) needs("leakage", electrostatics);
+  if (effects.contact_resistance && !effects.contact_discharge)
+    needs("contact_resistance", "the table [effects.contact_discharge], which says who is in contact");
+  if (effects.contact_resistance && effects.contact_resistance->resistivity > 0 &&
+      effects.contact_resistance->spot == 0)
+    needs("contact_resistance", "a spot in m, greater than 0, beside its resistivity");
+  if (effects.contact_resistance && effects.contact_resistance->ohms() == 0)
+    needs("contact_resistance", "a resistance in ohm or a resistivity in ohm m, greater than 0");
   if (effects.stokes_drag && !draft.viscosity) needs("stokes_drag", "medium.viscosity in Pa s");
   if (effects.floating_conductors && !draft.permittivity && !draft.relative_permittivity)
     needs("floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
+}
+
+/// What carries charge at a finite rate is one implicit step with the field (src/effects/README.md), which not every
+/// method and no other coupling can do.
+void check_resistors(const Draft& draft) {
+  const Scene& scene = draft.scene;
+  const bool series =
+      std::ranges::any_of(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
+  if (!series && !scene.effects.contact_resistance) return;
+  const std::string what = series ? "electrode.series_resistance" : "the table [effects.contact_resistance]";
+  if (!scene.effects.floating_conductors)
+    refuse(scene.path, draft.electrodes.back().line,
+           "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
+  const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
+    refuse(scene.path, draft.line(key),
+           fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
+  };
+  if (draft.line("field.method") > 0 && scene.field.method != "cut-cell")
+    refuse_with("field.method", scene.field.method, "cut-cell");
+  if (scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic")
+    refuse_with("mechanics.coupling", "monolithic", "split");
 }
 
 double permittivity(const Draft& draft) {
@@ -164,9 +193,15 @@ void assign_groups(const Draft& draft, Scene& scene) {
 /// With nothing at a given potential no field line can leave the box: by Gauss's law the charges must cancel.
 void check_ground(const Draft& draft, const Scene& scene) {
   const bool grounded =
-      !scene.electrodes.empty() || std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
+      std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance == 0; }) ||
+      std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
       std::ranges::any_of(scene.groups, [](const PrescribedGroup& group) { return group.potential.has_value(); });
   if (grounded || !scene.effects.floating_conductors) return;
+  if (!scene.electrodes.empty())
+    refuse(
+        scene.path, draft.electrodes.front().line,
+        "every electrode is behind a resistor, and in an insulated box no charge could come through it: a side of the "
+        "domain, an [[electrode]] or a [[group]] must have a potential without one");
   const std::string remedy = "a side of the domain, an [[electrode]] or a [[group]] must have a potential";
   if (scene.effects.current_source && scene.effects.current_source->current != 0)
     refuse(draft.scene.path, draft.line("effects.current_source"),
@@ -199,7 +234,8 @@ void check_frames(const Draft& draft) {
 void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
   scene.medium = {.permittivity = permittivity(draft),
                   .viscosity = draft.viscosity.value_or(0),
-                  .depth = draft.depth.value_or(2 * largest_radius)};
+                  .depth = draft.depth.value_or(2 * largest_radius),
+                  .temperature = scene.medium.temperature};
   if (scene.effects.contact_discharge)
     scene.effects.contact_discharge->gap = draft.contact_gap.value_or(smallest_radius);
   fill_in_tolerances(draft, scene.field);
@@ -215,6 +251,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 Scene complete(const Draft& draft) {
   check_effects(draft);
   check_packing_keys(draft);
+  check_resistors(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;
   const bool packing = scene.effects.contact_potential.has_value();

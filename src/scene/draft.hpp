@@ -35,6 +35,7 @@ struct ElectrodeDraft {
   std::string shape{};
   std::optional<std::string> name{};
   double potential = 0;
+  std::optional<double> series_resistance{};
   Vec2 centre{}, from{}, to{};
   std::string side{};
   double at = 0, radius = 0, width = 0;

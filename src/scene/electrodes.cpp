@@ -122,6 +122,21 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
                       "potential",
                       electrodes[i].name, electrodes[i].potential, other, potential));
     };
+    const auto refuse_resistor = [&](const std::string& other) {
+      refuse(
+          draft.scene.path, draft.electrodes[i].line,
+          fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor: what a resistor stands "
+                      "before must be apart from every other electrode",
+                      electrodes[i].name, other));
+    };
+    for (std::size_t j = 0; j < i; ++j)
+      if (electrodes[i].series_resistance + electrodes[j].series_resistance > 0 &&
+          touch(electrodes[i].shape, electrodes[j].shape))
+        refuse_resistor(fmt::format("the electrode \"{}\"", electrodes[j].name));
+    for (int side = 0; side < 4; ++side)
+      if (electrodes[i].series_resistance > 0 && domain.sides[side].electrode &&
+          touch(electrodes[i].shape, line_of(side, domain.size)))
+        refuse_resistor(fmt::format("the {} side of the domain", side_names[side]));
     for (std::size_t j = 0; j < i; ++j)
       if (electrodes[i].potential != electrodes[j].potential && touch(electrodes[i].shape, electrodes[j].shape))
         refuse_it(fmt::format("the electrode \"{}\"", electrodes[j].name), electrodes[j].potential);
@@ -145,7 +160,7 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
         written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);
     if (!names.insert(name).second)
       refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
-    electrodes.push_back({name, shape, written.potential});
+    electrodes.push_back({name, shape, written.potential, written.series_resistance.value_or(0)});
   }
   check_short_circuits(draft, electrodes);
   return electrodes;

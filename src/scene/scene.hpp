@@ -23,17 +23,19 @@ struct Domain {
   std::array<DomainSide, 4> sides;  ///< left, right, bottom, top
 };
 
-/// A fixed body at a given potential.
+/// A fixed body at a given potential, or behind a resistor: its potential then floats, and `potential` is the supply's.
 struct Electrode {
   std::string name;
   Shape shape;
-  double potential = 0;  ///< V
+  double potential = 0;          ///< V
+  double series_resistance = 0;  ///< ohm, between the supply and the body; 0: none
 };
 
 struct Medium {
-  double permittivity = 0;  ///< F/m, absolute
-  double viscosity = 0;     ///< Pa s
-  double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
+  double permittivity = 0;      ///< F/m, absolute
+  double viscosity = 0;         ///< Pa s
+  double depth = 0;             ///< m: charge in C = depth * charge per metre of the two-dimensional field
+  double temperature = 295.15;  ///< K (22 degrees Celsius, D 4.1): turns dissipated power into entropy production
 };
 
 /// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave the third
@@ -104,6 +106,21 @@ struct ContactPotential {
   bool box = true;       ///< the sides of the domain are walls
 };
 
+/// Ohmic conduction through the fluid, which is uniform: no charge gathers in it, and every conductor's decays with the
+/// relaxation time permittivity / conductivity, whatever surrounds it (Gauss and Ohm).
+struct Leakage {
+  double conductivity = 0;  ///< S/m
+};
+/// A contact of contact_discharge conducts instead of making two one.
+struct ContactResistance {
+  double resistance = 0;   ///< ohm a contact
+  double resistivity = 0;  ///< ohm m, of the conductors
+  double spot = 0;         ///< m, radius of the spot in which two surfaces touch
+  /// Of one contact: the given one and the constriction of the current to the spot, resistivity / (2 spot)
+  /// (R. Holm, Electric Contacts, 1967, eq. 4.15: each side has half of it).
+  double ohms() const { return resistance + (resistivity > 0 ? resistivity / (2 * spot) : 0); }
+};
+
 struct Effects {
   std::optional<FloatingConductors> floating_conductors;
   std::optional<CurrentSource> current_source;
@@ -111,6 +128,8 @@ struct Effects {
   std::optional<HertzContact> hertz_contact;
   std::optional<WallContact> wall_contact;
   std::optional<ContactDischarge> contact_discharge;
+  std::optional<Leakage> leakage;
+  std::optional<ContactResistance> contact_resistance;
   std::optional<ContactPotential> contact_potential;
 };
 

@@ -77,6 +77,11 @@ Table medium() {
                .range = positive,
                .computed_default = "2 * the largest radius: a monolayer",
                .help = "turns charge, force and energy per metre of the two-dimensional field into C, N and J"},
+              {.name = "temperature",
+               .place = [](Draft& d) { return &d.scene.medium.temperature; },
+               .unit = "K",
+               .range = positive,
+               .help = "turns dissipated power into entropy production, and does nothing else"},
           }};
 }
 
@@ -111,7 +116,14 @@ Table electrode() {
                .place = [](Draft& d) { return &d.electrodes.back().potential; },
                .unit = "V",
                .required = true,
-               .help = "its potential"},
+               .help = "its potential, or that of the supply if there is a series resistance"},
+              {.name = "series_resistance",
+               .place = [](Draft& d) { return &d.electrodes.back().series_resistance; },
+               .unit = "ohm",
+               .range = positive,
+               .computed_default = "none",
+               .help = "resistor between the supply and the body, which starts without charge and whose potential "
+                       "follows from the current"},
               {.name = "centre",
                .place = [](Draft& d) { return &d.electrodes.back().centre; },
                .unit = "m",
@@ -416,6 +428,47 @@ Table minimize() {
           }};
 }
 
+Table leakage() {
+  return {.path = "effects.leakage",
+          .help =
+              "Ohmic conduction through the fluid: charge decays with the time permittivity / conductivity. Needs "
+              "floating_conductors.",
+          .open = [](Draft& d, int) { d.scene.effects.leakage.emplace(); },
+          .keys = {
+              {.name = "conductivity",
+               .place = [](Draft& d) { return &d.scene.effects.leakage->conductivity; },
+               .unit = "S/m",
+               .range = positive,
+               .required = true,
+               .help = "of the fluid"},
+          }};
+}
+
+Table contact_resistance() {
+  return {.path = "effects.contact_resistance",
+          .help =
+              "A contact conducts instead of making two one: resistance + resistivity / (2 spot), after Holm. Needs "
+              "contact_discharge, which says who is in contact.",
+          .open = [](Draft& d, int) { d.scene.effects.contact_resistance.emplace(); },
+          .keys = {
+              {.name = "resistance",
+               .place = [](Draft& d) { return &d.scene.effects.contact_resistance->resistance; },
+               .unit = "ohm",
+               .range = not_negative,
+               .help = "of one contact"},
+              {.name = "resistivity",
+               .place = [](Draft& d) { return &d.scene.effects.contact_resistance->resistivity; },
+               .unit = "ohm m",
+               .range = not_negative,
+               .help = "of the conductors; needs spot"},
+              {.name = "spot",
+               .place = [](Draft& d) { return &d.scene.effects.contact_resistance->spot; },
+               .unit = "m",
+               .range = not_negative,
+               .help = "radius of the spot in which two surfaces touch"},
+          }};
+}
+
 Table field() {
   return {
       .path = "field",
@@ -582,6 +635,8 @@ const std::vector<Table>& schema() {
                                             hertz_contact(),
                                             wall_contact(),
                                             contact_discharge(),
+                                            leakage(),
+                                            contact_resistance(),
                                             contact_potential(),
                                             minimize(),
                                             field(),

@@ -1,0 +1,51 @@
+#include "src/analysis/circuit.hpp"
+
+#include <algorithm>
+
+namespace lichtenberg::analysis {
+namespace {
+
+/// All terminals whose supplies have one potential, as one.
+struct Pole {
+  double current = 0;    ///< A, delivered
+  double potential = 0;  ///< V, mean of the terminals' surfaces
+};
+
+Pole pole(const std::vector<TerminalReading>& terminals, const std::vector<double>& current, double potential) {
+  Pole pole;
+  int number = 0;
+  for (std::size_t k = 0; k < terminals.size(); ++k) {
+    if (terminals[k].potential != potential) continue;
+    ++number;
+    pole.current += current[k];
+    // Ohm's law for the means: exact, however the current varied.
+    pole.potential += potential - terminals[k].series_resistance * current[k];
+  }
+  pole.potential /= number;
+  return pole;
+}
+
+double structure_resistance(const std::vector<TerminalReading>& terminals, const std::vector<double>& current) {
+  if (terminals.empty()) return NAN;
+  const auto [low, high] = std::ranges::minmax(terminals, {}, &TerminalReading::potential);
+  if (low.potential == high.potential) return NAN;
+  const Pole from = pole(terminals, current, high.potential), to = pole(terminals, current, low.potential);
+  return (from.potential - to.potential) / (0.5 * (from.current - to.current));
+}
+
+}  // namespace
+
+CircuitRates circuit_rates(const Frame& before, const Frame& now, double temperature) {
+  const double dt = now.time - before.time;
+  CircuitRates rates;
+  for (std::size_t k = 0; k < now.terminals.size(); ++k)
+    rates.current.push_back((now.terminals[k].delivered - before.terminals[k].delivered) / dt);
+  rates.structure_resistance = structure_resistance(now.terminals, rates.current);
+  const EnergyFlows &then = before.energy_balance->flows, &flows = now.energy_balance->flows;
+  rates.supplied_power = (flows.supplied() - then.supplied()) / dt;
+  rates.dissipated_power = (flows.dissipated() - then.dissipated()) / dt;
+  rates.entropy_production = rates.dissipated_power / temperature;
+  return rates;
+}
+
+}  // namespace lichtenberg::analysis

@@ -1,0 +1,58 @@
+#include "src/effects/circuit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::effects {
+
+std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts) {
+  const std::vector<Terminal> terminals = terminals_of(scene);
+  std::vector<Link> links;
+  for (int t = 0; t < static_cast<int>(terminals.size()); ++t)
+    if (terminals[t].node >= 0)
+      links.push_back(
+          {.a = terminals[t].node, .supply = t, .conductance = 1 / terminals[t].series_resistance, .series = true});
+  if (!scene.effects.contact_resistance) return links;
+  const double conductance = 1 / scene.effects.contact_resistance->ohms();
+  const int n = static_cast<int>(scene.conductors.size());
+  for (const Contact& contact : contacts) {
+    Link link{.a = contact.conductor, .conductance = conductance};
+    if (contact.partner < n)
+      link.b = contact.partner;
+    else if (const int node = terminals[contact.partner - n].node; node >= 0)
+      link.b = node;
+    else
+      link.supply = contact.partner - n;
+    links.push_back(link);
+  }
+  return links;
+}
+
+double relaxation_time(const Scene& scene) {
+  return scene.effects.leakage ? scene.medium.permittivity / scene.effects.leakage->conductivity : INFINITY;
+}
+
+ChargeStep charge_step(double dt, double before, double relaxation_time) {
+  const double ratio = before > 0 ? dt / before : 0;
+  const double inherited = ratio * ratio / (1 + 2 * ratio);
+  const auto filled = [&](double time) {  // integral of exp(-s/tau) from 0 to time
+    return std::isfinite(relaxation_time) ? -relaxation_time * std::expm1(-time / relaxation_time) : time;
+  };
+  const double decay = std::exp(-dt / relaxation_time);
+  return {.decay = decay,
+          .fed = filled(dt),
+          .weight = filled(dt) - inherited * decay * filled(before),
+          .inherited = inherited * decay,
+          .plain_weight = dt - inherited * before,
+          .plain_inherited = inherited};
+}
+
+double charge_error(double carried, double dt, double at_start, double at_end, double noise) {
+  at_start += std::clamp(at_end - at_start, -noise, noise);
+  const double ratio = at_start == 0 ? 1 : at_end / at_start;
+  if (!(ratio > 0 && ratio < 1)) return std::abs(carried - 0.5 * dt * (at_start + at_end));
+  const double z = 1 / ratio - 1;
+  return std::abs(carried + at_start * dt * std::expm1(-z) / z);
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/effects/groups.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::effects {
+
+/// An ohmic conductor between two nodes of ElectricalGroups, or between a node and a supply.
+struct Link {
+  int a = 0;               ///< node
+  int b = -1;              ///< node; -1: the other end is `supply`
+  int supply = -1;         ///< of supplies_of
+  double conductance = 0;  ///< S
+  bool series = false;     ///< a series resistor; if not, a contact
+  friend bool operator==(const Link&, const Link&) = default;
+};
+
+/// The series resistors, then the contacts if they have a resistance. Infinite resistance is no link; no resistance is
+/// ElectricalGroups' part.
+std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts);
+
+/// Permittivity / conductivity (s): that in which the fluid carries a conductor's charge away. Infinite without
+/// leakage.
+double relaxation_time(const Scene& scene);
+
+/// A step dt of dQ/dt = J - Q/tau + I, implicit in the current I that links carry to a node:
+///
+///   Q(t + dt) = decay Q(t) + fed J + F,        F = weight I(t + dt) + inherited F_before,
+///
+/// where F is what is left of the charge that came through links in the step, F_before the same of the step before.
+/// Leakage and J are exact. For I it is the backward differentiation formula of second order for unequal steps, or
+/// backward Euler if there is no step before, carried through exp(-t/tau) such that a constant current is exact at any
+/// dt/tau; without leakage F is all that came. Stable for any conductance and damping the faster the larger it is: a
+/// link of infinite conductance makes its ends one.
+struct ChargeStep {
+  double decay = 1, fed = 0, weight = 0, inherited = 0;
+  /// The same two for what came through a link in the step, whether it is still there or has leaked.
+  double plain_weight = 0, plain_inherited = 0;
+};
+
+/// `before`: length (s) of the step before, 0 if there is none whose currents lead smoothly to this one's.
+ChargeStep charge_step(double dt, double before, double relaxation_time);
+
+/// The error (C) of a step's charge through a link, from its currents (A) at the start and the end: how far `carried`
+/// is from the integral of a current that goes smoothly from one to the other, on the straight line if they differ
+/// little. If it falls much, it decays at a rate z/dt that implicit steps damp to 1/(1 + z), and the integral is that
+/// of the exponential: what is over soon need not be followed. `noise` (A): how much of the first current may be the
+/// field solver's error.
+double charge_error(double carried, double dt, double at_start, double at_end, double noise);
+
+}  // namespace lichtenberg::effects

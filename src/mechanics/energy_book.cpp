@@ -1,0 +1,99 @@
+#include "src/mechanics/energy_book.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::mechanics {
+
+bool has_circuit(const Scene& scene) {
+  const std::vector<effects::Supply> supplies = effects::supplies_of(scene);
+  const bool difference = std::ranges::any_of(
+      supplies, [&](const effects::Supply& supply) { return supply.potential != supplies.front().potential; });
+  const bool resistor =
+      std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
+  return scene.effects.floating_conductors &&
+         (difference || resistor || scene.effects.leakage || scene.effects.contact_resistance);
+}
+
+EnergyBook::EnergyBook(const Scene& scene)
+    : relaxation_time_(effects::relaxation_time(scene)),
+      supplies_(effects::supplies_of(scene)),
+      terminals_(effects::terminals_of(scene)),
+      delivered_(supplies_.size()),
+      fed_(effects::node_count(scene)),
+      leaked_(fed_.size()) {}
+
+void EnergyBook::note(std::span<const double> current, double dt, std::span<const double> leaked) {
+  for (std::size_t i = 0; i < current.size(); ++i) fed_[i] += current[i] * dt;
+  for (std::size_t i = 0; i < leaked.size(); ++i) leaked_[i] += leaked[i];
+}
+
+/// What passed through no link.
+void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_potential) {
+  for (std::size_t i = 0; i < fed_.size(); ++i) {
+    flows_.by_source += fed_[i] * mean_potential[i];
+    flows_.leakage += leaked_[i] * mean_potential[i];
+  }
+  const double relaxed = (now.time - last_.time) / relaxation_time_;
+  for (std::size_t k = 0; k < supplies_.size(); ++k) {
+    double delivered = last_.drained[k] - now.drained[k];
+    if (k < terminals_.size() && terminals_[k].node < 0) {  // the terminal's own charge, and what leaked from that
+      const double before = last_.terminal_charge[k], after = now.terminal_charge[k];
+      const double leaked = 0.5 * relaxed * (before + after);
+      delivered += after - before + leaked;
+      flows_.leakage += leaked * supplies_[k].potential;
+    }
+    delivered_[k] += delivered;
+    flows_.by_supplies += delivered * supplies_[k].potential;
+  }
+  std::ranges::fill(fed_, 0.0);
+  std::ranges::fill(leaked_, 0.0);
+}
+
+void EnergyBook::book(Instant now, std::span<const effects::Link> links, std::span<const double> carried) {
+  if (!last_.potential.empty()) {
+    std::vector<double> mean;
+    for (std::size_t i = 0; i < now.potential.size(); ++i)
+      mean.push_back(0.5 * (last_.potential[i] + now.potential[i]));
+    book_charges(now, mean);
+    for (std::size_t k = 0; k < carried.size(); ++k) {
+      const effects::Link& link = links[k];
+      const double other = link.b >= 0 ? mean[link.b] : supplies_[link.supply].potential;
+      (link.series ? flows_.series_resistors : flows_.contacts) += carried[k] * (mean[link.a] - other);
+    }
+  }
+  last_ = std::move(now);
+}
+
+void EnergyBook::book_merger(Instant now, double work) {
+  const double supplied_before = flows_.supplied(), leaked_before = flows_.leakage;
+  book_charges(now, last_.potential);
+  const double came = flows_.supplied() - supplied_before - (flows_.leakage - leaked_before);
+  flows_.sparks += last_.energy + came - work - now.energy;
+  last_ = std::move(now);
+}
+
+std::size_t EnergyBook::saved_size() const { return 9 + fed_.size() + terminals_.size() + 2 * supplies_.size(); }
+
+std::vector<double> EnergyBook::save() const {
+  std::vector<double> saved = {flows_.by_supplies, flows_.by_source, flows_.series_resistors,
+                               flows_.contacts,    flows_.leakage,   flows_.sparks,
+                               flows_.drag,        last_.time,       last_.energy};
+  for (const std::vector<double>* part : {&last_.potential, &last_.terminal_charge, &last_.drained, &delivered_})
+    saved.insert(saved.end(), part->begin(), part->end());
+  return saved;
+}
+
+void EnergyBook::restore(std::span<const double> saved) {
+  const auto take = [&](std::size_t n) {
+    const std::span<const double> part = saved.first(n);
+    saved = saved.subspan(n);
+    return std::vector<double>(part.begin(), part.end());
+  };
+  const std::vector<double> f = take(9);
+  flows_ = {f[0], f[1], f[2], f[3], f[4], f[5], f[6]};
+  last_ = {f[7], f[8], take(fed_.size()), take(terminals_.size()), take(supplies_.size())};
+  delivered_ = take(supplies_.size());
+}
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/effects/circuit.hpp"
+#include "src/model/frame.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::mechanics {
+
+/// Whether a scene has an electric circuit, whose currents and powers are worth booking: a potential difference between
+/// supplies, a fluid that leaks, resistors.
+bool has_circuit(const Scene& scene);
+
+/// Where the energy of a scene with a circuit comes from and goes to, from one field solve to the next.
+///
+/// With potentials phi, charges Q and the field's energy U = 1/2 sum phi Q over all conductors and terminals, charge dQ
+/// that moves while bodies rest changes U by exactly the mean of phi before and after, times dQ: potentials are linear
+/// in charges. So whatever charge is fed, leaks or passes a resistor in a step is booked at the mean potential of the
+/// step, which leaves nothing over at any length of step; what moving bodies add to that is of third order.
+class EnergyBook {
+ public:
+  explicit EnergyBook(const Scene& scene);
+
+  /// Notes what the ledger has just been told: fed (A, a conductor, for dt in s), and leaked (C, a node).
+  void note(std::span<const double> current, double dt, std::span<const double> leaked);
+
+  /// What a field solve found.
+  struct Instant {
+    double time = 0;                      ///< s
+    double energy = 0;                    ///< J, of the field
+    std::vector<double> potential;        ///< V, a node
+    std::vector<double> terminal_charge;  ///< C
+    std::vector<double> drained;          ///< C, to each supply since the start
+  };
+  /// Books what was noted, and what links have `carried` (C, from a to b; may be empty) since the last time.
+  void book(Instant now, std::span<const effects::Link> links, std::span<const double> carried);
+  /// The same for an instant at which groups have merged. `work` (J): what the field's forces have done on the bodies
+  /// since the last time; what the field has lost beyond that went into sparks.
+  void book_merger(Instant now, double work);
+
+  void add_drag(double joule) { flows_.drag += joule; }
+  double drag() const { return flows_.drag; }
+  void set_drag(double joule) { flows_.drag = joule; }  ///< of a step taken back
+
+  const EnergyFlows& flows() const { return flows_; }
+  const std::vector<double>& delivered() const { return delivered_; }  ///< C, by each supply since the start
+
+  /// All there is right after a booking.
+  std::vector<double> save() const;
+  std::size_t saved_size() const;
+  void restore(std::span<const double> saved);
+
+ private:
+  double relaxation_time_;
+  std::vector<effects::Supply> supplies_;
+  std::vector<effects::Terminal> terminals_;
+  EnergyFlows flows_;
+  std::vector<double> delivered_;
+  void book_charges(const Instant& now, std::span<const double> mean_potential);
+
+  Instant last_;  ///< without potentials: nothing is booked yet
+  // Noted since then:
+  std::vector<double> fed_, leaked_;  ///< C, a node
+};
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,283 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include "src/effects/circuit.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <tuple>
+
+#include "solvers/error.hpp"
+#include "src/effects/charge_ledger.hpp"
+#include "src/mechanics/simulation.hpp"
+#include "tests/line_charges.hpp"
+#include "tests/spheres.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::effects;
+using namespace lichtenberg::spheres;
+
+namespace {
+
+doctest::Approx near(double value, double relative = 1e-12) {
+  return doctest::Approx(value).epsilon(relative).scale(0);
+}
+
+/// One sphere without charge, which line charges exert no force on, and a ball at 1 kV behind a resistor far from it.
+/// The ball's capacitance to LineCharges' far ground is `capacitance`: the neutral sphere adds nothing to it.
+Scene resistor_scene(double ohm) {
+  Scene scene = conductor_scene({{0.02, 0.05}});
+  scene.electrodes = {ball("supplied", {0.08, 0.05}, 1000)};
+  scene.electrodes[0].series_resistance = ohm;
+  return scene;
+}
+const double capacitance = 2 * std::numbers::pi * 4.2e-11 * 2 * radius / std::log(0.1 / radius);  // F
+
+double balance(const Frame& f, double initial_charge = 0) {
+  return f.charge_held + f.charge_drained + f.charge_leaked - f.charge_fed - initial_charge;
+}
+
+/// J, of what should not change: everything stored, less what was supplied, and what became heat.
+double total_energy(const Frame& f) {
+  const EnergyBalance& e = *f.energy_balance;
+  return f.energy + e.kinetic + e.elastic - e.flows.supplied() + e.flows.dissipated();
+}
+
+}  // namespace
+
+// ---- a step of charge
+
+TEST_CASE("a step is exact for constant currents at any length, with and without a step before") {
+  const double tau = 0.7, current = 3;
+  for (const double dt : {1e-6, 0.1, 5.0, 400.0}) {
+    const double exact = current * tau * -std::expm1(-dt / tau);
+    CHECK(current * charge_step(dt, 0, tau).weight == near(exact));
+    CHECK(current * charge_step(dt, 0, INFINITY).weight == near(current * dt));
+    const double before = 0.6 * dt, carried_before = current * tau * -std::expm1(-before / tau);
+    const ChargeStep step = charge_step(dt, before, tau);
+    CHECK(step.weight * current + step.inherited * carried_before == near(exact));
+    CHECK(step.plain_weight * current + step.plain_inherited * current * before == near(current * dt));
+  }
+}
+
+TEST_CASE("a step with one before is of second order: exact for a current that grows linearly, without leakage") {
+  const double dt = 0.3, before = 0.2;
+  const auto integral = [](double from, double to) { return 0.5 * (to * to - from * from); };  // of I = t
+  const ChargeStep step = charge_step(dt, before, INFINITY);
+  const double end = 1.0;
+  CHECK(step.weight * end + step.inherited * integral(end - dt - before, end - dt) == near(integral(end - dt, end)));
+  // With leakage what is over is of third order: halving all times divides it by 8.
+  const auto over = [&](double scale) {
+    const double tau = 1, h = dt * scale, b = before * scale;
+    const auto left = [&](double from, double to) {  // integral of s exp(-(to - s) / tau)
+      const auto primitive = [&](double s) { return (s - tau) * tau * std::exp(-(to - s) / tau); };
+      return primitive(to) - primitive(from);
+    };
+    const ChargeStep s = charge_step(h, b, tau);
+    return std::abs(s.weight * end + s.inherited * left(end - h - b, end - h) - left(end - h, end));
+  };
+  CHECK(over(0.02) / over(0.01) == doctest::Approx(8).epsilon(0.05));
+}
+
+TEST_CASE("the error of a step: half the change of a current that changes slowly, little of one that is over soon") {
+  // Backward Euler carries dt I(end): for a straight line too little by dt (I(start) - I(end)) / 2.
+  CHECK(charge_error(0.1 * 1.0, 0.1, 1.2, 1.0, 0) == doctest::Approx(0.01).epsilon(0.2));
+  CHECK(charge_error(0.1 * 1.2, 0.1, 1.0, 1.2, 0) == near(0.01));
+  // dQ/dt = -Q with a step z: backward Euler carries z/(1 + z), exp 1 - e^-z. The estimate is their difference.
+  for (const double z : {0.1, 1.0, 10.0, 1000.0})
+    CHECK(charge_error(z / (1 + z), z, 1, 1 / (1 + z), 0) == near(std::abs(z / (1 + z) + std::expm1(-z)), 1e-9));
+  CHECK(charge_error(1.0, 1, 1.0 + 1e-3, 1.0, 2e-3) < 1e-15);  // no more than noise
+}
+
+// ---- leakage
+
+TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exactly at any step") {
+  for (const char* integrator : {"cvode", "euler"}) {
+    Scene scene = scene_of({{0.05, 0.05}});
+    scene.effects.floating_conductors.emplace();
+    scene.domain.sides[0].electrode = true;
+    scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / 0.3};  // tau = 0.3 s
+    scene.effects.current_source = CurrentSource{.current = 1e-10};
+    scene.conductors[0].charge = -2e-11;
+    scene.mechanics.integrator = integrator;
+    scene.mechanics.euler_step = scene.mechanics.euler_field_step = 0.05;
+    Simulation simulation(scene, no_forces());
+    for (const double time : {0.1, 0.5, 3.0}) {
+      simulation.advance_to(time);
+      const Frame frame = simulation.frame();
+      const double steady = 1e-10 * 0.3, exact = steady + (-2e-11 - steady) * std::exp(-time / 0.3);
+      CHECK(frame.charge[0] == near(exact, 1e-12));
+      CHECK(std::abs(balance(frame, -2e-11)) < 1e-15 * frame.charge_fed);
+      CHECK(frame.charge_leaked == near(1e-10 * time - 2e-11 - exact, 1e-11));
+    }
+  }
+}
+
+TEST_CASE("what a held conductor leaks its supply replaces") {
+  // Held at 1 kV, Q = C V all the time: the supply gives Q / tau.
+  Scene scene = scene_of({{0.05, 0.05}});
+  scene.effects.floating_conductors.emplace();
+  scene.groups = {{.name = "held", .potential = 1000.0}};
+  scene.conductors[0].group = 0;
+  scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / 0.3};
+  Simulation simulation(scene, std::make_unique<LineCharges>());
+  simulation.advance_to(1.2);
+  const Frame frame = simulation.frame();
+  const double q = 1000 * capacitance;
+  CHECK(frame.charge[0] == near(q, 1e-6));  // LineCharges: 1e-9 a solve
+  CHECK(frame.charge_leaked == near(q * 1.2 / 0.3, 1e-6));
+  CHECK(-frame.terminals[0].drained == near(q + q * 1.2 / 0.3, 1e-6));
+  CHECK(frame.energy_balance->flows.leakage == near(1000 * q * 1.2 / 0.3, 1e-6));  // V^2 C / tau
+}
+
+// ---- resistors
+
+TEST_CASE("an electrode behind a resistor charges as C and R say, to the accuracy of the run") {
+  const double ohm = 0.2 / capacitance;  // RC = 0.2 s
+  for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+    Scene scene = resistor_scene(ohm);
+    scene.mechanics.position_tolerance = tolerance * radius;
+    scene.mechanics.largest_step = 1;
+    Simulation simulation(scene, std::make_unique<LineCharges>());
+    double worst = 0;
+    for (const double time : {0.1, 0.3, 1.0}) {
+      simulation.advance_to(time);
+      const Frame frame = simulation.frame();
+      worst = std::max(worst, std::abs(frame.terminals[0].surface_potential / 1000 - -std::expm1(-time / 0.2)));
+      CHECK(-frame.charge_drained == near(frame.charge_held, 1e-14));
+    }
+    // Errors of steps add up, but what each leaves decays with RC: not more than a step's tolerance times the steps in
+    // RC.
+    const double steps = static_cast<double>(simulation.counters().steps);
+    CHECK(worst < tolerance * steps);
+    CHECK(worst < 20 * tolerance);
+    CHECK(steps < 10 / std::cbrt(tolerance));  // of second order: the steps grow with the cube root
+  }
+}
+
+TEST_CASE("the charge step is of second order") {
+  const double ohm = 0.2 / capacitance;
+  const auto error = [&](double dt) {
+    Scene scene = resistor_scene(ohm);
+    scene.mechanics.integrator = "euler";
+    scene.mechanics.euler_step = scene.mechanics.euler_field_step = dt;
+    Simulation simulation(scene, std::make_unique<LineCharges>());
+    simulation.advance_to(0.2);
+    return simulation.frame().terminals[0].surface_potential / 1000 + std::expm1(-1);
+  };
+  CHECK(error(0.01) / error(0.005) == doctest::Approx(4).epsilon(0.1));
+  CHECK(error(0.005) / error(0.0025) == doctest::Approx(4).epsilon(0.05));
+}
+
+TEST_CASE("no resistance is the supply itself, a huge one an insulated electrode; a short RC costs no steps") {
+  Scene scene = resistor_scene(1e-3 / capacitance * 1e-6);  // RC = 1 ns
+  Simulation simulation(scene, std::make_unique<LineCharges>());
+  simulation.advance_to(0.3);
+  CHECK(simulation.frame().terminals[0].surface_potential == near(1000, 1e-7));
+  CHECK(simulation.counters().field_solves < 30);
+  scene.electrodes[0].series_resistance = 1e12 / capacitance;
+  Simulation open(scene, std::make_unique<LineCharges>());
+  open.advance_to(0.3);
+  CHECK(open.frame().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
+}
+
+TEST_CASE("the energy of charging a capacitor through a resistor is balanced at any step: half of it is lost") {
+  for (const double rc : {1e-9, 0.2, 100.0})
+    for (const double tau : {0.0, 0.1}) {
+      Scene scene = resistor_scene(rc / capacitance);
+      if (tau > 0) scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / tau};
+      Simulation simulation(scene, std::make_unique<LineCharges>());
+      simulation.advance_to(1.1);
+      const Frame frame = simulation.frame();
+      const EnergyFlows& flows = frame.energy_balance->flows;
+      // LineCharges: the k-th solve is wrong by 1e-9 k, and what a step books by that much of what there is.
+      const auto solves = static_cast<double>(frame.field_solves);
+      CHECK(std::abs(total_energy(frame)) < 0.5e-9 * solves * solves * flows.supplied());
+      if (tau == 0) {
+        CHECK(flows.leakage == 0);
+        if (rc < 0.3) CHECK(flows.series_resistors == near(0.5 * capacitance * 1e6, rc < 1e-3 ? 1e-6 : 2e-2));
+      }
+      CHECK(flows.by_supplies == near(1000 * frame.terminals[0].delivered));
+      CHECK(flows.contacts == 0);
+      CHECK(std::abs(balance(frame)) < 1e-14 * frame.terminals[0].delivered);
+    }
+}
+
+TEST_CASE("a contact of no resistance is the limit of one of little: potentials, charges and the spark's energy") {
+  Scene scene = scene_of({{0.05, 0.05}, {0.05 + 2.5 * radius, 0.05}});
+  scene.effects.floating_conductors.emplace();
+  scene.effects.contact_discharge = ContactDischarge{.gap = radius, .hysteresis = 0.01};
+  scene.conductors[0].charge = 3e-12;
+  scene.conductors[1].charge = -1e-12;
+  scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
+  for (Conductor& conductor : scene.conductors) conductor.radius = radius;
+  scene.material.density = 1e15;  // nothing moves
+  Scene apart = scene;
+  apart.effects.contact_discharge.reset();
+  const double first_energy = Simulation(apart, std::make_unique<LineCharges>()).frame().energy;
+  Simulation ideal(scene, std::make_unique<LineCharges>());
+  ideal.advance_to(1e-3);
+  const Frame merged = ideal.frame();
+  for (const double rc : {1e-4, 1e-6, 1e-9}) {
+    scene.effects.contact_resistance = ContactResistance{.resistance = rc / capacitance};
+    Simulation resistive(scene, std::make_unique<LineCharges>());
+    resistive.advance_to(1e-3);
+    const Frame frame = resistive.frame();
+    CHECK(frame.group == std::vector<int>{0, 0});
+    CHECK(resistive.counters().field_solves < 60);
+    CHECK(frame.charge[0] + frame.charge[1] == near(2e-12, 1e-14));
+    // The difference decays with R C_pair, C_pair = 2 pi eps depth / (2 ln(d/R)); one implicit step of any length t
+    // leaves R C_pair / t of it, more steps leave less.
+    const double relaxation = rc * std::log(0.1 / radius) / (2 * std::log(2.5));
+    const double left = (frame.charge[0] - merged.charge[0]) / (3e-12 - merged.charge[0]);
+    CHECK(std::abs(left) < relaxation / 1e-3 + 1e-7);
+    // What the contact turns into heat is what the field loses: as much as the spark of an ideal one.
+    const EnergyBalance& energy = *frame.energy_balance;
+    CHECK(energy.flows.contacts == near(first_energy - frame.energy, 1e-5));
+    if (rc < 1e-5) CHECK(energy.flows.contacts == near(first_energy - merged.energy, 1e-2));
+  }
+}
+
+TEST_CASE("a crowd with everything on: charge to the last digit, whatever the integrator, and the same bits resumed") {
+  for (const auto& [integrator, every] : {std::tuple{"cvode", 0.05}, {"euler", 0.02}}) {
+    Scene scene = crowd();
+    scene.electrodes.push_back(ball("high", {0.062, 0.05}, 50));
+    scene.electrodes.back().series_resistance = 0.05 / capacitance;
+    scene.effects.contact_resistance = ContactResistance{.resistance = 0.01 / capacitance};
+    scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / 0.5};
+    scene.mechanics.integrator = integrator;
+    const double initial = [&] {
+      double sum = 0;
+      for (const Conductor& c : scene.conductors) sum += c.charge;
+      return sum;
+    }();
+    Simulation whole(scene, std::make_unique<LineCharges>());
+    Checkpoint middle;
+    for (int k = 1; k <= 8; ++k) {
+      whole.advance_to(k * every);
+      const Frame frame = whole.frame();
+      const Checkpoint checkpoint = whole.checkpoint();
+      if (k == 4) middle = checkpoint;
+      CHECK(std::abs(balance(frame, initial)) < 1e-12 * (frame.charge_fed + initial));
+      CHECK(frame.charge_leaked != 0);
+    }
+    CHECK(whole.counters().contacts_made > 0);
+    Simulation resumed(scene, std::make_unique<LineCharges>());
+    resumed.restore(middle);
+    for (int k = 5; k <= 8; ++k) {
+      resumed.advance_to(k * every);
+      resumed.checkpoint();
+    }
+    CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
+  }
+}
+
+TEST_CASE("a scene without a circuit books no energy and has no links") {
+  Simulation simulation(crowd(), std::make_unique<LineCharges>());
+  simulation.advance_to(0.01);
+  CHECK_FALSE(simulation.frame().energy_balance);
+  const Checkpoint checkpoint = simulation.checkpoint();
+  CHECK_FALSE(checkpoint.reals.contains("energy_book"));
+  CHECK_FALSE(checkpoint.reals.contains("link_currents"));
+}

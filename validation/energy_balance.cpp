@@ -1,0 +1,143 @@
+// Energy of a run with everything that moves charge: a sphere that shuttles between two electrodes, one of them behind
+// a resistor, in a fluid that leaks. What the supplies deliver is stored in the field, in motion and in elastic
+// contacts, or turned into heat in the resistor, the fluid, sparks and drag:
+//
+//   d(field + kinetic + elastic) = supplied - dissipated.
+//
+// Every term is computed by its own formula (src/mechanics/energy_book.hpp), so what is left over measures the run. Its
+// bound: in a coupling step the force may be wrong by what displaces a body by position_tolerance, which does work
+// |F| tolerance; charges may be wrong by tolerance / radius of the largest, at the potential difference V: energy
+// Q V tolerance / radius. Both once a step, with any sign, here all with one. The field's own part is measured beside
+// the run: how far the work of the force along the gap, at constant charge, is from the change of the energy that the
+// same solver finds, as a fraction of the work.
+
+#include <memory>
+
+#include "src/effects/effects.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/mechanics/simulation.hpp"
+#include "validation/harness.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::validation;
+
+namespace {
+
+constexpr double voltage = 18e3, radius = 0.775e-3, size = 1.2e-2;
+
+Scene shuttle(int cells) {
+  return parse_scene(fmt::format(R"(
+domain.size = [{0}, {0}]
+medium = {{ relative_permittivity = 4.7, viscosity = 0.7, depth = 1.55e-3 }}
+[[electrode]]
+shape = "bar"
+from = [0.0, 0.0]
+to = [0.0, {0}]
+width = 5e-3
+potential = {1}
+series_resistance = 3e11
+[[electrode]]
+shape = "bar"
+from = [{0}, 0.0]
+to = [{0}, {0}]
+width = 5e-3
+potential = 0.0
+[[conductor]]
+position = [4.5e-3, 6e-3]
+radius = {2}
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 2e-4
+[effects.leakage]
+conductivity = 2e-10
+[field]
+cells = {3}
+[stop]
+time = 1.5
+)",
+                                 size, voltage, radius, cells),
+                     "shuttle.toml");
+}
+
+/// The same without contacts and resistor, as one charged sphere: the work of the force on its way through the gap less
+/// what the field loses, as a fraction of the work.
+double field_error(int cells) {
+  Scene scene = shuttle(cells);
+  scene.electrodes[0].series_resistance = 0;
+  scene.electrodes[0].potential = 0;
+  const std::unique_ptr<laplace::LaplaceSolver> solver = effects::make_field_solver(scene.field);
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = {1e-9};
+  const double from = 2.5e-3 + radius + 2e-4, to = 0.5 * size;
+  const int points = 200;
+  double work = 0, done = 0, energy = 0, last_energy = 0, last_force = 0, first_energy = 0;
+  for (int k = 0; k <= points; ++k) {
+    bodies.position[0] = from + (to - from) * k / points;
+    const effects::ElectricalGroups groups = effects::electrical_groups(scene, {});
+    const laplace::LaplaceSolution solution = solver->solve(effects::make_laplace_problem(scene, bodies, groups));
+    energy = solution.energy;
+    const double force = solution.body_force[0].x;
+    if (k == 0) first_energy = energy;
+    if (k > 0) {
+      const double dx = (to - from) / points;
+      work += 0.5 * (force + last_force) * dx;
+      done += std::abs(0.5 * (force + last_force) * dx);
+    }
+    last_force = force;
+    last_energy = energy;
+  }
+  return std::abs(work - (first_energy - last_energy)) / done;
+}
+
+void run(Report& report, int cells) {
+  const Scene scene = shuttle(cells);
+  Simulation simulation(scene);
+  const auto total = [](const Frame& f) {
+    return f.energy + f.energy_balance->kinetic + f.energy_balance->elastic - f.energy_balance->flows.supplied() +
+           f.energy_balance->flows.dissipated();
+  };
+  const double start = total(simulation.frame());
+  double worst = 0, largest_force = 0, largest_charge = 0;
+  Frame frame;
+  for (int k = 1; k <= 75; ++k) {
+    simulation.advance_to(0.02 * k);
+    frame = simulation.frame();
+    worst = std::max(worst, std::abs(total(frame) - start));
+    largest_force = std::max(largest_force, norm(frame.force[0]));
+    largest_charge =
+        std::max({largest_charge, std::abs(frame.charge[0]), std::abs(frame.charge_held - frame.charge[0])});
+  }
+  const EnergyFlows& flows = frame.energy_balance->flows;
+  const Counters& counters = simulation.counters();
+  const double tolerance = scene.mechanics.position_tolerance;
+  const double step = tolerance * (largest_force + largest_charge * voltage / radius);
+  const double field = field_error(cells) * (flows.drag + flows.sparks);
+  report.section(fmt::format("shuttle, {} cells: {} steps, {} solves, {} contacts made", cells, counters.steps,
+                             counters.field_solves, counters.contacts_made));
+  report.at_least("contacts made (or nothing was tested)", static_cast<double>(counters.contacts_made), 4);
+  const auto share = [&](const std::string& what, double joule) {
+    report.at_most(what + ", fraction of what was supplied", joule / flows.supplied(), {});
+  };
+  share("heat in the resistor", flows.series_resistors);
+  share("heat in the fluid by leakage", flows.leakage);
+  share("sparks", flows.sparks);
+  share("drag", flows.drag);
+  report.at_most("energy left over, fraction of what was supplied", worst / flows.supplied(),
+                 (static_cast<double>(counters.steps) * step + field) / flows.supplied(),
+                 fmt::format("of it by the field's solver {:.2g}", field / flows.supplied()));
+  const double balance = frame.charge_held + frame.charge_drained + frame.charge_leaked;
+  report.at_most("held + drained + leaked, fraction of what leaked", std::abs(balance / frame.charge_leaked), 1e-12);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Report report("Energy of a shuttle behind a resistor in a leaking fluid");
+  run(report, 96);
+  run(report, 192);
+  if (asked_for_long(argc, argv)) run(report, 384);
+  return report.exit_status();
+}

@@ -283,8 +283,8 @@ TEST_CASE("a supply behind any resistor: its potential if there is none, a float
     const LaplaceSolution solution = solve(problem);
     // Nothing else is grounded: what the disks carry is what has come from the supply, with the bar's own charge of 0.
     const double expected = 7 + total / (K * eps);
-    // Relative to the level that the charge takes there: its rounding is divided by K.
-    CHECK(solution.group_potential[0] == doctest::Approx(expected).epsilon(1e-13 / std::min(1.0, K)).scale(0));
+    // Some hundred links, each with a rounding of 1e-16 of its potentials, and what they add up to is divided by K.
+    CHECK(std::abs(solution.group_potential[0] - expected) < 1e-12 * std::abs(expected) / std::min(1.0, K));
   }
 }
 
@@ -366,13 +366,13 @@ TEST_CASE("what couplings carry balances each group's charge, however small the 
 
 TEST_CASE("iterations do not depend on how strong couplings are") {
   // Disks of 1 to 3 cells, which coarse grids take for a medium, or for wells if they are coupled by more than 0.05 eps:
-  // some iterations more just above that (README of the solver), over 24 decades and whatever grounds the field.
+  // some iterations more just above that (README of the solver), over 27 decades and whatever grounds the field.
   for (const int ground : {0, 1, 2})
     for (const bool chain : {true, false}) {
       LaplaceProblem problem = ground == 0 ? crowd(60) : ungrounded(crowd(60));
       if (ground == 2) problem.groups.push_back({.floating = false, .potential = 1});
       const int alone = solve(ground == 2 ? ungrounded(crowd(60)) : problem).iterations;
-      for (const double K : {1e-12, 1e-4, 0.03, 0.1, 0.3, 1.0, 3.0, 1e2, 1e4, 1e8, 1e12}) {
+      for (const double K : {1e-12, 1e-4, 0.03, 0.1, 0.3, 1.0, 3.0, 1e2, 1e4, 1e8, 1e12, 1e15}) {
         CAPTURE(ground);
         CAPTURE(K);
         problem.couplings.clear();

@@ -47,7 +47,7 @@ class Iteration {
     ++context_.applications;
     const float* z = multigrid_.cells();
     const double* z_group = multigrid_.groups();
-    const double mean = context_.null_space ? mean_correction() : op_.mean_of_supplied(z_group);
+    const double mean = context_.null_space ? mean_correction() : 0.0;
     const std::vector<double>& diagonal = op_.level().diagonal;
     in_groups([&](std::ptrdiff_t k) { p_[k] = z_group[k - cells_] - mean + (beta == 0 ? 0 : beta * p_[k]); });
     wavefront(op_.team(), layout_, 2, [&](int stage, int j) {

@@ -214,7 +214,6 @@ void Grid::factorize_coupled(const Level& level, const std::vector<float>& group
     links.push_back({tight_place_[a], tight_place_[b], conductance});
   for (const Supply& supply : level.supplies) ground[tight_place_[supply.group]] += supply.conductance_in_cycle;
   coupled_factors_ = NetworkFactors(std::move(ground), links);
-  tight_charge_.assign(tight_.size(), 0.0);
   tight_phi_.assign(tight_.size(), 0.0);
   tight_flux_.assign(tight_.size(), 0.0);
 }
@@ -245,7 +244,7 @@ void Grid::relax_coupled() {
   for (std::size_t k = 0; k < tight_.size(); ++k) {
     const int g = tight_[k];
     tight_flux_[k] = flux_[g] + flux_from_loose(g);
-    tight_phi_[k] = (has_exact_charge_ ? tight_charge_[k] : charge[g]) + tight_flux_[k];
+    tight_phi_[k] = charge[g] + tight_flux_[k];
   }
   coupled_factors_.solve(tight_phi_.data());
   for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(tight_phi_[k]);
@@ -476,13 +475,6 @@ void Grid::interpolate_from(const Grid& coarse) {
                       [=](std::ptrdiff_t slot, float value) { to[slot] = inverse_diagonal[slot] > 0 ? value : 0.0f; });
   });
   phi = coarse.phi;
-}
-
-void Grid::take_charges(const double* group_charge) {
-  for (std::size_t g = 0; g < charge.size(); ++g) charge[g] = static_cast<float>(group_charge[g]);
-  has_exact_charge_ = is_coupled_;
-  if (!is_coupled_) return;
-  for (std::size_t k = 0; k < tight_.size(); ++k) tight_charge_[k] = group_charge[tight_[k]];
 }
 
 void Grid::settle_coupled() {

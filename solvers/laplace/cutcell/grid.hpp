@@ -33,9 +33,6 @@ class Grid {
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
   /// v = what `coarse` has after its `spread`, interpolated to all fluid cells; phi = that of `coarse`.
   void interpolate_from(const Grid& coarse);
-  /// The groups' part of a right-hand side in double precision, if they are coupled: what strong couplings carry has to
-  /// cancel among them.
-  void take_charges(const double* group_charge);
   /// Sets coupled groups to what charge and v make of them.
   void settle_coupled();
   /// phi, where groups are coupled in double precision: a strong coupling would make much of its rounding.
@@ -88,11 +85,11 @@ class Grid {
   GroupCoupling coupling_;
   std::vector<int> tight_, tight_place_;  // groups relaxed together; of each group its place among them or -1
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> tight_factors_;
-  // If there are couplings, all coupled groups are among the tight ones: factors, charges, potentials, and what the
+  // If there are couplings, all coupled groups are among the tight ones: factors, potentials, and what the
   // others and the cells brought them when they were relaxed last.
-  bool is_coupled_ = false, has_exact_charge_ = false;
+  bool is_coupled_ = false;
   NetworkFactors coupled_factors_;
-  std::vector<double> tight_charge_, tight_phi_, tight_flux_;
+  std::vector<double> tight_phi_, tight_flux_;
   // As in Level.
   std::vector<float> east_, north_;
   std::vector<AbsorbedGroup> newly_absorbed_;

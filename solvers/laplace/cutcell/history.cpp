@@ -160,9 +160,6 @@ double History::first_guess(const LaplaceProblem& problem, const CutCellOperator
     return 0;
   }
   set_groups(problem, op.cells());
-  // Newly coupled, two groups at different potentials would be a guess of any energy.
-  if (op.level().is_coupled())
-    for (Past& past : past_) op.relax_groups(b.data(), past.x.data());
   const int m = static_cast<int>(past_.size());
   Products known;
   Values share{1};  // of each solution; faces that are open in part have no edges to tell from the rest

@@ -50,8 +50,8 @@ struct Supply {
   double conductance;
   double potential;  ///< V
   /// What the preconditioner takes for it. Supplies that are all that grounds the field may be weak by any factor, and
-  /// a cycle in single precision needs a ground to stand on. For residuals that sum to zero, to which CG keeps then, it
-  /// makes no difference how strong a lone supply is.
+  /// a cycle in single precision needs a ground to stand on. For residuals that sum to zero, as they do
+  /// then (CutCellOperator::level_out), it makes no difference how strong a lone supply is.
   double conductance_in_cycle;
 };
 

@@ -30,7 +30,6 @@ PetscErrorCode precondition(PC pc, Vec r, Vec z) {
   PetscCall(VecGetArrayRead(r, &from));
   PetscCall(VecGetArrayWrite(z, &to));
   context->multigrid->apply(from, to);
-  if (context->op->hangs()) context->op->shift_all(-context->op->mean_of_supplied(context->multigrid->groups()), to);
   PetscCall(VecRestoreArrayRead(r, &from));
   PetscCall(VecRestoreArrayWrite(z, &to));
   return 0;

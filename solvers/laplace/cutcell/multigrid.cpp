@@ -51,7 +51,11 @@ void Multigrid::take_row(int j, const double* r) {
   }
 }
 
-void Multigrid::take_groups(const double* r) { grids_[0]->take_charges(r + grids_[0]->layout.size()); }
+void Multigrid::take_groups(const double* r) {
+  Grid& grid = *grids_[0];
+  const double* r_group = r + grid.layout.size();
+  for (std::size_t g = 0; g < grid.charge.size(); ++g) grid.charge[g] = static_cast<float>(r_group[g]);
+}
 
 double Multigrid::cycle(const double* r) {
   cycle(0, r, row_product_.data());

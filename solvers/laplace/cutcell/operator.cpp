@@ -163,12 +163,6 @@ void CutCellOperator::shift_cells(double value, double* x) const {
   });
 }
 
-void CutCellOperator::shift_all(double value, double* x) const {
-  shift_cells(value, x);
-  for (std::size_t g = 0; g < groups_; ++g)
-    if (group_diagonal_[g] > 0) x[cells_ + g] += value;
-}
-
 void CutCellOperator::level_out(double* x, double* r) const {
   const Layout& at = level_->layout;
   std::vector<double> row_sum(at.ny);
@@ -180,18 +174,10 @@ void CutCellOperator::level_out(double* x, double* r) const {
   double conductance = 0;
   for (const Supply& supply : level_->supplies) conductance += supply.conductance;
   const double shift = sum / conductance;
-  shift_all(shift, x);
+  shift_cells(shift, x);
+  for (std::size_t g = 0; g < groups_; ++g)
+    if (group_diagonal_[g] > 0) x[cells_ + g] += shift;
   for (const Supply& supply : level_->supplies) r[cells_ + supply.group] -= supply.conductance * shift;
-}
-
-double CutCellOperator::mean_of_supplied(const double* x_group) const {
-  if (!hangs_) return 0;
-  double sum = 0, conductance = 0;
-  for (const Supply& supply : level_->supplies) {
-    sum += supply.conductance * x_group[supply.group];
-    conductance += supply.conductance;
-  }
-  return sum / conductance;
 }
 
 double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) const {

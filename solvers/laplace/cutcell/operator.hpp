@@ -26,13 +26,9 @@ class CutCellOperator {
   double stretch(const double* b, double* x, double* r) const;
   /// Right-hand side: charges / eps, and what groups and sides of given potential bring, in units of `scale` (V).
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
-  /// Adds the value to all unknowns.
-  void shift_all(double value, double* x) const;
   /// Shifts all potentials together such that the sum of all equations holds, and with them the residual r: for systems
   /// whose only ground are couplings.
   void level_out(double* x, double* r) const;
-  /// Sets the groups' potentials to what their charges, the cells' potentials and each other's make them.
-  void relax_groups(const double* b, double* x) const;
   /// Shifts the floating groups' potentials, and all potentials together, such that every group's charge and the sum of
   /// all charges are exact to rounding. What CG has left open is of the order of its tolerance; these shifts are a
   /// Galerkin correction, so that they lessen the error in the energy norm. `scale` as for the right-hand side b.
@@ -47,8 +43,6 @@ class CutCellOperator {
   const Level& level() const { return *level_; }
   /// Whether nothing has a given potential but what groups are coupled to.
   bool hangs() const { return hangs_; }
-  /// If so, the level of x: shifted down by it, x draws nothing from what has a given potential. Else 0.
-  double mean_of_supplied(const double* x_group) const;
   Team& team() const { return *team_; }
 
  private:
@@ -58,6 +52,7 @@ class CutCellOperator {
   void balance_coupled(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
   std::vector<double> hold_of_groups(const LaplaceProblem& problem) const;
   void shift_cells(double value, double* x) const;
+  void relax_groups(const double* b, double* x) const;
   void relax_edges_of_row(int colour, int j, const double* b, double* x) const;
   void narrow_row(int j, const double* x, double* y) const;
   const Level* level_ = nullptr;

@@ -148,8 +148,9 @@ std::vector<int> coupled_sets(const LaplaceProblem& problem, double least) {
 
 void refuse_couplings(const LaplaceProblem& problem, const std::string& method) {
   if (problem.couplings.empty()) return;
-  throw InputError(method +
-                   " cannot solve for resistors between conductors or before an electrode: use the cut-cell method on a CPU");
+  throw InputError(
+      method +
+      " cannot solve for resistors between conductors or before an electrode: use the cut-cell method on a CPU");
 }
 
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem) {

@@ -51,6 +51,7 @@ void print_wire() {
   fmt::print(" \"critical_field_whole_gap\": {},\n", critical_field(wire, at_whole_gap, slope_at_end(wire)));
   fmt::print(" \"critical_field_whole_gap_shared\": {},\n",
              critical_field(wire, at_whole_gap / 26, slope_at_end(wire)));
+  fmt::print(" \"largest_shape_coefficient_disks\": {},\n", largest_shape_coefficient(wire, 1.5));
   // Largest displacement a volt of transverse voltage across 20 mm.
   const auto largest = [&](double pull) {
     return largest_displacement(wire, shape_coefficient(wire, 1 / 20e-3, pull));

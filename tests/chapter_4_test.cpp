@@ -195,3 +195,21 @@ TEST_CASE("broken wire: the critical field solves F sin(theta) = T; D's slope gi
 TEST_CASE("broken wire: 4.21 as printed gives 19.6 kV/m where D has 334") {
   CHECK(printed_critical_field(wire_of_d()) == Approx(19.6e3).epsilon(3e-3));  // by hand, to three digits
 }
+
+TEST_CASE("broken wire: above a certain B_0 stretching leaves no balance") {
+  const BrokenWire wire = wire_of_d();
+  for (const double p : {1.0, 1.5}) {
+    double most = 0;
+    for (double b = 0; b < 2000; b += 0.5) {
+      double longer = 0;  // the integral of y'^2 / 2, by the midpoint rule
+      const int parts = 200;
+      for (int k = 0; k < parts; ++k) {
+        const double from = wire.length * k / parts, to = wire.length * (k + 1) / parts;
+        const double rise = displacement(wire, b, to) - displacement(wire, b, from);
+        longer += 0.5 * rise * rise / (to - from);
+      }
+      most = std::max(most, b * std::pow(1 + longer / wire.whole_gap(), -p));
+    }
+    CHECK(largest_shape_coefficient(wire, p) == Approx(most).epsilon(2e-4));  // (1/200)^2 of y'
+  }
+}

@@ -50,6 +50,12 @@ double critical_field(const BrokenWire& wire, double tension, double slope) {
 
 double slope_at_end(const BrokenWire& wire) { return (wire.conductors + 1) / 6.0; }
 
+double largest_shape_coefficient(const BrokenWire& wire, double p) {
+  // The left side is largest where B^2 L^5 / (40 whole_gap) = 1 / (2p - 1).
+  const double stretch = 1 / (2 * p - 1), b = std::sqrt(40 * wire.whole_gap() * stretch / std::pow(wire.length, 5));
+  return b * std::pow(1 + stretch, -p);
+}
+
 double printed_critical_field(const BrokenWire& wire) {
   const double n = wire.conductors, p = proximity(wire.radius, wire.mean_gap());
   return 2.002 * wire.voltage / (2 * wire.whole_gap() * (n + 1) * p * p);

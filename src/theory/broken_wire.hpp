@@ -54,6 +54,12 @@ double critical_field(const BrokenWire& wire, double tension, double slope);
 constexpr double printed_slope = 24;
 double slope_at_end(const BrokenWire& wire);
 
+/// Where a bent wire gives way by stretching, not in D: its shape is longer than L by half the integral of y'^2,
+/// B^2 L^5 / 40, which all gaps share, and their tension falls with gap^-p (p = 1 for spheres, 3/2 for disks). Balance,
+/// B (1 + B^2 L^5 / (40 whole_gap))^-p = B_0 with B_0 the B (1/m^2) of the wire with its own tension, has no solution
+/// above the B_0 returned. It grows with the transverse field.
+double largest_shape_coefficient(const BrokenWire& wire, double p);
+
 /// D 4.21 as printed (V/m), C = 4 pi eps R:
 ///   2.002 V / (2 (L - 2NR)(N + 1)(ln(4R(N + 1) / (L - 2NR)) + 2 gamma_e)^2).
 /// With D's parameters it is 19.6 kV/m, and not the 334 kV/m printed.

@@ -465,7 +465,7 @@ TEST_CASE("a run is resumed with the scene it was started with") {
   CHECK_EQ(Recorder::resume(folder / "run.h5", other).saved_time(), 0);
 }
 
-TEST_CASE("the first change of a scene is named; comments, order, [stop] and [output] do not count") {
+TEST_CASE("the first change of a scene is named; comments, order, [stop], [output] and [network] do not count") {
   const std::string scene = "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[stop]\ntime = 1\n";
   CHECK_EQ(first_change(scene, scene), "");
   CHECK_EQ(first_change(scene,

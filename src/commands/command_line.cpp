@@ -48,6 +48,7 @@ void declare(CLI::App& program) {
   add_explain(program);
   add_plot(program);
   add_analyse(program);
+  add_network(program);
   add_work_precision(program);
   add_ensemble(program);
   add_help(program);

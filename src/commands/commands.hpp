@@ -14,6 +14,7 @@ void add_solve(CLI::App& program);
 void add_explain(CLI::App& program);
 void add_plot(CLI::App& program);
 void add_analyse(CLI::App& program);
+void add_network(CLI::App& program);
 void add_work_precision(CLI::App& program);
 void add_ensemble(CLI::App& program);
 void add_help(CLI::App& program);

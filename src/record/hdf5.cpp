@@ -180,6 +180,19 @@ void put_attribute(hid_t object, const std::string& name, const std::vector<std:
   write_attribute(object, name, type, {values.size()}, values.data());
 }
 
+std::vector<std::string> text_attribute(hid_t object, const std::string& name) {
+  const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT)), space(H5Aget_space(attribute));
+  const Handle type = text_type(H5T_VARIABLE);
+  std::vector<char*> values(check(H5Sget_simple_extent_npoints(space)), nullptr);
+  check(H5Aread(attribute, type, values.data()));
+  std::vector<std::string> texts;
+  for (char* value : values) {
+    texts.emplace_back(value == nullptr ? "" : value);
+    H5free_memory(value);
+  }
+  return texts;
+}
+
 std::optional<int> integer_attribute(hid_t object, const std::string& name) {
   if (check(H5Aexists(object, name.c_str())) == 0) return {};
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT));

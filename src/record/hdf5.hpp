@@ -84,6 +84,8 @@ void put_attribute(hid_t object, const std::string& name, Number number) {
 }
 /// Empty if there is no attribute of this name.
 std::optional<int> integer_attribute(hid_t object, const std::string& name);
+/// A list of texts, as put_attribute writes it.
+std::vector<std::string> text_attribute(hid_t object, const std::string& name);
 
 /// Writes a dataset: into the one of the same name if it has the same shape, which keeps the file from growing, or
 /// instead of it. An empty unit writes no `unit` attribute.

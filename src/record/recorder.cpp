@@ -20,8 +20,8 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
   const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
   if (!change.empty())
     throw InputError(
-        fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop] and "
-                    "[output] may change",
+        fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop], "
+                    "[output] and [network] may change",
                     scene.path, change, path));
 }
 

@@ -40,6 +40,7 @@ toml::table what_decides(const std::string& text) {
   toml::table table = toml::parse(text);
   table.erase("stop");
   table.erase("output");
+  table.erase("network");
   return table;
 }
 

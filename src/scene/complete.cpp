@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "solvers/error.hpp"
+#include "solvers/network/resistor.hpp"
 #include "src/scene/draft.hpp"
 #include "src/scene/electrodes.hpp"
 #include "src/scene/nearest.hpp"
@@ -219,6 +221,17 @@ void check_ground(const Draft& draft, const Scene& scene) {
                     net, remedy));
 }
 
+/// A resistor model without its parameter is refused now and not after the run.
+void check_network(const Draft& draft) {
+  const NetworkOptions& options = draft.scene.network;
+  if (!options.resistor) return;
+  try {
+    network::check(network::resistor_model(*options.resistor), options.parameters);
+  } catch (const InputError& error) {
+    refuse(draft.scene.path, draft.line("network.resistor"), std::string("network.resistor: ") + error.what());
+  }
+}
+
 /// Frames at times that rounding cannot tell apart are no frames.
 void check_frames(const Draft& draft) {
   constexpr double most = 1e9;
@@ -271,6 +284,7 @@ Scene complete(const Draft& draft) {
   check_touching(draft, scene);
   if (packing) check_packing(draft, scene);
   check_frames(draft);
+  check_network(draft);
   if (scene.field.method == "multipole") check_disks_only(draft, scene.electrodes);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   return scene;

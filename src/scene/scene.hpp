@@ -8,6 +8,7 @@
 
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec2.hpp"
+#include "solvers/network/parameters.hpp"
 
 namespace lichtenberg {
 
@@ -180,6 +181,15 @@ struct OutputOptions {
   bool picture = true;
 };
 
+/// The resistors of `lichtenberg network`; a run does not read them. Which model needs which parameter:
+/// solvers/network/resistor.hpp.
+struct NetworkOptions {
+  std::optional<std::string> model;     ///< particle | contact: what a node is; empty: both, one after the other
+  std::optional<std::string> resistor;  ///< model of a resistor; empty: constant, of 1 Ohm if nothing else is said
+  network::Parameters parameters;
+  std::string between = "bottom,top";  ///< electrodes: names of walls or numbers of particles
+};
+
 struct StopOptions {
   double time = 120;       ///< s
   bool stationary = true;  ///< stop when all are connected to ground and at rest (D 7.1)
@@ -203,6 +213,7 @@ struct Scene {
   FieldOptions field;
   MechanicsOptions mechanics;
   MinimizeOptions minimize;
+  NetworkOptions network;
   OutputOptions output;
   StopOptions stop;
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "solvers/network/resistor.hpp"
 #include "src/scene/value.hpp"
 
 namespace lichtenberg {
@@ -574,6 +575,48 @@ Table mechanics() {
           }};
 }
 
+Table network_table() {
+  Table table = {
+      .path = "network",
+      .help = "Resistors between particles that touch: what `lichtenberg network` measures in a packing's result file.",
+      .keys = {
+          {.name = "model",
+           .place = [](Draft& d) { return &d.scene.network.model; },
+           .choices = {"particle", "contact"},
+           .computed_default = "both, one after the other",
+           .help = "what a node of the network is, and with it between what the resistors are"},
+          {.name = "between",
+           .place = [](Draft& d) { return &d.scene.network.between; },
+           .help = "electrodes, the first at 0 V: names of walls or numbers of particles"},
+          {.name = "resistor",
+           .place = [](Draft& d) { return &d.scene.network.resistor; },
+           .computed_default = "\"constant\", of 1 Ohm",
+           .help = "model of a resistor, with the parameters that it needs:"},
+      }};
+  Key& resistor = table.keys.back();
+  for (const network::ResistorModel& model : network::resistor_models()) {
+    resistor.choices.push_back(model.name);
+    resistor.help += fmt::format(" {} ({}), {};", model.name, fmt::join(model.needs, ", "), model.help);
+  }
+  resistor.help.back() = '.';
+  const auto add = [&](const char* name, Place place) {
+    const auto& entry = *std::ranges::find(network::parameter_entries(), std::string_view(name),
+                                           &network::ParameterEntry::name);
+    table.keys.push_back({.name = name,
+                          .place = place,
+                          .unit = entry.unit,
+                          .range = positive,
+                          .computed_default = "none",
+                          .help = entry.help});
+  };
+  add("resistance", [](Draft& d) { return &d.scene.network.parameters.resistance; });
+  add("resistance_per_length", [](Draft& d) { return &d.scene.network.parameters.resistance_per_length; });
+  add("sheet_resistance", [](Draft& d) { return &d.scene.network.parameters.sheet_resistance; });
+  add("resistivity", [](Draft& d) { return &d.scene.network.parameters.resistivity; });
+  add("spot", [](Draft& d) { return &d.scene.network.parameters.spot; });
+  return table;
+}
+
 Table output() {
   return {.path = "output",
           .help = "What a run leaves.",
@@ -641,6 +684,7 @@ const std::vector<Table>& schema() {
                                             minimize(),
                                             field(),
                                             mechanics(),
+                                            network_table(),
                                             output(),
                                             stop()};
   return tables;

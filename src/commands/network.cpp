@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "solvers/error.hpp"
+#include "src/commands/commands.hpp"
+#include "src/commands/draw.hpp"
+#include "src/commands/output.hpp"
+#include "src/commands/packing_network.hpp"
+
+namespace lichtenberg {
+namespace {
+
+struct NetworkArguments {
+  std::string file, picture;
+  std::optional<int> frame;
+  NetworkOptions options;  ///< those that were given
+  std::optional<std::string> between;
+  double voltage = 1;
+  bool json = false, no_picture = false, no_save = false;
+};
+
+/// What the command line says comes before what the scene says. Another resistor model starts without the scene's
+/// parameters only where they are given anew: a scene may hold those of several models.
+NetworkOptions options_for(const NetworkArguments& request, const Scene& scene) {
+  NetworkOptions options = scene.network;
+  if (request.options.model) options.model = request.options.model;
+  if (request.options.resistor) options.resistor = request.options.resistor;
+  if (request.between) options.between = *request.between;
+  for (const network::ParameterEntry& entry : network::parameter_entries())
+    if (const auto& value = request.options.parameters.*entry.value) options.parameters.*entry.value = value;
+  return options;
+}
+
+std::vector<std::string> models_of(const NetworkOptions& options) {
+  if (options.model) return {*options.model};
+  const network::ResistorModel& resistor = network::resistor_model(options.resistor.value_or("constant"));
+  if (resistor.path == nullptr) return {"contact"};
+  return {"particle", "contact"};
+}
+
+std::string resistor_in_words(const NetworkOptions& options) {
+  const network::ResistorModel& model = network::resistor_model(options.resistor.value_or("constant"));
+  std::string words = model.name;
+  for (const network::ParameterEntry& entry : network::parameter_entries())
+    if (std::ranges::find(model.needs, entry.name) != model.needs.end())
+      words += fmt::format(", {} = {:g} {}", entry.name, *(options.parameters.*entry.value), entry.unit);
+  return words;
+}
+
+/// The first few of them.
+std::string some(const std::vector<int>& numbers) {
+  constexpr std::size_t most = 12;
+  const std::vector<int> few(numbers.begin(), numbers.begin() + std::min(most, numbers.size()));
+  if (numbers.empty()) return "none";
+  return fmt::format("{}: {}{}", numbers.size(), fmt::join(few, " "), numbers.size() > most ? " ..." : "");
+}
+
+void print_table(const SolvedNetwork& solved) {
+  const network::Conduction& c = solved.conduction;
+  fmt::print("{}-centred network\n", solved.model);
+  fmt::print("  resistor              {}\n", resistor_in_words(solved.options));
+  fmt::print("  nodes, resistors      {}, {}\n", solved.network.network.nodes, solved.network.network.links.size());
+  if (!c.connected) {
+    fmt::print("  effective resistance  infinite: no path of contacts leads from one electrode to the other\n");
+  } else {
+    fmt::print("  effective resistance  {:.12g} Ohm\n", c.resistance);
+    fmt::print("  current               {:.12g} A\n", c.current);
+    fmt::print("  dissipated power      {:.12g} W, sum of i^2 r; V^2/R but for {:.1g}\n", c.power, c.power_balance);
+  }
+  fmt::print("  backbone particles    {}\n", some(solved.backbone));
+  fmt::print("  dead ends             {}\n", some(solved.dead_ends));
+  fmt::print("  isolated particles    {}\n", some(solved.isolated));
+}
+
+/// JSON has no infinity and no NaN: null.
+nlohmann::ordered_json number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json parameters_json(const NetworkOptions& options) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const network::ParameterEntry& entry : network::parameter_entries())
+    if (const auto& value = options.parameters.*entry.value) json[entry.name] = *value;
+  return json;
+}
+
+nlohmann::ordered_json network_json(const SolvedNetwork& solved) {
+  const network::Conduction& c = solved.conduction;
+  nlohmann::ordered_json json = {{"model", solved.model},
+                                 {"resistor", solved.options.resistor.value_or("constant")},
+                                 {"parameters", parameters_json(solved.options)},
+                                 {"between", solved.options.between},
+                                 {"connected", c.connected},
+                                 {"resistance", number(c.resistance)},
+                                 {"conductance", c.conductance},
+                                 {"current", c.current},
+                                 {"power", c.power},
+                                 {"power_balance", c.power_balance},
+                                 {"electrodes", solved.network.electrode},
+                                 {"potential", nlohmann::ordered_json::array()},
+                                 {"links", nlohmann::ordered_json::array()},
+                                 {"backbone", solved.backbone},
+                                 {"dead_ends", solved.dead_ends},
+                                 {"isolated", solved.isolated}};
+  for (const double v : c.potential) json["potential"].push_back(number(v));
+  for (std::size_t k = 0; k < c.link_current.size(); ++k) {
+    const network::Link& link = solved.network.network.links[k];
+    json["links"].push_back({{"nodes", {link.a, link.b}},
+                             {"conductance", link.conductance},
+                             {"current", c.link_current[k]},
+                             {"power", c.link_current[k] * c.link_current[k] / link.conductance}});
+  }
+  return json;
+}
+
+void print_json(const NetworkArguments& request, const PackingFrame& frame,
+                const std::vector<SolvedNetwork>& networks) {
+  nlohmann::ordered_json json = {{"file", request.file},
+                                 {"frame", frame.frame},
+                                 {"particles", frame.packing.size()},
+                                 {"voltage", request.voltage},
+                                 {"networks", nlohmann::ordered_json::array()}};
+  for (const SolvedNetwork& solved : networks) json["networks"].push_back(network_json(solved));
+  fmt::print("{}\n", json.dump(2));
+}
+
+void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetwork>& networks) {
+  std::filesystem::path picture = request.picture;
+  if (picture.empty()) {
+    picture = request.file;
+    picture.replace_filename(picture.stem().string() + "-network.png");
+  }
+  std::vector<std::string> arguments = {request.file, "--out", picture.string(), "--models"};
+  for (const SolvedNetwork& solved : networks) arguments.push_back(solved.model);
+  draw("network.py", arguments);
+}
+
+void measure(const NetworkArguments& request) {
+  if (!(request.voltage > 0) || !std::isfinite(request.voltage))
+    throw InputError(fmt::format("--voltage {:g} is not allowed: it must be greater than 0", request.voltage));
+  const PackingFrame frame = read_packing(request.file, request.frame);
+  const NetworkOptions options = options_for(request, frame.scene);
+  std::vector<SolvedNetwork> networks;
+  for (const std::string& model : models_of(options))
+    networks.push_back(solve_network(frame, model, options, request.voltage));
+  if (!request.no_save) {
+    check_writable(request.file);
+    save_networks(request.file, frame, networks);
+  }
+  if (request.json)
+    print_json(request, frame, networks);
+  else
+    for (const SolvedNetwork& solved : networks) print_table(solved);
+  if (!request.no_picture && !request.no_save) draw_networks(request, networks);
+}
+
+}  // namespace
+
+void add_network(CLI::App& program) {
+  CLI::App* command =
+      program.add_subcommand("network", "Measures the resistance of a result file's particles in contact");
+  auto request = std::make_shared<NetworkArguments>();
+  command->add_option("FILE", request->file, "result file of a run (.h5); the networks are kept in it")->required();
+  command
+      ->add_option("--model", request->options.model, "what a node is (default: network.model of the scene, or both)")
+      ->check(CLI::IsMember({"particle", "contact"}));
+  command->add_option("--between", request->between,
+                      "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top)");
+  std::vector<std::string> resistors;
+  for (const network::ResistorModel& model : network::resistor_models()) resistors.push_back(model.name);
+  command->add_option("--resistor", request->options.resistor, "model of a resistor (default: constant, of 1 Ohm)")
+      ->check(CLI::IsMember(resistors));
+  for (const network::ParameterEntry& entry : network::parameter_entries()) {
+    std::string option = fmt::format("--{}", entry.name);
+    std::ranges::replace(option, '_', '-');
+    command->add_option(option, request->options.parameters.*entry.value,
+                        fmt::format("{}; {}", entry.unit, entry.help));
+  }
+  command->add_option("--voltage", request->voltage, "V, of the second electrode (default: 1)");
+  command->add_option("--frame", request->frame, "index of the frame, from 0 (default: the last)");
+  command->add_option("--out", request->picture, "picture to write (default: FILE with -network.png)");
+  command->add_flag("--no-picture", request->no_picture, "draw nothing");
+  command->add_flag("--no-save", request->no_save, "leave the result file as it is; draws nothing");
+  command->add_flag("--json", request->json, "print JSON (SI units), every node and resistor, in place of a table");
+  command->callback([request] { measure(*request); });
+}
+
+}  // namespace lichtenberg

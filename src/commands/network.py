@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Draws the networks that `lichtenberg network` left in a result file: potential as colour, current as line width.
+
+    network.py FILE [--models particle contact] [--out PICTURE]
+
+Exit status 2 and one sentence for input that cannot be used. Other scripts import the drawing functions.
+"""
+import argparse
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+import plot
+from matplotlib import pyplot as plt
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import Normalize
+
+COLOURS = "viridis"
+LOOSE = "#f2d7d5"  # particles that no path joins to an electrode
+PALE = "#f0f0f0"
+
+
+@dataclass
+class Network:
+    """Lengths in m; of a packing in space the two coordinates that are drawn."""
+
+    model: str
+    resistor: str
+    size: np.ndarray  # [2] of the domain
+    position: np.ndarray  # [N, 2] of the particles
+    radius: np.ndarray  # [N]
+    isolated: np.ndarray  # indices of particles
+    segments: np.ndarray  # [L, 2, 2] ends of the resistors
+    potential: np.ndarray  # [L] V, mean of both ends
+    current: np.ndarray  # [L] A, magnitude
+    carries: np.ndarray  # [L]
+    resistance: float  # Ohm
+    electrodes: list  # [2, 2] ends of each wall that is one, or the number of a particle
+    highest: float  # V
+
+
+def walls(file):
+    """name -> (point, normal), as the command reads them."""
+    if "scene/walls" in file:
+        group = file["scene/walls"]
+        return {name: (p, n) for name, p, n in zip(group.attrs["names"], group["point"][()], group["normal"][()])}
+    width, height = file["scene/domain/size"][()]
+    return {
+        "left": (np.zeros(3), np.array([1.0, 0, 0])),
+        "right": (np.array([width, 0, 0]), np.array([-1.0, 0, 0])),
+        "bottom": (np.zeros(3), np.array([0, 1.0, 0])),
+        "top": (np.array([0, height, 0]), np.array([0, -1.0, 0])),
+    }
+
+
+def wall_line(point, normal, size):
+    """Where a wall crosses the picture: a line along it through the point, as long as the domain is wide and high."""
+    along = np.array([-normal[1], normal[0]])
+    if np.hypot(*along) < 1e-12:
+        return None
+    along = along / np.hypot(*along)
+    middle = point + np.dot(size / 2 - point, along) * along
+    half = 0.5 * (abs(along[0]) * size[0] + abs(along[1]) * size[1])
+    return np.array([middle - half * along, middle + half * along])
+
+
+def resistor_ends(group, position, radius, electrode_walls):
+    """[L, 2, 3]; a resistor that ends at a wall ends at the particle's foot on it."""
+    links, particles = group["links"][()], group["link_particles"][()]
+    ends = group["position"][()][links]
+    for node, wall in zip(group["electrode"][()], electrode_walls):
+        if wall is None:
+            continue
+        point, normal = wall
+        k, end = np.nonzero(links == node)
+        centre = position[particles[k, 0]]
+        ends[k, end] = centre - ((centre - point) @ normal)[:, None] * normal
+    return ends
+
+
+def read(path, model):
+    """Throws plot.InputError."""
+    if not os.path.exists(path):
+        raise plot.InputError(f"{path} does not exist")
+    try:
+        with h5py.File(path) as file:
+            if f"network/{model}" not in file:
+                raise plot.InputError(f"{path} has no {model}-centred network: run `lichtenberg network` first")
+            return read_network(file, model)
+    except OSError as error:
+        raise plot.InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
+
+
+def read_network(file, model):
+    group = file["network"][model]
+    position = file["particles/conductors/position/value"][int(group.attrs["frame"])]
+    radius = file["particles/conductors/radius"][()]
+    size = file["scene/domain/size"][()]
+    shown = [0, 1]
+    if "height" in file["scene/domain"]:  # seen from the front
+        shown, size = [0, 2], np.array([size[0], file["scene/domain/height"][()]])
+    names = [name.strip() for name in group.attrs["between"].split(",")]
+    found = [walls(file).get(name) for name in names]
+    ends = resistor_ends(group, position, radius, found)
+    potential = group["potential"][()]
+    lines = [wall_line(w[0][shown], w[1][shown], size) if w else int(name) for w, name in zip(found, names)]
+    return Network(
+        model=model,
+        resistor=group.attrs["resistor"],
+        size=size,
+        position=position[:, shown],
+        radius=radius,
+        isolated=group["isolated"][()],
+        segments=ends[:, :, shown],
+        potential=potential[group["links"][()]].mean(axis=1),
+        current=np.abs(group["current"][()]),
+        carries=group["link_in_backbone"][()] != 0,
+        resistance=group["effective_resistance"][()],
+        electrodes=lines,
+        highest=potential[group["electrode"][()]].max(),
+    )
+
+
+def draw_particles(axes, network):
+    diameter = 2 * network.radius
+    colours = np.full(len(diameter), PALE, dtype="U7")
+    colours[network.isolated] = LOOSE
+    place = {"units": "xy", "offsets": network.position, "offset_transform": axes.transData}
+    style = {"facecolor": colours, "edgecolor": "#b0b0b0", "linewidth": 0.3, "zorder": 1}
+    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
+
+
+def draw_resistors(axes, network, colours, widest=4.0):
+    """The widest line carries the largest current; a resistor without a current is a hairline."""
+    dead = network.segments[~network.carries]
+    axes.add_collection(LineCollection(dead, colors="#909090", linewidths=0.3, zorder=2))
+    order = np.argsort(network.current[network.carries])  # the strongest on top
+    segments = network.segments[network.carries][order]
+    current = network.current[network.carries][order]
+    width = 0.3 + (widest - 0.3) * current / current.max() if len(current) else []
+    axes.add_collection(
+        LineCollection(
+            segments,
+            array=network.potential[network.carries][order],
+            linewidths=width,
+            capstyle="round",
+            zorder=3,
+            **colours,
+        )
+    )
+
+
+def draw_electrodes(axes, network):
+    """Walls as bars, particles as rings."""
+    for electrode in network.electrodes:
+        if isinstance(electrode, int):
+            place = network.position[electrode]
+            axes.add_patch(plt.Circle(place, network.radius[electrode], fill=False, linewidth=2, zorder=4))
+        elif electrode is not None:
+            axes.plot(*electrode.T, color=plot.INK, linewidth=4, solid_capstyle="butt", clip_on=False, zorder=4)
+
+
+def panel(axes, network, window=None):
+    """`window`: what is shown, [[left, right], [bottom, top]]; by default the domain."""
+    colours = {"cmap": COLOURS, "norm": Normalize(0, network.highest)}
+    (left, right), (bottom, top) = window if window is not None else [(0, network.size[0]), (0, network.size[1])]
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
+    draw_particles(axes, network)
+    # Lines as wide as particles would hide a packing of many.
+    axes.figure.canvas.draw()
+    points = 72 / axes.figure.dpi * np.diff(axes.transData.transform([(0, 0), (np.median(network.radius), 0)])[:, 0])[0]
+    draw_resistors(axes, network, colours, widest=max(0.4, min(4.0, 0.5 * points)))
+    draw_electrodes(axes, network)
+    resistance = f"R = {network.resistance:.6g} Ω" if np.isfinite(network.resistance) else "no path"
+    axes.set_title(f"{network.model}-centred, {network.resistor}: {resistance}")
+    return colours
+
+
+def draw(networks):
+    """One panel a network, as a figure."""
+    plot.set_style()
+    aspect = networks[0].size[1] / networks[0].size[0]
+    figure, panels = plt.subplots(
+        1, len(networks), figsize=(0.7 + 5 * len(networks), 0.5 + 5 * aspect), layout="constrained", squeeze=False
+    )
+    for axes, network in zip(panels[0], networks):
+        colours = panel(axes, network)
+    bar = figure.colorbar(ScalarMappable(**colours), ax=panels[0], fraction=0.03, pad=0.01)
+    bar.set_label("potential (V)")
+    bar.outline.set_linewidth(0.6)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", help="result file of `lichtenberg network` (.h5)")
+    parser.add_argument("--models", nargs="+", default=["particle", "contact"], help="particle, contact or both")
+    parser.add_argument("--out", help="picture to write (default: FILE with -network.png)")
+    request = parser.parse_args()
+    path = Path(request.file)
+    try:
+        figure = draw([read(path, model) for model in request.models])
+        plot.save(figure, request.out or path.with_name(path.stem + "-network.png"))
+    except plot.InputError as error:
+        print(f"lichtenberg: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

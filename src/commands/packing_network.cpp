@@ -1,0 +1,202 @@
+#include "src/commands/packing_network.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+
+#include "solvers/error.hpp"
+#include "solvers/network/components.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/hdf5.hpp"
+#include "src/scene/nearest.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr const char* positions = "particles/conductors/position/value";
+
+std::vector<network::Point> points(const std::vector<double>& numbers, std::size_t first, std::size_t count) {
+  std::vector<network::Point> result(count);
+  for (std::size_t i = 0; i < count; ++i)
+    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(3 * (first + i)), 3, result[i].begin());
+  return result;
+}
+
+/// Those of the file, or the sides of its domain.
+std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
+  if (!hdf5::exists(file, "scene/walls")) {
+    const std::vector<double> size = hdf5::get<double>(file, "scene/domain/size");
+    return {{"left", {}, {1, 0, 0}},
+            {"right", {size[0], 0, 0}, {-1, 0, 0}},
+            {"bottom", {}, {0, 1, 0}},
+            {"top", {0, size[1], 0}, {0, -1, 0}}};
+  }
+  const hdf5::Handle group = hdf5::open_group(file, "scene/walls");
+  const std::vector<std::string> names = hdf5::text_attribute(group, "names");
+  const auto point = points(hdf5::get<double>(group, "point"), 0, names.size());
+  const auto normal = points(hdf5::get<double>(group, "normal"), 0, names.size());
+  std::vector<network::Wall> walls;
+  for (std::size_t k = 0; k < names.size(); ++k) walls.push_back({names[k], point[k], normal[k]});
+  return walls;
+}
+
+network::Packing read_frame(const hdf5::Handle& file, int frame, std::size_t particles) {
+  network::Packing packing;
+  packing.position = points(hdf5::get<double>(file, positions), frame * particles, particles);
+  packing.radius = hdf5::get<double>(file, "particles/conductors/radius");
+  packing.walls = read_walls(file);
+  return packing;
+}
+
+void check_is_result(const std::string& path) {
+  if (!std::filesystem::exists(path)) throw InputError(fmt::format("{} does not exist", path));
+  if (!hdf5::is_hdf5(path)) throw InputError(fmt::format("{} is no HDF5 file: a result file of `run` is needed", path));
+}
+
+network::Electrode read_electrode(const std::string& name, const network::Packing& packing) {
+  std::vector<std::string> names;
+  for (std::size_t w = 0; w < packing.walls.size(); ++w) {
+    if (packing.walls[w].name == name) return {.wall = true, .index = static_cast<int>(w)};
+    names.push_back(packing.walls[w].name);
+  }
+  int particle = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), particle);
+  if (error != std::errc() || end != name.data() + name.size())
+    throw InputError(fmt::format("--between: there is no wall \"{}\"; allowed are {} and particles by number", name,
+                                 fmt::join(names, ", ")));
+  if (particle < 0 || particle >= packing.size())
+    throw InputError(
+        fmt::format("--between: there is no particle {}; allowed are 0 to {}", particle, packing.size() - 1));
+  return {.wall = false, .index = particle};
+}
+
+/// Which particles a path of contacts joins to one of the electrodes.
+std::vector<char> joined(const PackingFrame& frame, const std::vector<network::Electrode>& electrodes) {
+  const network::PackingNetwork paths = particle_network(
+      frame.packing, frame.contacts, network::resistor_model("constant"), {.resistance = 1}, electrodes);
+  const std::vector<int> piece = network::components(paths.network).of;
+  std::vector<char> result(frame.packing.size());
+  for (int i = 0; i < frame.packing.size(); ++i)
+    result[i] = std::ranges::any_of(paths.electrode, [&](int e) { return piece[e] == piece[i]; });
+  return result;
+}
+
+void sort_particles(const PackingFrame& frame, const std::vector<network::Electrode>& electrodes,
+                    SolvedNetwork& solved) {
+  std::vector<char> carries(frame.packing.size(), 0);
+  for (std::size_t k = 0; k < solved.network.network.links.size(); ++k) {
+    if (!solved.conduction.backbone[k]) continue;
+    carries[solved.network.first_particle[k]] = 1;
+    if (const int second = solved.network.second_particle[k]; second >= 0) carries[second] = 1;
+  }
+  const std::vector<char> has_path = joined(frame, electrodes);
+  for (int i = 0; i < frame.packing.size(); ++i)
+    (carries[i] ? solved.backbone : has_path[i] ? solved.dead_ends : solved.isolated).push_back(i);
+}
+
+void put_network(const hdf5::Handle& file, const PackingFrame& frame, const SolvedNetwork& solved) {
+  const std::string path = "network/" + solved.model;
+  if (hdf5::exists(file, path)) hdf5::check(H5Ldelete(file, path.c_str(), H5P_DEFAULT));
+  const hdf5::Handle group = hdf5::open_group(file, path);
+  const auto& [network, electrode, first, second] = solved.network;
+  std::vector<double> position, conductance;
+  std::vector<std::int32_t> ends, particles,
+      backbone(solved.conduction.backbone.begin(), solved.conduction.backbone.end());
+  for (const network::Point& p : network.position) position.insert(position.end(), p.begin(), p.end());
+  for (const network::Link& link : network.links) {
+    ends.insert(ends.end(), {link.a, link.b});
+    conductance.push_back(link.conductance);
+  }
+  for (std::size_t k = 0; k < first.size(); ++k) particles.insert(particles.end(), {first[k], second[k]});
+  const std::size_t links = network.links.size(), nodes = network.nodes;
+  hdf5::put_attribute(group, "resistor", solved.options.resistor.value_or("constant"));
+  hdf5::put_attribute(group, "between", solved.options.between);
+  hdf5::put_attribute(group, "frame", frame.frame);
+  for (const network::ParameterEntry& entry : network::parameter_entries())
+    if (const auto& value = solved.options.parameters.*entry.value) hdf5::put(group, entry.name, *value, entry.unit);
+  hdf5::put<double>(group, "position", position, {nodes, 3}, "m");
+  hdf5::put<double>(group, "potential", solved.conduction.potential, {nodes}, "V");
+  hdf5::put<std::int32_t>(group, "electrode", electrode, {electrode.size()}, "1");
+  hdf5::put<std::int32_t>(group, "links", ends, {links, 2}, "1");
+  hdf5::put<std::int32_t>(group, "link_particles", particles, {links, 2}, "1");
+  hdf5::put<std::int32_t>(group, "link_in_backbone", backbone, {links}, "1");
+  hdf5::put<double>(group, "conductance", conductance, {links}, "S");
+  hdf5::put<double>(group, "current", solved.conduction.link_current, {links}, "A");
+  hdf5::put(group, "effective_resistance", solved.conduction.resistance, "Ohm");
+  hdf5::put(group, "total_current", solved.conduction.current, "A");
+  hdf5::put(group, "power", solved.conduction.power, "W");
+  for (const auto& [name, list] : {std::pair{"backbone", &solved.backbone}, std::pair{"dead_ends", &solved.dead_ends},
+                                   std::pair{"isolated", &solved.isolated}})
+    hdf5::put<std::int32_t>(group, name, *list, {list->size()}, "1");
+}
+
+}  // namespace
+
+PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
+  check_is_result(path);
+  try {
+    const hdf5::Handle file = hdf5::load(path);
+    if (!hdf5::integer_attribute(file, "lichtenberg_result") || !hdf5::exists(file, positions))
+      throw InputError(fmt::format("{} was not written by `lichtenberg run`", path));
+    const hdf5::Shape shape = hdf5::shape(file, positions);
+    const int frames = static_cast<int>(shape[0]);
+    if (frame && (*frame < 0 || *frame >= frames))
+      throw InputError(fmt::format("frame {} is not in {}: it has frames 0 to {}", *frame, path, frames - 1));
+    PackingFrame result{.frame = frame.value_or(frames - 1)};
+    result.packing = read_frame(file, result.frame, shape[1]);
+    result.scene = parse_scene(hdf5::get_text(file, "scene/text"), path);
+    network::check(result.packing);
+    result.contacts = network::find_contacts(result.packing);
+    return result;
+  } catch (const hdf5::Error& error) {
+    throw Failure(fmt::format("{} is damaged and cannot be read ({})", path, error.what()));
+  }
+}
+
+std::vector<network::Electrode> read_electrodes(const std::string& between, const network::Packing& packing) {
+  const std::size_t comma = between.find(',');
+  if (comma == std::string::npos || between.find(',', comma + 1) != std::string::npos)
+    throw InputError(
+        fmt::format("--between \"{}\" is not allowed: two electrodes are needed, as in bottom,top", between));
+  const std::size_t second = between.find_first_not_of(' ', comma + 1);
+  const std::vector<network::Electrode> electrodes = {
+      read_electrode(between.substr(0, comma), packing),
+      read_electrode(second == std::string::npos ? "" : between.substr(second), packing)};
+  if (electrodes[0] == electrodes[1])
+    throw InputError(
+        fmt::format("--between {} names the same electrode twice: two different ones are needed", between));
+  return electrodes;
+}
+
+SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model, const NetworkOptions& asked,
+                            double voltage) {
+  SolvedNetwork solved{.model = model, .options = asked};
+  if (!asked.resistor && !asked.parameters.resistance) solved.options.parameters.resistance = 1;
+  const network::ResistorModel& resistor = network::resistor_model(asked.resistor.value_or("constant"));
+  const network::Parameters& parameters = solved.options.parameters;
+  network::check(resistor, parameters);
+  const auto electrodes = read_electrodes(asked.between, frame.packing);
+  const auto build = model == "particle" ? network::particle_network : network::contact_network;
+  solved.network = build(frame.packing, frame.contacts, resistor, parameters, electrodes);
+  solved.conduction = network::conduct(solved.network.network, solved.network.electrode[0], solved.network.electrode[1],
+                                       {.voltage = voltage});
+  sort_particles(frame, electrodes, solved);
+  return solved;
+}
+
+void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks) {
+  try {
+    const hdf5::Handle file = hdf5::load(path);
+    for (const SolvedNetwork& solved : networks) put_network(file, frame, solved);
+    write_atomically(path, hdf5::image(file));
+  } catch (const hdf5::Error& error) {
+    throw Failure(fmt::format("{} cannot be written ({}); it stands as it was", path, error.what()));
+  } catch (const Failure& failure) {
+    throw Failure(fmt::format("{}; it stands as it was", failure.what()));
+  }
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solvers/network/build.hpp"
+#include "solvers/network/conduction.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+/// A frame of a result file, as the network room sees it.
+struct PackingFrame {
+  int frame = 0;
+  std::string title;
+  Scene scene;  ///< as the run had it
+  network::Packing packing;
+  network::Contacts contacts;
+};
+
+/// The frame of that index, by default the last. Walls are those of the file or the sides of its domain. Throws
+/// InputError if there is no such file or frame, or the scene's particles have no radius.
+PackingFrame read_packing(const std::string& path, std::optional<int> frame);
+
+/// A wall's name or a particle's number. Throws InputError if `between` does not name two of them, different ones.
+std::vector<network::Electrode> read_electrodes(const std::string& between, const network::Packing& packing);
+
+/// One network of a packing, solved.
+struct SolvedNetwork {
+  std::string model;  ///< particle | contact
+  NetworkOptions options;
+  network::PackingNetwork network;
+  network::Conduction conduction;
+  std::vector<int> backbone;   ///< particles that can carry a current
+  std::vector<int> dead_ends;  ///< others with a path to an electrode
+  std::vector<int> isolated;   ///< without any
+};
+
+/// `model`: particle or contact. Throws InputError as network::check and the two builders do.
+SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model, const NetworkOptions& options,
+                            double voltage);
+
+/// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call; the file is
+/// replaced as a whole. Throws Failure if it cannot be written.
+void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks);
+
+}  // namespace lichtenberg

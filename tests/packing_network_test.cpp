@@ -1,0 +1,160 @@
+// `lichtenberg network`: from a result file to the resistance of the particles in it, and back into the file.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include "solvers/error.hpp"
+#include "src/commands/command_line.hpp"
+#include "src/commands/packing_network.hpp"
+#include "src/record/hdf5.hpp"
+#include "src/record/recorder.hpp"
+
+using namespace lichtenberg;
+using doctest::Approx;
+
+namespace {
+
+/// A result file of its own for each test, gone when the test is over: three spheres of radius 1 m in a column between
+/// bottom and top, overlapping by a tenth; one of 0.5 m that hangs on the middle one, and one that touches nothing. The
+/// frame before has the column open in the middle.
+class ResultFile {
+ public:
+  explicit ResultFile(const std::string& network_table = "") {
+    std::string folder = (std::filesystem::temp_directory_path() / "lichtenberg-network-test-XXXXXX").string();
+    REQUIRE(mkdtemp(folder.data()) != nullptr);
+    folder_ = folder;
+    const std::string text = "domain = { size = [8.0, 5.4] }\nfield = { cells = 400 }\n" + network_table +
+                             "[[conductor]]\nposition = [2.0, 1.0]\nradius = 1.0\n"
+                             "[[conductor]]\nposition = [4.0, 2.7]\nradius = 1.0\n"
+                             "[[conductor]]\nposition = [2.0, 4.3]\nradius = 1.0\n"
+                             "[[conductor]]\nposition = [6.0, 4.3]\nradius = 0.5\n"
+                             "[[conductor]]\nposition = [7.0, 2.0]\nradius = 0.5\n";
+    const Scene scene = parse_scene(text, "column.toml");
+    Recorder recorder = Recorder::start(path(), scene, std::vector<double>(5, 1.0), false);
+    for (const double x : {5.0, 2.0}) {
+      Frame frame;
+      frame.time = 5 - x;
+      frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
+      frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
+      frame.group = {0, 1, 2, 3, 4};
+      recorder.add(frame, {});
+    }
+    recorder.save({});
+  }
+  ResultFile(const ResultFile&) = delete;
+  ~ResultFile() { std::filesystem::remove_all(folder_); }
+  std::string path() const { return (folder_ / "column.h5").string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+std::string message_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("both networks of a result file, and the particles sorted by what they carry") {
+  const ResultFile file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  CHECK(frame.frame == 1);
+  const SolvedNetwork particle = solve_network(frame, "particle", {}, 12);
+  // Four contacts of 1 Ohm, those with the walls among them. Contact-centred: 1 Ohm across the lower and the upper
+  // particle; on the middle one, which has three contacts, 1 Ohm beside 2 Ohm by way of the third.
+  CHECK(particle.conduction.resistance == Approx(4).epsilon(1e-14));
+  CHECK(particle.conduction.current == Approx(3).epsilon(1e-14));
+  CHECK(particle.conduction.power == Approx(36).epsilon(1e-14));
+  CHECK(solve_network(frame, "contact", {}, 12).conduction.resistance == Approx(8.0 / 3).epsilon(1e-14));
+  for (const std::string model : {"particle", "contact"}) {
+    const SolvedNetwork solved = solve_network(frame, model, {}, 1);
+    CHECK(solved.backbone == std::vector<int>{0, 1, 2});
+    CHECK(solved.dead_ends == std::vector<int>{3});
+    CHECK(solved.isolated == std::vector<int>{4});
+  }
+}
+
+TEST_CASE("a frame without a path: infinite resistance, no error") {
+  const ResultFile file;
+  const SolvedNetwork solved = solve_network(read_packing(file.path(), 0), "particle", {}, 1);
+  CHECK(!solved.conduction.connected);
+  CHECK(std::isinf(solved.conduction.resistance));
+  CHECK(solved.isolated == std::vector<int>{1, 3, 4});
+  CHECK(run_command_line({"network", file.path(), "--frame", "0", "--no-picture"}) == 0);
+  CHECK(run_command_line({"network", file.path(), "--frame", "0", "--no-picture", "--json"}) == 0);
+}
+
+TEST_CASE("particles as electrodes") {
+  const ResultFile file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  CHECK(solve_network(frame, "particle", {.between = "0,2"}, 1).conduction.resistance == Approx(2).epsilon(1e-14));
+  CHECK(solve_network(frame, "contact", {.between = "0,2"}, 1).conduction.resistance == Approx(2.0 / 3).epsilon(1e-14));
+  CHECK(solve_network(frame, "particle", {.between = "3, top"}, 1).conduction.resistance == Approx(3).epsilon(1e-14));
+}
+
+TEST_CASE("the scene chooses the physics of the resistors") {
+  const ResultFile file(
+      "[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
+  const PackingFrame frame = read_packing(file.path(), {});
+  CHECK(frame.scene.network.model == "contact");
+  const SolvedNetwork solved = solve_network(frame, "contact", frame.scene.network, 1);
+  CHECK(solved.conduction.resistance == Approx(6 * 3.0 / (4 * 0.01)).epsilon(1e-13));
+}
+
+TEST_CASE("the file keeps the networks, and everything else") {
+  const ResultFile file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  for (const double voltage : {1.0, 12.0})  // the second call over the first
+    save_networks(file.path(), frame, {solve_network(frame, "particle", {}, voltage)});
+  const hdf5::Handle result = hdf5::load(file.path());
+  CHECK(hdf5::get<double>(result, "network/particle/effective_resistance")[0] == Approx(4));
+  const auto current = hdf5::get<double>(result, "network/particle/current");
+  const auto potential = hdf5::get<double>(result, "network/particle/potential");
+  const auto links = hdf5::get<std::int32_t>(result, "network/particle/links");
+  const auto conductance = hdf5::get<double>(result, "network/particle/conductance");
+  REQUIRE(current.size() == 5);
+  for (std::size_t k = 0; k < current.size(); ++k)
+    CHECK(current[k] ==
+          Approx(conductance[k] * (potential[links[2 * k]] - potential[links[2 * k + 1]])).epsilon(1e-12));
+  CHECK(hdf5::get<std::int32_t>(result, "network/particle/isolated") == std::vector<std::int32_t>{4});
+  CHECK(hdf5::exists(result, "checkpoint"));
+  CHECK(hdf5::shape(result, "particles/conductors/position/value")[0] == 2);
+}
+
+TEST_CASE("what cannot be measured is refused in a sentence") {
+  const ResultFile file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  const auto refused = [&](const NetworkOptions& options) {
+    return message_of([&] { solve_network(frame, "particle", options, 1); });
+  };
+  CHECK(contains(refused({.between = "bottom,bottom"}), "same electrode twice"));
+  CHECK(contains(refused({.between = "bottom"}), "two electrodes are needed"));
+  CHECK(contains(refused({.between = "bottom,lid"}), "there is no wall \"lid\"; allowed are left, right, bottom, top"));
+  CHECK(contains(refused({.between = "bottom,5"}), "there is no particle 5; allowed are 0 to 4"));
+  CHECK(contains(refused({.resistor = "length"}), "needs resistance_per_length in Ohm/m"));
+  CHECK(contains(refused({.parameters = {.resistance = -1}}), "greater than 0"));
+  CHECK(
+      contains(refused({.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}), "contact-centred"));
+  CHECK(contains(message_of([&] { solve_network(frame, "contact", {.between = "0,1"}, 1); }), "touch"));
+  CHECK(contains(message_of([&] { read_packing(file.path(), 2); }), "it has frames 0 to 1"));
+  CHECK(contains(message_of([] { read_packing("nothing.h5", {}); }), "nothing.h5 does not exist"));
+  CHECK(contains(message_of([] {
+                   parse_scene(
+                       "domain = { size = [1.0, 1.0] }\n[network]\nresistor = \"length\"\n"
+                       "[[conductor]]\nposition = [0.5, 0.5]\nradius = 0.1\n",
+                       "x.toml");
+                 }),
+                 "needs resistance_per_length"));
+  CHECK(run_command_line({"network", file.path(), "--voltage", "0"}) == 2);
+}

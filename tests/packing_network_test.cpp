@@ -112,6 +112,16 @@ TEST_CASE("the scene chooses the physics of the resistors") {
   CHECK(solved.conduction.resistance == Approx(6 * 3.0 / (4 * 0.01)).epsilon(1e-13));
 }
 
+TEST_CASE("conductors of different materials in one network") {
+  const ResultFile file;
+  PackingFrame frame = read_packing(file.path(), {});
+  frame.packing.resistivity = {1e-30, 1e30, 1e-30, 1, 1};
+  // Bottom to top, particle-centred: half of each contact lies in either particle. 1e30 twice, in series.
+  const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
+  CHECK(solved.conduction.resistance == Approx(1e30).epsilon(1e-14));
+  CHECK(solved.conduction.power_balance < 1e-14);
+}
+
 TEST_CASE("the file keeps the networks, and everything else") {
   const ResultFile file;
   const PackingFrame frame = read_packing(file.path(), {});

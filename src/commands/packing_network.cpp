@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
-#include "src/scene/nearest.hpp"
+#include "src/record/result.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -49,11 +48,6 @@ network::Packing read_frame(const hdf5::Handle& file, int frame, std::size_t par
   packing.radius = hdf5::get<double>(file, "particles/conductors/radius");
   packing.walls = read_walls(file);
   return packing;
-}
-
-void check_is_result(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw InputError(fmt::format("{} does not exist", path));
-  if (!hdf5::is_hdf5(path)) throw InputError(fmt::format("{} is no HDF5 file: a result file of `run` is needed", path));
 }
 
 network::Electrode read_electrode(const std::string& name, const network::Packing& packing) {
@@ -136,11 +130,10 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
 }  // namespace
 
 PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
-  check_is_result(path);
   try {
-    const hdf5::Handle file = hdf5::load(path);
-    if (!hdf5::integer_attribute(file, "lichtenberg_result") || !hdf5::exists(file, positions))
-      throw InputError(fmt::format("{} was not written by `lichtenberg run`", path));
+    const hdf5::Handle file = load_result(path, "measured");
+    if (!hdf5::exists(file, positions))
+      throw InputError(fmt::format("{} holds no frames: nothing can be measured", path));
     const hdf5::Shape shape = hdf5::shape(file, positions);
     const int frames = static_cast<int>(shape[0]);
     if (frame && (*frame < 0 || *frame >= frames))
@@ -148,6 +141,8 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     PackingFrame result{.frame = frame.value_or(frames - 1)};
     result.packing = read_frame(file, result.frame, shape[1]);
     result.scene = parse_scene(hdf5::get_text(file, "scene/text"), path);
+    for (const Conductor& conductor : result.scene.conductors)
+      result.packing.resistivity.push_back(conductor.relative_resistivity);
     network::check(result.packing);
     result.contacts = network::find_contacts(result.packing);
     return result;

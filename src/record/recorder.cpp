@@ -53,7 +53,8 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
 
 /// What was found of fewer frames is not true of these.
 void remove_analysis(const hdf5::Handle& file) {
-  if (hdf5::exists(file, "analysis")) hdf5::check(H5Ldelete(file, "analysis", H5P_DEFAULT));
+  for (const char* found : {"analysis", "network/particle", "network/contact"})
+    if (hdf5::exists(file, found)) hdf5::check(H5Ldelete(file, found, H5P_DEFAULT));
 }
 
 /// Only a run that is over has one: that of a run which was resumed with a later stop goes.

@@ -71,6 +71,7 @@ struct PopulationDraft {
   std::optional<double> mean{}, deviation{};
   bool overlapping = false;
   double charge = 0;
+  double relative_resistivity = 1;
   double min_gap = 0;  ///< m, to every other conductor, electrode and side of the domain
   std::optional<Rectangle> region{};
 };

@@ -66,7 +66,9 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
   const double height = draft.scene.domain.height, from_side = radius + population.min_gap;
   if (room.lower.x > room.upper.x || room.lower.y > room.upper.y || (height > 0 && 2 * from_side > height)) return {};
   for (int attempt = 0; attempt < tries_per_conductor; ++attempt) {
-    Conductor conductor{.radius = radius, .charge = population.charge};
+    Conductor conductor{.radius = radius,
+                        .charge = population.charge,
+                        .relative_resistivity = population.relative_resistivity};
     conductor.position.x = random.between(room.lower.x, room.upper.x);
     conductor.position.y = random.between(room.lower.y, room.upper.y);
     if (height > 0) conductor.z = random.between(from_side, height - from_side);

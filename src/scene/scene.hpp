@@ -55,6 +55,7 @@ struct Conductor {
   double radius = 0;  ///< m
   double charge = 0;  ///< C
   int group = -1;     ///< index into Scene::groups, -1: of its own
+  double relative_resistivity = 1;  ///< of its material, in units of NetworkOptions::parameters
 };
 
 /// m, of the conductor's centre from the wall; negative beyond it.

@@ -76,29 +76,29 @@ Theory theory_of(const Set& set) {
   return theory_of(set, scene.medium.depth, scene.medium.permittivity);
 }
 
-/// Mean of `crossings` crossings, seen every `expected` / 64, after the first ones, in which inertia (steel's) settles.
+/// Advances by `look` at a time until `contacts` have been made. False if they are not within 200 crossings.
+bool await(Simulation& simulation, std::int64_t contacts, double look, double crossing) {
+  const double latest = simulation.time() + 200 * crossing;
+  while (simulation.counters().contacts_made < contacts && simulation.time() < latest)
+    simulation.advance_to(simulation.time() + look);
+  return simulation.counters().contacts_made >= contacts;
+}
+
+/// Mean of `crossings` crossings, their first and last contact seen to expected / 64, once inertia (steel's) has
+/// settled.
 Crossing run(const Set& set, double expected, int crossings) {
   Simulation simulation(scene_of(set));
-  const double look = expected / 64, settled = 8 * set.density / steel * relaxation;
-  // On its way the sphere holds what the next plate turns round; the contacts that it has made so far tell the
-  // crossings.
-  double first_contact = 0;
+  const double coarse = expected / 8, fine = expected / 64;
   simulation.frame();  // the contact at rest is made
-  std::int64_t first = 0, made = simulation.counters().contacts_made;
-  for (int k = 1; k < 64 * (2 * crossings + 50); ++k) {
-    simulation.advance_to(k * look);
-    if (simulation.counters().contacts_made == made) continue;
-    made = simulation.counters().contacts_made;
-    if (first == 0 && k * look > settled) {
-      first = made;
-      first_contact = k * look;
-    } else if (first > 0 && made == first + crossings) {
-      const double time = (k * look - first_contact) / crossings;
-      simulation.advance_to((k + 20) * look);  // it has left
-      return {std::abs(simulation.frame().charge[0]), time};
-    }
-  }
-  return {};
+  simulation.advance_to(8 * set.density / steel * relaxation);
+  const std::int64_t first = simulation.counters().contacts_made + 1;
+  if (!await(simulation, first, fine, expected)) return {};
+  const double start = simulation.time();
+  if (!await(simulation, first + crossings - 1, coarse, expected)) return {};
+  if (!await(simulation, first + crossings, fine, expected)) return {};
+  const double time = (simulation.time() - start) / crossings;
+  simulation.advance_to(simulation.time() + 0.3 * expected);  // it has left
+  return {std::abs(simulation.frame().charge[0]), time};
 }
 
 std::string name_of(const Set& set) {

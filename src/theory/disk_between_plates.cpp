@@ -27,14 +27,15 @@ int points(const DiskBetweenPlates& disk, double x) {
 }
 
 /// Weights of the values at distance j on the circle in the integral of ln(4 sin^2(s/2)) f(s) (Kress, Linear Integral
-/// Equations, sec. 12.3).
-Eigen::VectorXd log_weights(int n) {
-  const int half = n / 2;
+/// Equations, sec. 12.3). `angle`: the points'.
+Eigen::VectorXd log_weights(const Eigen::VectorXd& angle) {
+  const auto n = angle.size(), half = n / 2;
+  const Eigen::VectorXd cosine = angle.array().cos();
   Eigen::VectorXd weight(n);
-  for (int j = 0; j < n; ++j) {
-    double sum = (j % 2 == 0 ? 1.0 : -1.0) / (2.0 * half);
-    for (int m = 1; m < half; ++m) sum += std::cos(2 * pi * m * j / n) / m;
-    weight[j] = -2 * pi / half * sum;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    double sum = (j % 2 == 0 ? 1.0 : -1.0) / static_cast<double>(n);
+    for (Eigen::Index m = 1; m < half; ++m) sum += cosine[m * j % n] / static_cast<double>(m);
+    weight[j] = -2 * pi / static_cast<double>(half) * sum;
   }
   return weight;
 }
@@ -43,18 +44,19 @@ Eigen::VectorXd log_weights(int n) {
 Eigen::MatrixXd potential_matrix(const DiskBetweenPlates& disk, const Circle& circle) {
   const auto n = circle.x.size();
   const double half_turn = pi / (2 * disk.distance), ds = 2 * pi * disk.radius / static_cast<double>(n);
-  const auto squared_sine = [&](double x, double y) {  // |sin(half_turn (x + iy))|^2
-    return std::pow(std::sin(half_turn * x), 2) + std::pow(std::sinh(half_turn * y), 2);
-  };
-  const Eigen::VectorXd weight = log_weights(static_cast<int>(n));
+  const Eigen::ArrayXd x = half_turn * circle.x, y = half_turn * circle.y;
+  const Eigen::ArrayXd sin_x = x.sin(), cos_x = x.cos(), sinh_y = y.sinh(), cosh_y = y.cosh();
+  const Eigen::ArrayXd chord = 2 * (0.5 * circle.angle.array()).sin();
+  const Eigen::VectorXd weight = log_weights(circle.angle);
   Eigen::MatrixXd matrix(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j) {
-      const double image = squared_sine(circle.x[i] + circle.x[j], circle.y[i] - circle.y[j]);
+      // |sin(a + ib)|^2 = sin^2(a) + sinh^2(b), by the addition theorems.
+      const double one = sin_x[i] * cos_x[j], other = cos_x[i] * sin_x[j];
+      const double b = sinh_y[i] * cosh_y[j] - cosh_y[i] * sinh_y[j];
+      const double image = (one + other) * (one + other) + b * b, direct = (one - other) * (one - other) + b * b;
       // The direct kernel without the ln 4 sin^2((t - s) / 2) that is in it.
-      const double smooth = i == j ? std::pow(half_turn * disk.radius, 2)
-                                   : squared_sine(circle.x[i] - circle.x[j], circle.y[i] - circle.y[j]) /
-                                         std::pow(2 * std::sin(0.5 * (circle.angle[i] - circle.angle[j])), 2);
+      const double smooth = i == j ? std::pow(half_turn * disk.radius, 2) : direct / (chord[i - j] * chord[i - j]);
       matrix(i, j) = matrix(j, i) =
           (ds * std::log(image / smooth) - disk.radius * weight[i - j]) / (4 * pi * disk.permittivity);
     }

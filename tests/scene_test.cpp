@@ -623,6 +623,79 @@ TEST_CASE("what touches must have one potential") {
                 disk("[0.02, 0.013]", "group = \"a\"\n")) == "");
 }
 
+TEST_CASE("packings") {
+  const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.contact_potential]\n";
+  const std::string some = "[[population]]\ncount = 6\nradius = [0.2, 0.4]\noverlapping = true\n";
+  SUBCASE("the sides of the domain are walls, and others come after them") {
+    const Scene s = parse(start + contact + some + "[[wall]]\npoint = [1.0, 0.0]\nnormal = [3.0, 4.0]\n");
+    REQUIRE(s.walls.size() == 5);
+    CHECK(s.walls[1].name == "right");
+    CHECK(s.walls[3].name == "top");
+    CHECK(s.walls[4].name == "wall 1");
+    CHECK(s.walls[4].normal[0] == doctest::Approx(0.6));
+    for (const Conductor& c : s.conductors)
+      for (const Wall& wall : s.walls) CHECK(distance(wall, c) >= c.radius * (1 - 1e-9));
+  }
+  SUBCASE("three dimensions") {
+    const Scene s = parse("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + some +
+                          "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n");
+    CHECK(s.dimension() == 3);
+    CHECK(s.walls.size() == 6);
+    CHECK(s.walls[5].name == "top");
+    CHECK(s.conductors[0].z == 2.5);
+    check_refused(start + contact + "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n",
+                  {"conductor.position has 3 numbers", "the domain has 2"});
+    check_refused("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + "[[population]]\ncount = 2\nradius = 0.1\n",
+                  {"population.overlapping = true"});
+  }
+  SUBCASE("distributions of radii stay in their interval; a list is taken in turn") {
+    for (const std::string distribution : {"normal", "lognormal"}) {
+      const Scene s = parse("[domain]\nsize = [40.0, 40.0]\n" + contact +
+                            "[[population]]\ncount = 2000\nradius = [0.2, 0.4]\noverlapping = true\ndistribution = \"" +
+                            distribution + "\"\ndeviation = 0.1\n");
+      double sum = 0;
+      for (const Conductor& c : s.conductors) {
+        CHECK((c.radius >= 0.2 && c.radius <= 0.4));
+        sum += c.radius;
+      }
+      // 0.3 by symmetry, or 0.3 exp(0.1^2 / 2) = 0.3015; the mean of 2000 scatters by 0.03 / sqrt(2000) = 0.0007.
+      CHECK(sum / 2000 == doctest::Approx(distribution == "normal" ? 0.3 : 0.3015).epsilon(4 * 0.0007 / 0.3));
+    }
+    const Scene s = parse(start + contact + "[[population]]\ncount = 5\nradii = [0.1, 0.3]\noverlapping = true\n");
+    CHECK((s.conductors[0].radius == 0.1 && s.conductors[1].radius == 0.3 && s.conductors[4].radius == 0.1));
+    check_refused(start + contact + "[[population]]\ncount = 5\noverlapping = true\n",
+                  {"population.radius is missing"});
+    check_refused(start + contact + some + "radii = [0.1]\n", {"population.radius and population.radii"});
+    check_refused(start + contact + some + "distribution = \"normal\"\n", {"population.deviation is missing"});
+    check_refused(start + contact + some + "distribution = \"normal\"\nmean = 9.0\ndeviation = 0.01\n",
+                  {"less than a radius in 100000"});
+    check_refused(start + contact + some + "deviation = 0.1\n", {"population.deviation", "not allowed"});
+  }
+  SUBCASE("what cannot be packed is refused") {
+    for (const std::string radius : {"0.0", "-0.1"})
+      check_refused(start + contact + "[[population]]\ncount = 6\nradius = " + radius + "\noverlapping = true\n",
+                    {"population.radius = " + std::string(radius == "0.0" ? "0" : "-0.1"), "greater than 0"});
+    check_refused(start + "[effects.contact_potential]\nbox = false\n" + some, {"no walls", "[[wall]]"});
+    check_refused(start + contact + "[[population]]\ncount = 60\nradius = 0.4\noverlapping = true\n",
+                  {"cannot fit", "3.77 times"});  // 60 pi 0.16 / 8
+    check_refused(start + contact + "[[population]]\ncount = 1\nradius = 1.1\noverlapping = true\n",
+                  {"no room for even one of radius 1.1 m"});
+    check_refused("[domain]\nsize = [40.0, 1.0]\n" + contact + "[[conductor]]\nposition = [9.0, 0.5]\nradius = 1.2\n",
+                  {"radius 1.2 m cannot fit between walls that are 1 m apart"});
+    check_refused(start + contact + "[[conductor]]\nposition = [9.0, 0.5]\nradius = 0.1\n",
+                  {"not inside the wall \"right\""});
+    const std::string one = "[[conductor]]\nposition = [1.0, 0.5]\nradius = 0.1\n";
+    check_refused(start + contact + one + one, {"two particles lie at [1, 0.5] m"});
+    check_refused(start + contact + some + "[[wall]]\npoint = [1.0, 0.0]\nnormal = [0.0, 0.0]\n", {"wall.normal = 0"});
+    check_refused(start + contact + some + "[[wall]]\nname = \"top\"\npoint = [1.0, 0.0]\nnormal = [0.0, 1.0]\n",
+                  {"wall.name = \"top\" is taken"});
+    check_refused(start + contact + some + "[minimize]\nmethod = \"newton\"\n",
+                  {"minimize.method = \"newton\"", "one of \"lbfgs-newton\""});
+    check_refused(start + contact + some + "[effects.hertz_contact]\n", {"effects.hertz_contact", "leave one out"});
+    check_refused(start + some, {"population.overlapping", "[effects.contact_potential]"});
+  }
+}
+
 TEST_CASE("populations") {
   const std::string start = box + "field.cells = 64\n";
   const std::string population = "[[population]]\ncount = 40\nradius = [0.0004, 0.0012]\nmin_gap = 0.0002\n";

@@ -17,6 +17,20 @@ class Objective {
   virtual double evaluate(std::span<const double> x, std::span<double> gradient) = 0;
 };
 
+/// One that knows its second derivatives.
+class SmoothObjective : public Objective {
+ public:
+  /// Makes the Hessian at x the one that the others use.
+  virtual void linearize(std::span<const double> x) = 0;
+  /// product = Hessian * v
+  virtual void multiply(std::span<const double> v, std::span<double> product) const = 0;
+  /// z = M^-1 r, with M like the Hessian but positive definite and easy to invert.
+  virtual void precondition(std::span<const double> r, std::span<double> z) const = 0;
+};
+
+/// What a minimizer remembers, by name.
+using Memory = std::map<std::string, std::vector<double>>;
+
 struct Point {
   std::vector<double> x, gradient;
   double value = 0;
@@ -35,8 +49,8 @@ class Minimizer {
   std::int64_t evaluations() const { return evaluations_; }  ///< of value and gradient
 
   /// What it remembers besides the point, by name: with it, it goes on as if it had never stopped.
-  virtual std::map<std::string, std::vector<double>> memory() const { return {}; }
-  virtual void remember(const std::map<std::string, std::vector<double>>& memory) { (void)memory; }
+  virtual Memory memory() const { return {}; }
+  virtual void remember(const Memory& memory) { (void)memory; }
 
  protected:
   void evaluate(Point& at) {

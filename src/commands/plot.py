@@ -317,13 +317,16 @@ def save(figure, path):
 
 
 def main():
+    import plot_packing  # which draws with what stands here
+
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("file", help="result file of a run (.h5)")
     parser.add_argument("--frame", type=int, help="index of the frame, from 0 (default: the last)")
     parser.add_argument("--out", help="picture to write (default: FILE with .png)")
     request = parser.parse_args()
     try:
-        figure = draw(read(request.file, request.frame))
+        snapshot = read(request.file, request.frame)
+        figure = plot_packing.draw(request.file, request.frame) if plot_packing.is_packing(request.file) else draw(snapshot)
         save(figure, request.out or Path(request.file).with_suffix(".png"))
     except InputError as error:
         print(f"lichtenberg: {error}", file=sys.stderr)

@@ -8,9 +8,9 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Calls visit(overlap) for every overlap; false, at once, if the energy is infinite.
+/// Calls visit(overlap) for every pair that overlaps; false, at once, if the energy is infinite.
 template <int dimension, class Visit>
-bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit visit) {
+bool visit_pairs(const State& state, Visit visit) {
   const double* p = state.bodies.position.data();
   const std::vector<double>& radius = state.bodies.radius;
   Overlap o;
@@ -29,15 +29,23 @@ bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit vi
     for (int k = 0; k < dimension; ++k) o.normal[k] /= o.distance;
     if (o.q < 1) visit(o);
   }
+  return true;
+}
+
+/// The same for particles and walls.
+template <int dimension, class Visit>
+bool visit_walls(const State& state, const std::vector<Wall>& walls, Visit visit) {
+  const double* p = state.bodies.position.data();
   const int n = state.bodies.size();
+  Overlap o;
   for (int i = 0; i < n; ++i)
     for (std::size_t w = 0; w < walls.size(); ++w) {
       o.distance = 0;
       for (int k = 0; k < dimension; ++k) o.distance += (p[i * dimension + k] - walls[w].point[k]) * walls[w].normal[k];
-      if (!(o.distance < radius[i])) continue;
+      o.reach = state.bodies.radius[i];
+      if (!(o.distance < o.reach)) continue;
       if (o.distance <= 0) return false;
       o.particle = i, o.partner = n + static_cast<int>(w);
-      o.reach = radius[i];
       o.q = o.distance / o.reach;
       o.normal = walls[w].normal;
       if (o.q < 1) visit(o);
@@ -46,8 +54,16 @@ bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit vi
 }
 
 template <class Visit>
+bool visit_pairs(const State& state, Visit visit) {
+  return state.bodies.dimension == 3 ? visit_pairs<3>(state, visit) : visit_pairs<2>(state, visit);
+}
+template <class Visit>
+bool visit_walls(const State& state, const std::vector<Wall>& walls, Visit visit) {
+  return state.bodies.dimension == 3 ? visit_walls<3>(state, walls, visit) : visit_walls<2>(state, walls, visit);
+}
+template <class Visit>
 bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit visit) {
-  return state.bodies.dimension == 3 ? visit_overlaps<3>(state, walls, visit) : visit_overlaps<2>(state, walls, visit);
+  return visit_pairs(state, visit) && visit_walls(state, walls, visit);
 }
 
 }  // namespace
@@ -58,18 +74,38 @@ double ContactPotential::energy(const State& state) const {
   return finite ? stiffness_ * sum : INFINITY;
 }
 
-double ContactPotential::energy_and_forces(const State& state, std::span<double> force) const {
-  const int d = state.bodies.dimension, n = state.bodies.size();
+double ContactPotential::pair_pushes(const State& state, std::vector<Push>& pushes) const {
   double sum = 0;
-  const bool finite = visit_overlaps(state, walls_, [&](const Overlap& o) {
+  const bool finite = visit_pairs(state, [&](const Overlap& o) {
     const ContactLaw w = contact_law(o.q);
     const double push = -stiffness_ * w.slope / o.reach;
     sum += w.energy;
-    for (int k = 0; k < d; ++k) force[o.particle * d + k] += push * o.normal[k];
-    if (o.partner >= n) return;
-    for (int k = 0; k < d; ++k) force[o.partner * d + k] -= push * o.normal[k];
+    pushes.push_back({o.particle, o.partner, {push * o.normal[0], push * o.normal[1], push * o.normal[2]}});
   });
   return finite ? stiffness_ * sum : INFINITY;
+}
+
+double ContactPotential::wall_energy_and_forces(const State& state, std::span<double> force) const {
+  const int d = state.bodies.dimension;
+  double sum = 0;
+  const bool finite = visit_walls(state, walls_, [&](const Overlap& o) {
+    const ContactLaw w = contact_law(o.q);
+    sum += w.energy;
+    for (int k = 0; k < d; ++k) force[o.particle * d + k] -= stiffness_ * w.slope / o.reach * o.normal[k];
+  });
+  return finite ? stiffness_ * sum : INFINITY;
+}
+
+double ContactPotential::energy_and_forces(const State& state, std::span<double> force) const {
+  const int d = state.bodies.dimension;
+  std::vector<Push> pushes;
+  const double energy = pair_pushes(state, pushes);
+  for (const Push& push : pushes)
+    for (int k = 0; k < d; ++k) {
+      force[push.particle * d + k] += push.force[k];
+      force[push.partner * d + k] -= push.force[k];
+    }
+  return energy + wall_energy_and_forces(state, force);
 }
 
 void ContactPotential::add_forces(const State& state, std::span<double> force) const {

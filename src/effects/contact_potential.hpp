@@ -17,6 +17,12 @@ struct Overlap {
   std::array<double, 3> normal{};  ///< from the partner to the particle
 };
 
+/// Force on a particle (N), and its opposite on its partner.
+struct Push {
+  int particle = 0, partner = 0;
+  std::array<double, 3> force{};
+};
+
 /// U = stiffness * sum of (q - 1) ln q over all pairs and all particles and walls that overlap, each once. (In the
 /// source's double sum every pair stands twice and every particle overlaps itself; walls would then be half as stiff
 /// as particles, and particles would rest elsewhere.) The distance from a wall keeps its sign: what is beyond a wall
@@ -31,8 +37,12 @@ class ContactPotential : public Effect {
 
   /// U in J; infinite if a centre lies on another or on or beyond a wall.
   double energy(const State& state) const;
-  /// The same, and adds the forces unless it is infinite.
+  /// The same, and adds the forces; if it is infinite, only some of them.
   double energy_and_forces(const State& state, std::span<double> force) const;
+  /// The energy (J) of the pairs among the state's neighbours, and what they do, appended; and the energy of the walls,
+  /// whose forces it adds. Infinite as above. For who shares the pairs among threads.
+  double pair_pushes(const State& state, std::vector<Push>& pushes) const;
+  double wall_energy_and_forces(const State& state, std::span<double> force) const;
   /// Throws Failure where the energy is infinite.
   void add_forces(const State& state, std::span<double> force) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;

@@ -168,11 +168,12 @@ struct MechanicsOptions {
 
 /// How particles under a contact potential come to rest. Forces are in units of stiffness / R, R the mean diameter.
 struct MinimizeOptions {
-  std::string method = "gradient-descent";
-  double force_tolerance = 1e-8;  ///< the largest net force on a particle
+  std::string method = "lbfgs-newton";  ///< lbfgs-newton | lbfgs | newton-cg | fire | gradient-descent
+  double force_tolerance = 1e-8;        ///< the largest net force on a particle
   std::int64_t max_iterations = 10'000'000;
   double step = 2.5e-3;           ///< of gradient-descent, in units of R^2 / stiffness
   std::int64_t record_every = 0;  ///< iterations between two frames; 0: ever longer ones
+  int threads = 0;                ///< 0: one a core, fewer for few particles
 };
 
 struct OutputOptions {

@@ -411,30 +411,38 @@ Table contact_potential() {
 }
 
 Table minimize() {
-  return {.path = "minimize",
-          .help = "How particles under effects.contact_potential come to rest.",
-          .keys = {
-              {.name = "method",
-               .place = [](Draft& d) { return &d.scene.minimize.method; },
-               .choices = {"gradient-descent"},
-               .help = "gradient-descent: small steps of one length down the gradient"},
-              {.name = "force_tolerance",
-               .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
-               .range = accuracy,
-               .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
-              {.name = "max_iterations",
-               .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
-               .range = {.low = 0, .high = 1e12},
-               .help = "a run ends there at the latest"},
-              {.name = "step",
-               .place = [](Draft& d) { return &d.scene.minimize.step; },
-               .range = positive,
-               .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
-              {.name = "record_every",
-               .place = [](Draft& d) { return &d.scene.minimize.record_every; },
-               .range = not_negative,
-               .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
-          }};
+  return {
+      .path = "minimize",
+      .help = "How particles under effects.contact_potential come to rest.",
+      .keys = {
+          {.name = "method",
+           .place = [](Draft& d) { return &d.scene.minimize.method; },
+           .choices = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradient-descent"},
+           .help =
+               "lbfgs-newton: limited-memory BFGS until the contacts have settled, then Newton's method with "
+               "conjugate gradients; fire: inertial relaxation; gradient-descent: small steps of one length down the "
+               "gradient, which end in the minimum that the gradient flow leads to. Others end in other minima"},
+          {.name = "force_tolerance",
+           .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
+           .range = accuracy,
+           .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
+          {.name = "max_iterations",
+           .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
+           .range = {.low = 0, .high = 1e12},
+           .help = "a run ends there at the latest"},
+          {.name = "step",
+           .place = [](Draft& d) { return &d.scene.minimize.step; },
+           .range = positive,
+           .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
+          {.name = "record_every",
+           .place = [](Draft& d) { return &d.scene.minimize.record_every; },
+           .range = not_negative,
+           .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
+          {.name = "threads",
+           .place = [](Draft& d) { return &d.scene.minimize.threads; },
+           .range = {.low = 0, .high = 1024},
+           .help = "that share the work, for the same bits; 0: one a core, fewer for few particles"},
+      }};
 }
 
 Table leakage() {

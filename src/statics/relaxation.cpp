@@ -2,47 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <thread>
 
 #include "solvers/error.hpp"
+#include "solvers/minimize/fire.hpp"
 #include "solvers/minimize/gradient_descent.hpp"
-#include "src/effects/contact_potential.hpp"
+#include "solvers/minimize/lbfgs.hpp"
+#include "solvers/minimize/newton_cg.hpp"
 #include "src/effects/effects.hpp"
+#include "src/statics/potential_energy.hpp"
 
 namespace lichtenberg {
 namespace {
-
-/// The potential energy (J) of a model's bodies, by their positions (m).
-class PotentialEnergy : public minimize::Objective {
- public:
-  explicit PotentialEnergy(Model model)
-      : model_(std::move(model)), potential_(*model_.find<effects::ContactPotential>()) {}
-
-  int size() const override { return static_cast<int>(model_.bodies.position.size()); }
-  double evaluate(std::span<const double> x, std::span<double> gradient) override {
-    move_to(x);
-    std::ranges::fill(gradient, 0.0);
-    const double energy = potential_.energy_and_forces({0, model_.bodies, model_.neighbours->pairs()}, gradient);
-    for (double& g : gradient) g = -g;
-    return energy;
-  }
-
-  const Model& model() const { return model_; }
-
- private:
-  void move_to(std::span<const double> x) {
-    model_.bodies.position.assign(x.begin(), x.end());
-    model_.neighbours->update(model_.bodies);
-  }
-
-  Model model_;
-  const effects::ContactPotential& potential_;
-};
 
 double mean_diameter(const Scene& scene) {
   double sum = 0;
   for (const Conductor& conductor : scene.conductors) sum += 2 * conductor.radius;
   return sum / static_cast<double>(scene.conductors.size());
+}
+
+/// A loop over fewer particles is not worth sharing.
+int threads_for(const Scene& scene) {
+  constexpr std::size_t few = 10000;
+  if (scene.minimize.threads > 0) return scene.minimize.threads;
+  return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 double longest(std::span<const double> vectors, int dimension) {
@@ -58,21 +41,47 @@ double longest(std::span<const double> vectors, int dimension) {
 }  // namespace
 
 struct Relaxation::Implementation {
-  explicit Implementation(const Scene& s) : scene(s), diameter(mean_diameter(s)), energy(effects::make_model(s)) {
+  explicit Implementation(const Scene& s)
+      : scene(s),
+        diameter(mean_diameter(s)),
+        energy(effects::make_model(s), threads_for(s)),
+        method(scene.minimize.method == "lbfgs-newton" ? "lbfgs" : scene.minimize.method) {
     start(energy.model().bodies.position);
   }
 
   void start(std::vector<double> x) {
-    const double unit = diameter * diameter / scene.effects.contact_potential->stiffness;
-    minimizer =
-        std::make_unique<minimize::GradientDescent>(energy, std::move(x), scene.minimize.step * unit, 0.1 * diameter);
+    minimizer = make_minimizer(std::move(x));
     look();
   }
+
+  /// Lengths, times and steps that mean the same in every scene: with unit masses the fastest of a disk's motions has a
+  /// period of about 2 diameter / sqrt(stiffness).
+  std::unique_ptr<minimize::Minimizer> make_minimizer(std::vector<double> x) {
+    const double stiffness = scene.effects.contact_potential->stiffness, area = diameter * diameter / stiffness;
+    const double move = 0.1 * diameter;
+    if (method == "gradient-descent")
+      return std::make_unique<minimize::GradientDescent>(energy, std::move(x), scene.minimize.step * area, move);
+    if (method == "fire") return std::make_unique<minimize::Fire>(energy, std::move(x), 0.4 * std::sqrt(area), move);
+    if (method == "lbfgs") return std::make_unique<minimize::Lbfgs>(energy, std::move(x), 0.05 * area, move);
+    return std::make_unique<minimize::NewtonCg>(energy, std::move(x), move, stiffness / diameter);
+  }
+
   void look() { largest_force = longest(minimizer->point().gradient, scene.dimension()); }
+
+  /// Once hardly a contact is made or lost any more, the energy is all but quadratic.
+  void choose_method() {
+    constexpr double settled = 1e-4;  // in units of stiffness / diameter
+    const double unit = scene.effects.contact_potential->stiffness / diameter;
+    if (scene.minimize.method != "lbfgs-newton" || method != "lbfgs" || largest_force > settled * unit) return;
+    method = "newton-cg";
+    earlier_evaluations += minimizer->evaluations();
+    start(minimizer->point().x);
+  }
 
   Scene scene;
   double diameter;  ///< m, mean
-  PotentialEnergy energy;
+  statics::PotentialEnergy energy;
+  std::string method;  ///< the one in use
   std::unique_ptr<minimize::Minimizer> minimizer;
   std::int64_t iteration = 0, earlier_evaluations = 0;
   double largest_force = 0;  ///< N
@@ -101,6 +110,7 @@ Bodies Relaxation::bodies() const {
 
 bool Relaxation::iterate() {
   Implementation& self = *implementation_;
+  self.choose_method();
   if (!self.minimizer->iterate()) return false;
   ++self.iteration;
   self.look();
@@ -128,6 +138,7 @@ Checkpoint Relaxation::checkpoint() const {
   checkpoint.reals = self.minimizer->memory();
   checkpoint.reals["position"] = self.minimizer->point().x;
   checkpoint.integers["counters"] = {self.iteration, evaluations()};
+  checkpoint.integers["newton"] = {self.method == "newton-cg"};
   return checkpoint;
 }
 
@@ -138,6 +149,7 @@ void Relaxation::restore(const Checkpoint& checkpoint) {
   if (position == checkpoint.reals.end() || counters == checkpoint.integers.end() || counters->second.size() != 2 ||
       position->second.size() != self.minimizer->point().x.size())
     throw Failure("the checkpoint is not one of this scene's relaxation");
+  if (checkpoint.integers.at("newton").at(0)) self.method = "newton-cg";
   self.start(position->second);
   self.minimizer->remember(checkpoint.reals);
   self.iteration = counters->second[0];

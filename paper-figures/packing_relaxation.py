@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+"""The relaxation of scenes/packing.toml: four frames, and energy and largest force against iterations by every method.
+
+The source shows it as a film, by gradient descent.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import h5py
+import matplotlib.pyplot as plt
+
+from figures import OUTPUT, SOURCE, run, save
+
+sys.path.insert(0, str(SOURCE / "src" / "commands"))
+import plot  # noqa: E402  the pictures of `lichtenberg plot`
+import plot_packing  # noqa: E402
+
+METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc", "lbfgs-newton": "#009e73"}
+SHOWN = [0, 16, 128]  # iterations of gradient descent, and the last
+
+
+def result_of(program, method):
+    """The result file of the scene by a method; run once."""
+    result = OUTPUT / f"packing-{method}.h5"
+    if not result.exists():
+        OUTPUT.mkdir(exist_ok=True)
+        scene = OUTPUT / f"packing-{method}.toml"
+        text = (SOURCE / "scenes" / "packing.toml").read_text()
+        scene.write_text(text.replace("[minimize]", f'[output]\npicture = false\n\n[minimize]\nmethod = "{method}"'))
+        run(program, "run", scene, "--out", result, "--quiet")
+    return result
+
+
+def frames(path):
+    """Indices of the frames that are shown."""
+    with h5py.File(path) as file:
+        times = list(file["particles/conductors/position/time"][()])
+    return [times.index(iteration) for iteration in SHOWN] + [None]
+
+
+def draw_history(axes, results):
+    energy_axes, force_axes = axes
+    for method, path in results.items():
+        with h5py.File(path) as file:
+            history = file["relaxation"]
+            iteration = history["iteration"][()]
+            unit = file["summary/largest_force"][()] / file["summary/relative_largest_force"][()]
+            energy, force = history["energy"][()], history["largest_force"][()] / unit
+        style = {"color": METHODS[method], "linewidth": 1, "label": method}
+        energy_axes.plot(iteration[1:], energy[1:] * 1e6, **style)
+        force_axes.plot(iteration[1:], force[1:], **style)
+    energy_axes.set(xscale="log", yscale="log", xlabel="iteration", ylabel=r"energy ($\mu$J; $k$ = 1 $\mu$J)")
+    force_axes.set(xscale="log", yscale="log", xlabel="iteration", ylabel="largest net force ($k/R$)")
+    force_axes.legend(frameon=False, fontsize=8)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
+    program = parser.parse_args().build.resolve() / "lichtenberg"
+    results = {method: result_of(program, method) for method in METHODS}
+    plot.set_style()
+    figure = plt.figure(figsize=(10, 6), layout="constrained")
+    grid = figure.add_gridspec(2, 4, height_ratios=[1, 1.1])
+    descent = results["gradient-descent"]
+    for column, frame in enumerate(frames(descent)):
+        axes = figure.add_subplot(grid[0, column])
+        with h5py.File(descent) as file:
+            packing = plot_packing.Packing(file, frame)
+        plot_packing.draw_panel(axes, packing)
+        axes.set_title(f"iteration {packing.iteration}", fontsize=9)
+    draw_history([figure.add_subplot(grid[1, :2]), figure.add_subplot(grid[1, 2:])], results)
+    save(figure, "packing_relaxation")
+
+
+if __name__ == "__main__":
+    main()

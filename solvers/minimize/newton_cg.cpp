@@ -1,0 +1,82 @@
+#include "solvers/minimize/newton_cg.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/minimize/vectors.hpp"
+
+namespace lichtenberg::minimize {
+
+NewtonCg::NewtonCg(SmoothObjective& objective, std::vector<double> x, double largest_move, double gradient_unit)
+    : Minimizer(objective, std::move(x)),
+      smooth_(objective),
+      largest_move_(largest_move),
+      gradient_unit_(gradient_unit),
+      next_(point_) {}
+
+/// Steihaug 1983. Norms in M follow from products that CG computes anyway (Conn, Gould & Toint 2000, section 7.5.1).
+NewtonCg::Step NewtonCg::solve_model() {
+  const std::size_t n = point_.x.size();
+  smooth_.linearize(point_.x);
+  std::vector<double> r = point_.gradient, z(n), p(n), hp(n);
+  smooth_.precondition(r, z);
+  double rz = dot(r, z);
+  if (radius_ == 0) radius_ = std::sqrt(rz) * std::min(1.0, largest_move_ / largest(z));
+  for (std::size_t i = 0; i < n; ++i) p[i] = -z[i];
+  const double first = std::sqrt(rz);
+  // Quadratic convergence in the end, no work in vain before.
+  const double goal = first * std::min(0.3, std::sqrt(largest(point_.gradient) / gradient_unit_));
+  Step step{std::vector<double>(n)};
+  double ss = 0, sp = 0, pp = rz;  // s'Ms, s'Mp, p'Mp
+  constexpr int most = 2000;
+  for (int k = 0; k < most && std::sqrt(rz) > goal; ++k) {
+    smooth_.multiply(p, hp);
+    ++products_;
+    const double curvature = dot(p, hp);
+    const double to_edge = (-sp + std::sqrt(sp * sp + pp * (radius_ * radius_ - ss))) / pp;
+    const double length = curvature > 0 ? rz / curvature : to_edge;
+    step.to_edge = length >= to_edge;
+    const double taken = std::min(length, to_edge);
+    step.promise += taken * (rz - 0.5 * taken * curvature);
+    add(step.move, taken, p);
+    if (step.to_edge) break;
+    ss += 2 * taken * sp + taken * taken * pp;
+    add(r, taken, hp);
+    smooth_.precondition(r, z);
+    const double before = rz;
+    rz = dot(r, z);
+    const double turn = rz / before;
+    for (std::size_t i = 0; i < n; ++i) p[i] = turn * p[i] - z[i];
+    sp = turn * (sp + taken * pp);
+    pp = rz + turn * turn * pp;
+  }
+  return step;
+}
+
+/// By how much the value went down. Where the digits of the value do not tell, the slopes at both ends do.
+double NewtonCg::gain(const Step& step) const {
+  if (!std::isfinite(next_.value)) return -INFINITY;
+  if (step.promise > 1e-9 * std::abs(point_.value)) return point_.value - next_.value;
+  return -0.5 * (dot(point_.gradient, step.move) + dot(next_.gradient, step.move));
+}
+
+bool NewtonCg::iterate() {
+  constexpr int most_tries = 60;
+  for (int attempt = 0; attempt < most_tries; ++attempt) {
+    const Step step = solve_model();
+    if (!(step.promise > 0)) return false;
+    for (std::size_t i = 0; i < step.move.size(); ++i) next_.x[i] = point_.x[i] + step.move[i];
+    evaluate(next_);
+    const double kept = gain(step) / step.promise;
+    if (kept < 0.25)
+      radius_ *= 0.25;
+    else if (kept > 0.75 && step.to_edge)
+      radius_ *= 2;
+    if (kept < 0.05) continue;
+    std::swap(point_, next_);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace lichtenberg::minimize

@@ -1,0 +1,163 @@
+// Packings: the contact potential, minimizers, relaxations that are cut in two or shared among threads.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/minimize/fire.hpp"
+#include "solvers/minimize/gradient_descent.hpp"
+#include "solvers/minimize/lbfgs.hpp"
+#include "solvers/minimize/newton_cg.hpp"
+#include "src/effects/contact_law.hpp"
+#include "src/effects/contact_potential.hpp"
+#include "src/effects/effects.hpp"
+#include "src/statics/potential_energy.hpp"
+#include "src/statics/relaxation.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+const std::array methods = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradient-descent"};
+
+Scene packing(int dimension, const std::string& method, const std::string& more = "") {
+  const std::string size = dimension == 3 ? "[3.9, 3.9, 3.9]" : "[6.4, 6.4]";
+  return parse_scene(fmt::format("[domain]\nsize = {}\n[effects.contact_potential]\n[minimize]\nmethod = \"{}\"\n{}\n"
+                                 "[[population]]\ncount = 50\nradius = [0.4, 0.6]\noverlapping = true\n",
+                                 size, method, more),
+                     "packing");
+}
+
+State state_of(Model& model) {
+  model.neighbours->update(model.bodies);
+  return {0, model.bodies, model.neighbours->pairs()};
+}
+
+/// sum of scale[i] (x[i] - i)^2 / 2, and nothing above x[0] = 3.
+class Bowl : public minimize::SmoothObjective {
+ public:
+  int size() const override { return 4; }
+  double evaluate(std::span<const double> x, std::span<double> gradient) override {
+    if (x[0] > 3) return INFINITY;
+    double value = 0;
+    for (int i = 0; i < 4; ++i) {
+      gradient[i] = scale[i] * (x[i] - i);
+      value += 0.5 * gradient[i] * (x[i] - i);
+    }
+    return value;
+  }
+  void linearize(std::span<const double>) override {}
+  void multiply(std::span<const double> v, std::span<double> product) const override {
+    for (int i = 0; i < 4; ++i) product[i] = scale[i] * v[i];
+  }
+  void precondition(std::span<const double> r, std::span<double> z) const override { std::ranges::copy(r, z.begin()); }
+
+ private:
+  static constexpr std::array scale = {1.0, 2.0, 5.0, 0.5};
+};
+
+}  // namespace
+
+TEST_CASE("w(q) = (q - 1) ln q and its derivatives") {
+  const effects::ContactLaw half = effects::contact_law(0.5);
+  CHECK(half.energy == doctest::Approx(0.5 * std::log(2)).scale(0).epsilon(1e-15));
+  CHECK(half.slope == doctest::Approx(-std::log(2) - 1).scale(0).epsilon(1e-15));  // ln q + 1 - 1/q
+  CHECK(half.curvature == doctest::Approx(6));                                     // (q + 1) / q^2
+  const effects::ContactLaw touching = effects::contact_law(1);
+  CHECK(touching.energy == 0);
+  CHECK(touching.slope == 0);
+  CHECK(touching.curvature == 2);
+  // Just inside contact w is (1 - q)^2: no digit of it is lost.
+  const double e = 0x1p-30;
+  CHECK(effects::contact_law(1 - e).energy == doctest::Approx(e * e).scale(0).epsilon(2 * e));
+}
+
+TEST_CASE("a pair counts once, a wall keeps its sign, and what is beyond a wall has infinite energy") {
+  Scene scene = packing(2, "lbfgs");
+  scene.conductors = {{.position = {2, 3}, .radius = 1}, {.position = {3, 3}, .radius = 1}};
+  Model model = effects::make_model(scene);
+  const auto& potential = *model.find<effects::ContactPotential>();
+  CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));  // q = 1/2, once
+  model.bodies.position = {0.5, 3, 4, 3};
+  CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));
+  std::vector<double> force(4);
+  model.forces(0, force);
+  CHECK(force[0] == doctest::Approx(std::log(2) + 1));  // inward
+  for (const double beyond : {0.0, -0.5}) {
+    model.bodies.position[0] = beyond;
+    CHECK(std::isinf(potential.energy(state_of(model))));
+    CHECK_THROWS_AS(model.forces(0, force), Failure);
+  }
+  model.bodies.position = {3, 3, 3, 3};
+  CHECK(std::isinf(potential.energy(state_of(model))));
+}
+
+TEST_CASE("every minimizer finds the bottom of a bowl, and none leaves the ground that is allowed") {
+  const std::vector<double> start = {-2, 4, 4, -3};
+  const auto check = [](minimize::Minimizer&& minimizer) {
+    for (int k = 0; k < 20000 && minimizer.point().value > 1e-24 && minimizer.iterate(); ++k)
+      CHECK(std::isfinite(minimizer.point().value));
+    for (int i = 0; i < 4; ++i) CHECK(minimizer.point().x[i] == doctest::Approx(i).epsilon(1e-9));
+  };
+  Bowl bowl;
+  check(minimize::GradientDescent(bowl, start, 0.1, 1));
+  check(minimize::Fire(bowl, start, 0.5, 1));
+  check(minimize::Lbfgs(bowl, start, 0.1, 1));
+  check(minimize::NewtonCg(bowl, start, 1, 1));
+  CHECK_THROWS_AS(minimize::Lbfgs(bowl, {4, 0, 0, 0}, 0.1, 1), InputError);
+}
+
+TEST_CASE("a packing comes to rest by every method, without charges, field or PETSc") {
+  for (const int dimension : {2, 3})
+    for (const std::string method : methods) {
+      CAPTURE(method);
+      Relaxation relaxation(packing(dimension, method));
+      double energy = relaxation.energy();
+      while (!relaxation.at_rest() && relaxation.iterate()) {
+        if (method == "fire") continue;  // goes uphill now and then
+        CHECK(relaxation.energy() <= energy * (1 + 1e-12));
+        energy = relaxation.energy();
+      }
+      CHECK(relaxation.at_rest());
+      CHECK(relaxation.bodies().charge.empty());
+      CHECK(relaxation.frame().z.size() == (dimension == 3 ? 50 : 0));
+    }
+  CHECK(!laplace::petsc_started());
+}
+
+TEST_CASE("a relaxation restored from a checkpoint goes on bit for bit") {
+  for (const std::string method : methods) {
+    CAPTURE(method);
+    const Scene scene = packing(2, method);
+    Relaxation whole(scene), first(scene), second(scene);
+    for (int k = 0; k < 300 && !whole.at_rest(); ++k) whole.iterate();
+    for (int k = 0; k < 137 && !first.at_rest(); ++k) first.iterate();
+    second.restore(first.checkpoint());
+    for (int k = 137; k < 300 && !second.at_rest(); ++k) second.iterate();
+    CHECK(second.bodies().position == whole.bodies().position);
+    CHECK(second.iteration() == whole.iteration());
+  }
+}
+
+TEST_CASE("any number of threads gives the same bits") {
+  const Scene scene = parse_scene(
+      "[domain]\nsize = [50.0, 50.0]\n[effects.contact_potential]\n"
+      "[[population]]\ncount = 5000\nradius = [0.3, 0.4]\noverlapping = true\n",
+      "packing");
+  std::vector<std::vector<double>> results;
+  for (const int threads : {1, 3}) {
+    statics::PotentialEnergy energy(effects::make_model(scene), threads);
+    const std::vector<double> x = energy.model().bodies.position;
+    std::vector<double> gradient(x.size()), product(x.size());
+    const double value = energy.evaluate(x, gradient);
+    gradient.push_back(value);
+    energy.linearize(x);
+    energy.multiply(x, product);
+    gradient.insert(gradient.end(), product.begin(), product.end());
+    results.push_back(gradient);
+  }
+  CHECK(results[0] == results[1]);
+}

@@ -1,7 +1,9 @@
 #include "src/statics/relaxation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <thread>
 
 #include "solvers/error.hpp"
@@ -19,6 +21,36 @@ double mean_diameter(const Scene& scene) {
   double sum = 0;
   for (const Conductor& conductor : scene.conductors) sum += 2 * conductor.radius;
   return sum / static_cast<double>(scene.conductors.size());
+}
+
+/// The bits of three numbers in turn (Morton 1966): those of places near each other are mostly near each other.
+std::uint64_t interleaved(const std::array<std::uint32_t, 3>& number) {
+  std::uint64_t code = 0;
+  for (int bit = 0; bit < 21; ++bit)
+    for (int k = 0; k < 3; ++k) code |= static_cast<std::uint64_t>(number[k] >> bit & 1) << (3 * bit + k);
+  return code;
+}
+
+/// The particles in an order in which neighbours in space are neighbours in memory.
+std::vector<int> spatial_order(const Scene& scene, double diameter) {
+  const double limit = 0x1p21 - 1;
+  const auto cell = [&](double x) { return static_cast<std::uint32_t>(std::clamp(x / diameter, 0.0, limit)); };
+  std::vector<std::pair<std::uint64_t, int>> codes;
+  for (const Conductor& c : scene.conductors)
+    codes.emplace_back(interleaved({cell(c.position.x), cell(c.position.y), cell(c.z)}),
+                       static_cast<int>(codes.size()));
+  std::ranges::sort(codes);
+  std::vector<int> order;
+  for (const auto& [code, i] : codes) order.push_back(i);
+  return order;
+}
+
+/// The scene with its particles in another order.
+Scene reordered(Scene scene, const std::vector<int>& order) {
+  std::vector<Conductor> conductors;
+  for (const int i : order) conductors.push_back(scene.conductors[i]);
+  scene.conductors = std::move(conductors);
+  return scene;
 }
 
 /// A loop over fewer particles is not worth sharing.
@@ -44,7 +76,8 @@ struct Relaxation::Implementation {
   explicit Implementation(const Scene& s)
       : scene(s),
         diameter(mean_diameter(s)),
-        energy(effects::make_model(s), threads_for(s)),
+        order(spatial_order(s, diameter)),
+        energy(effects::make_model(reordered(s, order)), threads_for(s)),
         method(scene.minimize.method == "lbfgs-newton" ? "lbfgs" : scene.minimize.method) {
     start(energy.model().bodies.position);
   }
@@ -66,6 +99,20 @@ struct Relaxation::Implementation {
     return std::make_unique<minimize::NewtonCg>(energy, std::move(x), move, stiffness / diameter);
   }
 
+  /// Places in the scene's order of particles, and back.
+  std::vector<double> in_scene_order(const std::vector<double>& x) const {
+    std::vector<double> result(x.size());
+    const std::size_t d = scene.dimension();
+    for (std::size_t k = 0; k < order.size(); ++k) std::copy_n(&x[d * k], d, &result[d * order[k]]);
+    return result;
+  }
+  std::vector<double> in_own_order(const std::vector<double>& x) const {
+    std::vector<double> result(x.size());
+    const std::size_t d = scene.dimension();
+    for (std::size_t k = 0; k < order.size(); ++k) std::copy_n(&x[d * order[k]], d, &result[d * k]);
+    return result;
+  }
+
   void look() { largest_force = longest(minimizer->point().gradient, scene.dimension()); }
 
   /// Once hardly a contact is made or lost any more, the energy is all but quadratic.
@@ -79,7 +126,8 @@ struct Relaxation::Implementation {
   }
 
   Scene scene;
-  double diameter;  ///< m, mean
+  double diameter;         ///< m, mean
+  std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
   statics::PotentialEnergy energy;
   std::string method;  ///< the one in use
   std::unique_ptr<minimize::Minimizer> minimizer;
@@ -103,8 +151,9 @@ bool Relaxation::at_rest() const {
   return largest_force() <= implementation_->scene.minimize.force_tolerance * force_unit();
 }
 Bodies Relaxation::bodies() const {
-  Bodies bodies = implementation_->energy.model().bodies;
-  bodies.position = implementation_->minimizer->point().x;  // the model was moved to every point that was tried
+  const Implementation& self = *implementation_;
+  Bodies bodies = make_bodies(self.scene);
+  bodies.position = self.in_scene_order(self.minimizer->point().x);
   return bodies;
 }
 
@@ -119,7 +168,7 @@ bool Relaxation::iterate() {
 
 Frame Relaxation::frame() const {
   const Implementation& self = *implementation_;
-  const std::vector<double>& x = self.minimizer->point().x;
+  const std::vector<double> x = self.in_scene_order(self.minimizer->point().x);
   const int d = self.scene.dimension();
   Frame frame;
   frame.time = static_cast<double>(self.iteration);
@@ -136,7 +185,7 @@ Checkpoint Relaxation::checkpoint() const {
   const Implementation& self = *implementation_;
   Checkpoint checkpoint;
   checkpoint.reals = self.minimizer->memory();
-  checkpoint.reals["position"] = self.minimizer->point().x;
+  checkpoint.reals["position"] = self.in_scene_order(self.minimizer->point().x);
   checkpoint.integers["counters"] = {self.iteration, evaluations()};
   checkpoint.integers["newton"] = {self.method == "newton-cg"};
   return checkpoint;
@@ -150,7 +199,7 @@ void Relaxation::restore(const Checkpoint& checkpoint) {
       position->second.size() != self.minimizer->point().x.size())
     throw Failure("the checkpoint is not one of this scene's relaxation");
   if (checkpoint.integers.at("newton").at(0)) self.method = "newton-cg";
-  self.start(position->second);
+  self.start(self.in_own_order(position->second));
   self.minimizer->remember(checkpoint.reals);
   self.iteration = counters->second[0];
   self.earlier_evaluations = counters->second[1] - self.minimizer->evaluations();

@@ -8,10 +8,6 @@ set -uo pipefail
 
 folder=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 figures=() options=()
-
-# script_of NAME: figure_NAME.py, or NAME.py of a source whose figures have no numbers.
-script_of() { [[ -e $folder/figure_$1.py ]] && echo "$folder/figure_$1.py" || echo "$folder/$1.py"; }
-
 while (($#)); do
   case $1 in
     --build)
@@ -19,7 +15,7 @@ while (($#)); do
       shift
       ;;
     *)
-      if [[ ! -e $(script_of "$1") ]]; then
+      if [[ ! -e $folder/figure_$1.py ]]; then
         echo "make.sh: there is no figure_$1.py in $folder; figures are named as in \`make.sh 7_3 7_4\`" >&2
         exit 2
       fi
@@ -29,9 +25,8 @@ while (($#)); do
   shift
 done
 if ((!${#figures[@]})); then
-  for script in "$folder"/figure_*.py "$folder"/packing_*.py; do
-    script=${script##*/}
-    script=${script#figure_}
+  for script in "$folder"/figure_*.py; do
+    script=${script##*/figure_}
     figures+=("${script%.py}")
   done
 fi
@@ -39,7 +34,7 @@ fi
 failed=()
 for figure in "${figures[@]}"; do
   printf '\n== figure %s\n' "$figure"
-  /usr/bin/python3 "$(script_of "$figure")" ${options[@]+"${options[@]}"} || failed+=("$figure")
+  /usr/bin/python3 "$folder/figure_$figure.py" ${options[@]+"${options[@]}"} || failed+=("$figure")
 done
 echo
 /usr/bin/python3 "$folder/table.py" ${failed[@]+"${failed[@]}"}

@@ -72,7 +72,7 @@ def main():
         plot_packing.draw_panel(axes, packing)
         axes.set_title(f"iteration {packing.iteration}", fontsize=9)
     draw_history([figure.add_subplot(grid[1, :2]), figure.add_subplot(grid[1, 2:])], results)
-    save(figure, "packing_relaxation")
+    save(figure, "figure_packing_relaxation")
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ def main():
     axes.plot([1], [0], "o", color=CURVES[2][2], markerfacecolor="white", markersize=4)
     axes.set(xlim=(0, 1.5), ylim=(-0.2, 5), xlabel=r"$q = \|\Delta p\| / R$", ylabel=r"in units of $k$")
     axes.legend(frameon=False)
-    save(figure, "packing_potential")
+    save(figure, "figure_packing_potential")
 
 
 if __name__ == "__main__":

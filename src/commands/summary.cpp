@@ -73,6 +73,7 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
   if (outcome.largest_error)
     fmt::print("field error    at most {:.1e} of the largest value, estimated at checkpoints\n",
                *outcome.largest_error);
+  if (counters.predictions > 0) fmt::print("predictions    {} between them, on a coarser grid\n", counters.predictions);
   fmt::print("contacts       {} made, {} lost\n", counters.contacts_made, counters.contacts_lost);
 }
 

@@ -21,6 +21,8 @@ class ContactDischarge : public Effect {
   std::string_view name() const override { return "contact_discharge"; }
   Needs needs() const override { return {.charges = true, .field = true}; }
 
+  bool idle(const Bodies&, std::span<const double>) const override { return true; }
+
   double make_gap() const { return make_gap_; }        ///< m
   double release_gap() const { return release_gap_; }  ///< m
   /// Those made, in ascending order.

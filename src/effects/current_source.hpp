@@ -11,6 +11,7 @@ class CurrentSource : public Effect {
 
   std::string_view name() const override { return "current_source"; }
   Needs needs() const override { return {.charges = true}; }
+  bool idle(const Bodies&, std::span<const double>) const override { return true; }
   void add_currents(const State&, std::span<double> current) const override {
     for (double& c : current) c += current_;
   }

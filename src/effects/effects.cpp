@@ -1,5 +1,6 @@
 #include "src/effects/effects.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "src/effects/contact_discharge.hpp"
@@ -25,7 +26,14 @@ std::unique_ptr<Effect> make_floating_conductors(const Scene& scene, Solver& sol
   if (!solver) {
     FieldOptions moving = scene.field;
     moving.tolerance = scene.field.moving_tolerance;
-    solver = make_field_solver(moving);
+    auto effect = std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
+    if (const int cells = predictor_cells(scene)) {
+      moving.cells = cells;
+      moving.tolerance = std::max(moving.tolerance, 1e-4);  // such a grid's own error is a hundred times that
+      moving.device = "cpu";
+      effect->set_predictor(make_field_solver(moving));
+    }
+    return effect;
   }
   return std::make_unique<FloatingConductors>(scene, std::move(solver));
 }

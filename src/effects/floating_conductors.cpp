@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
@@ -110,6 +113,29 @@ void check_device(const FieldOptions& options) {
                     options.device, options.method));
 }
 
+namespace {
+
+/// Cells of a grid half as fine, 0 if that would not be whole cells.
+int halved(Vec2 size, int cells) {
+  const double shorter = cells * std::min(size.x, size.y) / std::max(size.x, size.y);
+  return cells % 2 == 0 && std::lround(shorter) % 2 == 0 ? cells / 2 : 0;
+}
+
+}  // namespace
+
+int predictor_cells(const Scene& scene) {
+  const MechanicsOptions& mechanics = scene.mechanics;
+  if (!mechanics.predictor || mechanics.integrator != "cvode" || mechanics.coupling != "split") return 0;
+  if (scene.field.method != "cut-cell" || scene.conductors.empty()) return 0;
+  constexpr double least_radius = 1.9;  // cells
+  const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double side = std::max(scene.domain.size.x, scene.domain.size.y);
+  int cells = scene.field.cells;
+  for (int next = cells; next > 0 && smallest * next >= least_radius * side; next = halved(scene.domain.size, next))
+    cells = next;
+  return cells <= scene.field.cells / 4 ? cells : 0;
+}
+
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
   check_device(options);
   if (options.accuracy && !options.estimate)
@@ -173,6 +199,17 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
   return "";
 }
 
+/// a + share * b, terminals and links as in a; b may be empty, which is none.
+Electrostatics combination(Electrostatics a, double share, const Electrostatics& b) {
+  a.energy += share * b.energy;
+  for (std::size_t i = 0; i < b.force.size(); ++i) {
+    a.force[i] += share * b.force[i];
+    a.charge[i] += share * b.charge[i];
+    a.potential[i] += share * b.potential[i];
+  }
+  return a;
+}
+
 }  // namespace
 
 FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver)
@@ -188,33 +225,62 @@ void FloatingConductors::add_forces(const State& state, std::span<double> force)
 
 const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
                                                 const ImplicitCharges& charges) {
-  check_inside(scene_, bodies);
-  check_contacts(bodies, groups);
-  const laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
-  const laplace::LaplaceSolution solution = solver_->solve(problem);
-  if (scene_.field.accuracy) last_problem_ = problem;
+  const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
+  const laplace::LaplaceSolution solution = solver_->solve(asked);
+  if (scene_.field.accuracy) last_problem_ = asked;
   ++solves_;
   iterations_ += solution.iterations;
+  return last_ = in_si(asked, solution, groups, charges);
+}
+
+const Electrostatics& FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
+                                                  const ImplicitCharges& charges) {
+  const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
+  coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
+  ++predictions_;
+  return last_ = combination(coarse_, 1, correction_);
+}
+
+void FloatingConductors::forget() {
+  solver_->forget();
+  if (predictor_) predictor_->forget();
+}
+
+void FloatingConductors::correct(Electrostatics solved) {
+  last_ = std::move(solved);
+  correction_ = combination(last_, -1, coarse_);
+}
+
+laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const ElectricalGroups& groups,
+                                                    const ImplicitCharges& charges) const {
+  check_inside(scene_, bodies);
+  check_contacts(bodies, groups);
+  return make_laplace_problem(scene_, bodies, groups, charges);
+}
+
+Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
+                                         const laplace::LaplaceSolution& solution, const ElectricalGroups& groups,
+                                         const ImplicitCharges& charges) const {
   const double depth = scene_.medium.depth;
-  last_ = {.energy = depth * solution.energy};
-  for (int i = 0; i < bodies.size(); ++i) {
-    last_.force.push_back(depth * solution.body_force[i]);
-    last_.charge.push_back(depth * solution.body_charge[i]);
-    last_.potential.push_back(solution.group_potential[problem.bodies[i].group]);
+  Electrostatics result{.energy = depth * solution.energy};
+  for (std::size_t i = 0; i < scene_.conductors.size(); ++i) {
+    result.force.push_back(depth * solution.body_force[i]);
+    result.charge.push_back(depth * solution.body_charge[i]);
+    result.potential.push_back(solution.group_potential[problem.bodies[i].group]);
   }
   const std::vector<double> flowed = laplace::coupling_charges(problem, solution);
   auto next = flowed.begin();
-  for (const Link& link : charges.links) last_.carried.push_back(is_within_group(link, groups) ? 0 : depth * *next++);
-  for (std::size_t b = bodies.radius.size(); b < problem.bodies.size(); ++b) {
-    last_.terminal_charge.push_back(depth * solution.body_charge[b]);
-    last_.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group]);
+  for (const Link& link : charges.links) result.carried.push_back(is_within_group(link, groups) ? 0 : depth * *next++);
+  for (std::size_t b = scene_.conductors.size(); b < problem.bodies.size(); ++b) {
+    result.terminal_charge.push_back(depth * solution.body_charge[b]);
+    result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group]);
   }
   for (std::size_t s = 0; s < problem.sides.size(); ++s) {
     if (problem.sides[s].kind != laplace::Side::Kind::electrode) continue;
-    last_.terminal_charge.push_back(depth * solution.side_charge[s]);
-    last_.terminal_potential.push_back(problem.sides[s].potential);
+    result.terminal_charge.push_back(depth * solution.side_charge[s]);
+    result.terminal_potential.push_back(problem.sides[s].potential);
   }
-  return last_;
+  return result;
 }
 
 void FloatingConductors::check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const {

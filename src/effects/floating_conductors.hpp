@@ -37,6 +37,11 @@ void check_device(const FieldOptions& options);
 /// cannot use, or that is not there.
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
 
+/// Cells along the longer side of the grid on which forces are predicted between field solves (mechanics/README.md):
+/// the field's own, halved as long as the smallest radius has two cells. 0: none, because the scene wants none or the
+/// field's grid is not four times as fine.
+int predictor_cells(const Scene& scene);
+
 /// Throws InputError if the method cannot follow the scene's conductors where they may move: disks that go through each
 /// other or out of the domain, which only contact forces prevent, are beyond the multipole method.
 void check_can_move(const Scene& scene);
@@ -72,9 +77,22 @@ class FloatingConductors : public Effect {
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.
   const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups,
                               const ImplicitCharges& charges = {});
+
+  /// From now on predict() can be called: `predictor` solves the same problems, coarsely.
+  void set_predictor(std::unique_ptr<laplace::LaplaceSolver> predictor) { predictor_ = std::move(predictor); }
+  laplace::LaplaceSolver* predictor() { return predictor_.get(); }
+  /// What solve() would find, for a fraction of its cost: the predictor's solution and what it was found to be wrong by
+  /// at the last correct(). Throws what solve() throws.
+  const Electrostatics& predict(const Bodies& bodies, const ElectricalGroups& groups,
+                                const ImplicitCharges& charges = {});
+  /// Tells the predictor by what it was wrong: `solved` is what solve() found for the last prediction's problem.
+  void correct(Electrostatics solved);
+  /// The solvers' next solves depend on their problems alone.
+  void forget();
+
   /// The last problem that was solved, if the scene asks for an accuracy: for checks of it.
   const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
-  /// What the last solve found.
+  /// What the last solve or prediction found.
   const Electrostatics& last() const { return last_; }
   /// From now on the force on body i is force[i] + (t - time) * rate[i] (N, s, N/s).
   void hold(double time, std::vector<Vec2> force, std::vector<Vec2> rate);
@@ -83,19 +101,27 @@ class FloatingConductors : public Effect {
   laplace::LaplaceSolver& solver() { return *solver_; }
   std::int64_t solves() const { return solves_; }
   std::int64_t iterations() const { return iterations_; }  ///< of the linear solver, all solves together
-  void set_counters(std::int64_t solves, std::int64_t iterations) { solves_ = solves, iterations_ = iterations; }
+  std::int64_t predictions() const { return predictions_; }
+  void set_counters(std::int64_t solves, std::int64_t iterations, std::int64_t predictions) {
+    solves_ = solves, iterations_ = iterations, predictions_ = predictions;
+  }
 
  private:
+  laplace::LaplaceProblem problem(const Bodies& bodies, const ElectricalGroups& groups,
+                                  const ImplicitCharges& charges) const;
+  Electrostatics in_si(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
+                       const ElectricalGroups& groups, const ImplicitCharges& charges) const;
   void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
 
   Scene scene_;
-  std::unique_ptr<laplace::LaplaceSolver> solver_;
+  std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< no predictor: null
   std::vector<Terminal> terminals_;
   Electrostatics last_;
+  Electrostatics coarse_, correction_;  ///< the predictor's last solution, and what to add to it
   std::optional<laplace::LaplaceProblem> last_problem_;
   double time_ = 0;
   std::vector<Vec2> force_, rate_;
-  std::int64_t solves_ = 0, iterations_ = 0;
+  std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 
 }  // namespace lichtenberg::effects

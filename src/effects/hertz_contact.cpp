@@ -8,6 +8,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/hertz.hpp"
+#include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -84,6 +85,10 @@ void HertzContact::add_jacobian(const State& state, ForceJacobian& jacobian) con
     jacobian.add_central(pair.i, pair.j, o.normal, -along, -across);
     jacobian.add_central(pair.j, pair.i, o.normal, -along, -across);
   }
+}
+
+bool HertzContact::idle(const Bodies& bodies, std::span<const double> travel) const {
+  return pairs_within_reach(bodies, 0, travel).empty();
 }
 
 }  // namespace lichtenberg::effects

@@ -16,6 +16,7 @@ class HertzContact : public Effect {
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
+  bool idle(const Bodies& bodies, std::span<const double> travel) const override;
 
  private:
   double modulus_;  ///< Pa, E*

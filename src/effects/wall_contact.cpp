@@ -57,4 +57,11 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
   });
 }
 
+bool WallContact::idle(const Bodies& bodies, std::span<const double> travel) const {
+  for (int i = 0; i < bodies.size(); ++i)
+    for (const Surface& wall : walls_)
+      if (view(wall, position(bodies, i)).distance <= bodies.radius[i] + travel[i]) return false;
+  return true;
+}
+
 }  // namespace lichtenberg::effects

@@ -83,8 +83,12 @@ const effects::Electrostatics& Electrics::solve(double time) {
   std::copy(charge.begin(), terminals, model_.bodies.charge.begin());
   implicit_ = {{terminals, charge.end()}, links_, step.weight};
   const Stopwatch watch(counters_.field_seconds);
-  field_.solve(model_.bodies, groups_, implicit_);
+  if (predicting_)
+    field_.predict(model_.bodies, groups_, implicit_);
+  else
+    field_.solve(model_.bodies, groups_, implicit_);
   counters_.field_solves = field_.solves();
+  counters_.predictions = field_.predictions();
   counters_.iterations = field_.iterations();
   return field_.last();
 }
@@ -305,7 +309,7 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
   const std::vector<double>& largest = reals(checkpoint, "largest_force_and_speed", 2);
   largest_force_ = largest[0];
   largest_speed_ = largest[1];
-  field_.set_counters(counters_.field_solves, counters_.iterations);
+  field_.set_counters(counters_.field_solves, counters_.iterations, counters_.predictions);
   if (discharge_) {
     const std::vector<std::int64_t>& ends = integers(checkpoint, "contacts");
     std::vector<effects::Contact> contacts;

@@ -31,6 +31,8 @@ class Electrics {
   /// by some d of the distance to what acts on it, which is a radius or more: a tolerance is position_tolerance /
   /// radius of the largest charge.
   double charge_error(double time) const;
+  /// Whether `solve` from now on only predicts, on a coarser grid; the field effect must have a predictor.
+  void set_predicting(bool on) { predicting_ = on; }
   /// Books the charges fed until `time`, the instant of the last solve, and shares them as that field does.
   void settle(double time);
   /// Whether anything carries charge at a finite rate: what it carried is known after a solve only.
@@ -101,6 +103,7 @@ class Electrics {
   std::optional<EnergyBook> energy_;
   std::vector<double> booked_at_;  ///< positions when energy was last booked
   std::vector<Vec2> booked_force_;
+  bool predicting_ = false;
   double largest_force_ = 0, largest_speed_ = 0;
 };
 

@@ -57,15 +57,16 @@ void Simulation::Implementation::begin() {
 
 void Simulation::Implementation::save_counters(Checkpoint& checkpoint) const {
   const Counters& c = counters;
-  checkpoint.integers["counters"] = {c.field_solves,  c.iterations,    c.steps,      c.rejected_steps,
-                                     c.contacts_made, c.contacts_lost, c.regroupings};
+  checkpoint.integers["counters"] = {c.field_solves,   c.iterations,  c.predictions,          c.steps,
+                                     c.rejected_steps, c.corrections, c.rejected_corrections, c.contacts_made,
+                                     c.contacts_lost,  c.regroupings};
 }
 
 void Simulation::Implementation::restore_counters(const Checkpoint& checkpoint) {
   const std::vector<std::int64_t>& saved = mechanics::integers(checkpoint, "counters");
   Counters& c = counters;
-  const auto all = {&c.field_solves,  &c.iterations,    &c.steps,      &c.rejected_steps,
-                    &c.contacts_made, &c.contacts_lost, &c.regroupings};
+  const auto all = {&c.field_solves, &c.iterations,           &c.predictions,   &c.steps,         &c.rejected_steps,
+                    &c.corrections,  &c.rejected_corrections, &c.contacts_made, &c.contacts_lost, &c.regroupings};
   if (saved.size() != all.size())
     throw Failure("the checkpoint's counters are not those of this program: another version of it wrote them");
   auto from = saved.begin();
@@ -143,7 +144,7 @@ Checkpoint Simulation::checkpoint() {
   self.save_counters(checkpoint);
   if (self.electrics) {
     self.electrics->save(checkpoint);
-    self.electrics->field().solver().forget();
+    self.electrics->field().forget();
   }
   self.stepper->save(checkpoint);
   self.begun = false;
@@ -160,7 +161,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   self.restore_counters(checkpoint);
   if (self.electrics) {
     self.electrics->restore(checkpoint, self.time);
-    self.electrics->field().solver().forget();
+    self.electrics->field().forget();
   }
   self.stepper->restore(checkpoint);
   self.connected = true;

@@ -17,11 +17,15 @@ double shortest_gap(const Model& model) {
   return discharge && discharge->make_gap() > 0 ? discharge->make_gap() : INFINITY;
 }
 
+/// What is thrown away with a prediction is more than a step: it is to be wrong by half a tolerance, and seldom by one.
+double next_prediction(double dt, double error) { return next_step(dt, 2 * error, 2); }
+
 }  // namespace
 
 Split::Split(Workplace workplace)
     : at_(workplace),
       cvode_(make_cvode(at_.scene, at_.model)),
+      flight_(at_.model, drag_coefficients(at_.model)),
       drag_(drag_coefficients(at_.model)),
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-9 * largest_step_),
@@ -31,24 +35,87 @@ Split::Split(Workplace workplace)
       charge_(at_.model.bodies.size()),
       charge_rate_(at_.model.bodies.size()) {
   book_drag(at_, drag_, cvode_);
+  // What flows in a circuit is not predicted: small errors of potentials are large ones of currents.
+  if (at_.electrics->energy()) at_.electrics->field().set_predictor(nullptr);
 }
 
 void Split::begin(double time) {
+  if (at_.electrics->field().predictor()) {
+    const effects::Electrostatics solved = at_.electrics->last();
+    at_.electrics->set_predicting(true);
+    at_.electrics->solve(time);
+    at_.electrics->set_predicting(false);
+    at_.electrics->field().correct(solved);
+  }
   if (step_ == 0) return restart(time, force_);
   remember_field(time);
 }
 
 void Split::advance(double time, double end) {
-  while (time < end) time = try_step(time, end);
+  const bool predicts = at_.electrics->field().predictor() != nullptr;
+  while (time < end) time = predicts ? try_prediction(time, end) : try_step(time, end);
+}
+
+Split::Snapshot Split::snapshot(double time) const {
+  Snapshot now{time, at_.model.bodies, force_, charge_, at_.counters, {}};
+  at_.electrics->save(now.rest);
+  save(now.rest);
+  return now;
+}
+
+void Split::go_back(const Snapshot& start) {
+  at_.model.bodies = start.bodies;
+  at_.electrics->restore(start.rest, start.time);
+  restore(start.rest);
+  hold(start.time, start.force, start.charge);
+  at_.counters.contacts_made = start.counters.contacts_made;
+  at_.counters.contacts_lost = start.counters.contacts_lost;
+  at_.counters.regroupings = start.counters.regroupings;
+}
+
+/// Steps with the predictor's field.
+void Split::predict(double time, double target) {
+  at_.electrics->set_predicting(true);
+  while (time < target) time = try_step(time, target);
+  at_.electrics->set_predicting(false);
+}
+
+/// Moves on by as many predicted steps as are likely to be right, then solves the field. Returns the time reached:
+/// `time` itself if they were not, and everything is as it was.
+double Split::try_prediction(double time, double end) {
+  if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
+  const double target = step_end(time, prediction_, end);
+  const Snapshot start = snapshot(time);
+  predict(time, target);
+  const std::vector<Vec2> predicted = at_.electrics->last().force;
+  at_.electrics->solve(target);
+  const double wrong_by = error(time, target, predicted), proposed = next_prediction(target - time, wrong_by);
+  if (wrong_by > 1 && target - time > 2 * shortest_step_) {
+    ++at_.counters.rejected_corrections;
+    go_back(start);
+    prediction_ = proposed;
+    return time;
+  }
+  ++at_.counters.corrections;
+  const bool cut_short = target - time < prediction_;  // by the end
+  prediction_ = std::clamp(cut_short ? std::max(prediction_, proposed) : proposed, shortest_step_, largest_step_);
+  at_.electrics->settle(target);
+  at_.electrics->field().correct(at_.electrics->last());
+  remember_field(target);
+  return target;
+}
+
+/// Where a step ends that may last until `allowed`. A rest shorter than two steps is halved: a sliver at the end would
+/// cost as much as a whole step. The rounding of times must not make one, either.
+double Split::step_end(double time, double step, double end) const {
+  const double room = end - time, allowed = std::max(step, shortest_step_);
+  return allowed > 0.999 * room ? end : time + std::min(allowed, 0.5 * room);
 }
 
 /// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step
 /// was rejected.
 double Split::try_step(double time, double end) {
-  // A rest shorter than two steps is halved: a sliver at the end would cost as much as a whole step. The rounding of
-  // times must not make one, either.
-  const double room = end - time, allowed = std::max(solved_at_ + step_ - time, shortest_step_);
-  const double target = allowed > 0.999 * room ? end : time + std::min(allowed, 0.5 * room);
+  const double target = step_end(time, solved_at_ + step_ - time, end);
   Bodies& bodies = at_.model.bodies;
   const std::vector<double> position = bodies.position, momentum = bodies.momentum;
 
@@ -57,7 +124,8 @@ double Split::try_step(double time, double end) {
   const double reached = move(time, target);
   if (reached < target && pass_event(reached)) return reached;
   at_.electrics->solve(reached);
-  const double wrong_by = std::max(error(reached), at_.electrics->charge_error(reached));
+  const double wrong_by =
+      std::max(error(solved_at_, reached, held_forces(reached)), at_.electrics->charge_error(reached));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     bodies.position = position;
     bodies.momentum = momentum;
@@ -78,12 +146,15 @@ double Split::try_step(double time, double end) {
 double Split::move(double time, double target) {
   while (time < target) {
     const double dt = target - time;
-    std::vector<Vec2> largest_force = held_forces(time);
+    const std::vector<Vec2> force = held_forces(time);
+    std::vector<Vec2> largest_force = force;
     for (std::size_t i = 0; i < force_.size(); ++i)
       largest_force[i] += std::copysign(dt, dot(largest_force[i], force_rate_[i])) * force_rate_[i];
-    const Events events = at_.electrics->events(longest_travel(at_.model, drag_, largest_force, dt));
+    const std::vector<double> travel = longest_travel(at_.model, drag_, largest_force, dt);
+    const Events events = at_.electrics->events(travel);
     const Stopwatch watch(at_.counters.mechanics_seconds);
-    time = cvode_.advance(time, target, events);
+    const bool free = !at_.electrics->energy() && flight_.covers(travel);  // CVODE books what drag dissipates
+    time = free ? flight_.advance(time, target, force, force_rate_, events) : cvode_.advance(time, target, events);
     std::vector<bool> due = events.due();
     if (!due.empty()) due.pop_back();
     if (std::ranges::find(due, true) != due.end()) break;
@@ -120,20 +191,23 @@ std::vector<double> Split::extrapolated_charges(double time) const {
 }
 
 /// The last solve becomes the base of the extrapolation.
-void Split::remember_field(double time) {
+void Split::remember_field(double time) { hold(time, at_.electrics->last().force, at_.electrics->last().charge); }
+
+/// The same with what was found at `time`.
+void Split::hold(double time, std::vector<Vec2> force, std::vector<double> charge) {
   solved_at_ = time;
-  force_ = at_.electrics->last().force;
-  charge_ = at_.electrics->last().charge;
+  force_ = std::move(force);
+  charge_ = std::move(charge);
   at_.electrics->field().hold(time, force_, force_rate_);
 }
 
-/// The worst body's displacement by the extrapolation's defect, in tolerances.
-double Split::error(double time) const {
-  const double dt = time - solved_at_;
+/// The worst body's displacement, in tolerances, if the force assumed at the end was off by what is known now, and
+/// that grew from nothing at the start.
+double Split::error(double since, double until, const std::vector<Vec2>& assumed) const {
   double worst = 0;
   for (int i = 0; i < at_.model.bodies.size(); ++i) {
-    const Vec2 defect = at_.electrics->last().force[i] - at_.electrics->field().held_force(i, time);
-    worst = std::max(worst, displacement(norm(defect), dt, at_.model.bodies.mass[i], drag_[i]));
+    const Vec2 defect = at_.electrics->last().force[i] - assumed[i];
+    worst = std::max(worst, displacement(norm(defect), until - since, at_.model.bodies.mass[i], drag_[i]));
   }
   return worst / at_.scene.mechanics.position_tolerance;
 }
@@ -191,7 +265,7 @@ void Split::restart(double time, const std::vector<Vec2>& force_before) {
 }
 
 void Split::save(Checkpoint& checkpoint) const {
-  checkpoint.reals["coupling_step"] = {step_};
+  checkpoint.reals["coupling_step"] = {step_, prediction_};
   checkpoint.reals["charge_rate"] = charge_rate_;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
   for (const Vec2 r : force_rate_) rate.insert(rate.end(), {r.x, r.y});
@@ -199,7 +273,8 @@ void Split::save(Checkpoint& checkpoint) const {
 }
 
 void Split::restore(const Checkpoint& checkpoint) {
-  step_ = reals(checkpoint, "coupling_step", 1).front();
+  step_ = reals(checkpoint, "coupling_step", 2)[0];
+  prediction_ = reals(checkpoint, "coupling_step", 2)[1];
   charge_rate_ = reals(checkpoint, "charge_rate", charge_rate_.size());
   const std::vector<double>& rate = reals(checkpoint, "force_rate", 2 * force_rate_.size());
   for (std::size_t i = 0; i < force_rate_.size(); ++i) force_rate_[i] = {rate[2 * i], rate[2 * i + 1]};

@@ -65,6 +65,11 @@ class Effect {
   virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
   /// The energy (J) that its forces have stored and give back: that of springs. The field's is not among them.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
+  /// True if it pushes no body as long as each body i moves by at most travel[i] (m). False may cost time, but no
+  /// accuracy.
+  virtual bool idle(const Bodies& bodies, std::span<const double> travel) const {
+    return (void)bodies, (void)travel, false;
+  }
   /// Adds the currents (A, [N]) that it feeds into the bodies.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
 };

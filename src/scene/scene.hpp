@@ -159,6 +159,7 @@ struct MechanicsOptions {
   std::string integrator = "cvode";  ///< cvode | euler
   /// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs
   std::string coupling = "split";
+  bool predictor = true;  ///< split: forces between field solves from a coarser grid, if there is one
   double relative_tolerance = 1e-6;
   double position_tolerance = 0;   ///< m: error allowed a coupling step; default 1e-3 radius
   double largest_step = 0;         ///< s: largest coupling step; default output interval

@@ -1,0 +1,180 @@
+#include "src/mechanics/free_flight.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/stokes_drag.hpp"
+
+namespace lichtenberg::mechanics {
+namespace {
+
+/// phi_1, phi_2, phi_3 at z; below 0.1 their series, sum of (-z)^j / (j + n)!, since the closed forms cancel.
+struct Phi {
+  explicit Phi(double z);
+  double exponential, one, two, three;
+};
+
+Phi::Phi(double z) : exponential(std::exp(-z)) {
+  if (z >= 0.1) {
+    one = -std::expm1(-z) / z;
+    two = (1 - one) / z;
+    three = (0.5 - two) / z;
+    return;
+  }
+  // From phi_n = 1 / n! - z phi_(n+1), begun where the rest is below rounding.
+  double phi = 1.0 / 479001600, inverse_factorial = 1.0 / 39916800;  // phi_12(0) = 1/12!, 1/11!
+  for (int n = 11; n >= 1; --n) {
+    phi = inverse_factorial - z * phi;
+    inverse_factorial *= n;
+    if (n == 3) three = phi;
+    if (n == 2) two = phi;
+  }
+  one = phi;
+}
+
+/// A flight of all bodies from where they are now.
+class Flight {
+ public:
+  Flight(Model& model, std::span<const double> drag, std::span<const Vec2> force, std::span<const Vec2> rate)
+      : bodies_(model.bodies),
+        start_(model.bodies.position),
+        momentum_(model.bodies.momentum),
+        drag_(drag),
+        force_(force),
+        rate_(rate),
+        total_(start_.size()) {}
+
+  /// Puts the bodies where they are after t (s).
+  void go_to(double t) {
+    double mass = 0, drag = -1;
+    std::optional<FreeFall> fall;
+    for (int i = 0; i < bodies_.size(); ++i) {
+      if (!fall || bodies_.mass[i] != mass || drag_[i] != drag)
+        fall.emplace(t, mass = bodies_.mass[i], drag = drag_[i]);
+      for (int k = 0; k < 2; ++k) {
+        const std::size_t c = 2 * i + k;
+        const double force = k == 0 ? force_[i].x : force_[i].y, rate = k == 0 ? rate_[i].x : rate_[i].y;
+        const double velocity = momentum_[c] / mass, now = fall->speed(velocity, force, rate);
+        bodies_.position[c] = start_[c] + fall->move(velocity, force, rate);
+        bodies_.momentum[c] = mass * now;
+        total_[c] = force + rate * t - drag * now;
+      }
+    }
+  }
+  /// Force and drag (N) where the bodies are.
+  std::span<const double> total_force() const { return total_; }
+
+ private:
+  Bodies& bodies_;
+  std::vector<double> start_, momentum_;
+  std::span<const double> drag_;
+  std::span<const Vec2> force_, rate_;
+  std::vector<double> total_;
+};
+
+/// How far the bodies as they are are beyond the event that was still to come at the last look and is now farthest
+/// gone; negative if all are still to come.
+class Lookout {
+ public:
+  explicit Lookout(const Events& events) : events_(events), value_(events.direction.size()) {}
+
+  double beyond() {
+    if (events_.values) events_.values(value_);
+    double farthest = -INFINITY;
+    for (std::size_t k = 0; k < value_.size(); ++k)
+      if (to_come_.empty() || to_come_[k]) farthest = std::max(farthest, events_.direction[k] * value_[k]);
+    return farthest;
+  }
+  /// From now on only those count that are still to come for the values of the last beyond().
+  void look() {
+    to_come_.resize(value_.size());
+    for (std::size_t k = 0; k < value_.size(); ++k) to_come_[k] = events_.direction[k] * value_[k] < 0;
+  }
+
+ private:
+  const Events& events_;
+  std::vector<double> value_;
+  std::vector<bool> to_come_;
+};
+
+/// The first time after the sign change of `beyond` in (early, late], to 1e-9 of that interval: the secant through
+/// values of both signs (Dowell & Jarratt 1971, "Illinois"), which never goes so close to an end of the interval that
+/// the other end would stay where it is.
+template <class Beyond>
+double sign_change(double early, double beyond_early, double late, double beyond_late, Beyond beyond) {
+  const double width = 1e-9 * (late - early);
+  for (int side = 0; late - early > width && beyond_late > 0;) {
+    const double secant = (early * beyond_late - late * beyond_early) / (beyond_late - beyond_early);
+    const double middle = std::clamp(secant, early + 0.5 * width, late - 0.5 * width);
+    const double value = beyond(middle);
+    if (value < 0) {
+      early = middle, beyond_early = value;
+      if (side == -1) beyond_late *= 0.5;
+      side = -1;
+    } else {
+      late = middle, beyond_late = value;
+      if (side == 1) beyond_early *= 0.5;
+      side = 1;
+    }
+  }
+  return late;
+}
+
+}  // namespace
+
+FreeFall::FreeFall(double t, double mass, double drag) {
+  const Phi phi(t * drag / mass);
+  of_velocity = t * phi.one;
+  of_force = t * t / mass * phi.two;
+  of_rate = t * t * t / mass * phi.three;
+  speed_of_velocity = phi.exponential;
+  speed_of_force = t / mass * phi.one;
+  speed_of_rate = t * t / mass * phi.two;
+}
+
+double FreeFall::move(double velocity, double force, double rate) const {
+  return velocity * of_velocity + force * of_force + rate * of_rate;
+}
+
+double FreeFall::speed(double velocity, double force, double rate) const {
+  return velocity * speed_of_velocity + force * speed_of_force + rate * speed_of_rate;
+}
+
+bool FreeFlight::covers(std::span<const double> travel) const {
+  return model_.bodies.dimension == 2 && std::ranges::all_of(model_.effects, [&](const auto& effect) {
+           return dynamic_cast<effects::FloatingConductors*>(effect.get()) ||
+                  dynamic_cast<effects::StokesDrag*>(effect.get()) || effect->idle(model_.bodies, travel);
+         });
+}
+
+double FreeFlight::advance(double start, double end, std::span<const Vec2> force, std::span<const Vec2> rate,
+                           const Events& events) {
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
+  Flight flight(model_, drag_, force, rate);
+  Lookout lookout(events);
+  flight.go_to(0);
+  double time = start, before = lookout.beyond();
+  while (time < end) {
+    lookout.look();
+    before = lookout.beyond();
+    const double longest = events.longest_step ? events.longest_step(flight.total_force()) : INFINITY;
+    const double next = std::min(end, time + std::max(longest, 1000 * rounding));
+    const auto beyond = [&](double t) {
+      flight.go_to(t - start);
+      return lookout.beyond();
+    };
+    const double after = beyond(next);
+    if (after >= 0) {
+      const double event = sign_change(time, before, next, after, beyond);
+      beyond(event);
+      return event;
+    }
+    time = next;
+  }
+  return end;
+}
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/mechanics/cvode.hpp"
+#include "src/model/model.hpp"
+
+namespace lichtenberg::mechanics {
+
+/// The motion of a body (one component) on which nothing acts but a force that grows linearly and drag:
+///   m dv/dt = force + rate t - drag v,
+/// in closed form. With z = t drag / m and phi_1 = (1 - exp(-z)) / z, phi_2 = (1 - phi_1) / z, phi_3 = (1/2 - phi_2) /
+/// z,
+///   x(t) - x(0) = v t phi_1 + force / m t^2 phi_2 + rate / m t^3 phi_3,
+///   v(t) = v exp(-z) + force / m t phi_1 + rate / m t^2 phi_2,
+/// which holds without drag as well.
+struct FreeFall {
+  FreeFall(double t, double mass, double drag);
+  double move(double velocity, double force, double rate) const;   ///< m, from m/s, N, N/s
+  double speed(double velocity, double force, double rate) const;  ///< m/s
+
+  double of_velocity, of_force, of_rate;                    ///< s, m/N, m s/N: coefficients of move
+  double speed_of_velocity, speed_of_force, speed_of_rate;  ///< of speed
+};
+
+/// Bodies that touch nothing and feel a held electric force (N, N/s) and drag alone: no equation is left to solve.
+class FreeFlight {
+ public:
+  /// The model must outlive this and have floating_conductors; `drag`: kg/s, a body.
+  FreeFlight(Model& model, std::vector<double> drag) : model_(model), drag_(std::move(drag)) {}
+
+  /// Whether that is all that acts on the bodies as long as body i moves by no more than travel[i] (m).
+  bool covers(std::span<const double> travel) const;
+  /// Moves the bodies from time `start` to `end` or, if that is earlier, to the first event, as Cvode::advance does;
+  /// returns the time reached. `force` is the one at the start.
+  double advance(double start, double end, std::span<const Vec2> force, std::span<const Vec2> rate,
+                 const Events& events);
+
+ private:
+  Model& model_;
+  std::vector<double> drag_;
+};
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,95 @@
+// Forces between field solves predicted on a coarser grid (src/mechanics/README.md).
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include "src/effects/floating_conductors.hpp"
+#include "src/mechanics/simulation.hpp"
+#include "tests/spheres.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::spheres;
+
+namespace {
+
+/// A crowd in a box so small that a radius is ten cells, and two and a half of the predictor's.
+Scene resolved_crowd() {
+  Scene scene = crowd();
+  scene.domain.size = {0.02, 0.02};
+  for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec2{0.04, 0.04};
+  scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
+  scene.field.cells = 256;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("the predictor's grid is the field's, halved while a radius has two cells, or there is none") {
+  Scene scene = resolved_crowd();
+  CHECK(effects::predictor_cells(scene) == 64);
+  scene.field.cells = 512;
+  CHECK(effects::predictor_cells(scene) == 64);
+  scene.field.cells = 128;  // half as many are not worth a second field
+  CHECK(effects::predictor_cells(scene) == 0);
+  scene.field.cells = 250;  // 125, and then no whole cells
+  CHECK(effects::predictor_cells(scene) == 0);
+  for (const auto& change : std::initializer_list<void (*)(Scene&)>{
+           [](Scene& s) { s.mechanics.predictor = false; }, [](Scene& s) { s.mechanics.coupling = "monolithic"; },
+           [](Scene& s) { s.mechanics.integrator = "euler"; }, [](Scene& s) { s.field.method = "relaxation"; }}) {
+    Scene other = resolved_crowd();
+    change(other);
+    CHECK(effects::predictor_cells(other) == 0);
+  }
+}
+
+TEST_CASE("the predictor takes the place of most field solves and leaves trajectories as exact") {
+  const double until = 0.1;  // a dozen contacts; later small errors grow by them
+  const auto run = [&](bool predictor, double tolerance) {
+    Scene scene = resolved_crowd();
+    scene.mechanics.predictor = predictor;
+    scene.mechanics.position_tolerance *= tolerance;
+    Simulation simulation(scene);
+    simulation.advance_to(until);
+    return std::pair{simulation.frame(), simulation.counters()};
+  };
+  const auto [exact, many] = run(false, 0.02);
+  const auto [without, plain] = run(false, 1);
+  const auto [with, few] = run(true, 1);
+  CHECK(few.predictions > 0);
+  CHECK(few.corrections + few.rejected_corrections + 2 == few.field_solves);  // and the first instant, and this one
+  CHECK(2 * few.field_solves < plain.field_solves);
+  CHECK(plain.predictions == 0);
+  CHECK(few.contacts_made == many.contacts_made);
+  MESSAGE(plain.field_solves, " ", few.field_solves, " ", few.predictions, " ", few.corrections, " ",
+          few.rejected_corrections, " contacts ", many.contacts_made, " ", few.contacts_made, " errors ",
+          largest_distance(without, exact) / radius, " ", largest_distance(with, exact) / radius);
+}
+
+TEST_CASE("a prediction that fails leaves nothing behind: charge is balanced to rounding") {
+  Scene scene = resolved_crowd();
+  scene.mechanics.position_tolerance *= 0.1;
+  Simulation simulation(scene);
+  const double before = simulation.frame().charge_held;
+  simulation.advance_to(0.1);
+  const Frame frame = simulation.frame();
+  CHECK(simulation.counters().rejected_corrections > 0);
+  CHECK(std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - before) < 1e-12 * frame.charge_fed);
+  CHECK(frame.charge_fed == doctest::Approx(12 * 0.2e-9 * 0.1).epsilon(1e-12));
+}
+
+TEST_CASE("a simulation with a predictor is restored bit for bit") {
+  const double every = 0.03;
+  Simulation whole(resolved_crowd());
+  std::vector<Checkpoint> checkpoints;
+  for (int k = 1; k <= 3; ++k) {
+    whole.advance_to(k * every);
+    checkpoints.push_back(whole.checkpoint());
+  }
+  Simulation resumed(resolved_crowd());
+  resumed.restore(checkpoints[0]);
+  for (int k = 2; k <= 3; ++k) {
+    resumed.advance_to(k * every);
+    const Checkpoint same = resumed.checkpoint();
+    CHECK(same.reals == checkpoints[k - 1].reals);
+    CHECK(same.integers == checkpoints[k - 1].integers);
+  }
+}

@@ -42,7 +42,7 @@ TEST_CASE("the predictor's grid is the field's, halved while a radius has two ce
 }
 
 TEST_CASE("the predictor takes the place of most field solves and leaves trajectories as exact") {
-  const double until = 0.1;  // a dozen contacts; later small errors grow by them
+  const double until = 0.3;  // some contacts; later small errors grow by them
   const auto run = [&](bool predictor, double tolerance) {
     Scene scene = resolved_crowd();
     scene.mechanics.predictor = predictor;
@@ -55,20 +55,21 @@ TEST_CASE("the predictor takes the place of most field solves and leaves traject
   const auto [without, plain] = run(false, 1);
   const auto [with, few] = run(true, 1);
   CHECK(few.predictions > 0);
-  CHECK(few.corrections + few.rejected_corrections + 2 == few.field_solves);  // and the first instant, and this one
+  CHECK(few.corrections + few.rejected_corrections + 1 == few.field_solves);  // and the first instant
   CHECK(2 * few.field_solves < plain.field_solves);
   CHECK(plain.predictions == 0);
   CHECK(few.contacts_made == many.contacts_made);
-  MESSAGE(plain.field_solves, " ", few.field_solves, " ", few.predictions, " ", few.corrections, " ",
-          few.rejected_corrections, " contacts ", many.contacts_made, " ", few.contacts_made, " errors ",
-          largest_distance(without, exact) / radius, " ", largest_distance(with, exact) / radius);
+  // The tolerance is per step, and there are some tens of steps: a factor 10 is allowed, as without the predictor.
+  CHECK(largest_distance(without, exact) < 10e-3 * radius);
+  CHECK(largest_distance(with, exact) < 10e-3 * radius);
 }
 
 TEST_CASE("a prediction that fails leaves nothing behind: charge is balanced to rounding") {
   Scene scene = resolved_crowd();
   scene.mechanics.position_tolerance *= 0.1;
   Simulation simulation(scene);
-  const double before = simulation.frame().charge_held;
+  const Frame start = simulation.frame();
+  const double before = start.charge_held + start.charge_drained;
   simulation.advance_to(0.1);
   const Frame frame = simulation.frame();
   CHECK(simulation.counters().rejected_corrections > 0);

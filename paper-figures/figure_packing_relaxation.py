@@ -18,7 +18,7 @@ import plot  # noqa: E402  the pictures of `lichtenberg plot`
 import plot_packing  # noqa: E402
 
 METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc", "lbfgs-newton": "#009e73"}
-SHOWN = [0, 16, 128]  # iterations of gradient descent, and the last
+SHOWN = [0, 128, 2048]  # iterations of gradient descent, and the last
 
 
 def result_of(program, method):
@@ -63,15 +63,14 @@ def main():
     results = {method: result_of(program, method) for method in METHODS}
     plot.set_style()
     figure = plt.figure(figsize=(10, 6), layout="constrained")
-    grid = figure.add_gridspec(2, 4, height_ratios=[1, 1.1])
+    above, below = figure.subfigures(2, 1, height_ratios=[1, 1.3])
     descent = results["gradient-descent"]
-    for column, frame in enumerate(frames(descent)):
-        axes = figure.add_subplot(grid[0, column])
+    for axes, frame in zip(above.subplots(1, 4), frames(descent)):
         with h5py.File(descent) as file:
             packing = plot_packing.Packing(file, frame)
         plot_packing.draw_panel(axes, packing)
         axes.set_title(f"iteration {packing.iteration}", fontsize=9)
-    draw_history([figure.add_subplot(grid[1, :2]), figure.add_subplot(grid[1, 2:])], results)
+    draw_history(below.subplots(1, 2), results)
     save(figure, "figure_packing_relaxation")
 
 

@@ -145,6 +145,9 @@ void run_tao(const Options& options, int count) {
   laplace::check_petsc(TaoSetConvergenceTest(tao, is_at_rest, &self));
   laplace::check_petsc(TaoSetMaximumIterations(tao, 100000000));
   laplace::check_petsc(TaoSetMaximumFunctionEvaluations(tao, 100000000));
+  TaoLineSearch search;  // TAO's own default interpolates through the infinite, and gives up
+  laplace::check_petsc(TaoGetLineSearch(tao, &search));
+  laplace::check_petsc(TaoLineSearchSetType(search, TAOLINESEARCHARMIJO));
   laplace::check_petsc(TaoSetFromOptions(tao));
   laplace::check_petsc(TaoSolve(tao));
   PetscInt iterations;

@@ -1,17 +1,15 @@
 """What the figures of ensembles share: the ensemble that they show, its runs as they grow, panels of counts against N or M."""
 
-import argparse
 import json
 import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
 
-from figures import OUTPUT, SOURCE, run
+from figures import SOURCE, attempt, name_for, refuse, request, run
 
-# As `lichtenberg ensemble` takes them. Half the cells of scenes/dendrite.toml a side, a quarter of the work: within the
-# intervals they move neither endpoints nor branch points (topology_study.py, piece cells).
+# As `lichtenberg ensemble` takes them. Half the cells of scenes/dendrite.toml a side, a quarter of the work; what that
+# moves is measured by `topology_study.py cells`.
 DEFAULT = ["--conductors", "64,100,144,196,256,324", "--seeds", "4", "--vary", "field.cells=256"]
 
 STUDENT = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
@@ -61,21 +59,29 @@ class Ensemble:
             return {name: data[()] for name, data in file["analysis"].items()}
 
 
-def requested(description):
-    """The ensemble that the command line names; by default scenes/dendrite.toml in sizes up to its own is run, once."""
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
-    parser.add_argument("--ensemble", type=Path, help="folder of `lichtenberg ensemble --conductors ...` to show")
-    request = parser.parse_args()
-    program = request.build.resolve() / "lichtenberg"
-    folder = request.ensemble
-    if folder is None:
-        folder = OUTPUT / "sizes"
-        OUTPUT.mkdir(exist_ok=True)
-        run(program, "ensemble", SOURCE / "scenes" / "dendrite.toml", *DEFAULT, "--out", folder)
+def requested(description, name):
+    """The ensemble that the command line names, and the name of the figure NAME of it. By default that of output/sizes,
+    whatever sizes and seeds it has; if there is none, scenes/dendrite.toml is run in sizes up to its own."""
+    asked = request(description, ("--ensemble", "folder of `lichtenberg ensemble --conductors ...` to show"))
+    folder = asked.ensemble or asked.results / "sizes"
+    if asked.ensemble is None and not (folder / "ensemble.json").exists():
+        fill(asked.program, folder)
     if not (folder / "ensemble.json").exists():
         sys.exit(f"{folder} is no folder of `lichtenberg ensemble`: ensemble.json is missing")
-    return Ensemble(folder, program)
+    ensemble = Ensemble(folder, asked.program)
+    members = ensemble.summary["members"]
+    print(f"{folder}: {len(ensemble.members)} of {len(members)} runs are finished")
+    return ensemble, name_for(name, asked.ensemble)
+
+
+def fill(program, folder):
+    """Runs the default ensemble. Members that fail are named, and the figure is of the others."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    result = attempt(program, "ensemble", SOURCE / "scenes" / "dendrite.toml", *DEFAULT, "--quiet", "--out", folder)
+    if result.returncode == 1 and (folder / "ensemble.json").exists():
+        print(result.stderr.strip(), file=sys.stderr)
+    elif result.returncode != 0:
+        refuse(program, result)
 
 
 def draw_law(axes, published, largest, label):

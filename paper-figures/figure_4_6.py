@@ -8,9 +8,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import wires
-from figures import build_folder, claim, save, save_claims
+from figures import claim, request, save, save_claims
 
 VOLTS = 2e3
+BY_EYE = 0.1  # of the largest displacement. 4.15 is of a long wire held at its ends: no bound for 25 spheres
 
 
 def cubic(x):
@@ -19,7 +20,7 @@ def cubic(x):
 
 
 def main():
-    wire, = wires.wires(build_folder(__doc__.splitlines()[0]), [VOLTS])
+    wire, = wires.wires(request(__doc__.splitlines()[0]), [VOLTS])
     along, across = wire.shape()
     b = np.dot(across, cubic(along)) / np.dot(cubic(along), cubic(along))
     residual = np.sqrt(np.mean((across - b * cubic(along)) ** 2)) / np.abs(across).max()
@@ -33,9 +34,10 @@ def main():
     save(figure, "figure_4_6")
     save_claims("figure_4_6", [
         claim("shape B (x - L/2)(L - x) x: rms residual over largest displacement", "D 4.15", "agrees",
-              f"{100 * residual:.1f} %", "agrees" if residual < 0.1 else "another shape"),
+              f"{100 * residual:.1f} %",
+              f"agrees, by eye (within {100 * BY_EYE:g} %)" if residual < BY_EYE else "another shape"),
         claim("largest displacement at 2 kV (mm)", "D 4.6 (picture only)", "not printed",
-              float(f"{1e3 * wire.largest():.3g}"), "two dimensions"),
+              float(f"{1e3 * wire.largest():.3g}"), "nothing to compare", "two dimensions"),
     ])
 
 

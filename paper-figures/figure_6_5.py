@@ -13,12 +13,13 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from figures import build_folder, claim, run, save, save_claims
+from figures import claim, request, run, save, save_claims
 
 SIDE, RADIUS = 5.12e-2, 0.775e-3  # m
 RELATIVE_PERMITTIVITY, VACUUM = 4.7, 8.8541878128e-12
 CHARGE = 1e-10  # C, at a depth of 1 m
 TOLERANCE = {"cut-cell": 1e-8, "relaxation": 1e-4}
+BY_EYE = 5  # %: the box lowers both schemes by up to 2 % (README), which 6.37 does not have; no error bound
 RATIOS = [1.02, 1.05, 1.1, 1.2, 1.35, 1.5, 1.75, 2, 2.5, 3, 3.5, 4, 5, 6]
 
 SCENE = """
@@ -64,8 +65,17 @@ def computed(program, method, ratio):
     return CHARGE / (solution["conductors"][1]["potential"] * RELATIVE_PERMITTIVITY * VACUUM)
 
 
+def verdict(ratios, apart):
+    """apart: the indices of the ratios at which theory and computation are not near each other."""
+    if not len(apart):
+        return f"agrees, by eye (within {BY_EYE} %)"
+    if apart[-1] == len(ratios) - 1:
+        return f"differs (by more than {BY_EYE} %)"
+    return f"agrees, by eye (within {BY_EYE} %), from {ratios[apart[-1] + 1]:g} on"
+
+
 def main():
-    program = build_folder(__doc__.splitlines()[0]) / "lichtenberg"
+    program = request(__doc__.splitlines()[0]).program
     ratios = np.array(RATIOS)
     figure, (capacitance, error) = plt.subplots(2, 1, sharex=True, figsize=(5.5, 6),
                                                 gridspec_kw={"height_ratios": [2, 1]})
@@ -78,9 +88,10 @@ def main():
         capacitance.plot(ratios, values, marker, color=colour, fillstyle="none", label=method)
         error.plot(ratios, deviation, marker, color=colour, fillstyle="none")
         worst = deviation[np.abs(deviation).argmax()]
+        apart = np.flatnonzero(np.abs(deviation) >= BY_EYE)
         claims.append(claim(f"capacitance of two disks, d/2R from {RATIOS[0]:g} to {RATIOS[-1]:g}, {method}", "D 6.37",
                             "pi / arccosh(d/2R)", f"{worst:+.1f} % at most",
-                            "agrees" if abs(worst) < 5 else "agrees only away from contact"))
+                            verdict(ratios, apart)))
         for ratio, value, percent in zip(ratios, values, deviation):
             print(f"{method:10} d/2R = {ratio:<4g}  C/eps = {value:8.4f}  {percent:+7.2f} % from 6.37")
     capacitance.set_ylabel(r"$C\,/\,\epsilon$")

@@ -12,7 +12,7 @@ from figures import claim, save, save_claims
 
 
 def main():
-    snapshot, contacts = networks.last_state(__doc__.splitlines()[0])
+    snapshot, contacts, name = networks.last_state(__doc__.splitlines()[0], "figure_7_1")
     plot.set_style()
     figure, (state, graph) = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained")
     networks.panel(state, snapshot, plot.caption(snapshot))
@@ -21,9 +21,9 @@ def main():
     networks.panel(graph, snapshot, f"{len(contacts)} contacts")
     plot.draw_edges(graph, snapshot, networks.contact_edges(snapshot, contacts), color=plot.INK, linewidths=1)
     networks.draw_nodes(graph, snapshot, slice(None), plot.INK)
-    save(figure, "figure_7_1")
+    save(figure, name)
     connected, all_conductors = int(snapshot.connected.sum()), len(snapshot.radius)
-    save_claims("figure_7_1", [claim("conductors connected to the ground in the stationary state", "D 7.1",
+    save_claims(name, [claim("conductors connected to the ground in the stationary state", "D 7.1",
                                      all_conductors, connected,
                                      "agrees" if connected == all_conductors else "some are left over")])
 

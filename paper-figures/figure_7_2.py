@@ -20,7 +20,7 @@ ENDPOINT, BRANCH, LEFT_OUT = "#d62728", "#2ca02c", "#1f77b4"
 def in_tree(snapshot, contacts):
     """Which contacts join a conductor and its successor."""
     successor = snapshot.successor
-    return np.array([successor[i] == j or (j >= 0 and successor[j] == i) for i, j in contacts])
+    return np.array([successor[i] == j or (j >= 0 and successor[j] == i) for i, j in contacts], dtype=bool)
 
 
 def draw_arrows(axes, snapshot):
@@ -50,7 +50,7 @@ def claims(degree, contacts, kept):
 
 
 def main():
-    snapshot, contacts = networks.last_state(__doc__.splitlines()[0])
+    snapshot, contacts, name = networks.last_state(__doc__.splitlines()[0], "figure_7_2")
     plot.set_style()
     figure, (graph, tree) = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained")
     networks.panel(graph, snapshot, f"graph: N = {len(snapshot.radius)}, {len(contacts)} contacts")
@@ -63,8 +63,8 @@ def main():
     draw_arrows(tree, snapshot)
     degree = networks.degrees(snapshot, contacts)
     draw_kinds(tree, snapshot, degree)
-    save(figure, "figure_7_2")
-    save_claims("figure_7_2", claims(degree, contacts, kept))
+    save(figure, name)
+    save_claims(name, claims(degree, contacts, kept))
 
 
 if __name__ == "__main__":

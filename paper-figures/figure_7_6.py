@@ -26,7 +26,7 @@ def series_of(ensemble, order):
 
 
 def main():
-    ensemble = ensembles.requested(__doc__.splitlines()[0])
+    ensemble, name = ensembles.requested(__doc__.splitlines()[0], "figure_7_6")
     figure, panels = plt.subplots(3, 1, sharex=True, figsize=(5.5, 8), layout="constrained")
     claims = []
     for (order, published), axes in zip(PUBLISHED.items(), panels):
@@ -41,8 +41,8 @@ def main():
         stationary = ensemble.slope(f"strahler_{order}")
         claims.append(claim(f"conductors of Strahler number {order} over N, stationary", "D 7.18", published, stationary))
     panels[-1].set_xlabel(f"conductors in the tree $M(t)$; {len(series)} run(s) of $N$ = {largest}")
-    save(figure, "figure_7_6")
-    save_claims("figure_7_6", claims)
+    save(figure, name)
+    save_claims(name, claims)
 
 
 if __name__ == "__main__":

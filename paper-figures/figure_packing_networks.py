@@ -3,37 +3,25 @@
 particles; colour is potential, width is current. Below, a piece of both, enlarged: where the path through a particle's
 centre is a detour."""
 
-import argparse
 import json
 import shutil
 import sys
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.cm import ScalarMappable
 
-from figures import OUTPUT, SOURCE, claim, run, save, save_claims
+from figures import OUTPUT, SOURCE, claim, kept_run, name_for, request, run, save, save_claims
 
 sys.path.insert(0, str(SOURCE / "src" / "commands"))
 import network  # noqa: E402  the pictures of `lichtenberg network`
 
-NAME = "figure_packing_networks"
 RESISTOR = ["--resistor", "length", "--resistance-per-length", "1000"]  # Ohm/m: 1 Ohm a millimetre
 
 
-def packing(build):
-    """The result file of scenes/packing.toml, run once."""
-    result = OUTPUT / "packing.h5"
-    if not result.exists():
-        OUTPUT.mkdir(exist_ok=True)
-        run(build / "lichtenberg", "run", SOURCE / "scenes" / "packing.toml", "--out", result)
-    return result
-
-
-def measure(build, result):
+def measure(program, result):
     """model -> what `network` finds."""
-    found = json.loads(run(build / "lichtenberg", "network", result, *RESISTOR, "--json", "--no-picture"))
+    found = json.loads(run(program, "network", result, *RESISTOR, "--json", "--no-picture"))
     return {entry["model"]: entry for entry in found["networks"]}
 
 
@@ -45,15 +33,13 @@ def around_the_middle(net):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
-    parser.add_argument("--result", type=Path, help="result file of a packing to show in place of scenes/packing.toml's")
-    request = parser.parse_args()
-    build = request.build.resolve()
+    asked = request(__doc__, ("--result", "result file of a packing to show in place of scenes/packing.toml's"))
+    packing = asked.result or kept_run(asked.program, SOURCE / "scenes" / "packing.toml", asked.results / "packing.h5")
+    name = name_for("figure_packing_networks", asked.result)
     OUTPUT.mkdir(exist_ok=True)
-    result = OUTPUT / f"{NAME}.h5"  # a copy: the networks are kept in it
-    shutil.copyfile(request.result or packing(build), result)
-    found = measure(build, result)
+    result = OUTPUT / f"{name}.h5"  # a copy: the networks are kept in it
+    shutil.copyfile(packing, result)
+    found = measure(asked.program, result)
 
     network.plot.set_style()
     figure, panels = plt.subplots(2, 2, figsize=(9.5, 9.4), layout="constrained")
@@ -63,10 +49,10 @@ def main():
         network.panel(panels[1, column], net, around_the_middle(net))
         panels[1, column].set_title("enlarged")
     figure.colorbar(ScalarMappable(**colours), ax=panels, fraction=0.03, pad=0.01).set_label("potential (V)")
-    save(figure, NAME)
+    save(figure, name)
 
     ratio = found["particle"]["resistance"] / found["contact"]["resistance"]
-    save_claims(NAME, [claim("particle-centred network resists more than contact-centred", "packings",
+    save_claims(name, [claim("particle-centred network resists more than contact-centred", "packings",
                              "seemingly larger resistance", f"{ratio:.3g} times as much",
                              "agrees" if ratio > 1 else "DIFFERS")])
 

@@ -6,8 +6,10 @@ import json
 import math
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import h5py
 import matplotlib
 
 matplotlib.use("Agg")  # files only, no display
@@ -17,21 +19,75 @@ SOURCE = Path(__file__).resolve().parent.parent
 OUTPUT = SOURCE / "paper-figures" / "output"
 
 
-def build_folder(description):
-    """The folder of the built programs, from the command line (--build, default: build beside the sources)."""
+def request(description, *foreign):
+    """The command line of a figure: `build`, folder of the built programs; `results`, folder of the runs that figures
+    share; and the figure's own options of results to show in their place, pairs (option, help)."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
-    return parser.parse_args().build.resolve()
+    parser.add_argument("--results", type=Path, default=OUTPUT,
+                        help="folder of the runs that figures share: those that it holds are not run again")
+    for option, text in foreign:
+        parser.add_argument(option, type=Path, help=text)
+    found = parser.parse_args()
+    found.build, found.results = found.build.resolve(), found.results.resolve()
+    found.program = found.build / "lichtenberg"
+    return found
+
+
+def name_for(name, foreign):
+    """The name of a figure; a figure of results that its user named has another, which is no row of the table."""
+    return f"other_{foreign.resolve().stem}_{name}" if foreign else name
 
 
 def run(program, *arguments):
     """Standard output of a built program. Ends with its message if it fails or has not been built."""
+    result = attempt(program, *arguments)
+    if result.returncode != 0:
+        refuse(program, result)
+    return result.stdout
+
+
+def attempt(program, *arguments):
+    """The same, whatever the program's status: a subprocess.CompletedProcess."""
     if not program.exists():
         sys.exit(f"{program} does not exist: build it first, or give its folder with --build")
-    result = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
-    if result.returncode != 0:
-        sys.exit(f"{program.name} failed with status {result.returncode}: {result.stderr.strip()}")
-    return result.stdout
+    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+
+
+def refuse(program, result):
+    sys.exit(f"{program.name} failed with status {result.returncode}: {result.stderr.strip()}")
+
+
+def scene_in(path):
+    """The scene that a result file is of, as a dictionary; nothing if it cannot be read."""
+    try:
+        with h5py.File(path) as file:
+            return tomllib.loads(file["scene/text"][()].decode())
+    except (OSError, KeyError, tomllib.TOMLDecodeError):
+        return None
+
+
+def kept_run(program, scene, result):
+    """The result file of a scene: the one that is there if it is of this very scene (comments aside), else of a new
+    run, which has that name only when it has ended. A run that was stopped goes on."""
+    asked = tomllib.loads(scene.read_text())
+    if result.exists():
+        if scene_in(result) == asked:
+            return result
+        print(f"{result} is of another scene than {scene}: run again", flush=True)
+    result.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = result.with_suffix(".part.h5")
+    run(program, "run", scene, "--resume" if can_go_on(unfinished, asked) else "--overwrite", "--out", unfinished)
+    unfinished.rename(result)
+    unfinished.with_suffix(".png").unlink(missing_ok=True)  # the run's own picture
+    return result
+
+
+def can_go_on(path, asked):
+    if not path.exists() or scene_in(path) != asked:
+        return False
+    with h5py.File(path) as file:
+        return "checkpoint" in file
 
 
 def save(figure, name):
@@ -43,15 +99,20 @@ def save(figure, name):
     plt.close(figure)
 
 
-def claim(what, source, published, ours, verdict=None):
+UNDECIDED = 0.2  # of the published value: an interval wider than that agrees with too much
+
+
+def claim(what, source, published, ours, verdict=None, note=""):
     """A row of the table: what a source claims by a figure, and what we find.
 
-    published, ours: a number, a pair (number, half width of its 95 % interval), or text. Without a verdict they must be
-    numbers of which one at least has an interval: they agree if they differ by no more than both intervals allow, and the
-    verdict says how much that is.
+    published, ours: a number, a pair (number, half width of its 95 % interval or bound of its error), or text. Without
+    a verdict they must be numbers of which one at least has an interval: they differ if by more than both intervals
+    allow, and agree if not and both together are within UNDECIDED of the published value; the verdict says how much
+    that is. A verdict that is given must come from what is found, too. note: why they differ, dropped if they agree.
     """
-    return {"claim": what, "source": source, "published": published, "ours": ours,
-            "verdict": verdict or _agreement(published, ours)}
+    verdict = verdict or _agreement(published, ours)
+    return {"claim": what, "source": source, "published": published, "ours": ours, "verdict": verdict,
+            "note": "" if verdict.startswith("agrees") else note}
 
 
 def _agreement(published, ours):
@@ -60,9 +121,18 @@ def _agreement(published, ours):
     if not allowed and not uncertain:
         raise ValueError("a claim without any interval needs a verdict in words")
     interval = math.hypot(allowed, uncertain)
-    if abs(found - theirs) <= interval:
-        return f"agrees within {100 * abs(interval / theirs):.2g} %" if theirs else "agrees"
-    return f"differs by {100 * (found / theirs - 1):+.2g} %" if theirs else "differs"
+    if not math.isfinite(interval):
+        return "undecided (one run has no interval)"
+    if abs(found - theirs) > interval:
+        return f"differs by {percent(found / theirs - 1, '+')} %" if theirs else "differs"
+    if interval > UNDECIDED * abs(theirs):
+        return f"undecided (± {percent(interval / abs(theirs))} %)" if theirs else "undecided"
+    return f"agrees within {percent(interval / abs(theirs))} %"
+
+
+def percent(ratio, sign=""):
+    """To two digits."""
+    return format(100 * ratio, sign + (".2g" if abs(ratio) < 0.995 else ".0f"))
 
 
 def save_claims(name, claims):

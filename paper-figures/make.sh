@@ -3,15 +3,16 @@
 # verdicts. A figure that fails is reported and the rest go on; then the exit status is 1.
 #   paper-figures/make.sh              all
 #   paper-figures/make.sh 7_3 7_4      these
-#   paper-figures/make.sh --build DIR  with the programs built there
+#   paper-figures/make.sh --build DIR    with the programs built there
+#   paper-figures/make.sh --results DIR  with the runs kept there (default: output/)
 set -uo pipefail
 
 folder=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 figures=() options=()
 while (($#)); do
   case $1 in
-    --build)
-      options+=("$1" "${2:?--build needs a folder}")
+    --build | --results)
+      options+=("$1" "${2:?$1 needs a folder}")
       shift
       ;;
     *)

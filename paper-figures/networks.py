@@ -1,42 +1,30 @@
 """What the figures of networks share: the run that they show, its contacts, panels of conductors and edges."""
 
-import argparse
 import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
 
-from figures import OUTPUT, SOURCE, run
+from figures import SOURCE, kept_run, name_for, request
 
 sys.path.insert(0, str(SOURCE / "src" / "commands"))
 import plot  # noqa: E402  the pictures of `lichtenberg plot`
 
 
-def result_file(description):
-    """The result file that the command line names; by default scenes/dendrite.toml is run, once."""
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
-    parser.add_argument("--result", type=Path, help="result file of `lichtenberg run` to show in place of dendrite's")
-    request = parser.parse_args()
-    if request.result is not None:
-        return request.result
-    result = OUTPUT / "dendrite.h5"
-    if not result.exists():
-        OUTPUT.mkdir(exist_ok=True)
-        run(request.build.resolve() / "lichtenberg", "run", SOURCE / "scenes" / "dendrite.toml", "--out", result)
-    return result
-
-
-def last_state(description):
-    """The last frame of that file, and its contacts: [E, 2] indices, -1 the ground."""
-    path = result_file(description)
+def last_state(description, name):
+    """The last frame of the result file that the command line names, by default of scenes/dendrite.toml, run once; its
+    contacts, [E, 2] indices, -1 the ground; and the name of the figure NAME of it."""
+    asked = request(description, ("--result", "result file of `lichtenberg run` to show in place of dendrite's"))
+    path = asked.result or kept_run(asked.program, SOURCE / "scenes" / "dendrite.toml", asked.results / "dendrite.h5")
     try:
         snapshot = plot.read(path)
     except plot.InputError as error:
         sys.exit(str(error))
     with h5py.File(path) as file:
-        return snapshot, file["network/contacts"][()]
+        if "network/contacts" not in file or snapshot.successor is None:
+            sys.exit(f"{path} holds no network of electrical contacts: this figure needs a run of a scene with "
+                     "[effects.contact_discharge]")
+        return snapshot, file["network/contacts"][()], name_for(name, asked.result)
 
 
 def degrees(snapshot, contacts):
@@ -50,7 +38,7 @@ def contact_edges(snapshot, contacts):
     for i, j in contacts:
         start = snapshot.position[i]
         ends.append([start, plot.nearest_ground(start, snapshot) if j == plot.TO_GROUND else snapshot.position[j]])
-    return np.array(ends)
+    return np.array(ends).reshape(-1, 2, 2)
 
 
 def panel(axes, snapshot, title):

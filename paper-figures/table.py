@@ -4,17 +4,20 @@ output/ (figures.claim). Printed, and written to output/table.md. Arguments: fig
 
 import json
 import math
+import re
 import sys
 
 from figures import OUTPUT
 
-HEADINGS = ("figure", "claim", "source", "published", "ours", "verdict")
+HEADINGS = ("figure", "claim", "source", "published", "ours", "verdict", "note")
 
 
 def shown(value):
     """A number, one with its interval (of two digits, and the number to the same place), or words."""
     if isinstance(value, list):
         number, half_width = value
+        if half_width == math.inf:
+            return f"{number:.4g} (one run)"
         if not 0 < half_width < math.inf:
             return f"{number:.4g} ± {half_width:g}"
         decimals = max(0, 1 - math.floor(math.log10(half_width)))
@@ -22,14 +25,19 @@ def shown(value):
     return f"{value:.4g}" if isinstance(value, (int, float)) else value
 
 
+def label(figure):
+    """7_1 is figure 7.1; other names are words."""
+    return re.sub(r"(?<=\d)_(?=\d)", ".", figure).replace("_", " ")
+
+
 def rows(failed):
     for path in sorted(OUTPUT.glob("figure_*.json")):
         figure = path.stem.removeprefix("figure_")
         if figure not in failed:
             for row in json.loads(path.read_text()):
-                yield (figure.replace("_", "."), *(shown(row[heading]) for heading in HEADINGS[1:]))
+                yield (label(figure), *(shown(row.get(heading, "")) for heading in HEADINGS[1:]))
     for figure in failed:
-        yield (figure.replace("_", "."), "", "", "", "", "the script failed")
+        yield (label(figure), "", "", "", "", "the script failed", "")
 
 
 def main():

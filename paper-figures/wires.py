@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import h5py
 import numpy as np
 
-from figures import OUTPUT, SOURCE, run
+from figures import SOURCE, kept_run
 
 LENGTH, DISTANCE, RADIUS, N = 40e-3, 20e-3, 0.775e-3, 25  # m: between the electrodes, between the transverse ones
 VOLTAGE = 18e3
@@ -49,27 +49,20 @@ class Wire:
         return VOLTAGE / abs(current) if current else np.inf
 
 
-def result(program, volts):
-    """The result file at this transverse voltage: the one in output/, or a new run."""
-    path = OUTPUT / f"broken-wire-{volts:g}.h5"
-    if path.exists():
-        return path
+def result(asked, volts):
+    """The result file at this transverse voltage."""
     text = (SOURCE / "scenes" / "broken-wire.toml").read_text()
     for old, new in ((r"bottom = .*", f"bottom = {{ potential = {-volts / 2:g} }}"),
                      (r"top = .*", f"top = {{ potential = {volts / 2:g} }}"), (r"time = .*", f"time = {RUNS[volts]}")):
         text, found = re.subn(f"(?m)^{old}$", new, text)
         assert found == 1, old
-    OUTPUT.mkdir(exist_ok=True)
-    scene = path.with_suffix(".toml")
+    asked.results.mkdir(parents=True, exist_ok=True)
+    scene = asked.results / f"broken-wire-{volts:g}.toml"
     scene.write_text(text)
-    unfinished = path.with_suffix(".part.h5")
-    run(program, "run", scene, "--overwrite", "--out", unfinished)
-    unfinished.rename(path)
-    return path
+    return kept_run(asked.program, scene, scene.with_suffix(".h5"))
 
 
-def wires(build, volts):
+def wires(asked, volts):
     """The runs at these transverse voltages, as many at a time as there are cores."""
-    program = build / "lichtenberg"
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return [Wire(v, path) for v, path in zip(volts, pool.map(lambda v: result(program, v), volts))]
+        return [Wire(v, path) for v, path in zip(volts, pool.map(lambda v: result(asked, v), volts))]

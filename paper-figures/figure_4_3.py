@@ -14,7 +14,7 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from figures import SOURCE, claim, request, run, save, save_claims
+from figures import SOURCE, build_folder, claim, run, save, save_claims
 
 RADIUS, VOLTAGE = 0.775e-3, 18e3
 GAPS = [1e-3, 2e-3, 3e-3, 5e-3, 7e-3, 10e-3, 14e-3, 20e-3]
@@ -77,8 +77,8 @@ def resistance(program, gap, voltage, expected, density=None):
 
 
 def main():
-    asked = request(__doc__.splitlines()[0])
-    theory = json.loads(run(asked.build / "chapter_4"))["shuttle"]
+    build = build_folder(__doc__.splitlines()[0])
+    theory = json.loads(run(build / "chapter_4"))["shuttle"]
     gap = np.array([row["gap"] for row in theory])
     plane, ballistic, spheres = (np.array([row[key] for row in theory])
                                  for key in ("plane", "plane_ballistic", "spheres"))
@@ -88,7 +88,7 @@ def main():
         eps, depth = 4.7 * 8.8541878128e-12, 2 * RADIUS
         return ohm * 2 * np.pi * eps * RADIUS * depth / (at + 2 * RADIUS)
 
-    program = asked.program
+    program = build / "lichtenberg"
     steel = np.array([resistance(program, g, VOLTAGE, expected(g, VOLTAGE)) for g in GAPS])
     light = np.array([resistance(program, g, VOLTAGE, expected(g, VOLTAGE), 8.05) for g in GAPS])
     at_volts = np.array([resistance(program, GAP_FOR_VOLTAGES, v, expected(GAP_FOR_VOLTAGES, v)) for v in VOLTAGES])

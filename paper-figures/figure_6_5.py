@@ -13,7 +13,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from figures import claim, request, run, save, save_claims
+from figures import build_folder, claim, run, save, save_claims
 
 SIDE, RADIUS = 5.12e-2, 0.775e-3  # m
 RELATIVE_PERMITTIVITY, VACUUM = 4.7, 8.8541878128e-12
@@ -75,7 +75,7 @@ def verdict(ratios, apart):
 
 
 def main():
-    program = request(__doc__.splitlines()[0]).program
+    program = build_folder(__doc__.splitlines()[0]) / "lichtenberg"
     ratios = np.array(RATIOS)
     figure, (capacitance, error) = plt.subplots(2, 1, sharex=True, figsize=(5.5, 6),
                                                 gridspec_kw={"height_ratios": [2, 1]})

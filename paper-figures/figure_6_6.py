@@ -9,11 +9,11 @@ import re
 import matplotlib.pyplot as plt
 import numpy as np
 
-from figures import claim, request, run, save, save_claims
+from figures import build_folder, claim, run, save, save_claims
 
 
 def main():
-    text = run(request(__doc__.splitlines()[0]).build / "error_decay")
+    text = run(build_folder(__doc__.splitlines()[0]) / "error_decay")
     iteration, error = np.loadtxt(text.splitlines(), unpack=True)
     predicted, exact = (float(re.search(name + r".*: (\S+)", text).group(1)) for name in ("small-step", "exact"))
     slope, intercept = np.polyfit(iteration, np.log(error), 1)

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from ensembles import student_factor
-from figures import claim, request, run, save, save_claims
+from figures import build_folder, claim, run, save, save_claims
 
 PRINTED = {"D 7.16, spanning trees": [0.253, 0.527, 0.204, 0.016], "D 7.10, experiments": [0.252, 0.511, 0.222, 0.015]}
 # Standard errors. Of 7.16: its +- 0.3, 0.6, 0.4, 0.1, read as per cent. 7.10 has none: those of one network of 324 are
@@ -78,7 +78,7 @@ def claims(found):
 
 
 def main():
-    found = json.loads(run(request(__doc__.splitlines()[0]).build / "spanning_tree"))
+    found = json.loads(run(build_folder(__doc__.splitlines()[0]) / "spanning_tree"))
     figure, (tree, degrees) = plt.subplots(1, 2, figsize=(10, 4.8), layout="constrained")
     draw_tree(tree, found)
     draw_degrees(degrees, found)

@@ -4,14 +4,12 @@
 The source shows it as a film, by gradient descent.
 """
 
-import argparse
 import sys
-from pathlib import Path
 
 import h5py
 import matplotlib.pyplot as plt
 
-from figures import OUTPUT, SOURCE, run, save
+from figures import SOURCE, kept_run, request, save
 
 sys.path.insert(0, str(SOURCE / "src" / "commands"))
 import plot  # noqa: E402  the pictures of `lichtenberg plot`
@@ -21,16 +19,13 @@ METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc",
 SHOWN = [0, 128, 2048]  # iterations of gradient descent, and the last
 
 
-def result_of(program, method):
+def result_of(asked, method):
     """The result file of the scene by a method; run once."""
-    result = OUTPUT / f"packing-{method}.h5"
-    if not result.exists():
-        OUTPUT.mkdir(exist_ok=True)
-        scene = OUTPUT / f"packing-{method}.toml"
-        text = (SOURCE / "scenes" / "packing.toml").read_text()
-        scene.write_text(text.replace("[minimize]", f'[output]\npicture = false\n\n[minimize]\nmethod = "{method}"'))
-        run(program, "run", scene, "--out", result, "--quiet")
-    return result
+    asked.results.mkdir(parents=True, exist_ok=True)
+    scene = asked.results / f"packing-{method}.toml"
+    text = (SOURCE / "scenes" / "packing.toml").read_text()
+    scene.write_text(text.replace("[minimize]", f'[output]\npicture = false\n\n[minimize]\nmethod = "{method}"'))
+    return kept_run(asked.program, scene, scene.with_suffix(".h5"))
 
 
 def frames(path):
@@ -57,10 +52,8 @@ def draw_history(axes, results):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the built programs")
-    program = parser.parse_args().build.resolve() / "lichtenberg"
-    results = {method: result_of(program, method) for method in METHODS}
+    asked = request(__doc__.splitlines()[0])
+    results = {method: result_of(asked, method) for method in METHODS}
     plot.set_style()
     figure = plt.figure(figsize=(10, 6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=[1, 1.3])

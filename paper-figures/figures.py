@@ -34,6 +34,11 @@ def request(description, *foreign):
     return found
 
 
+def build_folder(description):
+    """The folder of the built programs, for a figure that shares no runs."""
+    return request(description).build
+
+
 def name_for(name, foreign):
     """The name of a figure; a figure of results that its user named has another, which is no row of the table."""
     return f"other_{foreign.resolve().stem}_{name}" if foreign else name

@@ -86,21 +86,25 @@ def fill(program, folder):
 
 def draw_law(axes, published, largest, label):
     axes.plot([0, largest], [0, published * largest], color="tab:blue", label=label)
-    axes.set(xlim=(0, 1.03 * largest), ylim=0)
+    axes.set_xlim(0, 1.03 * largest)
 
 
 def draw_slope(axes, slope, largest):
-    """Our own slope with its interval."""
+    """Our own slope with its interval; one run has none."""
     value, half_width = slope
     ends = np.array([0, largest])
-    axes.plot(ends, value * ends, color="tab:red", linewidth=1, label=f"ours, {value:.3f} ± {half_width:.3f}")
+    words = f"{value:.3f} ± {half_width:.3f}" if np.isfinite(half_width) else f"{value:.3f}, one run"
+    axes.plot(ends, value * ends, color="tab:red", linewidth=1, label=f"ours, {words}")
+    if not np.isfinite(half_width):
+        return
     axes.fill_between(ends, (value - half_width) * ends, (value + half_width) * ends, color="tab:red", alpha=0.15,
                       linewidth=0)
 
 
 def scatter(axes, x, y, **style):
-    """Runs of equal counts lie on each other: they are drawn through each other."""
+    """Runs of equal counts lie on each other: they are drawn through each other. Last in its axes."""
     axes.plot(x, y, linestyle="", marker="o", markersize=4, color="tab:red", alpha=0.4, markeredgewidth=0, **style)
+    axes.set_ylim(bottom=0)  # not before: it ends autoscaling
 
 
 def pooled_slope(series):

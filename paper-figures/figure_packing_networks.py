@@ -54,7 +54,7 @@ def main():
     ratio = found["particle"]["resistance"] / found["contact"]["resistance"]
     save_claims(name, [claim("particle-centred network resists more than contact-centred", "packings",
                              "seemingly larger resistance", f"{ratio:.3g} times as much",
-                             "agrees" if ratio > 1 else "DIFFERS")])
+                             "agrees" if ratio > 1 else "differs")])
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ const Ground bottom{{30, 30}, {false, false, true, false}, {}};
 std::vector<double> ones(size_t n) { return std::vector<double>(n, 1.0); }
 
 Network network_on(const Ground& ground, const std::vector<Vec2>& position) {
-  return network(contacts(position, ones(position.size()), 1, ground), position);
+  return analysis::network(contacts(position, ones(position.size()), 1, ground), position);
 }
 Network network_on_bottom(const std::vector<Vec2>& position) { return network_on(bottom, position); }
 

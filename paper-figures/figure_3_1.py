@@ -13,20 +13,21 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from figures import SOURCE, build_folder, claim, run, save, save_claims
+from figures import SOURCE, claim, kept_run, request, save, save_claims
 
 RESISTANCES = [1e10, 1e11, 1e12, 1e13]  # ohm, in series
 SCENE = SOURCE / "scenes" / "wire-growth.toml"
 WINDOW = 10  # frames that a resistance is averaged over: shuttling conductors carry charge in portions
 
 
-def simulate(program, folder, resistance):
-    """Observables of the run with that series resistance."""
+def simulate(asked, resistance):
+    """Time of the frames (s), charge that each supply has delivered (C), their potentials (V) behind that resistance."""
     lines = [f"series_resistance = {resistance:g}" if line.startswith("series_resistance") else line
              for line in SCENE.read_text().splitlines()]
-    scene, result = folder / f"wire-{resistance:.0e}.toml", folder / f"wire-{resistance:.0e}.h5"
-    scene.write_text("\n".join(lines).replace("[output]", "[output]\npicture = false"))
-    run(program, "run", scene, "--out", result, "--quiet")
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "wire-growth.toml"
+        scene.write_text("\n".join(lines).replace("[output]", "[output]\npicture = false"))
+        result = kept_run(asked.program, scene, asked.results / f"wire-growth-{resistance:.0e}.h5")
     with h5py.File(result) as file:
         observables = file["observables"]
         return (observables["energy/time"][:], observables["charge_delivered/value"][:],
@@ -42,22 +43,21 @@ def structure_resistance(time, delivered, potential, series):
 
 
 def main():
-    program = build_folder(__doc__.splitlines()[0]) / "lichtenberg"
+    asked = request(__doc__.splitlines()[0])
     figure, (against_time, final) = plt.subplots(1, 2, figsize=(10, 4.2))
     ends = []
-    with tempfile.TemporaryDirectory() as folder:
-        for k, series in enumerate(RESISTANCES):
-            time, delivered, potential = simulate(program, Path(folder), series)
-            middle, resistance = structure_resistance(time, delivered, potential, series)
-            shown = np.where(resistance > 0, resistance, np.nan)
-            against_time.semilogy(middle, shown, color=f"C{k}", label=f"$R_s$ = {series:.0e} $\\Omega$")
-            against_time.axhline(series, color=f"C{k}", linestyle=":", linewidth=1)
-            last = resistance[-len(resistance) // 4:]
-            ends.append(np.median(last))
-            final.loglog(series, ends[-1], "o", color=f"C{k}")
-            final.loglog([series, series], np.percentile(last, [10, 90]).clip(1), color=f"C{k}")
-            print(f"R_s = {series:.0e} ohm: R_f = {ends[-1]:.3g} ohm in the last quarter, R_f / R_s = "
-                  f"{ends[-1] / series:.3g}")
+    for k, series in enumerate(RESISTANCES):
+        time, delivered, potential = simulate(asked, series)
+        middle, resistance = structure_resistance(time, delivered, potential, series)
+        shown = np.where(resistance > 0, resistance, np.nan)
+        against_time.semilogy(middle, shown, color=f"C{k}", label=f"$R_s$ = {series:.0e} $\\Omega$")
+        against_time.axhline(series, color=f"C{k}", linestyle=":", linewidth=1)
+        last = resistance[-len(resistance) // 4:]
+        ends.append(np.median(last))
+        final.loglog(series, ends[-1], "o", color=f"C{k}")
+        final.loglog([series, series], np.percentile(last, [10, 90]).clip(1), color=f"C{k}")
+        print(f"R_s = {series:.0e} ohm: R_f = {ends[-1]:.3g} ohm in the last quarter, R_f / R_s = "
+              f"{ends[-1] / series:.3g}")
     line = [RESISTANCES[0] / 3, RESISTANCES[-1] * 3]
     final.loglog(line, line, color="tab:blue", label="$R_f = R_s$: the structure takes up most power")
     against_time.set(xlabel="$t$ (s)", ylabel=r"$R_f$ ($\Omega$)")

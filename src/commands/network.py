@@ -154,14 +154,14 @@ def draw_resistors(axes, network, colours, widest=4.0):
     )
 
 
-def draw_electrodes(axes, network):
-    """Walls as bars, particles as rings."""
+def draw_electrodes(axes, network, clip):
+    """Walls as bars, particles as rings; `clip`: cut at the frame, on which walls lie."""
     for electrode in network.electrodes:
         if isinstance(electrode, int):
             place = network.position[electrode]
             axes.add_patch(plt.Circle(place, network.radius[electrode], fill=False, linewidth=2, zorder=4))
         elif electrode is not None:
-            axes.plot(*electrode.T, color=plot.INK, linewidth=4, solid_capstyle="butt", clip_on=False, zorder=4)
+            axes.plot(*electrode.T, color=plot.INK, linewidth=4, solid_capstyle="butt", clip_on=clip, zorder=4)
 
 
 def panel(axes, network, window=None):
@@ -170,11 +170,11 @@ def panel(axes, network, window=None):
     (left, right), (bottom, top) = window if window is not None else [(0, network.size[0]), (0, network.size[1])]
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
     draw_particles(axes, network)
-    # Lines as wide as particles would hide a packing of many.
+    # Lines as wide as particles would hide a packing of many, and the widest may lie outside of a window.
     axes.figure.canvas.draw()
     points = 72 / axes.figure.dpi * np.diff(axes.transData.transform([(0, 0), (np.median(network.radius), 0)])[:, 0])[0]
-    draw_resistors(axes, network, colours, widest=max(0.4, min(4.0, 0.5 * points)))
-    draw_electrodes(axes, network)
+    draw_resistors(axes, network, colours, widest=max(0.4, min(4.0 if window is None else 12.0, 0.5 * points)))
+    draw_electrodes(axes, network, clip=window is not None)
     resistance = f"R = {network.resistance:.6g} Ω" if np.isfinite(network.resistance) else "no path"
     axes.set_title(f"{network.model}-centred, {network.resistor}: {resistance}")
     return colours

@@ -204,7 +204,7 @@ TEST_CASE("cells find every contact of spheres of many sizes") {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(-5, 5), radius(0.05, 0.9);
   for (const int dimension : {2, 3}) {
-    Packing packing{.dimension = dimension};
+    Packing packing;
     for (int i = 0; i < 400; ++i) {
       packing.position.push_back({place(random), place(random), dimension == 3 ? place(random) : 0});
       packing.radius.push_back(radius(random));

@@ -80,30 +80,31 @@ void fill(Level& level, int n, const std::vector<Entry>& entries) {
 }
 
 /// Merges nodes in pairs: each that is still single with the single neighbour of largest conductance, if that is not
-/// small against the node's largest. `ground`: a node that is mostly grounded needs no coarse level (Notay 2010).
+/// small against the node's largest. One whose neighbours are all taken joins the pair of the strongest, or merging
+/// would come to a halt on networks of few loops. A node that is mostly grounded needs no coarse level (Notay 2010).
 std::vector<int> pairs(const Level& level, int& number) {
   constexpr double mostly = 0.8, strong = 0.25;
-  std::vector<int> coarse(level.size(), -2);
+  constexpr int single = -2;
+  std::vector<int> coarse(level.size(), single);
   number = 0;
   for (int i = 0; i < level.size(); ++i) {
-    if (coarse[i] != -2) continue;
+    if (coarse[i] != single) continue;
     double linked = 0, largest = 0, best = 0;
-    int partner = -1;
+    int partner = -1, strongest = -1;
     for (int e = level.start[i]; e < level.start[i + 1]; ++e) {
-      linked += level.conductance[e];
-      largest = std::max(largest, level.conductance[e]);
-      if (level.conductance[e] > best && coarse[level.neighbour[e]] == -2) {
-        best = level.conductance[e];
-        partner = level.neighbour[e];
-      }
+      const double g = level.conductance[e];
+      const int other = level.neighbour[e];
+      linked += g;
+      if (g > largest && coarse[other] != -1) largest = g, strongest = other;
+      if (g > best && coarse[other] == single) best = g, partner = other;
     }
     if (linked < (1 - mostly) * level.diagonal[i]) {
       coarse[i] = -1;
-      continue;
+    } else if (partner >= 0 && best >= strong * largest) {
+      coarse[i] = coarse[partner] = number++;
+    } else {
+      coarse[i] = strongest >= 0 && coarse[strongest] >= 0 ? coarse[strongest] : number++;
     }
-    coarse[i] = number;
-    if (partner >= 0 && best >= strong * largest) coarse[partner] = number;
-    ++number;
   }
   return coarse;
 }

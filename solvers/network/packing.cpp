@@ -115,7 +115,7 @@ Contacts find_contacts(const Packing& packing) {
   Contacts contacts;
   if (packing.position.empty()) return contacts;
   constexpr double shrink = (1 - contact_margin) * (1 - contact_margin);
-  contacts.pairs.reserve(std::size_t(packing.dimension == 2 ? 3 : 4) * packing.size());
+  contacts.pairs.reserve(3 * packing.position.size());
   Cells(packing).each_pair([&](const auto& a, const auto& b) {
     const double dx = a.x[0] - b.x[0], dy = a.x[1] - b.x[1], dz = a.x[2] - b.x[2], reach = a.radius + b.radius;
     if (dx * dx + dy * dy + dz * dz < shrink * reach * reach)

@@ -15,7 +15,6 @@ struct Wall {
 
 /// Spheres, or disks in the plane z = 0, between walls.
 struct Packing {
-  int dimension = 2;  ///< 2 or 3
   std::vector<Point> position;
   std::vector<double> radius;  ///< m
   std::vector<Wall> walls;

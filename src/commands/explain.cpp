@@ -17,6 +17,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/energy_book.hpp"
 
 namespace lichtenberg {
@@ -156,11 +157,25 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
+/// `solves`: those of a run, on whichever grid.
+void explain_solves(const Scene& scene, const FieldCost& cost, double solves) {
+  const int cells = effects::predictor_cells(scene);
+  if (cells == 0) {
+    fmt::print("  a run                {:.2g} s: some {:.2g} field solves\n", solves * cost.moving_seconds, solves);
+    return;
+  }
+  constexpr double share = 1.0 / 8;  // of field solves among them, for the dendrite
+  const double coarsening = static_cast<double>(scene.field.cells) / cells;
+  const double seconds = solves * cost.moving_seconds * (share + 1 / (coarsening * coarsening));
+  fmt::print("  a run                {:.2g} s: some {:.2g} field solves, and {:.2g} on {} cells between them\n",
+             seconds, share * solves, solves, cells);
+}
+
 void explain_run(const Scene& scene, const FieldCost& cost, const std::string& refusal) {
   if (!refusal.empty())
     fmt::print("  a run                refused: {}\n", refusal);
   else if (const std::optional<double> solves = estimate_field_solves(scene))
-    fmt::print("  a run                {:.2g} s: some {:.2g} field solves\n", *solves * cost.moving_seconds, *solves);
+    explain_solves(scene, cost, *solves);
   else
     fmt::print("  a run                unknown: figures exist for conductors that are fed, dragged and discharged\n");
 }

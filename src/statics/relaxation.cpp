@@ -115,33 +115,46 @@ struct Relaxation::Implementation {
 
   void look() { largest_force = longest(minimizer->point().gradient, scene.dimension()); }
 
-  /// Once hardly a contact is made or lost any more, the energy is all but quadratic.
-  void choose_method() {
-    constexpr double settled = 1e-4;  // in units of stiffness / diameter
-    const double unit = scene.effects.contact_potential->stiffness / diameter;
-    if (scene.minimize.method != "lbfgs-newton" || method != "lbfgs" || largest_force > settled * unit) return;
-    method = "newton-cg";
-    earlier_evaluations += minimizer->evaluations();
+  void change_to(const std::string& other) {
+    method = other;
+    changed_at = earlier_evaluations = evaluations();
     start(minimizer->point().x);
+  }
+
+  std::int64_t evaluations() const { return earlier_evaluations + minimizer->evaluations(); }
+
+  /// Once hardly a contact is made or lost any more, the energy is all but quadratic, and Newton's method ends in some
+  /// tens of evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
+  void choose_method() {
+    if (scene.minimize.method != "lbfgs-newton") return;
+    constexpr std::int64_t most_evaluations = 100;
+    const double unit = scene.effects.contact_potential->stiffness / diameter;
+    if (method == "lbfgs" && largest_force <= settled * unit) {
+      change_to("newton-cg");
+    } else if (method == "newton-cg" && evaluations() - changed_at > most_evaluations) {
+      settled *= 0.1;
+      change_to("lbfgs");
+    }
   }
 
   Scene scene;
   double diameter;         ///< m, mean
   std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
   statics::PotentialEnergy energy;
-  std::string method;  ///< the one in use
+  std::string method;     ///< the one in use
+  double settled = 1e-4;  ///< the force (stiffness / diameter) from which on the contacts are taken to have settled
   std::unique_ptr<minimize::Minimizer> minimizer;
-  std::int64_t iteration = 0, earlier_evaluations = 0;
-  double largest_force = 0;  ///< N
+  std::int64_t iteration = 0;
+  std::int64_t earlier_evaluations = 0;  ///< before this minimizer
+  std::int64_t changed_at = 0;           ///< evaluations when the method was last changed
+  double largest_force = 0;              ///< N
 };
 
 Relaxation::Relaxation(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {}
 Relaxation::~Relaxation() = default;
 
 std::int64_t Relaxation::iteration() const { return implementation_->iteration; }
-std::int64_t Relaxation::evaluations() const {
-  return implementation_->earlier_evaluations + implementation_->minimizer->evaluations();
-}
+std::int64_t Relaxation::evaluations() const { return implementation_->evaluations(); }
 double Relaxation::energy() const { return implementation_->minimizer->point().value; }
 double Relaxation::largest_force() const { return implementation_->largest_force; }
 double Relaxation::force_unit() const {
@@ -187,7 +200,8 @@ Checkpoint Relaxation::checkpoint() const {
   checkpoint.reals = self.minimizer->memory();
   checkpoint.reals["position"] = self.in_scene_order(self.minimizer->point().x);
   checkpoint.integers["counters"] = {self.iteration, evaluations()};
-  checkpoint.integers["newton"] = {self.method == "newton-cg"};
+  checkpoint.integers["method"] = {self.method == "newton-cg", self.changed_at};
+  checkpoint.reals["settled"] = {self.settled};
   return checkpoint;
 }
 
@@ -198,7 +212,10 @@ void Relaxation::restore(const Checkpoint& checkpoint) {
   if (position == checkpoint.reals.end() || counters == checkpoint.integers.end() || counters->second.size() != 2 ||
       position->second.size() != self.minimizer->point().x.size())
     throw Failure("the checkpoint is not one of this scene's relaxation");
-  if (checkpoint.integers.at("newton").at(0)) self.method = "newton-cg";
+  const std::vector<std::int64_t>& method = checkpoint.integers.at("method");
+  if (method.at(0)) self.method = "newton-cg";
+  self.changed_at = method.at(1);
+  self.settled = checkpoint.reals.at("settled").at(0);
   self.start(self.in_own_order(position->second));
   self.minimizer->remember(checkpoint.reals);
   self.iteration = counters->second[0];

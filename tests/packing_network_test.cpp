@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 
 #include "solvers/error.hpp"
 #include "src/commands/command_line.hpp"
@@ -24,10 +26,28 @@ namespace {
 /// frame before has the column open in the middle.
 class ResultFile {
  public:
-  explicit ResultFile(const std::string& network_table = "") {
+  explicit ResultFile(const std::string& network_table = "") : folder_(new_folder()), recorder_(start(network_table)) {
+    for (const double x : {5.0, 2.0}) add_frame(x);
+    recorder_.save({});
+  }
+  ResultFile(const ResultFile&) = delete;
+  ~ResultFile() { std::filesystem::remove_all(folder_); }
+  std::string path() const { return (folder_ / "column.h5").string(); }
+  /// Whether nothing else is left in its folder.
+  bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_), {}) == 1; }
+  /// Its run goes on.
+  void save_another_frame() {
+    add_frame(1);
+    recorder_.save({});
+  }
+
+ private:
+  static std::filesystem::path new_folder() {
     std::string folder = (std::filesystem::temp_directory_path() / "lichtenberg-network-test-XXXXXX").string();
     REQUIRE(mkdtemp(folder.data()) != nullptr);
-    folder_ = folder;
+    return folder;
+  }
+  Recorder start(const std::string& network_table) const {
     const std::string text = "domain = { size = [8.0, 5.4] }\nfield = { cells = 400 }\n" + network_table +
                              "[[conductor]]\nposition = [2.0, 1.0]\nradius = 1.0\n"
                              "[[conductor]]\nposition = [4.0, 2.7]\nradius = 1.0\n"
@@ -35,24 +55,26 @@ class ResultFile {
                              "[[conductor]]\nposition = [6.0, 4.3]\nradius = 0.5\n"
                              "[[conductor]]\nposition = [7.0, 2.0]\nradius = 0.5\n";
     const Scene scene = parse_scene(text, "column.toml");
-    Recorder recorder = Recorder::start(path(), scene, std::vector<double>(5, 1.0), false);
-    for (const double x : {5.0, 2.0}) {
-      Frame frame;
-      frame.time = 5 - x;
-      frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
-      frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
-      frame.group = {0, 1, 2, 3, 4};
-      recorder.add(frame, {});
-    }
-    recorder.save({});
+    return Recorder::start(path(), scene, std::vector<double>(5, 1.0), false);
   }
-  ResultFile(const ResultFile&) = delete;
-  ~ResultFile() { std::filesystem::remove_all(folder_); }
-  std::string path() const { return (folder_ / "column.h5").string(); }
+  /// `x` of the middle one (m).
+  void add_frame(double x) {
+    Frame frame;
+    frame.time = 5 - x;
+    frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
+    frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
+    frame.group = {0, 1, 2, 3, 4};
+    recorder_.add(frame, {});
+  }
 
- private:
   std::filesystem::path folder_;
+  Recorder recorder_;
 };
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 std::string message_of(const std::function<void()>& work) {
   try {
@@ -124,9 +146,10 @@ TEST_CASE("conductors of different materials in one network") {
 
 TEST_CASE("the file keeps the networks, and everything else") {
   const ResultFile file;
-  const PackingFrame frame = read_packing(file.path(), {});
-  for (const double voltage : {1.0, 12.0})  // the second call over the first
+  for (const double voltage : {1.0, 12.0}) {  // the second call over the first
+    const PackingFrame frame = read_packing(file.path(), {});
     save_networks(file.path(), frame, {solve_network(frame, "particle", {}, voltage)});
+  }
   const hdf5::Handle result = hdf5::load(file.path());
   CHECK(hdf5::get<double>(result, "network/particle/effective_resistance")[0] == Approx(4));
   const auto current = hdf5::get<double>(result, "network/particle/current");
@@ -140,6 +163,17 @@ TEST_CASE("the file keeps the networks, and everything else") {
   CHECK(hdf5::get<std::int32_t>(result, "network/particle/isolated") == std::vector<std::int32_t>{4});
   CHECK(hdf5::exists(result, "checkpoint"));
   CHECK(hdf5::shape(result, "particles/conductors/position/value")[0] == 2);
+}
+
+TEST_CASE("a file that changes while it is measured stays as its run left it") {
+  ResultFile file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
+  file.save_another_frame();
+  const std::string newer = bytes_of(file.path());
+  CHECK_THROWS_AS(save_networks(file.path(), frame, {solved}), Failure);
+  CHECK(bytes_of(file.path()) == newer);
+  CHECK(file.alone());
 }
 
 TEST_CASE("what cannot be measured is refused in a sentence") {

@@ -8,7 +8,6 @@
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
-#include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/result.hpp"
 
@@ -131,6 +130,7 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
 
 PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
   try {
+    const FileIdentity identity = identity_of(path);
     const hdf5::Handle file = load_result(path, "measured");
     if (!hdf5::exists(file, positions))
       throw InputError(fmt::format("{} holds no frames: nothing can be measured", path));
@@ -138,7 +138,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     const int frames = static_cast<int>(shape[0]);
     if (frame && (*frame < 0 || *frame >= frames))
       throw InputError(fmt::format("frame {} is not in {}: it has frames 0 to {}", *frame, path, frames - 1));
-    PackingFrame result{.frame = frame.value_or(frames - 1)};
+    PackingFrame result{.file = identity, .frame = frame.value_or(frames - 1)};
     result.packing = read_frame(file, result.frame, shape[1]);
     result.scene = parse_scene(hdf5::get_text(file, "scene/text"), path);
     for (const Conductor& conductor : result.scene.conductors)
@@ -186,11 +186,11 @@ void save_networks(const std::string& path, const PackingFrame& frame, const std
   try {
     const hdf5::Handle file = hdf5::load(path);
     for (const SolvedNetwork& solved : networks) put_network(file, frame, solved);
-    write_atomically(path, hdf5::image(file));
+    replace_if_same(path, frame.file, hdf5::image(file));
   } catch (const hdf5::Error& error) {
-    throw Failure(fmt::format("{} cannot be written ({}); it stands as it was", path, error.what()));
+    throw Failure(fmt::format("{} cannot be written ({}); it was left alone", path, error.what()));
   } catch (const Failure& failure) {
-    throw Failure(fmt::format("{}; it stands as it was", failure.what()));
+    throw Failure(fmt::format("{}; it was left alone", failure.what()));
   }
 }
 

@@ -6,12 +6,14 @@
 
 #include "solvers/network/build.hpp"
 #include "solvers/network/conduction.hpp"
+#include "src/record/atomic_file.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
 /// A frame of a result file, as the network room sees it.
 struct PackingFrame {
+  FileIdentity file;  ///< it was read from
   int frame = 0;
   std::string title;
   Scene scene;  ///< as the run had it
@@ -42,7 +44,8 @@ SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model,
                             double voltage);
 
 /// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call; the file is
-/// replaced as a whole. Throws Failure if it cannot be written.
+/// replaced as a whole. Throws Failure, and leaves the file alone, if it cannot be written or is no longer the one that
+/// the frame was read from (its run goes on).
 void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks);
 
 }  // namespace lichtenberg

@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
+#include <functional>
 #include <system_error>
 #include <utility>
 
@@ -47,26 +49,51 @@ class Descriptor {
   int fd_;
 };
 
-void replace(const std::string& path, const std::string& partial, std::span<const std::byte> bytes) {
-  Descriptor file(partial, O_WRONLY | O_CREAT | O_TRUNC);
+void write_file(const std::string& path, std::span<const std::byte> bytes) {
+  Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
   file.write(bytes);
   file.sync();
   file.close();
-  std::filesystem::rename(partial, path);
-  Descriptor(folder_of(path), O_RDONLY | O_DIRECTORY).sync();  // the new name itself
+}
+
+/// `check` may refuse the replacement by an exception, at the last moment.
+void replace(const std::string& path, std::span<const std::byte> bytes, const std::function<void()>& check) {
+  const std::string partial = path + ".partial";
+  const auto remove_partial = [&] {
+    std::error_code ignored;
+    std::filesystem::remove(partial, ignored);
+  };
+  try {
+    write_file(partial, bytes);
+    check();
+    std::filesystem::rename(partial, path);
+    Descriptor(folder_of(path), O_RDONLY | O_DIRECTORY).sync();  // the new name itself
+  } catch (const std::system_error& error) {
+    remove_partial();
+    throw Failure(fmt::format("{} cannot be written ({})", path, error.code().message()));
+  } catch (const Failure&) {
+    remove_partial();
+    throw;
+  }
 }
 
 }  // namespace
 
 void write_atomically(const std::string& path, std::span<const std::byte> bytes) {
-  const std::string partial = path + ".partial";
-  try {
-    replace(path, partial, bytes);
-  } catch (const std::system_error& error) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-    throw Failure(fmt::format("{} cannot be written ({})", path, error.code().message()));
-  }
+  replace(path, bytes, [] {});
+}
+
+FileIdentity identity_of(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return {};
+  return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+}
+
+void replace_if_same(const std::string& path, const FileIdentity& read, std::span<const std::byte> bytes) {
+  replace(path, bytes, [&] {
+    if (identity_of(path) != read)
+      throw Failure(fmt::format("{} has changed since it was read: try again once its run is over", path));
+  });
 }
 
 void check_writable(const std::string& path) {

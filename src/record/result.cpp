@@ -1,13 +1,11 @@
 #include "src/record/result.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
 
 #include "solvers/error.hpp"
-#include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/version.hpp"
 
@@ -62,7 +60,7 @@ auto Result::guarded(Reading reading) const {
 
 Result::Result(const std::string& path) : path_(path) {
   guarded([&] {
-    identity_ = identity(path);
+    identity_ = identity_of(path);
     file_ = load_result(path, "analysed");
     if (!hdf5::exists(*file_, std::string(conductors) + "position/time"))
       throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
@@ -70,12 +68,6 @@ Result::Result(const std::string& path) : path_(path) {
     if (times_.empty()) throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
     conductors_ = radius().size();
   });
-}
-
-Result::Identity Result::identity(const std::string& path) {
-  struct stat status {};
-  if (stat(path.c_str(), &status) != 0) return {};
-  return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
 }
 
 Scene Result::scene() const {
@@ -173,12 +165,9 @@ void Result::put_analysis(const std::vector<Column>& columns) const {
     hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
     remove_others(group, columns);
     for (const Column& column : columns) put_column(group, column, times_.size());
-    const std::vector<std::byte> bytes = hdf5::image(*file_);
-    if (identity(path_) != identity_)
-      throw Failure("it has changed since it was opened: analyse it again once its run is over");
-    write_atomically(path_, bytes);
+    replace_if_same(path_, identity_, hdf5::image(*file_));
   } catch (const std::exception& error) {
-    throw Failure(fmt::format("the analysis is not in {} ({}); the file stands as it was", path_, error.what()));
+    throw Failure(fmt::format("the analysis is not in {} ({}); the file was left alone", path_, error.what()));
   }
 }
 

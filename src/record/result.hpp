@@ -8,6 +8,7 @@
 
 #include "src/analysis/network.hpp"
 #include "src/model/frame.hpp"
+#include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/scene.hpp"
 
@@ -55,20 +56,13 @@ class Result {
   void put_analysis(const std::vector<Column>& columns) const;
 
  private:
-  /// Which file stands at the path: saving a run puts another one there.
-  struct Identity {
-    std::uint64_t device = 0, inode = 0;
-    std::int64_t seconds = 0, nanoseconds = 0;
-    friend bool operator==(const Identity&, const Identity&) = default;
-  };
-  static Identity identity(const std::string& path);
   template <class Reading>
   auto guarded(Reading reading) const;
   std::vector<double> reals(const std::string& name, int index, std::size_t count) const;
   std::vector<Vec2> vectors(const std::string& name, int index) const;
 
   std::string path_;
-  Identity identity_;
+  FileIdentity identity_;
   std::optional<hdf5::Handle> file_;
   std::vector<double> times_;
   std::size_t conductors_ = 0;

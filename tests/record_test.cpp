@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -390,8 +391,33 @@ TEST_CASE("a full disk costs one sentence and leaves the last good version") {
   for (const rlim_t limit : {rlim_t{0}, size / 2, size - 1}) {
     CHECK_EQ(save_more(limit), 3);
     CHECK_EQ(bytes_of(path), before);
-    CHECK_FALSE(fs::exists(path + ".partial"));
+    CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);  // no partial file
   }
+}
+
+TEST_CASE("two writers of one file do not mix") {
+  const Folder folder;
+  const std::string path = folder / "shared";
+  constexpr std::size_t size = 1 << 16;
+  const auto write_often = [&](std::byte letter) {
+    const pid_t child = fork();
+    if (child != 0) return child;
+    const std::vector<std::byte> bytes(size, letter);
+    const bool failed = !message_of([&] {
+                           for (int k = 0; k < 40; ++k) write_atomically(path, bytes);
+                         }).empty();
+    _exit(failed ? 1 : 0);
+  };
+  for (const pid_t child : {write_often(std::byte{'a'}), write_often(std::byte{'b'})}) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    const std::vector<char> found = bytes_of(path);
+    CHECK(found.size() == size);
+    CHECK(std::ranges::count(found, found.front()) == size);
+  }
+  CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);
 }
 
 // Each version's checkpoint says how many frames it was written with: a mixture of two versions would not agree.

@@ -342,7 +342,8 @@ TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint
   CHECK_EQ(child.wait(), 1);
   CHECK_NE(child.messages().find("six.h5 cannot be written (File too large); what was saved up to t = "),
            std::string::npos);
-  CHECK_FALSE(fs::exists(folder / "six.h5.partial"));
+  for (const auto& entry : fs::directory_iterator(fs::path(folder / "six.h5").parent_path()))
+    CHECK(entry.path().string().find(".partial") == std::string::npos);
   CHECK_LT(frames(folder / "six.h5"), 41);
   REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
   check_same_numbers(folder / "six.h5", folder / "reference.h5");

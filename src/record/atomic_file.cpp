@@ -58,7 +58,7 @@ void write_file(const std::string& path, std::span<const std::byte> bytes) {
 
 /// `check` may refuse the replacement by an exception, at the last moment.
 void replace(const std::string& path, std::span<const std::byte> bytes, const std::function<void()>& check) {
-  const std::string partial = path + ".partial";
+  const std::string partial = fmt::format("{}.partial-{}", path, getpid());
   const auto remove_partial = [&] {
     std::error_code ignored;
     std::filesystem::remove(partial, ignored);

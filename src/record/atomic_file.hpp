@@ -8,8 +8,8 @@
 namespace lichtenberg {
 
 /// Writes the bytes to `path` such that whatever happens (a kill, a full disk, a power cut) either the old file or the
-/// whole new one stands there: they go to `path`.partial, reach the disk, and take the name over. Throws Failure, and
-/// leaves no partial file, if that cannot be done.
+/// whole new one stands there: they go to `path`.partial-PID, which no other process of this machine writes to, reach
+/// the disk, and take the name over. Throws Failure, and leaves no partial file, if that cannot be done.
 void write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
 /// Which file stands at a path: write_atomically puts another one there.

@@ -130,7 +130,8 @@ TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to
 TEST_CASE("help explains the program, a command and the scene") {
   const Result program = run("help");
   CHECK(program.status == 0);
-  for (const std::string command : {"run", "solve", "explain", "plot", "work-precision", "ensemble", "help", "--petsc"})
+  for (const std::string command :
+       {"run", "solve", "explain", "plot", "analyse", "network", "work-precision", "ensemble", "help", "--petsc"})
     CHECK(contains(program.out, command));
   CHECK(contains(run("help solve").out, "--capacitance"));
   CHECK(run("solve --help").out == run("help solve").out);

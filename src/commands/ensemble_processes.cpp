@@ -12,7 +12,9 @@
 #include <cstring>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <thread>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "src/commands/ensemble.hpp"

@@ -45,8 +45,8 @@ class Recorder {
   static Recorder start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite);
 
   /// For a run that goes on from the checkpoint in `path`. Throws InputError if there is no result file of this
-  /// program's format, or if the scene in it differs from this one outside of [stop], [output] and [network]; Failure if it is
-  /// damaged.
+  /// program's format, or if the scene in it differs from this one outside of [stop], [output] and [network]; Failure
+  /// if it is damaged.
   static Recorder resume(const std::string& path, const Scene& scene);
 
   /// The checkpoint to go on from; empty for a new run.

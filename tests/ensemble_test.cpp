@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
 
 namespace fs = std::filesystem;
@@ -158,6 +159,7 @@ TEST_CASE("all combinations are run, each into a file of its own") {
   const json found = summary(folder, "neutral-ensemble");
   REQUIRE(found["members"].size() == 8);
   CHECK(found["points"].size() == 4);
+  for (const json& point : found["points"]) CHECK(point["runs"] == 2);
   CHECK(found["members"][7]["name"] == "count-2_viscosity-1_seed-4");
   CHECK(found["members"][7]["settings"] == json({{"population.count", 2}, {"medium.viscosity", 1}, {"seed", 4}}));
   CHECK(found["members"][7]["quantities"]["conductors"] == 3);
@@ -266,6 +268,33 @@ TEST_CASE("what is half done is resumed") {
     CHECK(last_time(folder / "charged-ensemble" / name) == doctest::Approx(0.2));
     CHECK(sessions(folder / "charged-ensemble" / name) == 2);
   }
+}
+
+TEST_CASE("a run that is past the stop of now is reported and its file stays") {
+  const Folder folder;
+  const std::string stop = "time = 0.08";  // the 8th frame has a checkpoint
+  folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
+  REQUIRE(ensemble(folder, "charged.toml").status == 0);
+  const fs::path file = folder / "charged-ensemble" / "charged.h5";
+  const std::string before = text_of(file);
+  const auto check_past = [&] {
+    const Result result = ensemble(folder, "charged.toml");
+    INFO(result.err);
+    CHECK(result.status == 1);
+    CHECK(contains(result.err, "charged.h5 is already past this [stop]: move it away"));
+    CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"failed"});
+  };
+  folder.write("charged.toml", replaced(charged_scene, "time = 0.2", "time = 0.05"));
+  check_past();
+  CHECK(text_of(file) == before);
+
+  // As if it had been interrupted at its 8th frame, on the way to a later end: nothing is left to run.
+  namespace hdf5 = lichtenberg::hdf5;
+  const hdf5::Handle interrupted = hdf5::load(file.string());
+  hdf5::check(H5Ldelete(interrupted, "summary", H5P_DEFAULT));
+  lichtenberg::write_atomically(file.string(), hdf5::image(interrupted));
+  folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
+  check_past();
 }
 
 TEST_CASE("a member whose file is of other settings is reported and its file stays") {

@@ -64,7 +64,8 @@ void run_members(const std::string& folder, std::vector<Member>& members, int jo
 /// Members that differ in nothing but their seed.
 struct Point {
   std::vector<Setting> settings;                         ///< all but the seed
-  std::map<std::string, analysis::Estimate> quantities;  ///< means over the finished members
+  int runs = 0;                                          ///< finished members
+  std::map<std::string, analysis::Estimate> quantities;  ///< means over them
 };
 
 /// A count that is proportional to the number of conductors, by all members that differ in seed and conductors only.

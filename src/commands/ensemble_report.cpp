@@ -122,10 +122,10 @@ Cells cells_of(const std::vector<Point>& points, std::span<const Column> columns
   for (const Setting& setting : points.front().settings) rows.front().push_back(setting.key);
   rows.front().push_back("runs");
   for (const Column& column : present) rows.front().push_back(column.heading);
-  for (const auto& [settings, quantities] : points) {
+  for (const auto& [settings, runs, quantities] : points) {
     std::vector<std::string>& row = rows.emplace_back();
     for (const Setting& setting : settings) row.push_back(setting.value);
-    row.push_back(std::to_string(quantities.begin()->second.sample));
+    row.push_back(std::to_string(runs));
     for (const Column& column : present) {
       const auto found = quantities.find(column.quantity);
       row.push_back(found == quantities.end() ? "" : shown(found->second));
@@ -171,7 +171,8 @@ std::string to_text(State state) {
 Summary summarize(const std::vector<Member>& members) {
   Summary summary;
   for (const auto& group : groups_apart_from({"seed"}, members))
-    summary.points.push_back({without(group.front()->settings, {"seed"}), means_of(group)});
+    summary.points.push_back(
+        {without(group.front()->settings, {"seed"}), static_cast<int>(group.size()), means_of(group)});
   for (const auto& group : groups_apart_from({"seed", conductors_key}, members)) {
     const std::vector<double> conductors = values_of(group, "conductors");
     if (std::set(conductors.begin(), conductors.end()).size() < 2) continue;
@@ -213,8 +214,8 @@ nlohmann::ordered_json to_json(const std::string& scene_path, const std::vector<
     if (!member.quantities.empty()) entry["quantities"] = member.quantities;
     json["members"].push_back(std::move(entry));
   }
-  for (const auto& [settings, quantities] : summary.points) {
-    Json entry{{"settings", to_json(settings)}, {"quantities", Json::object()}};
+  for (const auto& [settings, runs, quantities] : summary.points) {
+    Json entry{{"settings", to_json(settings)}, {"runs", runs}, {"quantities", Json::object()}};
     for (const auto& [quantity, estimate] : quantities) entry["quantities"][quantity] = to_json(estimate);
     json["points"].push_back(std::move(entry));
   }

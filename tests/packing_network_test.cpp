@@ -122,7 +122,8 @@ TEST_CASE("particles as electrodes") {
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(solve_network(frame, "particle", {.between = "0,2"}, 1).conduction.resistance == Approx(2).epsilon(1e-14));
   CHECK(solve_network(frame, "contact", {.between = "0,2"}, 1).conduction.resistance == Approx(2.0 / 3).epsilon(1e-14));
-  CHECK(solve_network(frame, "particle", {.between = "3, top"}, 1).conduction.resistance == Approx(3).epsilon(1e-14));
+  for (const char* between : {"3,top", "3, top", "3 ,top", " 3 , top "})
+    CHECK(solve_network(frame, "particle", {.between = between}, 1).conduction.resistance == Approx(3).epsilon(1e-14));
 }
 
 TEST_CASE("the scene chooses the physics of the resistors") {
@@ -200,5 +201,15 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
                        "x.toml");
                  }),
                  "needs resistance_per_length"));
+  const std::string before = bytes_of(file.path());
   CHECK(run_command_line({"network", file.path(), "--voltage", "0"}) == 2);
+  // Before anything is solved and kept:
+  CHECK(run_command_line({"network", file.path(), "--out", file.path() + "/nowhere/picture.png"}) == 2);
+  CHECK(bytes_of(file.path()) == before);
+  for (const double part : {0.9, 0.5, 0.1}) {
+    const auto length = static_cast<std::size_t>(part * static_cast<double>(before.size()));
+    std::ofstream(file.path(), std::ios::binary) << before.substr(0, length);
+    CHECK(contains(message_of([&] { read_packing(file.path(), {}); }), "column.h5 is damaged"));
+    CHECK(run_command_line({"network", file.path()}) == 2);
+  }
 }

@@ -2,10 +2,12 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
@@ -25,8 +27,8 @@ struct NetworkArguments {
   bool json = false, no_picture = false, no_save = false;
 };
 
-/// What the command line says comes before what the scene says. Another resistor model starts without the scene's
-/// parameters only where they are given anew: a scene may hold those of several models.
+/// What the command line says comes before what the scene says, key by key; parameters that the model does not need are
+/// ignored.
 NetworkOptions options_for(const NetworkArguments& request, const Scene& scene) {
   NetworkOptions options = scene.network;
   if (request.options.model) options.model = request.options.model;
@@ -130,13 +132,16 @@ void print_json(const NetworkArguments& request, const PackingFrame& frame,
   fmt::print("{}\n", json.dump(2));
 }
 
+bool draws(const NetworkArguments& request) { return !request.no_picture && !request.no_save; }
+
+std::string picture_of(const NetworkArguments& request) {
+  if (!request.picture.empty()) return request.picture;
+  std::filesystem::path picture = request.file;
+  return picture.replace_filename(picture.stem().string() + "-network.png").string();
+}
+
 void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetwork>& networks) {
-  std::filesystem::path picture = request.picture;
-  if (picture.empty()) {
-    picture = request.file;
-    picture.replace_filename(picture.stem().string() + "-network.png");
-  }
-  std::vector<std::string> arguments = {request.file, "--out", picture.string(), "--models"};
+  std::vector<std::string> arguments = {request.file, "--out", picture_of(request), "--models"};
   for (const SolvedNetwork& solved : networks) arguments.push_back(solved.model);
   draw("network.py", arguments);
 }
@@ -145,19 +150,18 @@ void measure(const NetworkArguments& request) {
   if (!(request.voltage > 0) || !std::isfinite(request.voltage))
     throw InputError(fmt::format("--voltage {:g} is not allowed: it must be greater than 0", request.voltage));
   const PackingFrame frame = read_packing(request.file, request.frame);
+  if (!request.no_save) check_writable(request.file);
+  if (draws(request)) check_writable(picture_of(request));
   const NetworkOptions options = options_for(request, frame.scene);
   std::vector<SolvedNetwork> networks;
   for (const std::string& model : models_of(options))
     networks.push_back(solve_network(frame, model, options, request.voltage));
-  if (!request.no_save) {
-    check_writable(request.file);
-    save_networks(request.file, frame, networks);
-  }
+  if (!request.no_save) save_networks(request.file, frame, networks);
   if (request.json)
     print_json(request, frame, networks);
   else
     for (const SolvedNetwork& solved : networks) print_table(solved);
-  if (!request.no_picture && !request.no_save) draw_networks(request, networks);
+  if (draws(request)) draw_networks(request, networks);
 }
 
 }  // namespace

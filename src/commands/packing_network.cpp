@@ -66,6 +66,11 @@ network::Electrode read_electrode(const std::string& name, const network::Packin
   return {.wall = false, .index = particle};
 }
 
+std::string without_blanks(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(' ');
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
+}
+
 /// Which particles a path of contacts joins to one of the electrodes.
 std::vector<char> joined(const PackingFrame& frame, const std::vector<network::Electrode>& electrodes) {
   const network::PackingNetwork paths = particle_network(
@@ -147,7 +152,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     result.contacts = network::find_contacts(result.packing);
     return result;
   } catch (const hdf5::Error& error) {
-    throw Failure(fmt::format("{} is damaged and cannot be read ({})", path, error.what()));
+    throw InputError(fmt::format("{} is damaged and cannot be measured ({})", path, error.what()));
   }
 }
 
@@ -156,10 +161,9 @@ std::vector<network::Electrode> read_electrodes(const std::string& between, cons
   if (comma == std::string::npos || between.find(',', comma + 1) != std::string::npos)
     throw InputError(
         fmt::format("--between \"{}\" is not allowed: two electrodes are needed, as in bottom,top", between));
-  const std::size_t second = between.find_first_not_of(' ', comma + 1);
   const std::vector<network::Electrode> electrodes = {
-      read_electrode(between.substr(0, comma), packing),
-      read_electrode(second == std::string::npos ? "" : between.substr(second), packing)};
+      read_electrode(without_blanks(between.substr(0, comma)), packing),
+      read_electrode(without_blanks(between.substr(comma + 1)), packing)};
   if (electrodes[0] == electrodes[1])
     throw InputError(
         fmt::format("--between {} names the same electrode twice: two different ones are needed", between));

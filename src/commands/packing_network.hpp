@@ -22,7 +22,7 @@ struct PackingFrame {
 };
 
 /// The frame of that index, by default the last. Walls are those of the file or the sides of its domain. Throws
-/// InputError if there is no such file or frame, or the scene's particles have no radius.
+/// InputError if there is no such file or frame, it is damaged, or the scene's particles have no radius.
 PackingFrame read_packing(const std::string& path, std::optional<int> frame);
 
 /// A wall's name or a particle's number. Throws InputError if `between` does not name two of them, different ones.

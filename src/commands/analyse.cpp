@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 #include <numeric>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
@@ -102,12 +103,14 @@ class Analyser {
 
   std::vector<Recorded> recorded(int index) const {
     std::vector<Recorded> result;
-    for (const auto& [name, unit] : {std::pair{"current", "A"},
-                                     {"structure_resistance", "ohm"},
-                                     {"supplied_power", "W"},
-                                     {"dissipated_power", "W"},
-                                     {"entropy_production", "W/K"}})
-      if (auto values = result_.observable(name, index); !values.empty()) result.push_back({name, unit, values});
+    for (Recorded found : {Recorded{"current", "A", true, {}},
+                           {"structure_resistance", "ohm", false, {}},
+                           {"supplied_power", "W", false, {}},
+                           {"dissipated_power", "W", false, {}},
+                           {"entropy_production", "W K-1", false, {}}}) {
+      found.values = result_.observable(found.name, index);
+      if (!found.values.empty()) result.push_back(std::move(found));
+    }
     return result;
   }
 

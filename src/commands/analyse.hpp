@@ -13,6 +13,7 @@ namespace lichtenberg {
 /// What a run with a circuit has recorded of currents and powers, means since the frame before.
 struct Recorded {
   std::string name, unit;
+  bool by_terminal = false;
   std::vector<double> values;  ///< by terminal, or one
 };
 

@@ -141,6 +141,18 @@ void add_power(Columns& columns) {
   columns.real("kinetic_energy", "J", [](auto& f) { return f.power.kinetic; });
 }
 
+/// What a circuit's run has recorded, at every frame or at none.
+void add_recorded(Columns& columns, const Frames& frames) {
+  if (frames.empty()) return;
+  for (std::size_t k = 0; k < frames.front().recorded.size(); ++k) {
+    const Recorded& first = frames.front().recorded[k];
+    if (first.by_terminal)
+      columns.reals(first.name, first.unit, [=](auto& f) { return f.recorded[k].values; });
+    else
+      columns.real(first.name, first.unit, [=](auto& f) { return f.recorded[k].values.front(); });
+  }
+}
+
 // The table.
 
 void print_head() {
@@ -225,8 +237,8 @@ void print_power(const FrameAnalysis& found) {
   fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
              found.power.field, found.power.drag);
   if (found.dissipated) fmt::print("dissipated     {:.4g} W since the frame before\n", *found.dissipated);
-  for (const auto& [name, unit, values] : found.recorded)
-    fmt::print("recorded       {} {:.4g} {}\n", name, fmt::join(values, ", "), unit);
+  for (const Recorded& recorded : found.recorded)
+    fmt::print("recorded       {} {:.4g} {}\n", recorded.name, fmt::join(recorded.values, ", "), recorded.unit);
 }
 
 nlohmann::ordered_json json_value(const Column& column, std::size_t row) {
@@ -252,6 +264,7 @@ std::vector<Column> columns_of(const AnalysedRun& run, const Frames& frames) {
   add_dimension(columns, "box_dimension", &analysis::Topology::boxes);
   add_dimension(columns, "mass_dimension", &analysis::Topology::masses);
   add_power(columns);
+  add_recorded(columns, frames);
   columns.wholes("strahler", [](auto& f) { return f.topology.strahler; });
   return columns.take();
 }

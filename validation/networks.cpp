@@ -1,9 +1,5 @@
 // Resistor networks against exact answers: ladders, lattices and polyhedra, infinite lattices by extrapolation, a dense
-// pseudo-inverse, five networks of a reference packing, percolation at its exact threshold, and the resistance matrix
-// of a disk against elliptic functions and the field solver.
-//
-//   networks          some seconds
-//   networks long     the conductivity exponent of percolation: minutes
+// pseudo-inverse, and five networks of a reference packing. Seconds.
 
 #include <Eigen/Dense>
 #include <fstream>
@@ -184,7 +180,9 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 void reference_networks(Report& report) {
   report.section("100 disks, bottom to top: relative error against the reference, of potentials absolute");
-  constexpr double bound = 1e-10;
+  // Nonzero eigenvalues of these conductance matrices are within a factor of 250 of each other: rounding, 2e-16, shows
+  // by 5e-14 in what a dense solver finds, once in each of the two, with some room for the sums of 200 to 300 nodes.
+  constexpr double bound = 1e-12;
   const nlohmann::json all = reference("n100-networks.json");
   const network::Packing packing = reference_packing();
   const network::Contacts contacts = find_contacts(packing);
@@ -232,7 +230,9 @@ void foster(Report& report) {
   }
 }
 
-/// Random graphs with conductances over several decades.
+/// Random graphs with conductances over several decades. The dense pseudo-inverse loses what the condition says, the
+/// factor between the conductance matrix's nonzero eigenvalues, times rounding: it is some tens without spread, some
+/// thousands over two decades, and below 1e5 over four, which is 2e-11; five times that is allowed.
 void random_networks(Report& report) {
   report.section("random networks against the dense pseudo-inverse, relative error");
   std::mt19937_64 random(5);
@@ -246,6 +246,10 @@ void random_networks(Report& report) {
       const network::Conduction c = network::conduct(net, 0, 1);
       if (c.connected) errors.push_back(relative(c.resistance, pseudo_inverse_resistance(net, 0, 1)));
     }
+    // Both nodes have links with probability .96 each draw (four links a node: exp(-4) have none), and nearly all nodes
+    // that have are in one piece.
+    report.at_least(fmt::format("draws of 20 that connect, {:g} decades", decades), static_cast<double>(errors.size()),
+                    15);
     report.at_most(fmt::format("80 nodes, conductances over {:g} decades", decades), spread(errors), 1e-10);
   }
 }

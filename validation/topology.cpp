@@ -254,15 +254,26 @@ void report_strahler(const TreeFractions& uniform) {
 /// Spheres of radius 1, centres closer than 3 in contact, on a ground below; D says that no more than four can touch
 /// one without a loop.
 void report_largest_degree(Report& report) {
-  const auto star = [](int arms, double distance) {
+  const auto places = [](int arms, double distance) {
     std::vector<Vec2> place{{10, distance + 1.5}};
     for (int k = 0; k < arms; ++k) {
       const double angle = 2 * std::numbers::pi * k / arms;
       place.push_back(place[0] + distance * Vec2{std::sin(angle), -std::cos(angle)});
     }
+    return place;
+  };
+  const auto closest = [&](int arms, double distance) {  // of any two centres
+    const std::vector<Vec2> place = places(arms, distance);
+    double least = distance;
+    for (std::size_t a = 0; a < place.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b) least = std::min(least, norm(place[a] - place[b]));
+    return least;
+  };
+  const auto star = [&](int arms, double distance) {
+    const std::vector<Vec2> place = places(arms, distance);
     const std::vector<double> radius(place.size(), 1.0);
     const Ground ground{{20, 20}, {false, false, true, false}, {}};
-    return network(contacts(place, radius, 1.0, ground), place);
+    return analysis::network(contacts(place, radius, 1.0, ground), place);
   };
   report.section("Largest degree of spheres in contact below 3 R (D: 4)");
   // Arms at distances below 3 R that do not touch each other are more than 60 degrees apart: two sides shorter than the
@@ -271,9 +282,10 @@ void report_largest_degree(Report& report) {
   report.at_most("its loops", star(5, 2.6).degrees.loops, 0);
   report.at_least("loops of a star of six, 2.99 R", star(6, 2.99).degrees.loops, 1);
   // With loops: spheres that do not overlap, 2 R apart at 3 R, are 2 asin(1/3) = 38.9 degrees apart; nowhere nearer is
-  // it less. So nine fit, ten do not.
+  // it less. So nine fit, ten do not, and least of all on any other places than those of a regular star.
   report.at_least("degree of the middle of nine, 2.95 R", std::ssize(star(9, 2.95).degrees.number) - 1, 9);
-  report.at_most("360 degrees / 2 asin(1/3), rounded down", std::floor(std::numbers::pi / std::asin(1.0 / 3)), 9);
+  report.at_least("closest centres of these nine, R (2: no overlap)", closest(9, 2.95), 2);
+  report.at_most("closest centres of ten around one, 3 R (below 2: overlap)", closest(10, 3), 2 - 1e-12);
 }
 
 /// 100 spheres in a box as dense as the dendrite's.
@@ -291,8 +303,8 @@ Topology topology_of(const Simulation& simulation, const Frame& frame, const Sce
   std::vector<Contact> contacts;
   for (const auto& [conductor, partner] : simulation.model().find<effects::ContactDischarge>()->contacts())
     contacts.emplace_back(conductor, partner < n ? partner : to_ground);
-  return topology(network(std::move(contacts), frame.position), frame.position, simulation.model().bodies.radius,
-                  ground_of(scene));
+  return topology(analysis::network(std::move(contacts), frame.position), frame.position,
+                  simulation.model().bodies.radius, ground_of(scene));
 }
 
 void report_runs(Report& report) {

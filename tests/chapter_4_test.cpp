@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "solvers/error.hpp"
 #include "src/theory/broken_wire.hpp"
 #include "src/theory/disk_between_plates.hpp"
 #include "src/theory/shuttle.hpp"
@@ -81,6 +82,14 @@ TEST_CASE("disk between plates: near one of them it holds what reciprocity says"
     CHECK(held.charge == Approx(charge_near_plate(disk, gap)).epsilon(1e-6));
   }
   CHECK(charge_near_plate(disk, 0) == Approx(2 * pi * 2.5 * 3 / 2000).epsilon(1e-14));
+}
+
+TEST_CASE("disk between plates: one that touches a plate or is beyond it is refused") {
+  const DiskBetweenPlates disk = disk_between(4.5);
+  for (const double x : {disk.place(0), -disk.place(0), disk.place(-0.1), 1e9, std::nan("")}) {
+    CHECK_THROWS_AS(with_charge(disk, x, 1), InputError);
+    CHECK_THROWS_AS(at_potential(disk, x, 1), InputError);
+  }
 }
 
 TEST_CASE("disk between plates: the plate that it touches repels it with eps R E^2 (pi^3/9 + pi/3)") {

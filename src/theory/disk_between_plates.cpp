@@ -1,9 +1,13 @@
 #include "src/theory/disk_between_plates.hpp"
 
+#include <fmt/format.h>
 #include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "solvers/error.hpp"
 
 namespace lichtenberg::theory {
 namespace {
@@ -23,6 +27,11 @@ struct Circle {
 /// one counted is exp(-20) = 2e-9 of the first.
 int points(const DiskBetweenPlates& disk, double x) {
   const double gap = disk.place(std::abs(x));
+  if (!(gap > 0))
+    throw InputError(
+        fmt::format("a disk of radius {:g} m at x = {:g} m is not between plates at -{:g} and {:g} m: a gap "
+                    "greater than 0 must be left to both",
+                    disk.radius, x, 0.5 * disk.distance, 0.5 * disk.distance));
   return 2 * std::max(32, static_cast<int>(std::ceil(20 / std::acosh(1 + gap / disk.radius))));
 }
 

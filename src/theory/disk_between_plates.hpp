@@ -31,7 +31,8 @@ double line_charge_force(const DiskBetweenPlates& disk, double charge, double x)
 
 /// What the disk at x (m from the middle) holds and feels, exactly: its surface charge from the integral equation with
 /// the strip's Green function (G = ln |sin(pi (z + z'*) / 2H) / sin(pi (z - z') / 2H)| / 2 pi), by Kress's quadrature
-/// for logarithmic kernels, in as many points as the nearest gap needs for seven digits.
+/// for logarithmic kernels, in as many points as the nearest gap needs for seven digits. Throws InputError unless there
+/// is a gap to both plates.
 struct DiskState {
   double charge = 0;     ///< C/m
   double potential = 0;  ///< V

@@ -301,6 +301,9 @@ TEST_CASE("resistors and leakage: what they need, and what is refused in one sen
                 {"field.method = \"multipole\" is not allowed with electrode.series_resistance"});
   check_refused(box + "field = { cells = 64 }\n" + disk("[0.005, 0.015]") + supplied("series_resistance = 1.0"),
                 {"electrode.series_resistance needs the table [effects.floating_conductors]"});
+  check_refused(
+      box + "field = { cells = 64 }\n" + disk("[0.005, 0.015]") + supplied("series_resistance = 1.0") + grounded,
+      {"test.toml:7: electrode.series_resistance"});  // the line of the electrode that has it
   check_refused(box + electrostatics + disk("[0.005, 0.015]") + supplied("series_resistance = 1.0"),
                 {"every electrode is behind a resistor"});
   check_refused(scene +

@@ -45,12 +45,13 @@ void check_effects(const Draft& draft) {
 /// method and no other coupling can do.
 void check_resistors(const Draft& draft) {
   const Scene& scene = draft.scene;
-  const bool series =
-      std::ranges::any_of(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
+  const auto behind_resistor =
+      std::ranges::find_if(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
+  const bool series = behind_resistor != draft.electrodes.end();
   if (!series && !scene.effects.contact_resistance) return;
   const std::string what = series ? "electrode.series_resistance" : "the table [effects.contact_resistance]";
   if (!scene.effects.floating_conductors)
-    refuse(scene.path, draft.electrodes.back().line,
+    refuse(scene.path, behind_resistor->line,
            "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
   const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
     refuse(scene.path, draft.line(key),

@@ -150,6 +150,7 @@ double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem)
 /// Why the scene's own method cannot be used in a run; empty if it can, or if a run would choose one.
 std::string refusal_of_run(const Scene& scene) {
   try {
+    effects::check_device(scene);
     effects::check_can_move(scene);
     return "";
   } catch (const InputError& refusal) {

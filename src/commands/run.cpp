@@ -36,6 +36,7 @@ Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.floating_conductors ? &scene.field : nullptr);
+  effects::check_device(scene);
   return effects::with_field_chosen(std::move(scene));
 }
 

@@ -5,13 +5,21 @@
 
 namespace lichtenberg::effects {
 
+bool has_resistors(const Scene& scene) {
+  return scene.effects.contact_resistance ||
+         std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
+}
+
 std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
   std::vector<Link> links;
   for (int t = 0; t < static_cast<int>(terminals.size()); ++t)
     if (terminals[t].node >= 0)
-      links.push_back(
-          {.a = terminals[t].node, .supply = t, .conductance = 1 / terminals[t].series_resistance, .series = true});
+      links.push_back({.a = terminals[t].node,
+                       .supply = t,
+                       .potential = terminals[t].potential,
+                       .conductance = 1 / terminals[t].series_resistance,
+                       .series = true});
   if (!scene.effects.contact_resistance) return links;
   const double conductance = 1 / scene.effects.contact_resistance->ohms();
   const int n = static_cast<int>(scene.conductors.size());
@@ -22,7 +30,7 @@ std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts
     else if (const int node = terminals[contact.partner - n].node; node >= 0)
       link.b = node;
     else
-      link.supply = contact.partner - n;
+      link.supply = contact.partner - n, link.potential = terminals[link.supply].potential;
     links.push_back(link);
   }
   return links;

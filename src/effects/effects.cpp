@@ -78,7 +78,7 @@ const std::array<Kind, 9> kinds = {{
 }  // namespace
 
 Model make_model(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver) {
-  if (!solver) check_can_move(scene);
+  if (!solver) check_device(scene), check_can_move(scene);
   std::vector<std::unique_ptr<Effect>> effects;
   for (const Kind& kind : kinds)
     if (kind.in_scene(scene.effects))

@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/accuracy/price.hpp"
+#include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/floating_conductors.hpp"
 
@@ -49,15 +50,16 @@ ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
 }
 
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
-  check_device(scene.field);
+  if (for_a_run)
+    check_device(scene);
+  else
+    check_device(scene.field);
   // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
   constexpr double reserve = 3;
   laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),
                                    .most_cells = cells_in_memory(scene.domain.size),
                                    .cut_cell = cut_cell_options(scene.field)};
-  const bool resistors =
-      scene.effects.contact_resistance || node_count(scene) > static_cast<int>(scene.conductors.size());
-  const bool only_cut_cell = resistors || scene.field.device != "cpu" ||
+  const bool only_cut_cell = has_resistors(scene) || scene.field.device != "cpu" ||
                              (for_a_run && scene.field.method.empty() && !multipoles_can_follow(scene));
   if (scene.field.method == "multipole") request.method = laplace::Method::multipole;
   if (scene.field.method == "cut-cell" || (scene.field.method.empty() && only_cut_cell))

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
@@ -32,15 +33,17 @@ bool is_within_group(const Link& link, const ElectricalGroups& groups) {
 /// The links between groups as couplings.
 void add_couplings(const Scene& scene, const ElectricalGroups& groups, const ImplicitCharges& charges,
                    const std::vector<int>& group_of_node, laplace::LaplaceProblem& problem) {
-  const std::vector<Supply> supplies = supplies_of(scene);
-  std::vector<int> group_of_supply(supplies.size(), -1);
+  std::map<int, int> group_of_supply;
   for (const Link& link : charges.links) {
     if (is_within_group(link, groups)) continue;
     const int a = group_of_node[link.a];
-    int b = link.b >= 0 ? group_of_node[link.b] : group_of_supply[link.supply];
-    if (b < 0) {
-      b = group_of_supply[link.supply] = static_cast<int>(problem.groups.size());
-      problem.groups.push_back({.floating = false, .potential = supplies[link.supply].potential});
+    int b = 0;
+    if (link.b >= 0) {
+      b = group_of_node[link.b];
+    } else {
+      const auto [known, is_new] = group_of_supply.try_emplace(link.supply, static_cast<int>(problem.groups.size()));
+      if (is_new) problem.groups.push_back({.floating = false, .potential = link.potential});
+      b = known->second;
     }
     problem.couplings.push_back({a, b, charges.weight * link.conductance / scene.medium.depth});
   }
@@ -111,6 +114,14 @@ void check_device(const FieldOptions& options) {
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
                     "\"cut-cell\" is the method that can use another device",
                     options.device, options.method));
+}
+
+void check_device(const Scene& scene) {
+  if (!scene.effects.floating_conductors) return;
+  check_device(scene.field);
+  if (scene.field.device != "cpu" && has_resistors(scene))
+    throw InputError(fmt::format("{}: field.device = \"{}\" is not allowed in a run with resistors: \"cpu\" is",
+                                 scene.path, scene.field.device));
 }
 
 namespace {

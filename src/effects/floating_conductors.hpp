@@ -33,6 +33,9 @@ laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 /// Throws InputError for a device that the method cannot use.
 void check_device(const FieldOptions& options);
 
+/// The same for a run of the scene: what resistors carry is beyond other devices than the CPU.
+void check_device(const Scene& scene);
+
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
 /// cannot use, or that is not there.
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);

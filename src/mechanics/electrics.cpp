@@ -27,6 +27,7 @@ Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
       counters_(counters),
       field_(*model.find<effects::FloatingConductors>()),
       discharge_(model.find<effects::ContactDischarge>()),
+      terminals_(effects::terminals_of(scene)),
       supplies_(effects::supplies_of(scene)),
       ledger_(with_terminals(model.bodies.charge, scene), supplies_.size()),
       current_(model.bodies.size()),
@@ -93,24 +94,19 @@ const effects::Electrostatics& Electrics::solve(double time) {
   return field_.last();
 }
 
-std::vector<double> Electrics::node_charges() const {
-  std::vector<double> charge = field_.last().charge;
-  const std::vector<effects::Terminal> terminals = effects::terminals_of(scene_);
-  for (std::size_t t = 0; t < terminals.size(); ++t)
-    if (terminals[t].node >= 0) charge.push_back(field_.last().terminal_charge[t]);
-  return charge;
+/// The conductors' values, then those of the terminals behind a resistor.
+std::vector<double> Electrics::by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const {
+  for (std::size_t t = 0; t < terminals_.size(); ++t)
+    if (terminals_[t].node >= 0) by_conductor.push_back(by_terminal[t]);
+  return by_conductor;
 }
 
 std::vector<double> Electrics::node_potentials() const {
-  std::vector<double> potential = field_.last().potential;
-  const std::vector<effects::Terminal> terminals = effects::terminals_of(scene_);
-  for (std::size_t t = 0; t < terminals.size(); ++t)
-    if (terminals[t].node >= 0) potential.push_back(field_.last().terminal_potential[t]);
-  return potential;
+  return by_node(field_.last().potential, field_.last().terminal_potential);
 }
 
 double Electrics::link_current(const effects::Link& link, std::span<const double> node_potential) const {
-  const double other = link.b >= 0 ? node_potential[link.b] : supplies_[link.supply].potential;
+  const double other = link.b >= 0 ? node_potential[link.b] : link.potential;
   return link.conductance * (node_potential[link.a] - other);
 }
 
@@ -168,7 +164,7 @@ void Electrics::settle(double time, bool merged) {
   } else if (current_noise_ > 0) {
     guess_link_currents();
   }
-  ledger_.settle(groups_, node_charges());
+  ledger_.settle(groups_, by_node(field_.last().charge, field_.last().terminal_charge));
   if (energy_) energy_->note(current_, dt, ledger_.leaked_in_step());
   booked_until_ = time;
   show_charges();

@@ -55,6 +55,8 @@ class Electrics {
   effects::FloatingConductors& field() { return field_; }
   const effects::ElectricalGroups& groups() const { return groups_; }
   const effects::ChargeLedger& ledger() const { return ledger_; }
+  /// What every supply (supplies_of) shows at the instant of the last solve, with the charges of the last settle or
+  /// share.
   std::vector<TerminalReading> terminals() const;
   /// Null in a scene without a circuit.
   EnergyBook* energy() { return energy_ ? &*energy_ : nullptr; }
@@ -78,7 +80,7 @@ class Electrics {
   void book_energy(double time, bool merged, std::span<const double> carried);
   void guess_link_currents();
   void update_links(bool groups_changed);
-  std::vector<double> node_charges() const;
+  std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const;
   std::vector<double> node_potentials() const;
   double link_current(const effects::Link& link, std::span<const double> node_potential) const;
   double work_since_booking(double time) const;
@@ -88,6 +90,7 @@ class Electrics {
   Counters& counters_;
   effects::FloatingConductors& field_;
   effects::ContactDischarge* discharge_;  ///< null: only wires connect
+  std::vector<effects::Terminal> terminals_;
   std::vector<effects::Supply> supplies_;
   effects::ChargeLedger ledger_;
   double booked_until_ = 0;  ///< s, time of the ledger

@@ -112,7 +112,7 @@ void Level::absorb_groups(const LaplaceProblem& problem, const Sets& sets, const
 std::vector<float> Level::effective_permittivity(const LaplaceProblem& problem) const {
   std::vector<float> permittivity(layout.size(), 0.0f);
   for (std::size_t body = 0; body < outlines_.size(); ++body) {
-    if (is_resolved_[body] || (!is_absorbed_[problem.bodies[body].group])) continue;
+    if (is_resolved_[body] || !is_absorbed_[problem.bodies[body].group]) continue;
     const double area = std::numbers::pi * outlines_[body].size * outlines_[body].size;
     const Interpolation around = interpolate(layout, outlines_[body].centre, electrodes(problem).data());
     for (int k = 0; k < 4; ++k) permittivity[around.cell[k]] += static_cast<float>(area) * std::abs(around.weight[k]);

@@ -10,6 +10,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/charge_ledger.hpp"
+#include "src/mechanics/energy_book.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
@@ -270,6 +271,42 @@ TEST_CASE("a crowd with everything on: charge to the last digit, whatever the in
       resumed.checkpoint();
     }
     CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
+  }
+}
+
+TEST_CASE("what came and leaked before a merger is booked at potentials and charges that go on until then") {
+  Scene scene = conductor_scene({{0.02, 0.05}});
+  scene.electrodes = {ball("high", {0.08, 0.05}, 1000), ball("low", {0.05, 0.02}, 0)};
+  scene.effects.leakage = Leakage{.conductivity = scene.medium.permittivity / 4.0};  // tau = 4 s
+  mechanics::EnergyBook book(scene);
+  // The conductor's potential and the electrodes' charges grow evenly, from 2 V and 1 C at 1 s, by 3 V/s and 2 C/s.
+  const auto instant = [](double time, double jump) {
+    const double charge = 1 + 2 * (time - 1) + jump;
+    return mechanics::EnergyBook::Instant{time, 0, {2 + 3 * (time - 1) + jump}, {charge, -charge}, {0, 0}};
+  };
+  book.book(instant(1, 0), {}, {});
+  book.book(instant(2, 0), {}, {});
+  const EnergyFlows before = book.flows();
+  const double current = 0.1, leaked = 0.01;
+  book.note(std::vector{current}, 0.5, std::vector{leaked});
+  SUBCASE("the rates known") {
+    SUBCASE("as they were booked") {}
+    SUBCASE("from a checkpoint") {
+      mechanics::EnergyBook same(scene);
+      same.restore(book.save());
+      same.note(std::vector{current}, 0.5, std::vector{leaked});
+      book = same;
+    }
+    book.book_merger(instant(2.5, -4), 0);
+    CHECK(book.flows().by_source - before.by_source == near(current * 0.5 * (5 + 6.5) / 2));
+    // Of the electrode at 1 kV, 3 C at 2 s and 4 C before the merger leak for half a second with tau = 4 s.
+    CHECK(book.flows().leakage - before.leakage == near(leaked * (5 + 6.5) / 2 + 1000 * 0.5 / 4 * 3.5));
+  }
+  SUBCASE("after a jump: first order, at the last potential and charge") {
+    book.forget_rates();
+    book.book_merger(instant(2.5, -4), 0);
+    CHECK(book.flows().by_source - before.by_source == near(current * 0.5 * 5));
+    CHECK(book.flows().leakage - before.leakage == near(leaked * 5 + 1000 * 0.5 / 4 * 3));
   }
 }
 

@@ -5,14 +5,21 @@
 
 namespace lichtenberg::mechanics {
 
+namespace {
+
+std::vector<double> mean_of(std::span<const double> a, std::span<const double> b) {
+  std::vector<double> mean;
+  for (std::size_t i = 0; i < a.size(); ++i) mean.push_back(0.5 * (a[i] + b[i]));
+  return mean;
+}
+
+}  // namespace
+
 bool has_circuit(const Scene& scene) {
   const std::vector<effects::Supply> supplies = effects::supplies_of(scene);
   const bool difference = std::ranges::any_of(
       supplies, [&](const effects::Supply& supply) { return supply.potential != supplies.front().potential; });
-  const bool resistor =
-      std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
-  return scene.effects.floating_conductors &&
-         (difference || resistor || scene.effects.leakage || scene.effects.contact_resistance);
+  return scene.effects.floating_conductors && (difference || scene.effects.leakage || effects::has_resistors(scene));
 }
 
 EnergyBook::EnergyBook(const Scene& scene)
@@ -20,7 +27,9 @@ EnergyBook::EnergyBook(const Scene& scene)
       supplies_(effects::supplies_of(scene)),
       terminals_(effects::terminals_of(scene)),
       delivered_(supplies_.size()),
-      fed_(effects::node_count(scene)),
+      potential_rate_(effects::node_count(scene)),
+      terminal_rate_(terminals_.size()),
+      fed_(potential_rate_.size()),
       leaked_(fed_.size()) {}
 
 void EnergyBook::note(std::span<const double> current, double dt, std::span<const double> leaked) {
@@ -29,7 +38,8 @@ void EnergyBook::note(std::span<const double> current, double dt, std::span<cons
 }
 
 /// What passed through no link.
-void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_potential) {
+void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_potential,
+                              std::span<const double> terminal_charge) {
   for (std::size_t i = 0; i < fed_.size(); ++i) {
     flows_.by_source += fed_[i] * mean_potential[i];
     flows_.leakage += leaked_[i] * mean_potential[i];
@@ -39,7 +49,7 @@ void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_p
     double delivered = last_.drained[k] - now.drained[k];
     if (k < terminals_.size() && terminals_[k].node < 0) {  // the terminal's own charge, and what leaked from that
       const double before = last_.terminal_charge[k], after = now.terminal_charge[k];
-      const double leaked = 0.5 * relaxed * (before + after);
+      const double leaked = 0.5 * relaxed * (before + terminal_charge[k]);
       delivered += after - before + leaked;
       flows_.leakage += leaked * supplies_[k].potential;
     }
@@ -50,15 +60,39 @@ void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_p
   std::ranges::fill(leaked_, 0.0);
 }
 
+/// As the last two bookings lead to: groups that merge jump.
+EnergyBook::Instant EnergyBook::before_merger(const Instant& merged) const {
+  Instant before = merged;
+  const double dt = merged.time - last_.time;
+  for (std::size_t i = 0; i < before.potential.size(); ++i)
+    before.potential[i] = last_.potential[i] + dt * potential_rate_[i];
+  for (std::size_t k = 0; k < before.terminal_charge.size(); ++k)
+    before.terminal_charge[k] = last_.terminal_charge[k] + dt * terminal_rate_[k];
+  return before;
+}
+
+void EnergyBook::note_rates(const Instant& now) {
+  const double dt = now.time - last_.time;
+  if (dt <= 0) return;
+  for (std::size_t i = 0; i < potential_rate_.size(); ++i)
+    potential_rate_[i] = (now.potential[i] - last_.potential[i]) / dt;
+  for (std::size_t k = 0; k < terminal_rate_.size(); ++k)
+    terminal_rate_[k] = (now.terminal_charge[k] - last_.terminal_charge[k]) / dt;
+}
+
+void EnergyBook::forget_rates() {
+  std::ranges::fill(potential_rate_, 0.0);
+  std::ranges::fill(terminal_rate_, 0.0);
+}
+
 void EnergyBook::book(Instant now, std::span<const effects::Link> links, std::span<const double> carried) {
   if (!last_.potential.empty()) {
-    std::vector<double> mean;
-    for (std::size_t i = 0; i < now.potential.size(); ++i)
-      mean.push_back(0.5 * (last_.potential[i] + now.potential[i]));
-    book_charges(now, mean);
+    const std::vector<double> mean = mean_of(last_.potential, now.potential);
+    book_charges(now, mean, now.terminal_charge);
+    note_rates(now);
     for (std::size_t k = 0; k < carried.size(); ++k) {
       const effects::Link& link = links[k];
-      const double other = link.b >= 0 ? mean[link.b] : supplies_[link.supply].potential;
+      const double other = link.b >= 0 ? mean[link.b] : link.potential;
       (link.series ? flows_.series_resistors : flows_.contacts) += carried[k] * (mean[link.a] - other);
     }
   }
@@ -67,19 +101,22 @@ void EnergyBook::book(Instant now, std::span<const effects::Link> links, std::sp
 
 void EnergyBook::book_merger(Instant now, double work) {
   const double supplied_before = flows_.supplied(), leaked_before = flows_.leakage;
-  book_charges(now, last_.potential);
+  const Instant before = before_merger(now);
+  book_charges(now, mean_of(last_.potential, before.potential), before.terminal_charge);
   const double came = flows_.supplied() - supplied_before - (flows_.leakage - leaked_before);
   flows_.sparks += last_.energy + came - work - now.energy;
+  forget_rates();
   last_ = std::move(now);
 }
 
-std::size_t EnergyBook::saved_size() const { return 9 + fed_.size() + terminals_.size() + 2 * supplies_.size(); }
+std::size_t EnergyBook::saved_size() const { return 9 + 2 * (fed_.size() + terminals_.size() + supplies_.size()); }
 
 std::vector<double> EnergyBook::save() const {
   std::vector<double> saved = {flows_.by_supplies, flows_.by_source, flows_.series_resistors,
                                flows_.contacts,    flows_.leakage,   flows_.sparks,
                                flows_.drag,        last_.time,       last_.energy};
-  for (const std::vector<double>* part : {&last_.potential, &last_.terminal_charge, &last_.drained, &delivered_})
+  for (const std::vector<double>* part :
+       {&last_.potential, &last_.terminal_charge, &last_.drained, &delivered_, &potential_rate_, &terminal_rate_})
     saved.insert(saved.end(), part->begin(), part->end());
   return saved;
 }
@@ -94,6 +131,8 @@ void EnergyBook::restore(std::span<const double> saved) {
   flows_ = {f[0], f[1], f[2], f[3], f[4], f[5], f[6]};
   last_ = {f[7], f[8], take(fed_.size()), take(terminals_.size()), take(supplies_.size())};
   delivered_ = take(supplies_.size());
+  potential_rate_ = take(fed_.size());
+  terminal_rate_ = take(terminals_.size());
 }
 
 }  // namespace lichtenberg::mechanics

@@ -37,8 +37,12 @@ class EnergyBook {
   /// Books what was noted, and what links have `carried` (C, from a to b; may be empty) since the last time.
   void book(Instant now, std::span<const effects::Link> links, std::span<const double> carried);
   /// The same for an instant at which groups have merged. `work` (J): what the field's forces have done on the bodies
-  /// since the last time; what the field has lost beyond that went into sparks.
+  /// since the last time; what the field has lost beyond that went into sparks. What was fed and leaked since then is
+  /// booked at the mean of the last potentials and of those that they would have reached at this instant, had they gone
+  /// on as between the last two bookings: what is left of first order is a merger that follows a jump.
   void book_merger(Instant now, double work);
+  /// Something else than a merger has jumped: how potentials go on is not known before the next booking.
+  void forget_rates();
 
   void add_drag(double joule) { flows_.drag += joule; }
   double drag() const { return flows_.drag; }
@@ -47,20 +51,28 @@ class EnergyBook {
   const EnergyFlows& flows() const { return flows_; }
   const std::vector<double>& delivered() const { return delivered_; }  ///< C, by each supply since the start
 
-  /// All there is right after a booking.
+  /// All there is right after a booking: energies (J), time (s), and by node, terminal and supply the last instant's
+  /// and their rates.
   std::vector<double> save() const;
+  /// How many numbers that are: 9 + 2 (nodes + terminals + supplies).
   std::size_t saved_size() const;
+  /// `saved` must have saved_size() numbers; throws nothing.
   void restore(std::span<const double> saved);
 
  private:
-  double relaxation_time_;
+  Instant before_merger(const Instant& merged) const;
+  void note_rates(const Instant& now);
+
+  double relaxation_time_;  ///< s
   std::vector<effects::Supply> supplies_;
   std::vector<effects::Terminal> terminals_;
   EnergyFlows flows_;
-  std::vector<double> delivered_;
-  void book_charges(const Instant& now, std::span<const double> mean_potential);
+  std::vector<double> delivered_;  ///< C, by supply
+  void book_charges(const Instant& now, std::span<const double> mean_potential,
+                    std::span<const double> terminal_charge);
 
-  Instant last_;  ///< without potentials: nothing is booked yet
+  Instant last_;                                        ///< without potentials: nothing is booked yet
+  std::vector<double> potential_rate_, terminal_rate_;  ///< V/s, a node, and A, a terminal; 0 where not known
   // Noted since then:
   std::vector<double> fed_, leaked_;  ///< C, a node
 };

@@ -260,6 +260,7 @@ void Split::restart(double time, const std::vector<Vec2>& force_before) {
   step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
   std::ranges::fill(force_rate_, Vec2{});
   std::ranges::fill(charge_rate_, 0.0);
+  if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
   rates_known_ = false;
   remember_field(time);
 }

@@ -19,7 +19,7 @@ const Ground bottom{{100, 100}, {false, false, true, false}, {}};
 
 Topology topology_of(const std::vector<Vec2>& position) {
   const std::vector<double> radius(position.size(), 1.0);
-  return topology(network(contacts(position, radius, 1.0, bottom), position), position, radius, bottom);
+  return topology(analysis::network(contacts(position, radius, 1.0, bottom), position), position, radius, bottom);
 }
 
 /// Successors of the perfect binary tree with this many levels: i hangs on (i - 1) / 2, 0 on the ground.

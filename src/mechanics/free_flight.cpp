@@ -100,12 +100,13 @@ class Lookout {
   std::vector<bool> to_come_;
 };
 
-/// The first time after the sign change of `beyond` in (early, late], to 1e-9 of that interval: the secant through
-/// values of both signs (Dowell & Jarratt 1971, "Illinois"), which never goes so close to an end of the interval that
-/// the other end would stay where it is.
+/// The first time after the sign change of `beyond` in (early, late], to 1e-9 of that interval or to rounding: the
+/// secant through values of both signs (Dowell & Jarratt 1971, "Illinois"), which never goes so close to an end of the
+/// interval that the other end would stay where it is.
 template <class Beyond>
 double sign_change(double early, double beyond_early, double late, double beyond_late, Beyond beyond) {
-  const double width = 1e-9 * (late - early);
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(early), std::abs(late));
+  const double width = std::max(1e-9 * (late - early), rounding);
   for (int side = 0; late - early > width && beyond_late > 0;) {
     const double secant = (early * beyond_late - late * beyond_early) / (beyond_late - beyond_early);
     const double middle = std::clamp(secant, early + 0.5 * width, late - 0.5 * width);

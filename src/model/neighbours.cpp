@@ -7,13 +7,17 @@
 namespace lichtenberg {
 namespace {
 
-double distance(const Bodies& bodies, int i, int j) {
+/// A body as a search sees it: in its cell, beside those that it is compared with.
+struct Spot {
+  std::array<double, 3> place{};  ///< m, z = 0 in two dimensions
+  double radius = 0;              ///< m
+  int body = 0;
+};
+
+double distance_squared(const Spot& a, const Spot& b) {
   double sum = 0;
-  for (int k = 0; k < bodies.dimension; ++k) {
-    const double d = bodies.position[i * bodies.dimension + k] - bodies.position[j * bodies.dimension + k];
-    sum += d * d;
-  }
-  return std::sqrt(sum);
+  for (int k = 0; k < 3; ++k) sum += (a.place[k] - b.place[k]) * (a.place[k] - b.place[k]);
+  return sum;
 }
 
 /// Bodies sorted into square or cubic cells at least `width` wide.
@@ -35,19 +39,25 @@ class Cells {
     sort();
   }
 
-  /// Calls visit(j) for every body j in the cells within `distance` (m) of body i's centre, in each direction.
+  Spot spot(int i) const {
+    Spot spot{.radius = bodies_.radius[i], .body = i};
+    for (int k = 0; k < bodies_.dimension; ++k) spot.place[k] = coordinate(i, k);
+    return spot;
+  }
+
+  /// Calls visit(spot) for every body in the cells within `distance` (m) of a centre, in each direction.
   template <class Visit>
-  void for_each_near(int i, double distance, Visit visit) const {
+  void for_each_near(const Spot& centre, double distance, Visit visit) const {
     std::array<int, 3> first{}, last{};
     for (int k = 0; k < bodies_.dimension; ++k) {
-      first[k] = column(coordinate(i, k) - distance, k);
-      last[k] = column(coordinate(i, k) + distance, k);
+      first[k] = column(centre.place[k] - distance, k);
+      last[k] = column(centre.place[k] + distance, k);
     }
     for (int z = first[2]; z <= last[2]; ++z)
       for (int y = first[1]; y <= last[1]; ++y)
         for (int x = first[0]; x <= last[0]; ++x) {
           const int c = index(x, y, z);
-          for (int s = start_[c]; s < start_[c + 1]; ++s) visit(order_[s]);
+          for (int s = start_[c]; s < start_[c + 1]; ++s) visit(spots_[s]);
         }
   }
 
@@ -62,21 +72,22 @@ class Cells {
     return index(along(0), along(1), along(2));
   }
 
-  /// Counting sort: cell c holds order_[start_[c]] ... order_[start_[c + 1] - 1].
+  /// Counting sort: cell c holds spots_[start_[c]] ... spots_[start_[c + 1] - 1], in ascending order of bodies.
   void sort() {
     const int n = bodies_.size();
     start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
     for (int i = 0; i < n; ++i) ++start_[cell_of(i) + 1];
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     std::vector<int> next(start_.begin(), start_.end() - 1);
-    order_.resize(n);
-    for (int i = 0; i < n; ++i) order_[next[cell_of(i)]++] = i;
+    spots_.resize(n);
+    for (int i = 0; i < n; ++i) spots_[next[cell_of(i)]++] = spot(i);
   }
 
   const Bodies& bodies_;
   std::array<double, 3> low_{}, side_{};
   std::array<int, 3> count_{1, 1, 1};
-  std::vector<int> start_, order_;
+  std::vector<int> start_;
+  std::vector<Spot> spots_;
 };
 
 }  // namespace
@@ -94,13 +105,18 @@ std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::sp
   const Cells cells(bodies, width);
   // The one that reaches farther looks for the other: what one fast body costs, it alone costs.
   const auto looks_for = [&](int i, int j) { return reach[j] < reach[i] || (reach[j] == reach[i] && i < j); };
-  for (int i = 0; i < bodies.size(); ++i)
-    cells.for_each_near(i, bodies.radius[i] + largest + range + 2 * reach[i], [&](int j) {
-      if (!looks_for(i, j)) return;
-      const double gap = distance(bodies, i, j) - bodies.radius[i] - bodies.radius[j];
-      if (gap < range + reach[i] + reach[j]) pairs.push_back({std::min(i, j), std::max(i, j)});
+  for (int i = 0; i < bodies.size(); ++i) {
+    const Spot here = cells.spot(i);
+    const std::size_t found = pairs.size();
+    cells.for_each_near(here, here.radius + largest + range + 2 * reach[i], [&](const Spot& there) {
+      if (!looks_for(i, there.body)) return;
+      const double within = here.radius + there.radius + range + reach[i] + reach[there.body];
+      if (within > 0 && distance_squared(here, there) < within * within)
+        pairs.push_back({std::min(i, there.body), std::max(i, there.body)});
     });
-  std::ranges::sort(pairs);
+    std::sort(pairs.begin() + static_cast<std::ptrdiff_t>(found), pairs.end());
+  }
+  if (!std::ranges::is_sorted(pairs)) std::ranges::sort(pairs);  // where reaches differ
   return pairs;
 }
 

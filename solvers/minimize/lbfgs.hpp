@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 
 #include "solvers/minimize/minimizer.hpp"
@@ -8,25 +9,38 @@ namespace lichtenberg::minimize {
 
 /// Limited-memory BFGS (Nocedal 1980) with backtracking: a step is taken if it lowers the value by a share of what the
 /// slope promises (Armijo 1966).
+///
+/// The direction is a sum of the past moves, the past changes of the gradient and the gradient itself, whose factors
+/// follow from these vectors' products alone (Chen, Wang & Zhou 2014). So an iteration passes through them twice, and
+/// both passes can be shared. They are kept in single precision: they say how the gradient turns, not where it
+/// vanishes.
 class Lbfgs : public Minimizer {
  public:
-  /// `largest_move`: of a component in one iteration; `first_step`: of the first step, along the gradient.
+  /// `largest_move`: of a component in one iteration; `first_step`: of the first step, in units of the gradient.
   Lbfgs(Objective& objective, std::vector<double> x, double first_step, double largest_move);
   bool iterate() override;
   Memory memory() const override;
   void remember(const Memory& memory) override;
 
  private:
-  struct Correction {
-    std::vector<double> move, change;  ///< of x, of the gradient
-    double product = 0;
-  };
-  std::vector<double> direction() const;
-  bool search(const std::vector<double>& direction);
+  using Vector = std::vector<float>;
+  static constexpr int most_corrections = 8, most_vectors = 2 * most_corrections;
+
+  int vectors() const { return static_cast<int>(vectors_.size()); }
+  std::vector<double> factors() const;
+  void find_direction();
+  bool search();
   void learn();
+  void measure_newest();
+  void forget_oldest();
 
   double first_step_, largest_move_;
-  std::deque<Correction> corrections_;
+  /// Move and change of each correction, the oldest first.
+  std::deque<Vector> vectors_;
+  std::array<std::array<double, most_vectors>, most_vectors> product_{};  ///< of two of them
+  std::array<double, most_vectors> with_gradient_{};                      ///< of each with the gradient
+  std::vector<double> direction_;
+  double slope_ = 0, longest_ = 0;  ///< of the direction: along it, and its largest component
   Point next_;
 };
 

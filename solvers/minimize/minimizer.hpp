@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -15,6 +16,10 @@ class Objective {
   virtual int size() const = 0;
   /// Its value and gradient (overwritten) at x. Infinite where x is not allowed; the gradient then means nothing.
   virtual double evaluate(std::span<const double> x, std::span<double> gradient) = 0;
+  /// Calls task(k) for k from 0 to tasks - 1, in any order: one that has threads lets the minimizer use them too.
+  virtual void share(int tasks, const std::function<void(int)>& task) const {
+    for (int k = 0; k < tasks; ++k) task(k);
+  }
 };
 
 /// One that knows its second derivatives.

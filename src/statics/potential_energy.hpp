@@ -19,6 +19,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
 
   int size() const override { return static_cast<int>(model_.bodies.position.size()); }
   double evaluate(std::span<const double> x, std::span<double> gradient) override;
+  void share(int tasks, const std::function<void(int)>& task) const override { team_.for_each(tasks, task); }
   void linearize(std::span<const double> x) override;
   void multiply(std::span<const double> v, std::span<double> product) const override;
   void precondition(std::span<const double> r, std::span<double> z) const override;

@@ -15,7 +15,6 @@ namespace lichtenberg {
 struct PackingFrame {
   FileIdentity file;  ///< it was read from
   int frame = 0;
-  std::string title;
   Scene scene;  ///< as the run had it
   network::Packing packing;
   network::Contacts contacts;

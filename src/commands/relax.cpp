@@ -32,6 +32,7 @@ class RelaxationRun {
       : scene_(scene), recorder_(std::move(recorder)), quiet_(quiet), relaxation_(scene) {
     if (recorder_.checkpoint()) relaxation_.restore(*recorder_.checkpoint());
     began_at_ = relaxation_.iteration();
+    if (recorder_.saved_time() == static_cast<double>(began_at_)) recorded_at_ = began_at_;
     next_note_ = next_note(began_at_);
     next_frame_ = next_frame(began_at_);
   }
@@ -43,7 +44,8 @@ class RelaxationRun {
     }
     go_on_until_rest();
     packing_ = analysis::packing(relaxation_.bodies(), scene_);
-    if (!recorder_.checkpoint() || relaxation_.iteration() > began_at_) record_the_end();
+    // A run that stopped in its very last iteration has been saved, but not its end.
+    if (!recorder_.finished() || relaxation_.iteration() > began_at_) record_the_end();
     if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
     if (!quiet_) print_summary();
     if (!relaxation_.at_rest())

@@ -52,7 +52,6 @@ class ContactPotential : public Effect {
   std::vector<Overlap> overlaps(const State& state) const;
 
   double stiffness() const { return stiffness_; }
-  const std::vector<Wall>& walls() const { return walls_; }
 
  private:
   double stiffness_;  ///< J

@@ -90,6 +90,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene) {
     recorder.checkpoint_ = get_checkpoint(file);
     const std::vector<double> times = frame_times(file);
     recorder.saved_time_ = times.back();
+    recorder.finished_ = hdf5::exists(file, "summary");
     recorder.saved_frames_ = static_cast<std::int64_t>(times.size());
     while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
     return recorder;

@@ -53,6 +53,8 @@ class Recorder {
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// s, of the last frame on disk; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
+  /// Whether the run on disk is over: its summary stands.
+  bool finished() const { return finished_; }
   /// All frames of the run so far, those that wait for the next save among them.
   std::int64_t frames() const { return saved_frames_ + static_cast<std::int64_t>(waiting_.size()); }
 
@@ -81,6 +83,7 @@ class Recorder {
   int session_ = 0;  ///< 0: the start of the run, then one more for each time it was resumed
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
+  bool finished_ = false;
   std::int64_t saved_frames_ = 0;
   std::vector<Record> waiting_;
 };

@@ -12,10 +12,10 @@
 
 #include <atomic>
 #include <cmath>
-#include <numeric>
 #include <random>
 #include <thread>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/network/conduction.hpp"
 #include "validation/harness.hpp"
 
@@ -56,26 +56,13 @@ struct Lattice {
   }
 };
 
-class UnionFind {
- public:
-  explicit UnionFind(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int root(int n) {
-    while (parent_[n] != n) n = parent_[n] = parent_[parent_[n]];
-    return n;
-  }
-  void join(int a, int b) { parent_[root(a)] = root(b); }
-
- private:
-  std::vector<int> parent_;
-};
-
 /// Fraction of bonds that are open when the first path leads from bar to bar.
 double opening(const Lattice& lattice, std::vector<Link> bonds, std::mt19937_64& random) {
   std::shuffle(bonds.begin(), bonds.end(), random);
-  UnionFind joined(lattice.nodes());
+  DisjointSets joined(lattice.nodes());
   for (std::size_t open = 0; open < bonds.size(); ++open) {
-    joined.join(bonds[open].a, bonds[open].b);
-    if (joined.root(lattice.low()) == joined.root(lattice.high()))
+    joined.unite(bonds[open].a, bonds[open].b);
+    if (joined.find(lattice.low()) == joined.find(lattice.high()))
       // The path exists from `open + 1` bonds on: as a probability that is the middle of its step.
       return (static_cast<double>(open) + 1) / (static_cast<double>(bonds.size()) + 1);
   }
@@ -109,15 +96,15 @@ void threshold(Report& report) {
 /// Conductance between the bars at p = 1/2, 0 without a path.
 double conductance(const Lattice& lattice, const std::vector<Link>& bonds, Network& open, std::mt19937_64& random) {
   open.links.clear();
-  UnionFind joined(lattice.nodes());
+  DisjointSets joined(lattice.nodes());
   std::uint64_t bits = 0;
   for (std::size_t k = 0; k < bonds.size(); ++k) {
     if (k % 64 == 0) bits = random();
     if ((bits >> (k % 64) & 1) == 0) continue;
-    joined.join(bonds[k].a, bonds[k].b);
+    joined.unite(bonds[k].a, bonds[k].b);
     open.links.push_back(bonds[k]);
   }
-  if (joined.root(lattice.low()) != joined.root(lattice.high())) return 0;
+  if (joined.find(lattice.low()) != joined.find(lattice.high())) return 0;
   return network::conduct(open, lattice.low(), lattice.high()).conductance;
 }
 

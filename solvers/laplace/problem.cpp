@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <sstream>
 #include <string>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 
 namespace lichtenberg::laplace {
@@ -131,18 +131,12 @@ void LaplaceProblem::check() const {
 }
 
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least) {
-  std::vector<int> first(problem.groups.size());
-  std::iota(first.begin(), first.end(), 0);
-  const auto find = [&](int g) {
-    while (first[g] != g) g = first[g] = first[first[g]];
-    return g;
-  };
-  for (const Coupling& coupling : problem.couplings) {
-    if (coupling.capacitance <= least) continue;
-    const int a = find(coupling.a), b = find(coupling.b);
-    first[std::max(a, b)] = std::min(a, b);
-  }
-  for (std::size_t g = 0; g < first.size(); ++g) first[g] = find(static_cast<int>(g));
+  const int groups = static_cast<int>(problem.groups.size());
+  DisjointSets sets(groups);
+  for (const Coupling& coupling : problem.couplings)
+    if (coupling.capacitance > least) sets.unite(coupling.a, coupling.b);
+  std::vector<int> first;
+  for (int g = 0; g < groups; ++g) first.push_back(sets.find(g));
   return first;
 }
 

@@ -1,16 +1,12 @@
 #include "solvers/network/components.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
+
+#include "solvers/disjoint_sets.hpp"
 
 namespace lichtenberg::network {
 namespace {
-
-int root(std::vector<int>& parent, int node) {
-  while (parent[node] != node) node = parent[node] = parent[parent[node]];
-  return node;
-}
 
 /// A depth-first walk from a, whose tree branches along a path to b first have to be found: low[n] is the earliest
 /// visited node that n's subtree reaches by one link back.
@@ -68,15 +64,11 @@ class DepthFirst {
 }  // namespace
 
 Components components(const Network& network) {
-  std::vector<int> parent(network.nodes);
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const Link& link : network.links) {
-    const int a = root(parent, link.a), b = root(parent, link.b);
-    parent[std::max(a, b)] = std::min(a, b);
-  }
+  DisjointSets sets(network.nodes);
+  for (const Link& link : network.links) sets.unite(link.a, link.b);
   Components result{.of = std::vector<int>(network.nodes)};
   for (int node = 0; node < network.nodes; ++node) {
-    const int first = root(parent, node);
+    const int first = sets.find(node);
     result.of[node] = first == node ? result.number++ : result.of[first];
   }
   return result;

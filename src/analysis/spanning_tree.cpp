@@ -6,32 +6,13 @@
 #include <cstdint>
 #include <numeric>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 
 namespace lichtenberg::analysis {
 namespace {
 
 using Site = boost::polygon::point_data<std::int32_t>;
-
-/// Union-find with path halving.
-class DisjointSets {
- public:
-  explicit DisjointSets(int size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
-  /// False if they are one already.
-  bool unite(int a, int b) {
-    a = root(a), b = root(b);
-    if (a == b) return false;
-    parent_[std::max(a, b)] = std::min(a, b);
-    return true;
-  }
-
- private:
-  int root(int a) {
-    while (parent_[a] != a) a = parent_[a] = parent_[parent_[a]];
-    return a;
-  }
-  std::vector<int> parent_;
-};
 
 /// The points on a lattice of 2^30 sites: sums and differences of its coordinates are exact in 32 bits.
 std::vector<Site> on_lattice(std::span<const Vec2> point) {

@@ -4,29 +4,12 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 
 namespace lichtenberg::effects {
 namespace {
-
-/// Disjoint sets whose representative is their smallest member.
-class Sets {
- public:
-  explicit Sets(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(int i, int j) {
-    i = find(i), j = find(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  std::vector<int> parent_;
-};
 
 /// What holds each component at its potential, by the component's first conductor.
 class Holders {
@@ -58,10 +41,10 @@ class Holders {
 };
 
 /// Components of the nodes by wires, and by contacts if `conducting`.
-Sets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
-             bool conducting) {
+DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
+                     bool conducting) {
   const int n = static_cast<int>(scene.conductors.size());
-  Sets sets(n + static_cast<int>(terminals.size()));
+  DisjointSets sets(n + static_cast<int>(terminals.size()));
   std::vector<int> first_of_wire(scene.groups.size(), -1);
   for (int i = 0; i < n; ++i) {
     const int wire = scene.conductors[i].group;
@@ -102,7 +85,7 @@ void for_each_held(const Scene& scene, std::span<const Contact> contacts, const 
 std::vector<int> connections(const Scene& scene, std::span<const Contact> contacts,
                              const std::vector<Terminal>& terminals) {
   const int n = static_cast<int>(scene.conductors.size());
-  Sets sets = connect(scene, contacts, terminals, true);
+  DisjointSets sets = connect(scene, contacts, terminals, true);
   std::vector<char> grounded(n + terminals.size());
   for (const Terminal& terminal : terminals)
     if (terminal.node >= 0) grounded[sets.find(terminal.node)] = true;
@@ -146,7 +129,7 @@ std::vector<Supply> supplies_of(const Scene& scene) {
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
   const bool conducting = !scene.effects.contact_resistance;
-  Sets sets = connect(scene, contacts, terminals, conducting);
+  DisjointSets sets = connect(scene, contacts, terminals, conducting);
   Holders holders(supplies_of(scene));
   for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "src/analysis/circuit.hpp"
 #include "src/analysis/network.hpp"
 #include "src/analysis/statistics.hpp"
 
@@ -232,4 +233,25 @@ TEST_CASE("19 of 20 intervals hold the truth") {
   }
   CHECK(slopes / 2000.0 == doctest::Approx(0.95).epsilon(0.015));
   CHECK(means / 2000.0 == doctest::Approx(0.95).epsilon(0.015));
+}
+
+TEST_CASE("a circuit's energy account: what is stored and lost less what came; an energy of each kind counts") {
+  Frame frame{.energy = 1};
+  frame.energy_balance = {.kinetic = 10, .elastic = 100, .flows = {1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9}};
+  CHECK_EQ(energy_account(frame), 1111100000 + 111 - 11000);
+}
+
+TEST_CASE("how far a circuit's energy may be off: by the steps and by the grid") {
+  Scene scene;
+  scene.conductors = {{.radius = 2}, {.radius = 1}};
+  scene.mechanics.position_tolerance = 4e-3;
+  scene.domain.size = {8, 4};
+  scene.field.cells = 128;    // h = 1/16
+  const double steps = 0.04;  // (2 x 4e-3)^(2/3)
+  // 0.04 sqrt(h/R), times (h/gap)^(3/2) where the gap is more than a cell; without contacts there is no telling.
+  CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
+  scene.effects.contact_discharge = ContactDischarge{.gap = 0.25};
+  CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01 / 8));
+  scene.field.method = "multipole";
+  CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps));
 }

@@ -285,6 +285,84 @@ TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be re
   if (frames(folder / "six.h5") == 41) check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
 
+/// A sphere that shuttles between two electrodes, with so many ohm a contact. 11 frames.
+std::string shuttle_text(const std::string& contact_resistance) {
+  return replaced(R"(
+domain.size = [8e-3, 8e-3]
+medium = { relative_permittivity = 4.7, viscosity = 0.7 }
+[[electrode]]
+name = "high"
+shape = "bar"
+from = [0.0, 0.0]
+to = [0.0, 8e-3]
+width = 2e-3
+potential = 18e3
+[[electrode]]
+name = "low"
+shape = "bar"
+from = [8e-3, 0.0]
+to = [8e-3, 8e-3]
+width = 2e-3
+potential = 0.0
+[[conductor]]
+position = [2.5e-3, 4e-3]
+radius = 0.775e-3
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 2e-4
+[effects.contact_resistance]
+resistance = OHM
+[field]
+cells = 64
+[output]
+every = 0.01
+checkpoint_every = 5
+picture = false
+[stop]
+time = 0.1
+)",
+                  "OHM", contact_resistance);
+}
+
+// R C with some 0.3 pF of the sphere: 0.03 ms, where it takes 1 ms to cross the gap, and 0.3 s.
+TEST_CASE("the energy of a circuit balances, or the run says so: contacts slower than the way across their gap") {
+  const Folder folder;
+  folder.write("six.toml", shuttle_text("1e8"));
+  Child sound(folder, "sound.h5");
+  REQUIRE_EQ(sound.wait(), 0);
+  CHECK_NE(sound.summary().find("\nbalance "), std::string::npos);
+  CHECK_EQ(sound.messages().find("energy balance"), std::string::npos);
+  const auto imbalance = [&](const std::string& file) {
+    return std::abs(number(folder / file, "summary/relative_energy_imbalance"));
+  };
+  const double allowed = number(folder / "sound.h5", "summary/allowed_energy_imbalance");
+  CHECK_LT(imbalance("sound.h5"), allowed);
+  CHECK_GT(imbalance("sound.h5"), 0);
+
+  folder.write("six.toml", shuttle_text("1e12"));
+  Child slow(folder, "slow.h5", {"--quiet"});
+  REQUIRE_EQ(slow.wait(), 0);
+  CHECK_GT(imbalance("slow.h5"), allowed);
+  CHECK_EQ(slow.summary(), "");
+  CHECK_NE(slow.messages().find("lower the resistance in [effects.contact_resistance] or widen "
+                                "effects.contact_discharge.gap"),
+           std::string::npos);
+}
+
+TEST_CASE("a resumed run holds its energy against that of the first frame") {
+  const Folder folder;
+  folder.write("six.toml", shuttle_text("1e8"));
+  REQUIRE_EQ(run(folder, "reference.h5"), 0);
+  folder.write("six.toml", replaced(shuttle_text("1e8"), "time = 0.1", "time = 0.05"));
+  REQUIRE_EQ(run(folder, "six.h5"), 0);
+  folder.write("six.toml", shuttle_text("1e8"));
+  REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
+  check_same_numbers(folder / "six.h5", folder / "reference.h5");
+}
+
 TEST_CASE("resuming a run that is over changes nothing") {
   const Folder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);

@@ -1,6 +1,9 @@
 #include "src/analysis/circuit.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "solvers/laplace/accuracy/gaps.hpp"
 
 namespace lichtenberg::analysis {
 namespace {
@@ -46,6 +49,20 @@ CircuitRates circuit_rates(const Frame& before, const Frame& now, double tempera
   rates.dissipated_power = (flows.dissipated() - then.dissipated()) / dt;
   rates.entropy_production = rates.dissipated_power / temperature;
   return rates;
+}
+
+double energy_account(const Frame& frame) {
+  const EnergyBalance& energy = *frame.energy_balance;
+  return frame.energy + energy.kinetic + energy.elastic + energy.flows.dissipated() - energy.flows.supplied();
+}
+
+double allowed_energy_imbalance(const Scene& scene) {
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double steps = std::pow(2 * scene.mechanics.position_tolerance / radius, 2.0 / 3);
+  if (scene.field.method == "multipole") return steps;
+  const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / scene.field.cells;
+  const double gap = scene.effects.contact_discharge ? scene.effects.contact_discharge->gap : 0;
+  return steps + laplace::likely_error * laplace::difficulty({.gap = gap, .radius = radius}, cell);
 }
 
 }  // namespace lichtenberg::analysis

@@ -22,6 +22,7 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/record/recorder.hpp"
+#include "src/record/result.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
@@ -70,6 +71,8 @@ class Run {
   void go() {
     if (scene_.field.estimate && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field));
     advance_to_the_end();
+    if (const std::string warning = energy_warning(outcome_, scene_); !warning.empty())
+      fmt::print(stderr, "lichtenberg: {}\n", warning);
     if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
     if (!request_.quiet) print_summary(scene_.output.file, outcome_, simulation_.counters(), seconds());
   }
@@ -78,15 +81,24 @@ class Run {
   void advance_to_the_end() {
     Progress progress(simulation_.time(), scene_.stop.time, request_.quiet);
     look();
+    if (outcome_.frame.energy_balance) outcome_.energy_check = energy_check();
     const Interruption interruption;  // after the first solve, which starts PETSc with handlers of its own
     if (recorder_.frames() == 0) record();
     while (!outcome_.over) {
+      const Frame before = simulation_.frame();  // as a checkpoint leaves it, and as a resumed run has it
       simulation_.advance_to(next_frame());
       look();
+      if (outcome_.frame.energy_balance)
+        outcome_.frame.rates = analysis::circuit_rates(before, outcome_.frame, scene_.medium.temperature);
       record();
       progress.show(outcome_.frame, outcome_.network);
       if (Interruption::requested() && nothing_unsaved_) stop_here(progress);
     }
+  }
+
+  EnergyCheck energy_check() const {
+    const Frame first = request_.resume ? Result(scene_.output.file).frame(0) : outcome_.frame;
+    return {.initial = analysis::energy_account(first), .allowed = analysis::allowed_energy_imbalance(scene_)};
   }
 
   double next_frame() const {
@@ -99,9 +111,7 @@ class Run {
   }
 
   void look() {
-    Frame before = std::exchange(outcome_.frame, simulation_.frame());
-    if (outcome_.frame.energy_balance && before.energy_balance && outcome_.frame.time > before.time)
-      outcome_.frame.rates = analysis::circuit_rates(before, outcome_.frame, scene_.medium.temperature);
+    outcome_.frame = simulation_.frame();
     outcome_.network = network_of(simulation_, outcome_.frame.position);
     outcome_.stationary = scene_.stop.stationary && simulation_.stationary();
     outcome_.over = outcome_.stationary || simulation_.time() >= scene_.stop.time;

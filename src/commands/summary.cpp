@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/analysis/circuit.hpp"
 #include "src/commands/progress.hpp"
 
 namespace lichtenberg {
@@ -25,7 +26,8 @@ void print_network(const Outcome& outcome) {
 }
 
 /// Where a circuit's energy went.
-void print_circuit(const Frame& frame) {
+void print_circuit(const Outcome& outcome) {
+  const Frame& frame = outcome.frame;
   const EnergyFlows& flows = frame.energy_balance->flows;
   fmt::print("supplied       {:.6g} J", flows.supplied());
   if (flows.by_source != 0) fmt::print(", {:.6g} J of it by the current source", flows.by_source);
@@ -40,7 +42,8 @@ void print_circuit(const Frame& frame) {
     fmt::print("{}{:.4g} J in {}", separator, joule, where);
     separator = ", ";
   }
-  fmt::print("\n");
+  fmt::print("\nbalance        {:.1e} J: stored - stored at the start + heat - supplied (relative {:.1e})\n",
+             energy_imbalance(outcome), relative_energy_imbalance(outcome));
   if (frame.rates)
     fmt::print(
         "resistance     {:.4g} ohm between highest and lowest terminal, {:.4g} W into heat, {:.4g} W/K of entropy "
@@ -66,7 +69,7 @@ void print_electrics(const Outcome& outcome, const Counters& counters) {
   if (outcome.initial_charge != 0) fmt::print(" - {:.6g} C at the start", outcome.initial_charge);
   fmt::print(" = {:.1e} C (relative {:.1e})\n", charge_imbalance(outcome), relative_charge_imbalance(outcome));
   print_terminals(frame);
-  if (frame.energy_balance) print_circuit(frame);
+  if (frame.energy_balance) print_circuit(outcome);
   fmt::print(
       "field solves   {}, {:.3g} iterations each\n", counters.field_solves,
       static_cast<double>(counters.iterations) / static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)));
@@ -105,6 +108,33 @@ double relative_charge_imbalance(const Outcome& outcome) {
   return largest > 0 ? charge_imbalance(outcome) / largest : 0;
 }
 
+double energy_imbalance(const Outcome& outcome) {
+  return analysis::energy_account(outcome.frame) - outcome.energy_check.initial;
+}
+
+double relative_energy_imbalance(const Outcome& outcome) {
+  const EnergyFlows& flows = outcome.frame.energy_balance->flows;
+  const double turned_over = std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
+  return turned_over > 0 ? energy_imbalance(outcome) / turned_over : 0;
+}
+
+std::string energy_warning(const Outcome& outcome, const Scene& scene) {
+  if (!outcome.frame.energy_balance) return "";
+  const double found = std::abs(relative_energy_imbalance(outcome)), allowed = outcome.energy_check.allowed;
+  if (found <= allowed) return "";
+  const std::string what = fmt::format(
+      "the energy balance is off by {:.2g} % of what was supplied or became heat, where steps and grid account for "
+      "{:.2g} %",
+      100 * found, 100 * allowed);
+  if (scene.effects.contact_resistance)
+    return what +
+           ": conductors are pressed together before they share their charge, unless a contact's resistance times its "
+           "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "
+           "or widen effects.contact_discharge.gap";
+  return fmt::format("{}: take more field.cells or a smaller mechanics.{}", what,
+                     scene.mechanics.integrator == "euler" ? "euler_field_step" : "position_tolerance");
+}
+
 std::vector<Quantity> quantities(const Outcome& outcome) {
   std::vector<Quantity> result{{"time", outcome.frame.time, "s"},
                                {"stationary", outcome.stationary ? 1.0 : 0.0, "1"},
@@ -115,6 +145,9 @@ std::vector<Quantity> quantities(const Outcome& outcome) {
   if (const std::optional<EnergyBalance>& balance = outcome.frame.energy_balance) {
     result.push_back({"energy_supplied", balance->flows.supplied(), "J"});
     result.push_back({"heat", balance->flows.dissipated(), "J"});
+    result.push_back({"energy_imbalance", energy_imbalance(outcome), "J"});
+    result.push_back({"relative_energy_imbalance", relative_energy_imbalance(outcome), "1"});
+    result.push_back({"allowed_energy_imbalance", outcome.energy_check.allowed, "1"});
   }
   if (outcome.network) {
     const analysis::DegreeDistribution& degrees = outcome.network->degrees;

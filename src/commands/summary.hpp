@@ -9,8 +9,15 @@
 #include "src/mechanics/counters.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/recorder.hpp"
+#include "src/scene/scene.hpp"
 
 namespace lichtenberg {
+
+/// What the energy of a scene with a circuit is held against.
+struct EnergyCheck {
+  double initial = 0;  ///< J, analysis::energy_account() at the start
+  double allowed = 0;  ///< analysis::allowed_energy_imbalance()
+};
 
 /// How far a run came.
 struct Outcome {
@@ -19,6 +26,7 @@ struct Outcome {
   bool over = false;
   bool stationary = false;
   double initial_charge = 0;            ///< C, on the conductors at the start
+  EnergyCheck energy_check;             ///< of a scene with a circuit
   std::optional<double> largest_error;  ///< of the field, estimated at checkpoints; empty if no accuracy is asked for
 };
 
@@ -26,6 +34,13 @@ struct Outcome {
 double charge_imbalance(const Outcome& outcome);
 /// The same as a fraction of the largest charge in that balance.
 double relative_charge_imbalance(const Outcome& outcome);
+
+/// What the energy account of a scene with a circuit has gained since the start (J): an error.
+double energy_imbalance(const Outcome& outcome);
+/// The same as a fraction of what was supplied, or of the heat if that is more.
+double relative_energy_imbalance(const Outcome& outcome);
+/// A sentence for the user if that is more than is allowed, else nothing.
+std::string energy_warning(const Outcome& outcome, const Scene& scene);
 
 /// Where the time went (s, by activity), on standard output.
 void print_seconds(const std::map<std::string, double>& seconds);

@@ -117,6 +117,16 @@ Frame Result::frame(int index) const {
     frame.charge_held = observable("charge_held");
     frame.charge_fed = observable("charge_fed");
     frame.charge_drained = observable("charge_drained");
+    if (hdf5::exists(*file_, "observables/energy_by_supplies"))
+      frame.energy_balance = {.kinetic = observable("energy_kinetic"),
+                              .elastic = observable("energy_elastic"),
+                              .flows = {.by_supplies = observable("energy_by_supplies"),
+                                        .by_source = observable("energy_by_source"),
+                                        .series_resistors = observable("heat_series_resistors"),
+                                        .contacts = observable("heat_contacts"),
+                                        .leakage = observable("heat_leakage"),
+                                        .sparks = observable("heat_sparks"),
+                                        .drag = observable("heat_drag")}};
     return frame;
   });
 }

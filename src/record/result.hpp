@@ -39,7 +39,7 @@ class Result {
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m
   std::vector<double> mass() const;                            ///< kg
-  /// Without counters and terminals; neutral scenes have neither charges nor potentials.
+  /// Without counters, terminals and rates; neutral scenes have neither charges nor potentials.
   Frame frame(int index) const;
   /// A quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;

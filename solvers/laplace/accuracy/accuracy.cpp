@@ -26,9 +26,7 @@ constexpr double multipole_share = 0.1, coarser = 100, share_of_difference = 0.2
 
 constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
 
-/// The cut-cell method's error, over its difficulty, is between a fifth and five times this; its estimate is mostly
-/// some 2.5 times the error.
-constexpr double likely_error = 0.04, estimate_over_error = 2.5;
+constexpr double estimate_over_error = 2.5;  // of the cut-cell method, mostly
 
 /// Estimate over what the worst of five coarser grids predicts: larger where the narrowest gap holds no more than a
 /// cell or two, for there errors do not fall regularly yet.

@@ -16,6 +16,8 @@ NarrowPlace narrowest(const LaplaceProblem& problem);
 /// The cut-cell method's error goes like (h/R)^(1/2) (h/gap)^(3/2), h being the cell, and like (h/R)^(1/2) where the
 /// gap holds less than a cell (README.md).
 double difficulty(const NarrowPlace& place, double cell);
+/// The method's error over the difficulty, to a factor of five either way.
+constexpr double likely_error = 0.04;
 /// The cell of a given difficulty.
 double cell_for(const NarrowPlace& place, double difficulty);
 

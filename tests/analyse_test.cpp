@@ -2,23 +2,20 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fmt/format.h>
-#include <sys/wait.h>
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
 #include "solvers/error.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/result.hpp"
+#include "tests/program.hpp"
 
 using namespace lichtenberg;
 using nlohmann::json;
@@ -88,26 +85,6 @@ Frame second_frame() {
 const std::vector<analysis::Contact> first_contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}};
 const std::vector<analysis::Contact> second_contacts{{0, analysis::to_ground}, {0, 1}, {0, 3}, {1, 2}, {1, 3}};
 
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void write(const fs::path& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
-
-/// An empty folder of this test's own, gone with it.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "lichtenberg-analyse-XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path = name;
-  }
-  Folder(const Folder&) = delete;
-  ~Folder() { fs::remove_all(path); }
-  std::string operator/(const std::string& name) const { return (path / name).string(); }
-};
-
 /// The run of both frames.
 Recorder saved_run(const std::string& path, const std::string& text = scene_text) {
   Recorder recorder = Recorder::start(path, parse_scene(text, "four.toml"), masses, false);
@@ -129,17 +106,8 @@ void remove_from(const hdf5::Handle& file, const std::string& name) {
   hdf5::check(H5Ldelete(file, name.c_str(), H5P_DEFAULT));
 }
 
-struct Ended {
-  int status;
-  std::string out, err;
-};
-
 Ended analyse(const Folder& folder, const std::string& arguments) {
-  const int status = std::system(fmt::format("cd '{}' && '{}' analyse {} >out 2>err </dev/null", folder.path.string(),
-                                             LICHTENBERG_BINARY, arguments)
-                                     .c_str());
-  REQUIRE(WIFEXITED(status));
-  return {WEXITSTATUS(status), bytes_of(folder.path / "out"), bytes_of(folder.path / "err")};
+  return run_program(folder, "analyse " + arguments);
 }
 
 json analysed(const Folder& folder, const std::string& arguments) {
@@ -176,7 +144,7 @@ doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-12
 void check_refused(const Folder& folder, const std::string& file, const std::string& part,
                    const std::string& options = "") {
   CAPTURE(file);
-  const std::string before = bytes_of(folder.path / file);
+  const std::string before = text_of(folder / file);
   const Ended ended = analyse(folder, file + options);
   CAPTURE(ended.err);
   CHECK_EQ(ended.status, 2);
@@ -184,7 +152,7 @@ void check_refused(const Folder& folder, const std::string& file, const std::str
   CHECK(ended.err.starts_with("lichtenberg: "));
   CHECK_EQ(ended.err.find('\n'), ended.err.size() - 1);
   CHECK_NE(ended.err.find(part), std::string::npos);
-  CHECK(bytes_of(folder.path / file) == before);
+  CHECK(text_of(folder / file) == before);
 }
 
 }  // namespace
@@ -308,7 +276,7 @@ TEST_CASE("what analyse stores is what it prints, and touches nothing else") {
 TEST_CASE("one frame is printed and nothing stored") {
   const Folder folder;
   saved_run(folder / "four.h5");
-  const std::string before = bytes_of(folder.path / "four.h5");
+  const std::string before = text_of(folder / "four.h5");
   const json answer = analysed(folder, "four.h5 --frame 1");
   REQUIRE_EQ(answer["frames"].size(), 1);
   CHECK_EQ(answer["frames"][0]["frame"], 1);
@@ -316,7 +284,7 @@ TEST_CASE("one frame is printed and nothing stored") {
   const Folder other;
   saved_run(other / "four.h5");
   CHECK_EQ(analyse(other, "four.h5 --frame 0").status, 0);
-  CHECK(bytes_of(other.path / "four.h5").size() == before.size());
+  CHECK(text_of(other / "four.h5").size() == before.size());
   CHECK_FALSE(hdf5::exists(hdf5::load(other / "four.h5"), "analysis"));
 }
 
@@ -367,9 +335,9 @@ TEST_CASE("a file that changes while it is analysed stays as its run left it") {
   third.time = 1;
   recorder.add(third, analysis::network(second_contacts, third.position));
   recorder.save({});
-  const std::string newer = bytes_of(folder.path / "four.h5");
+  const std::string newer = text_of(folder / "four.h5");
   CHECK_THROWS_AS(result.put_analysis({{"time", "s", 0, result.times()}}), Failure);
-  CHECK(bytes_of(folder.path / "four.h5") == newer);
+  CHECK(text_of(folder / "four.h5") == newer);
 }
 
 TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is lost") {
@@ -378,19 +346,19 @@ TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is 
   CHECK_NE(analyse(folder, "nowhere.h5").err.find("nowhere.h5 does not exist"), std::string::npos);
   CHECK_EQ(analyse(folder, "").status, 2);
   saved_run(folder / "four.h5");
-  const std::string whole = bytes_of(folder.path / "four.h5");
+  const std::string whole = text_of(folder / "four.h5");
 
-  write(folder.path / "text.h5", "not a result");
+  folder.write("text.h5", "not a result");
   check_refused(folder, "text.h5", "is no HDF5 file");
-  write(folder.path / "empty.h5", "");
+  folder.write("empty.h5", "");
   check_refused(folder, "empty.h5", "is no HDF5 file");
   for (const double part : {0.9, 0.5, 0.1}) {
-    write(folder.path / "cut.h5", whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size()))));
+    folder.write("cut.h5", whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size()))));
     check_refused(folder, "cut.h5", "cut.h5 is damaged");
   }
   write_atomically(folder / "other.h5", hdf5::image(hdf5::create_in_memory()));
   check_refused(folder, "other.h5", "was not written by `lichtenberg run`");
-  write(folder.path / "old.h5", whole);
+  folder.write("old.h5", whole);
   change(folder / "old.h5",
          [](const hdf5::Handle& file) { hdf5::put_attribute(file, "lichtenberg_result", result_format + 1); });
   check_refused(folder, "old.h5", fmt::format("has result format {}", result_format + 1));
@@ -402,9 +370,9 @@ TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is 
 TEST_CASE("a result without frames, without contacts or with parts missing is refused") {
   const Folder folder;
   saved_run(folder / "four.h5");
-  const std::string whole = bytes_of(folder.path / "four.h5");
+  const std::string whole = text_of(folder / "four.h5");
   const auto without = [&](const std::string& name) {
-    write(folder.path / "less.h5", whole);
+    folder.write("less.h5", whole);
     change(folder / "less.h5", [&](const hdf5::Handle& file) { remove_from(file, name); });
   };
   without("particles/conductors/position");
@@ -416,7 +384,7 @@ TEST_CASE("a result without frames, without contacts or with parts missing is re
   without("observables/energy");
   check_refused(folder, "less.h5", "less.h5 is damaged");
 
-  write(folder.path / "less.h5", whole);
+  folder.write("less.h5", whole);
   change(folder / "less.h5", [](const hdf5::Handle& file) { hdf5::put_text(file, "scene/text", "[domain]"); });
   check_refused(folder, "less.h5", "less.h5:/scene/text");
   change(folder / "less.h5", [](const hdf5::Handle& file) {
@@ -425,7 +393,7 @@ TEST_CASE("a result without frames, without contacts or with parts missing is re
     hdf5::put_text(file, "scene/text", text);
   });
   check_refused(folder, "less.h5", "its scene has 3 conductors, its frames 4");
-  write(folder.path / "less.h5", whole);
+  folder.write("less.h5", whole);
   change(folder / "less.h5", [](const hdf5::Handle& file) {
     hdf5::put<std::int64_t>(file, "network/contacts_end", std::array<std::int64_t, 2>{9, 3}, {2}, "1");
   });

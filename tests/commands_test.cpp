@@ -2,17 +2,16 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fmt/format.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
 #include "src/effects/effects.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/program.hpp"
+
+using namespace lichtenberg;
 
 namespace {
 
@@ -20,45 +19,8 @@ using nlohmann::json;
 
 const std::string scenes = LICHTENBERG_SOURCE_DIR "/scenes/";
 
-std::string contents(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-void write(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
-}
-
-/// An empty folder of this test's own, gone with it.
-struct Folder {
-  std::filesystem::path path;
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "lichtenberg-commands-XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path = name;
-  }
-  Folder(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path); }
-};
-
-struct Result {
-  int status;
-  std::string out, err;
-};
-
-/// Runs the program in the folder; `arguments` as in a shell. What goes to another file than `out` is not read back.
-Result run(const Folder& folder, const std::string& arguments, const std::string& output = "out") {
-  const auto out = folder.path / output, err = folder.path / "err";
-  const int status = std::system(fmt::format("cd '{}' && '{}' {} >'{}' 2>'{}' </dev/null", folder.path.string(),
-                                             LICHTENBERG_BINARY, arguments, out.string(), err.string())
-                                     .c_str());
-  REQUIRE(WIFEXITED(status));
-  return {WEXITSTATUS(status), contents(folder.path / "out"), contents(err)};
-}
-
-Result run(const std::string& arguments) { return run(Folder(), arguments); }
+Ended run(const Folder& folder, const std::string& arguments) { return run_program(folder, arguments); }
+Ended run(const std::string& arguments) { return run(Folder(), arguments); }
 
 bool one_sentence(const std::string& text) {
   return text.starts_with("lichtenberg: ") && text.find('\n') == text.size() - 1;
@@ -67,9 +29,7 @@ bool one_sentence(const std::string& text) {
 /// Equal but for a relative error, however small the numbers are: doctest's own scale of 1 makes all charges equal.
 doctest::Approx near(double value, double error) { return doctest::Approx(value).epsilon(error).scale(0); }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-void check_refused(const Result& result, const std::string& part) {
+void check_refused(const Ended& result, const std::string& part) {
   INFO(result.err);
   CHECK(result.status == 2);
   CHECK(result.out.empty());
@@ -111,24 +71,24 @@ TEST_CASE("a scene that cannot be used is one sentence and status 2") {
   check_refused(run("solve nowhere.toml"), "nowhere.toml");
   check_refused(run("explain nowhere.toml"), "nowhere.toml");
   const Folder folder;
-  write(folder.path / "typo.toml", small_scene + "  tolerence = 1e-6\n");
+  folder.write("typo.toml", small_scene + "  tolerence = 1e-6\n");
   check_refused(run(folder, "solve typo.toml"), "tolerance");
   check_refused(run(folder, "explain typo.toml"), "tolerance");
 }
 
 TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to go") {
   const Folder folder;
-  write(folder.path / "neutral.toml",
-        "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
+  folder.write("neutral.toml",
+               "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
   check_refused(run(folder, "solve neutral.toml"), "[effects.floating_conductors]");
   std::string insulated = small_scene;
   insulated.erase(insulated.find("  bottom"), insulated.find("  [medium]") - insulated.find("  bottom"));
-  write(folder.path / "insulated.toml", insulated);
+  folder.write("insulated.toml", insulated);
   check_refused(run(folder, "solve insulated.toml"), "charge");
 }
 
 TEST_CASE("help explains the program, a command and the scene") {
-  const Result program = run("help");
+  const Ended program = run("help");
   CHECK(program.status == 0);
   for (const std::string command :
        {"run", "solve", "explain", "plot", "analyse", "network", "work-precision", "ensemble", "help", "--petsc"})
@@ -139,13 +99,13 @@ TEST_CASE("help explains the program, a command and the scene") {
 }
 
 TEST_CASE("--version names the commit") {
-  const Result result = run("--version");
+  const Ended result = run("--version");
   CHECK(result.status == 0);
   CHECK(result.out.starts_with("lichtenberg 0.1.0 ("));
 }
 
 TEST_CASE("solve --json: the two disks of the shipped scene") {
-  const Result result = run("solve " + scenes + "two-disks.toml --json --capacitance");
+  const Ended result = run("solve " + scenes + "two-disks.toml --json --capacitance");
   REQUIRE(result.status == 0);
   const json answer = json::parse(result.out);
   std::vector<std::string> fields;
@@ -182,7 +142,7 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
 
 TEST_CASE("solve's table has the numbers of its JSON") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   const json answer = json::parse(run(folder, "solve small.toml --json").out);
   const std::string table = run(folder, "solve small.toml --capacitance").out;
   for (const json& conductor : answer["conductors"])
@@ -197,10 +157,10 @@ std::string small_scene_with(const std::string& line) { return small_scene + "  
 
 TEST_CASE("solve and explain by multipoles") {
   const Folder folder;
-  write(folder.path / "grid.toml", small_scene_with("tolerance = 1e-8"));
-  write(folder.path / "small.toml", small_scene_with("method = \"multipole\""));
+  folder.write("grid.toml", small_scene_with("tolerance = 1e-8"));
+  folder.write("small.toml", small_scene_with("method = \"multipole\""));
   const json grid = json::parse(run(folder, "solve grid.toml --json").out);
-  const Result result = run(folder, "solve small.toml --json --capacitance --field small.vtkhdf");
+  const Ended result = run(folder, "solve small.toml --json --capacitance --field small.vtkhdf");
   REQUIRE(result.status == 0);
   const json answer = json::parse(result.out);
   CHECK(answer["method"] == "multipole");
@@ -210,8 +170,8 @@ TEST_CASE("solve and explain by multipoles") {
           near(grid["conductors"][i]["potential"].get<double>(), 1e-3));
   CHECK(answer["energy"].get<double>() == near(grid["energy"].get<double>(), 1e-3));
   CHECK(answer["unknowns"].get<long>() < 200);  // some 40 a disk, against 64^2 of the grid
-  CHECK(std::filesystem::exists(folder.path / "small.vtkhdf"));
-  const Result explained = run(folder, "explain small.toml");
+  CHECK(std::filesystem::exists(folder / "small.vtkhdf"));
+  const Ended explained = run(folder, "explain small.toml");
   CHECK(contains(explained.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
   CHECK(contains(explained.out, "spectral"));
   CHECK(contains(explained.out, "refused"));  // a run: nothing keeps the disks apart
@@ -227,8 +187,8 @@ std::string small_scene_asking(const std::string& accuracy) {
 
 TEST_CASE("solve, explain and run say what they chose for an accuracy") {
   const Folder folder;
-  write(folder.path / "grid.toml", small_scene_asking("1e-2\n  method = \"cut-cell\""));
-  write(folder.path / "any.toml", small_scene_asking("1e-6"));
+  folder.write("grid.toml", small_scene_asking("1e-2\n  method = \"cut-cell\""));
+  folder.write("any.toml", small_scene_asking("1e-6"));
   const json by_grid = json::parse(run(folder, "solve grid.toml --json").out);
   const json exact = json::parse(run(folder, "solve any.toml --json").out);
   CHECK(by_grid["method"] == "cut-cell");
@@ -244,10 +204,10 @@ TEST_CASE("solve, explain and run say what they chose for an accuracy") {
   CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started
   // Multipoles will do for `solve`; a run, in which nothing keeps these disks apart, would choose a grid.
   CHECK_FALSE(contains(run(folder, "explain any.toml").out, "refused"));
-  write(folder.path / "moving.toml",
-        small_scene_asking(
-            "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));
-  const Result result = run(folder, "run moving.toml");
+  folder.write("moving.toml",
+               small_scene_asking(
+                   "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));
+  const Ended result = run(folder, "run moving.toml");
   INFO(result.err);
   CHECK(result.status == 0);
   CHECK(contains(result.out, "field          cut-cell, "));
@@ -259,26 +219,25 @@ TEST_CASE("an accuracy that cannot be met is refused with what can") {
   // A gap of a ten-thousandth of the box.
   std::string close = small_scene_asking("1e-9\n  method = \"cut-cell\"");
   close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
-  write(folder.path / "close.toml", close);
+  folder.write("close.toml", close);
   for (const std::string command : {"solve", "explain", "run"})
     check_refused(run(folder, command + " close.toml"), "an accuracy of ");
 }
 
 TEST_CASE("other shapes than disks are refused by multipoles before any work") {
   const Folder folder;
-  write(folder.path / "ring.toml",
-        small_scene_with("method = \"multipole\"\n[[electrode]]\nname = \"rim\"\nshape = \"ring\"\n"
-                         "centre = [8e-3, 8e-3]\nradius = 8e-3\npotential = 0.0"));
+  folder.write("ring.toml", small_scene_with("method = \"multipole\"\n[[electrode]]\nname = \"rim\"\nshape = \"ring\"\n"
+                                             "centre = [8e-3, 8e-3]\nradius = 8e-3\npotential = 0.0"));
   for (const std::string command : {"solve", "explain", "run"})
     check_refused(run(folder, command + " ring.toml"), "\"rim\" is a ring");
 }
 
 TEST_CASE("a device that the method cannot use is refused") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene_with("method = \"multipole\""));
+  folder.write("small.toml", small_scene_with("method = \"multipole\""));
   for (const std::string command : {"solve", "explain"})
     check_refused(run(folder, command + " small.toml --device cuda"), "field.device = \"cuda\"");
-  write(folder.path / "asking.toml", small_scene_asking("1e-3\n  method = \"multipole\""));
+  folder.write("asking.toml", small_scene_asking("1e-3\n  method = \"multipole\""));
   check_refused(run(folder, "solve asking.toml --device cuda"), "field.device = \"cuda\"");
   check_refused(run(folder, "solve small.toml --device gpu"), "--device");
   CHECK(run(folder, "solve small.toml --device cpu").status == 0);
@@ -286,32 +245,32 @@ TEST_CASE("a device that the method cannot use is refused") {
        {"[[electrode]]\nshape = \"disk\"\ncentre = [8e-3, 14e-3]\nradius = 1e-3\npotential = 1.0\n"
         "series_resistance = 1e9\n",
         "[effects.contact_discharge]\n[effects.contact_resistance]\nresistance = 1e9\n"}) {
-    write(folder.path / "resistor.toml", small_scene + resistor + "[stop]\ntime = 1e-3\n[output]\nevery = 1e-3\n");
+    folder.write("resistor.toml", small_scene + resistor + "[stop]\ntime = 1e-3\n[output]\nevery = 1e-3\n");
     check_refused(run(folder, "run resistor.toml --device cuda"),
                   "field.device = \"cuda\" is not allowed in a run with resistors: \"cpu\" is");
-    CHECK_FALSE(std::filesystem::exists(folder.path / "resistor.h5"));  // refused before anything is written
+    CHECK_FALSE(std::filesystem::exists(folder / "resistor.h5"));  // refused before anything is written
   }
 }
 
 TEST_CASE("solve passes what follows --petsc to PETSc") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   CHECK(contains(run(folder, "solve small.toml --petsc -field_ksp_view").out, "KSP Object"));
-  const Result result = run(folder, "solve small.toml --petsc -field_ksp_type nonsense");
+  const Ended result = run(folder, "solve small.toml --petsc -field_ksp_type nonsense");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "nonsense"));
 }
 
 TEST_CASE("solve --field writes a file, and replaces one only if told") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   CHECK(run(folder, "solve small.toml --field field.vtkhdf").status == 0);
-  const auto is_hdf5 = [&] { return contains(contents(folder.path / "field.vtkhdf").substr(0, 4), "HDF"); };
+  const auto is_hdf5 = [&] { return contains(text_of(folder / "field.vtkhdf").substr(0, 4), "HDF"); };
   CHECK(is_hdf5());
 
-  write(folder.path / "field.vtkhdf", "something dear");
+  folder.write("field.vtkhdf", "something dear");
   check_refused(run(folder, "solve small.toml --field field.vtkhdf"), "allow --overwrite");
-  CHECK(contents(folder.path / "field.vtkhdf") == "something dear");
+  CHECK(text_of(folder / "field.vtkhdf") == "something dear");
   CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
   CHECK(is_hdf5());
   check_refused(run(folder, "solve small.toml --field no/such/folder/field.vtkhdf"), "no/such/folder");
@@ -319,9 +278,9 @@ TEST_CASE("solve --field writes a file, and replaces one only if told") {
 
 TEST_CASE("output that cannot be written is a failure") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   for (const std::string arguments : {"solve small.toml --json", "explain small.toml", "help scene"}) {
-    const Result result = run(folder, arguments, "/dev/full");
+    const Ended result = run(folder, arguments + " >/dev/full");
     CHECK(result.status == 1);
     CHECK(contains(result.err, "No space left on device"));  // in the words of whoever noticed: {fmt} or we
   }
@@ -330,10 +289,11 @@ TEST_CASE("output that cannot be written is a failure") {
 TEST_CASE("a run whose conductor leaves the domain is one sentence and status 1") {
   const Folder folder;
   // 1 m/s through 7 mm of fluid, nothing that holds it back.
-  write(folder.path / "lost.toml",
-        "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [3e-3, 5e-3]\n"
-        "radius = 1e-3\nvelocity = [1, 0]\n[effects.floating_conductors]\n[field]\ncells = 32\n[stop]\ntime = 0.1\n");
-  const Result result = run(folder, "run lost.toml --quiet");
+  folder.write(
+      "lost.toml",
+      "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [3e-3, 5e-3]\n"
+      "radius = 1e-3\nvelocity = [1, 0]\n[effects.floating_conductors]\n[field]\ncells = 32\n[stop]\ntime = 0.1\n");
+  const Ended result = run(folder, "run lost.toml --quiet");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "conductor 0 has left the domain"));
   CHECK(contains(result.err, "[effects.wall_contact]"));
@@ -341,9 +301,9 @@ TEST_CASE("a run whose conductor leaves the domain is one sentence and status 1"
 
 TEST_CASE("explain names every effect, the unknowns that solve has, and does not start PETSc") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   // PETSc, if it were started, would end with a list of the options that nobody used.
-  const Result result = run(folder, "explain small.toml --petsc -options_left -nobodys_option");
+  const Ended result = run(folder, "explain small.toml --petsc -options_left -nobodys_option");
   REQUIRE(result.status == 0);
   CHECK_FALSE(contains(result.out + result.err, "nobodys_option"));
   const std::size_t left_out = result.out.find("left out");
@@ -356,10 +316,11 @@ TEST_CASE("explain names every effect, the unknowns that solve has, and does not
 TEST_CASE("explain of a grid beyond this machine's memory says what it would take") {
   const Folder folder;
   // 2^30 cells, some 100 bytes each.
-  write(folder.path / "huge.toml",
-        "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [5e-3, 5e-3]\n"
-        "radius = 1e-7\n[effects.floating_conductors]\n[field]\ncells = 32768\n");
-  const Result result = run(folder, "explain huge.toml");
+  folder.write(
+      "huge.toml",
+      "[domain]\nsize = [1e-2, 1e-2]\n[medium]\nrelative_permittivity = 2\n[[conductor]]\nposition = [5e-3, 5e-3]\n"
+      "radius = 1e-7\n[effects.floating_conductors]\n[field]\ncells = 32768\n");
+  const Ended result = run(folder, "explain huge.toml");
   CHECK(result.status == 0);
   CHECK(contains(result.out, "at most 1073741824"));
   CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768)
@@ -367,9 +328,9 @@ TEST_CASE("explain of a grid beyond this machine's memory says what it would tak
 
 TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
   const Folder folder;
-  write(folder.path / "neutral.toml",
-        "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
-  const Result result = run(folder, "explain neutral.toml");
+  folder.write("neutral.toml",
+               "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
+  const Ended result = run(folder, "explain neutral.toml");
   CHECK(result.status == 0);
   CHECK(contains(result.out, "charges, field, neighbour list"));
   CHECK_FALSE(contains(result.out, "unknowns"));
@@ -377,34 +338,34 @@ TEST_CASE("explain of a neutral scene says that nothing electric is touched") {
 
 TEST_CASE("plot refuses what is no result file") {
   const Folder folder;
-  const Result missing = run(folder, "plot nowhere.h5");
+  const Ended missing = run(folder, "plot nowhere.h5");
   CHECK(missing.status == 2);
   CHECK(contains(missing.err, "nowhere.h5"));
-  write(folder.path / "text.h5", "no HDF5");
+  folder.write("text.h5", "no HDF5");
   CHECK(run(folder, "plot text.h5").status == 2);
-  CHECK_FALSE(std::filesystem::exists(folder.path / "text.png"));
+  CHECK_FALSE(std::filesystem::exists(folder / "text.png"));
 }
 
 TEST_CASE("work-precision prints a table and prices, draws, and replaces nothing unless told") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   const std::string command = "work-precision small.toml --methods cut-cell,relaxation --sizes 32 --json small.json";
-  const Result first = run(folder, command);
+  const Ended first = run(folder, command);
   INFO(first.err);
   REQUIRE(first.status == 0);
   for (const std::string part : {"S = 32, tolerance = 1e-08", "price list", "the multipole method", "versions"})
     CHECK(contains(first.out, part));
-  const std::string picture = contents(folder.path / "small-work-precision.png");
+  const std::string picture = text_of(folder / "small-work-precision.png");
   CHECK(picture.starts_with("\x89PNG"));
-  CHECK(json::parse(contents(folder.path / "small.json"))["points"].size() == 8);
+  CHECK(json::parse(text_of(folder / "small.json"))["points"].size() == 8);
   check_refused(run(folder, command), "small-work-precision.png exists");
   check_refused(run(folder, command + " --output other.png"), "small.json exists");
-  CHECK(contents(folder.path / "small-work-precision.png") == picture);
+  CHECK(text_of(folder / "small-work-precision.png") == picture);
 }
 
 TEST_CASE("work-precision refuses methods, sizes and pictures that are none") {
   const Folder folder;
-  write(folder.path / "small.toml", small_scene);
+  folder.write("small.toml", small_scene);
   check_refused(run(folder, "work-precision small.toml --methods sor"), "sor");
   check_refused(run(folder, "work-precision small.toml --sizes 4"), "--sizes 4");
   check_refused(run(folder, "work-precision small.toml --time --sizes 64"), "--sizes");

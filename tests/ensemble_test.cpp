@@ -10,16 +10,15 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
+#include "tests/program.hpp"
 
+using namespace lichtenberg;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
@@ -83,47 +82,16 @@ time = 0.2
 stationary = false
 )";
 
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// A folder with both scenes in it, gone when the test is over.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "lichtenberg-ensemble-XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path = name;
+/// A folder with both scenes in it.
+struct ScenesFolder : Folder {
+  ScenesFolder() {
     write("neutral.toml", neutral_scene);
     write("charged.toml", charged_scene);
   }
-  Folder(const Folder&) = delete;
-  ~Folder() { fs::remove_all(path); }
-  fs::path operator/(const std::string& name) const { return path / name; }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
 };
 
-struct Result {
-  int status;
-  std::string out, err;
-};
-
-/// `lichtenberg ensemble ...` in the folder, arguments as in a shell.
-Result ensemble(const Folder& folder, const std::string& arguments) {
-  const int status = std::system(fmt::format("cd '{}' && '{}' ensemble {} >out 2>err </dev/null", folder.path.string(),
-                                             LICHTENBERG_BINARY, arguments)
-                                     .c_str());
-  REQUIRE(WIFEXITED(status));
-  return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
-}
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  REQUIRE_NE(at, std::string::npos);
-  return text.replace(at, what.size(), by);
+Ended ensemble(const Folder& folder, const std::string& arguments) {
+  return run_program(folder, "ensemble " + arguments);
 }
 
 json summary(const Folder& folder, const std::string& name) {
@@ -152,8 +120,8 @@ int sessions(const fs::path& result) {
 }  // namespace
 
 TEST_CASE("all combinations are run, each into a file of its own") {
-  const Folder folder;
-  const Result result = ensemble(folder, "neutral.toml --vary medium.viscosity=0.5,1.0 --conductors 1,2 --seeds 2");
+  const ScenesFolder folder;
+  const Ended result = ensemble(folder, "neutral.toml --vary medium.viscosity=0.5,1.0 --conductors 1,2 --seeds 2");
   INFO(result.err);
   CHECK(result.status == 0);
   const json found = summary(folder, "neutral-ensemble");
@@ -173,8 +141,8 @@ TEST_CASE("all combinations are run, each into a file of its own") {
 }
 
 TEST_CASE("means and slopes are those of the members") {
-  const Folder folder;
-  const Result result = ensemble(folder, "charged.toml --conductors 4,7 --seeds 3 --json");
+  const ScenesFolder folder;
+  const Ended result = ensemble(folder, "charged.toml --conductors 4,7 --seeds 3 --json");
   INFO(result.err);
   REQUIRE(result.status == 0);
   const json found = json::parse(result.out);
@@ -205,13 +173,13 @@ TEST_CASE("means and slopes are those of the members") {
 TEST_CASE("other readings of the degree") {
   // Two conductors one above the other, the lower one on the ground: a chain, whose upper end is the only endpoint.
   // Without the ground both are ends; in the tree the chain is what it is. The third conductor is far away.
-  const Folder folder;
+  const ScenesFolder folder;
   std::string chain = replaced(charged_scene, "count = 6", "count = 1\nregion = [[0, 5e-3], [2e-3, 8e-3]]");
   chain = replaced(chain, "time = 0.2", "time = 0.01") +
           "[[conductor]]\nposition = [4e-3, 1.7e-3]\nradius = 0.6e-3\n"
           "[[conductor]]\nposition = [4e-3, 3.0e-3]\nradius = 0.6e-3\n";
   folder.write("charged.toml", chain);
-  const Result result = ensemble(folder, "charged.toml --json");
+  const Ended result = ensemble(folder, "charged.toml --json");
   INFO(result.err);
   REQUIRE(result.status == 0);
   const json parsed = json::parse(result.out);
@@ -225,19 +193,17 @@ TEST_CASE("other readings of the degree") {
 }
 
 TEST_CASE("the table is on the screen") {
-  const Folder folder;
-  const Result result = ensemble(folder, "charged.toml --conductors 4,5 --seeds 2");
+  const ScenesFolder folder;
+  const Ended result = ensemble(folder, "charged.toml --conductors 4,5 --seeds 2");
   CHECK(result.status == 0);
   for (const std::string part : {"4 of 4 runs", "population.count", "endpoints f1", "branch points B", "±", "D 7.11"})
     CHECK(contains(result.out, part));
 }
 
 TEST_CASE("the scene of a member is whole, and runs to the same end alone") {
-  const Folder folder;
+  const ScenesFolder folder;
   REQUIRE(ensemble(folder, "charged.toml --vary population.count=5").status == 0);
-  const std::string command = fmt::format("cd '{}' && '{}' run charged-ensemble/count-5.toml --out alone.h5 --quiet",
-                                          folder.path.string(), LICHTENBERG_BINARY);
-  REQUIRE(std::system(command.c_str()) == 0);
+  REQUIRE(run_program(folder, "run charged-ensemble/count-5.toml --out alone.h5 --quiet").status == 0);
   namespace hdf5 = lichtenberg::hdf5;
   const hdf5::Handle alone = hdf5::load((folder / "alone.h5").string());
   const hdf5::Handle member = hdf5::load((folder / "charged-ensemble" / "count-5.h5").string());
@@ -246,7 +212,7 @@ TEST_CASE("the scene of a member is whole, and runs to the same end alone") {
 }
 
 TEST_CASE("what is finished is not run again") {
-  const Folder folder;
+  const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 2").status == 0);
   const fs::path out = folder / "neutral-ensemble";
   const std::string before = text_of(out / "seed-3.h5");
@@ -258,7 +224,7 @@ TEST_CASE("what is finished is not run again") {
 }
 
 TEST_CASE("what is half done is resumed") {
-  const Folder folder;
+  const ScenesFolder folder;
   const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // the 8th frame has a checkpoint
   folder.write("charged.toml", shorter);
   REQUIRE(ensemble(folder, "charged.toml --seeds 2").status == 0);
@@ -271,14 +237,14 @@ TEST_CASE("what is half done is resumed") {
 }
 
 TEST_CASE("a run that is past the stop of now is reported and its file stays") {
-  const Folder folder;
+  const ScenesFolder folder;
   const std::string stop = "time = 0.08";  // the 8th frame has a checkpoint
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
   REQUIRE(ensemble(folder, "charged.toml").status == 0);
   const fs::path file = folder / "charged-ensemble" / "charged.h5";
   const std::string before = text_of(file);
   const auto check_past = [&] {
-    const Result result = ensemble(folder, "charged.toml");
+    const Ended result = ensemble(folder, "charged.toml");
     INFO(result.err);
     CHECK(result.status == 1);
     CHECK(contains(result.err, "charged.h5 is already past this [stop]: move it away"));
@@ -298,11 +264,11 @@ TEST_CASE("a run that is past the stop of now is reported and its file stays") {
 }
 
 TEST_CASE("a member whose file is of other settings is reported and its file stays") {
-  const Folder folder;
+  const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1").status == 0);
   const std::string before = text_of(folder / "neutral-ensemble" / "count-1.h5");
   folder.write("neutral.toml", replaced(neutral_scene, "viscosity = 0.7", "viscosity = 0.8"));
-  const Result result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2");
+  const Ended result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "count-1 failed: key `medium.viscosity` is not what it was"));
   CHECK(text_of(folder / "neutral-ensemble" / "count-1.h5") == before);
@@ -310,14 +276,14 @@ TEST_CASE("a member whose file is of other settings is reported and its file sta
 }
 
 TEST_CASE("files that are no results are reported, stay, and the rest go on") {
-  const Folder folder;
+  const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=2").status == 0);
   const fs::path out = folder / "neutral-ensemble";
   const std::string whole = text_of(out / "count-2.h5");
   folder.write("neutral-ensemble/count-1.h5", "something dear");
   folder.write("neutral-ensemble/count-2.h5", whole.substr(0, whole.size() / 2));
   folder.write("neutral-ensemble/count-3.toml", "something dear, too");
-  const Result result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2,3,4");
+  const Ended result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2,3,4");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "count-1.h5 is no HDF5 file"));
   CHECK(contains(result.err, "count-2.h5 is damaged"));
@@ -329,9 +295,8 @@ TEST_CASE("files that are no results are reported, stay, and the rest go on") {
 }
 
 TEST_CASE("an impossible member is one sentence, and the rest go on") {
-  const Folder folder;
-  const Result result =
-      ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary medium.viscosity=1.0,-1.0");
+  const ScenesFolder folder;
+  const Ended result = ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary medium.viscosity=1.0,-1.0");
   CHECK(result.status == 1);
   CHECK(states(summary(folder, "neutral-ensemble")) ==
         std::vector<std::string>{"finished", "failed", "failed", "failed"});
@@ -342,12 +307,12 @@ TEST_CASE("an impossible member is one sentence, and the rest go on") {
 }
 
 TEST_CASE("a member that fails on its way is reported in its own words, and the rest go on") {
-  const Folder folder;
+  const ScenesFolder folder;
   // 10 m/s into a wall that nothing makes it feel: drag stops it after 10 m/s m / gamma = 9 mm, which is outside.
   const std::string no_walls = replaced(charged_scene, "[effects.wall_contact]\n", "");
   folder.write("charged.toml",
                no_walls + "[[conductor]]\nposition = [1e-3, 7e-3]\nvelocity = [0.0, 0.0]\nradius = 0.6e-3\n");
-  const Result result = ensemble(folder, "charged.toml --vary 'conductor.velocity=[0.0,0.0],[-10.0,0.0]' --quiet");
+  const Ended result = ensemble(folder, "charged.toml --vary 'conductor.velocity=[0.0,0.0],[-10.0,0.0]' --quiet");
   CHECK(result.status == 1);
   INFO(result.err);
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"finished", "failed"});
@@ -356,9 +321,9 @@ TEST_CASE("a member that fails on its way is reported in its own words, and the 
 }
 
 TEST_CASE("a command that cannot be used is one sentence and status 2, before anything is made") {
-  const Folder folder;
+  const ScenesFolder folder;
   const auto check_refused = [&](const std::string& arguments, const std::string& part) {
-    const Result result = ensemble(folder, arguments);
+    const Ended result = ensemble(folder, arguments);
     INFO(result.err);
     CHECK(result.status == 2);
     CHECK(result.err.find('\n') == result.err.size() - 1);
@@ -377,11 +342,11 @@ TEST_CASE("a command that cannot be used is one sentence and status 2, before an
 }
 
 TEST_CASE("a folder has one ensemble at a time") {
-  const Folder folder;
+  const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml").status == 0);
   const int lock = open((folder / "neutral-ensemble" / ".lock").c_str(), O_RDWR);
   REQUIRE(flock(lock, LOCK_EX | LOCK_NB) == 0);
-  const Result result = ensemble(folder, "neutral.toml");
+  const Ended result = ensemble(folder, "neutral.toml");
   CHECK(result.status == 2);
   CHECK(contains(result.err, "another ensemble is at work"));
   close(lock);
@@ -389,7 +354,7 @@ TEST_CASE("a folder has one ensemble at a time") {
 }
 
 TEST_CASE("an interruption stops all at their checkpoints, and the same command goes on") {
-  const Folder folder;
+  const ScenesFolder folder;
   folder.write("charged.toml",
                replaced(charged_scene, "time = 0.2", "time = 20"));  // a thousand times what we wait for
   const fs::path out = folder / "charged-ensemble";

@@ -1,8 +1,6 @@
 // `lichtenberg network`: from a result file to the resistance of the particles in it, and back into the file.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
-#include <fmt/format.h>
-#include <stdlib.h>
 
 #include <cmath>
 #include <filesystem>
@@ -15,6 +13,7 @@
 #include "src/commands/packing_network.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/recorder.hpp"
+#include "tests/folder.hpp"
 
 using namespace lichtenberg;
 using doctest::Approx;
@@ -26,15 +25,13 @@ namespace {
 /// frame before has the column open in the middle.
 class ResultFile {
  public:
-  explicit ResultFile(const std::string& network_table = "") : folder_(new_folder()), recorder_(start(network_table)) {
+  explicit ResultFile(const std::string& network_table = "") : recorder_(start(network_table)) {
     for (const double x : {5.0, 2.0}) add_frame(x);
     recorder_.save({});
   }
-  ResultFile(const ResultFile&) = delete;
-  ~ResultFile() { std::filesystem::remove_all(folder_); }
   std::string path() const { return (folder_ / "column.h5").string(); }
   /// Whether nothing else is left in its folder.
-  bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_), {}) == 1; }
+  bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_.path), {}) == 1; }
   /// Its run goes on.
   void save_another_frame() {
     add_frame(1);
@@ -42,11 +39,6 @@ class ResultFile {
   }
 
  private:
-  static std::filesystem::path new_folder() {
-    std::string folder = (std::filesystem::temp_directory_path() / "lichtenberg-network-test-XXXXXX").string();
-    REQUIRE(mkdtemp(folder.data()) != nullptr);
-    return folder;
-  }
   Recorder start(const std::string& network_table) const {
     const std::string text = "domain = { size = [8.0, 5.4] }\nfield = { cells = 400 }\n" + network_table +
                              "[[conductor]]\nposition = [2.0, 1.0]\nradius = 1.0\n"
@@ -67,14 +59,9 @@ class ResultFile {
     recorder_.add(frame, {});
   }
 
-  std::filesystem::path folder_;
+  Folder folder_;
   Recorder recorder_;
 };
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 std::string message_of(const std::function<void()>& work) {
   try {
@@ -84,7 +71,6 @@ std::string message_of(const std::function<void()>& work) {
   }
   return "";
 }
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 
@@ -171,9 +157,9 @@ TEST_CASE("a file that changes while it is measured stays as its run left it") {
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
   file.save_another_frame();
-  const std::string newer = bytes_of(file.path());
+  const std::string newer = text_of(file.path());
   CHECK_THROWS_AS(save_networks(file.path(), frame, {solved}), Failure);
-  CHECK(bytes_of(file.path()) == newer);
+  CHECK(text_of(file.path()) == newer);
   CHECK(file.alone());
 }
 
@@ -201,11 +187,11 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
                        "x.toml");
                  }),
                  "needs resistance_per_length"));
-  const std::string before = bytes_of(file.path());
+  const std::string before = text_of(file.path());
   CHECK(run_command_line({"network", file.path(), "--voltage", "0"}) == 2);
   // Before anything is solved and kept:
   CHECK(run_command_line({"network", file.path(), "--out", file.path() + "/nowhere/picture.png"}) == 2);
-  CHECK(bytes_of(file.path()) == before);
+  CHECK(text_of(file.path()) == before);
   for (const double part : {0.9, 0.5, 0.1}) {
     const auto length = static_cast<std::size_t>(part * static_cast<double>(before.size()));
     std::ofstream(file.path(), std::ios::binary) << before.substr(0, length);

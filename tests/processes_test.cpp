@@ -1,14 +1,13 @@
 // The program itself, alone and started by mpirun.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
-#include <fmt/format.h>
-#include <sys/wait.h>
 
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "tests/program.hpp"
+
+using namespace lichtenberg;
 
 namespace {
 
@@ -42,28 +41,13 @@ const std::string scene = R"(
 )";
 const std::string assembled = "linear_solver = \"assembled\"\n";
 
-struct Result {
-  int status;
-  std::string out, err;
-};
-
-/// Runs `command` in a folder of its own with scene.toml, LICHTENBERG standing for the program.
-Result run(std::string command, const std::string& text, bool (*look)(const std::filesystem::path&) = nullptr) {
-  std::string folder = (std::filesystem::temp_directory_path() / "lichtenberg-assembled-XXXXXX").string();
-  REQUIRE(mkdtemp(folder.data()) != nullptr);
-  std::ofstream(folder + "/scene.toml") << text;
-  for (std::size_t at; (at = command.find("LICHTENBERG")) != std::string::npos;)
-    command.replace(at, 11, "'" LICHTENBERG_BINARY "'");
-  const int status = std::system(fmt::format("cd '{}' && {} >out 2>err </dev/null", folder, command).c_str());
-  REQUIRE(WIFEXITED(status));
-  const auto contents = [&](const char* name) {
-    std::ifstream file(folder + "/" + name);
-    return std::string{std::istreambuf_iterator<char>(file), {}};
-  };
-  Result result{WEXITSTATUS(status), contents("out"), contents("err")};
+/// Runs a command of the shell in a folder of its own with scene.toml.
+Ended run(const std::string& command, const std::string& text, bool (*look)(const Folder&) = nullptr) {
+  const Folder folder;
+  folder.write("scene.toml", text);
+  const Ended ended = run_shell(folder, command);
   if (look) CHECK(look(folder));
-  std::filesystem::remove_all(folder);
-  return result;
+  return ended;
 }
 
 std::size_t count(const std::string& text, const std::string& part) {
@@ -75,8 +59,8 @@ std::size_t count(const std::string& text, const std::string& part) {
 }  // namespace
 
 TEST_CASE("two processes print one answer, that of one process") {
-  const Result alone = run("LICHTENBERG solve scene.toml --json", scene + assembled);
-  const Result two = run("mpirun -n 2 LICHTENBERG solve scene.toml --json --capacitance", scene + assembled);
+  const Ended alone = run("LICHTENBERG solve scene.toml --json", scene + assembled);
+  const Ended two = run("mpirun -n 2 LICHTENBERG solve scene.toml --json --capacitance", scene + assembled);
   INFO(two.err);
   REQUIRE(alone.status == 0);
   REQUIRE(two.status == 0);
@@ -88,23 +72,23 @@ TEST_CASE("two processes print one answer, that of one process") {
 }
 
 TEST_CASE("two processes run a scene in time and write one file") {
-  const auto has_result = [](const std::filesystem::path& folder) { return exists(folder / "scene.h5"); };
-  const Result result = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + assembled, has_result);
+  const auto has_result = [](const Folder& folder) { return exists(folder / "scene.h5"); };
+  const Ended result = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + assembled, has_result);
   INFO(result.err);
   CHECK(result.status == 0);
   CHECK(count(result.out, "energy") == 1);
 }
 
 TEST_CASE("what runs on one process only says so, before a file is made") {
-  const auto no_file = [](const std::filesystem::path& folder) { return !exists(folder / "scene.h5"); };
-  const Result multigrid = run("mpirun -n 2 LICHTENBERG run scene.toml", scene, no_file);
+  const auto no_file = [](const Folder& folder) { return !exists(folder / "scene.h5"); };
+  const Ended multigrid = run("mpirun -n 2 LICHTENBERG run scene.toml", scene, no_file);
   CHECK(multigrid.status == 2);
   CHECK(count(multigrid.err, "lichtenberg: ") == 1);
   CHECK(count(multigrid.err, "field.linear_solver = \"multigrid\" runs on one process") == 1);
 }
 
 TEST_CASE("an error that all processes have is told once") {
-  const Result result = run("mpirun -n 2 LICHTENBERG solve scene.toml --petsc -field_ksp_max_it 1", scene + assembled);
+  const Ended result = run("mpirun -n 2 LICHTENBERG solve scene.toml --petsc -field_ksp_max_it 1", scene + assembled);
   CHECK(result.status == 1);
   CHECK(count(result.err, "lichtenberg") == 1);
   CHECK(count(result.err, "no convergence after 1 iterations") == 1);
@@ -113,8 +97,8 @@ TEST_CASE("an error that all processes have is told once") {
 TEST_CASE("an error on one process ends the others") {
   const std::string program = "LICHTENBERG solve scene.toml --petsc -field_mat_type ";
   const auto start = std::chrono::steady_clock::now();
-  const Result first = run("mpirun -n 1 " + program + "nonsense : -n 1 " + program + "aij", scene + assembled);
-  const Result second = run("mpirun -n 1 " + program + "aij : -n 1 " + program + "nonsense", scene + assembled);
+  const Ended first = run("mpirun -n 1 " + program + "nonsense : -n 1 " + program + "aij", scene + assembled);
+  const Ended second = run("mpirun -n 1 " + program + "aij : -n 1 " + program + "nonsense", scene + assembled);
   CHECK(first.status == 1);
   CHECK(second.status == 1);
   CHECK(count(first.err, "lichtenberg: PETSc: ") == 1);
@@ -124,16 +108,16 @@ TEST_CASE("an error on one process ends the others") {
 }
 
 TEST_CASE("a misspelt option is refused, one for nobody is remarked") {
-  const Result misspelt = run("LICHTENBERG solve scene.toml --petsc -field_pc_tpye jacobi", scene + assembled);
+  const Ended misspelt = run("LICHTENBERG solve scene.toml --petsc -field_pc_tpye jacobi", scene + assembled);
   CHECK(misspelt.status == 2);
   CHECK(count(misspelt.err, "-field_pc_tpye") == 1);
-  const Result bare = run("LICHTENBERG solve scene.toml --petsc -pc_type jacobi", scene + assembled);
+  const Ended bare = run("LICHTENBERG solve scene.toml --petsc -pc_type jacobi", scene + assembled);
   CHECK(bare.status == 2);
   CHECK(count(bare.err, "-field_pc_type") == 1);
-  const Result other = run("LICHTENBERG solve scene.toml --petsc -nonsense 3", scene + assembled);
+  const Ended other = run("LICHTENBERG solve scene.toml --petsc -nonsense 3", scene + assembled);
   CHECK(other.status == 0);
   CHECK(count(other.err, "-nonsense") == 1);
-  const Result good =
+  const Ended good =
       run("LICHTENBERG solve scene.toml --petsc -field_pc_type jacobi -log_view :log", scene + assembled);
   CHECK(good.status == 0);
   CHECK(good.err.empty());

@@ -25,24 +25,12 @@
 #include "src/record/recorder.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/record/vtkhdf.hpp"
+#include "tests/folder.hpp"
 
 using namespace lichtenberg;
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A folder of its own for each test, gone when the test is over.
-class Folder {
- public:
-  Folder() : path_((fs::temp_directory_path() / "lichtenberg-record-test-XXXXXX").string()) {
-    REQUIRE(mkdtemp(path_.data()) != nullptr);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (fs::path(path_) / name).string(); }
-
- private:
-  std::string path_;
-};
 
 Scene two_conductors() {
   Scene scene;

@@ -12,15 +12,14 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 
 #include "src/analysis/network.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/folder.hpp"
 
 using namespace lichtenberg;
 namespace fs = std::filesystem;
@@ -65,31 +64,10 @@ time = 0.4
 stationary = false
 )";
 
-/// A folder with the scene in it, gone when the test is over.
-class Folder {
- public:
-  Folder() : path_((fs::temp_directory_path() / "lichtenberg-run-test-XXXXXX").string()) {
-    REQUIRE(mkdtemp(path_.data()) != nullptr);
-    write("six.toml", scene_text);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (fs::path(path_) / name).string(); }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(*this / name) << text; }
-
- private:
-  std::string path_;
+/// A folder with the scene in it.
+struct SceneFolder : Folder {
+  SceneFolder() { write("six.toml", scene_text); }
 };
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const size_t at = text.find(what);
-  REQUIRE_NE(at, std::string::npos);
-  return text.replace(at, what.size(), by);
-}
 
 /// `lichtenberg run six.toml --out <file> ...` in a child process whose output goes to files.
 class Child {
@@ -172,7 +150,7 @@ double number(const std::string& path, const std::string& name) {
 }  // namespace
 
 TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
-  const Folder folder;
+  const SceneFolder folder;
   Child child(folder, "six.h5");
   REQUIRE_EQ(child.wait(), 0);
   const std::string path = folder / "six.h5";
@@ -190,7 +168,7 @@ TEST_CASE("a run records its frames, keeps its charge and sums itself up") {
 }
 
 TEST_CASE("a last frame that rounding puts in front of the end is the end") {
-  const Folder folder;
+  const SceneFolder folder;
   const std::string every = replaced(scene_text, "every = 0.01", "every = 0.03");  // 11 * 0.03 < 0.33
   folder.write("six.toml", replaced(every, "time = 0.4", "time = 0.33"));
   REQUIRE_EQ(run(folder, "six.h5"), 0);
@@ -198,7 +176,7 @@ TEST_CASE("a last frame that rounding puts in front of the end is the end") {
 }
 
 TEST_CASE("--quiet prints nothing") {
-  const Folder folder;
+  const SceneFolder folder;
   Child child(folder, "six.h5", {"--quiet"});
   CHECK_EQ(child.wait(), 0);
   CHECK_EQ(child.summary() + child.messages(), "");
@@ -206,7 +184,7 @@ TEST_CASE("--quiet prints nothing") {
 
 // The contacts of a run are those closer than the contact gap, and of those closer than the release gap some.
 TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
-  const Folder folder;
+  const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const Scene scene = read_scene(folder / "six.toml");
   const hdf5::Handle file = hdf5::load(folder / "six.h5");
@@ -230,7 +208,7 @@ TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
 
 // A run that stops at a frame that has a checkpoint anyway is an uninterrupted one up to there.
 TEST_CASE("a run resumed from any of its checkpoints equals an uninterrupted one bit for bit") {
-  const Folder folder;
+  const SceneFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   for (int checkpoint = 4; checkpoint < 40; checkpoint += 4) {
     CAPTURE(checkpoint);
@@ -243,7 +221,7 @@ TEST_CASE("a run resumed from any of its checkpoints equals an uninterrupted one
 }
 
 TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupted one bit for bit") {
-  const Folder folder;
+  const SceneFolder folder;
   const auto began = std::chrono::steady_clock::now();
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - began;
@@ -266,7 +244,7 @@ TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupte
 }
 
 TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be resumed") {
-  const Folder folder;
+  const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 4.0"));
   for (const int signal : {SIGINT, SIGTERM}) {
     fs::remove(folder / "six.h5");
@@ -329,7 +307,7 @@ time = 0.1
 
 // R C with some 0.3 pF of the sphere: 0.03 ms, where it takes 1 ms to cross the gap, and 0.3 s.
 TEST_CASE("the energy of a circuit balances, or the run says so: contacts slower than the way across their gap") {
-  const Folder folder;
+  const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   Child sound(folder, "sound.h5");
   REQUIRE_EQ(sound.wait(), 0);
@@ -353,7 +331,7 @@ TEST_CASE("the energy of a circuit balances, or the run says so: contacts slower
 }
 
 TEST_CASE("a resumed run holds its energy against that of the first frame") {
-  const Folder folder;
+  const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   folder.write("six.toml", replaced(shuttle_text("1e8"), "time = 0.1", "time = 0.05"));
@@ -364,7 +342,7 @@ TEST_CASE("a resumed run holds its energy against that of the first frame") {
 }
 
 TEST_CASE("resuming a run that is over changes nothing") {
-  const Folder folder;
+  const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const std::string before = text_of(folder / "six.h5");
   CHECK_EQ(run(folder, "six.h5", {"--resume"}), 0);
@@ -372,7 +350,7 @@ TEST_CASE("resuming a run that is over changes nothing") {
 }
 
 TEST_CASE("a result file that exists is refused with status 2 and replaced only on request") {
-  const Folder folder;
+  const SceneFolder folder;
   folder.write("six.h5", "precious");
   Child child(folder, "six.h5");
   CHECK_EQ(child.wait(), 2);
@@ -386,7 +364,7 @@ TEST_CASE("a result file that exists is refused with status 2 and replaced only 
 }
 
 TEST_CASE("what cannot be resumed is refused: nothing, a truncated file, another scene") {
-  const Folder folder;
+  const SceneFolder folder;
   CHECK_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 2);
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const std::string whole = text_of(folder / "six.h5");
@@ -406,7 +384,7 @@ TEST_CASE("what cannot be resumed is refused: nothing, a truncated file, another
 // A file-size limit fails a write as a full disk does, only with another error number. This one leaves room for the
 // first versions of the file, but not for the last.
 TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint, from which it goes on") {
-  const Folder folder;
+  const SceneFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 0.01"));
   REQUIRE_EQ(run(folder, "start.h5"), 0);
@@ -428,7 +406,7 @@ TEST_CASE("a full disk ends the run with status 1 and leaves the last checkpoint
 }
 
 TEST_CASE("a run that is asked for a picture leaves one") {
-  const Folder folder;
+  const SceneFolder folder;
   folder.write("six.toml",
                replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));
   CHECK_EQ(run(folder, "six.h5"), 0);

@@ -113,6 +113,18 @@ TEST_CASE("the cell list finds the pairs that a look at all pairs finds, in the 
     }
 }
 
+TEST_CASE("tasks done in any order find the same pairs") {
+  const Bodies bodies = random_bodies(5000, 2, 300, 5);
+  int most = 0;
+  const auto backwards = [&](int tasks, const std::function<void(int)>& task) {
+    most = tasks;
+    for (int k = tasks; k-- > 0;) task(k);
+  };
+  CHECK(pairs_closer_than(bodies, 0.5, backwards) == pairs_closer_than(bodies, 0.5));
+  CHECK(pairs_closer_than(bodies, 0.5) == all_pairs_closer_than(bodies, 0.5));
+  CHECK(most > 1);
+}
+
 TEST_CASE("bodies with reaches of their own find the pairs that a look at all pairs finds") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> exponent(-2, 2);

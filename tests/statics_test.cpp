@@ -3,7 +3,9 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/petsc.hpp"
@@ -73,6 +75,96 @@ TEST_CASE("w(q) = (q - 1) ln q and its derivatives") {
   // Just inside contact w is (1 - q)^2: no digit of it is lost.
   const double e = 0x1p-30;
   CHECK(effects::contact_law(1 - e).energy == doctest::Approx(e * e).scale(0).epsilon(2 * e));
+}
+
+TEST_CASE("near q = 1 the series for ln q is as good as the library's") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> depth(0, 1 - effects::near_one);
+  for (int k = 0; k < 100000; ++k) {
+    const double q = 1 - (k % 2 ? depth(random) : std::pow(depth(random), 5)), exact = std::log1p(q - 1);
+    // Roundings of s, t and of a sum that grows by a hundredth at most, and the library's own: some units of 2^-53.
+    CHECK(std::abs(effects::logarithm_near_one(q) - exact) <= 6 * 0x1p-53 * std::abs(exact));
+  }
+  CHECK(effects::logarithm_near_one(1) == 0);
+}
+
+/// Random overlaps, some of them deep, in a box of a side of 24.
+Model crowd(int dimension, int count) {
+  return effects::make_model(
+      parse_scene(fmt::format("[domain]\nsize = [24.0, 24.0{}]\n[effects.contact_potential]\n"
+                              "[[population]]\ncount = {}\nradius = [0.3, 0.5]\noverlapping = true\n",
+                              dimension == 3 ? ", 24.0" : "", count),
+                  "crowd"));
+}
+
+TEST_CASE("energy and forces of many are the sums over all pairs and walls, whoever adds which") {
+  for (const int dimension : {2, 3}) {
+    const int n = dimension == 3 ? 6000 : 1000;
+    Model model = crowd(dimension, n);
+    const State state = state_of(model);
+    const auto& potential = *model.find<effects::ContactPotential>();
+    const std::vector<double>& p = model.bodies.position;
+    double energy = 0;
+    std::vector<double> expected(p.size()), rounding(p.size());
+    const auto add = [&](int i, const std::array<double, 3>& apart, double reach, double sign) {
+      const double distance = std::hypot(apart[0], apart[1], apart[2]);
+      if (distance >= reach) return;
+      const effects::ContactLaw w = effects::contact_law(distance / reach);
+      if (sign > 0) energy += w.energy;
+      for (int k = 0; k < dimension; ++k) {
+        expected[i * dimension + k] -= sign * w.slope / reach * apart[k] / distance;
+        // q has four roundings, w' w'' times that; a push has a dozen of its own, a sum of ten of them as many.
+        rounding[i * dimension + k] += 0x1p-53 * (4 * w.curvature - 20 * w.slope) / reach;
+      }
+    };
+    for (int i = 0; i < n; ++i) {
+      for (int j = i + 1; j < n; ++j) {
+        std::array<double, 3> apart{};
+        for (int k = 0; k < dimension; ++k) apart[k] = p[i * dimension + k] - p[j * dimension + k];
+        const double reach = model.bodies.radius[i] + model.bodies.radius[j];
+        add(i, apart, reach, 1), add(j, apart, reach, -1);
+      }
+      for (int k = 0; k < dimension; ++k)
+        for (const double side : {0.0, 24.0}) {
+          std::array<double, 3> apart{};
+          apart[k] = p[i * dimension + k] - side;
+          add(i, apart, model.bodies.radius[i], 1);
+        }
+    }
+    std::vector<double> force(p.size());
+    CHECK(potential.energy_and_forces(state, force) == doctest::Approx(energy).epsilon(1e-13));
+    for (std::size_t k = 0; k < p.size(); ++k) CHECK(std::abs(force[k] - expected[k]) <= rounding[k]);
+
+    std::vector<double> parts(p.size());
+    std::vector<effects::Push> beyond;
+    double sum = 0;
+    for (const auto& [first, end] : {std::pair{0, n / 3}, {n / 3, n / 3}, {n / 3, n}})
+      sum += potential.energy_and_forces(state, first, end, parts, beyond);
+    CHECK(beyond.size() > 10);
+    for (const effects::Push& push : beyond)
+      for (int k = 0; k < dimension; ++k) parts[push.particle * dimension + k] += push.force[k];
+    CHECK(sum == doctest::Approx(energy).epsilon(1e-13));
+    for (std::size_t k = 0; k < p.size(); ++k) CHECK(std::abs(parts[k] - expected[k]) <= rounding[k]);
+  }
+}
+
+TEST_CASE("when the neighbours were searched for does not show in a bit of energy and forces") {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> little(-0.05, 0.05);
+  for (int trial = 0; trial < 20; ++trial) {
+    Model early = crowd(2, 1000);
+    state_of(early);
+    for (double& x : early.bodies.position) x = std::clamp(x + little(random), 0.1, 23.9);
+    Model late = crowd(2, 1000);
+    late.bodies = early.bodies;
+    const State old_list = state_of(early), new_list = state_of(late);
+    REQUIRE(early.neighbours->searches() == 1);
+    REQUIRE(old_list.neighbours.size() != new_list.neighbours.size());
+    std::vector<double> old_force(2000), new_force(2000);
+    const auto& potential = *late.find<effects::ContactPotential>();
+    CHECK(potential.energy_and_forces(old_list, old_force) == potential.energy_and_forces(new_list, new_force));
+    CHECK(old_force == new_force);
+  }
 }
 
 TEST_CASE("a pair counts once, a wall keeps its sign, and what is beyond a wall has infinite energy") {

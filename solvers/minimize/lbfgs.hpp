@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <deque>
+#include <vector>
 
 #include "solvers/minimize/minimizer.hpp"
 
@@ -32,11 +32,11 @@ class Lbfgs : public Minimizer {
   bool search();
   void learn();
   void measure_newest();
-  void forget_oldest();
+  void replace_oldest();
 
   double first_step_, largest_move_;
   /// Move and change of each correction, the oldest first.
-  std::deque<Vector> vectors_;
+  std::vector<Vector> vectors_;
   std::array<std::array<double, most_vectors>, most_vectors> product_{};  ///< of two of them
   std::array<double, most_vectors> with_gradient_{};                      ///< of each with the gradient
   std::vector<double> direction_;

@@ -17,10 +17,9 @@ NewtonCg::NewtonCg(SmoothObjective& objective, std::vector<double> x, double lar
 /// Steihaug 1983. Norms in M follow from products that CG computes anyway (Conn, Gould & Toint 2000, section 7.5.1).
 NewtonCg::Step NewtonCg::solve_model() {
   const std::size_t n = point_.x.size();
-  smooth_.linearize(point_.x);
   std::vector<double> r = point_.gradient, z(n), p(n), hp(n);
   smooth_.precondition(r, z);
-  double rz = dot(r, z);
+  double rz = shared_dot(objective_, r, z);
   if (radius_ == 0) radius_ = std::sqrt(rz) * std::min(1.0, largest_move_ / largest(z));
   for (std::size_t i = 0; i < n; ++i) p[i] = -z[i];
   const double first = std::sqrt(rz);
@@ -32,21 +31,24 @@ NewtonCg::Step NewtonCg::solve_model() {
   for (int k = 0; k < most && std::sqrt(rz) > goal; ++k) {
     smooth_.multiply(p, hp);
     ++products_;
-    const double curvature = dot(p, hp);
+    const double curvature = shared_dot(objective_, p, hp);
     const double to_edge = (-sp + std::sqrt(sp * sp + pp * (radius_ * radius_ - ss))) / pp;
     const double length = curvature > 0 ? rz / curvature : to_edge;
     step.to_edge = length >= to_edge;
     const double taken = std::min(length, to_edge);
     step.promise += taken * (rz - 0.5 * taken * curvature);
-    add(step.move, taken, p);
+    share_blocks(objective_, n, [&](int, std::size_t from, std::size_t end) {
+      for (std::size_t i = from; i < end; ++i) step.move[i] += taken * p[i], r[i] += taken * hp[i];
+    });
     if (step.to_edge) break;
     ss += 2 * taken * sp + taken * taken * pp;
-    add(r, taken, hp);
     smooth_.precondition(r, z);
     const double before = rz;
-    rz = dot(r, z);
+    rz = shared_dot(objective_, r, z);
     const double turn = rz / before;
-    for (std::size_t i = 0; i < n; ++i) p[i] = turn * p[i] - z[i];
+    share_blocks(objective_, n, [&](int, std::size_t from, std::size_t end) {
+      for (std::size_t i = from; i < end; ++i) p[i] = turn * p[i] - z[i];
+    });
     sp = turn * (sp + taken * pp);
     pp = rz + turn * turn * pp;
   }
@@ -62,6 +64,7 @@ double NewtonCg::gain(const Step& step) const {
 
 bool NewtonCg::iterate() {
   constexpr int most_tries = 60;
+  smooth_.linearize(point_.x);
   for (int attempt = 0; attempt < most_tries; ++attempt) {
     const Step step = solve_model();
     if (!(step.promise > 0)) return false;

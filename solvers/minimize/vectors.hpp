@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
+
+#include "solvers/minimize/minimizer.hpp"
 
 namespace lichtenberg::minimize {
 
@@ -25,6 +28,31 @@ inline double largest(std::span<const double> a) {
 /// y += factor * x
 inline void add(std::span<double> y, double factor, std::span<const double> x) {
   for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
+}
+
+/// What a task of a shared loop goes through: so much stays in a core's own memory while many vectors pass.
+constexpr std::size_t block = 4096;
+
+inline int tasks_for(std::size_t size) { return static_cast<int>((size + block - 1) / block); }
+
+/// Calls part(task, first, end) for every block of `size` components.
+template <class Part>
+void share_blocks(const Objective& objective, std::size_t size, const Part& part) {
+  objective.share(tasks_for(size), [&](int task) { part(task, block * task, std::min(block * (task + 1), size)); });
+}
+/// The sum over all blocks of part(first, end), in their order.
+template <class Part>
+double sum_blocks(const Objective& objective, std::size_t size, const Part& part) {
+  std::vector<double> parts(tasks_for(size));
+  share_blocks(objective, size, [&](int task, std::size_t first, std::size_t end) { parts[task] = part(first, end); });
+  double sum = 0;
+  for (const double p : parts) sum += p;
+  return sum;
+}
+inline double shared_dot(const Objective& objective, std::span<const double> a, std::span<const double> b) {
+  return sum_blocks(objective, a.size(), [&](std::size_t first, std::size_t end) {
+    return dot(a.subspan(first, end - first), b.subspan(first, end - first));
+  });
 }
 
 }  // namespace lichtenberg::minimize

@@ -10,10 +10,25 @@ struct ContactLaw {
   double energy = 0, slope = 0, curvature = 0;
 };
 
-inline ContactLaw contact_law(double q) {
-  // ln q = log1p(q - 1) keeps the digits of q - 1, which is exact: just inside contact w is a square of it.
-  const double excess = q - 1, logarithm = std::log1p(excess);
+/// From here on to 1 `logarithm_near_one` knows the digits of ln q.
+constexpr double near_one = 0.8;
+
+/// ln q = 2 artanh(s) with s = (q - 1) / (q + 1) (Abramowitz & Stegun 4.1.27): |s| <= 1/9, and s^17 / 17, the first
+/// term left out, is below the rounding of s. No branches, so that a loop takes many at a time. q - 1 is exact, and all
+/// its digits are kept: just inside contact w is a square of it.
+inline double logarithm_near_one(double q) {
+  const double s = (q - 1) / (q + 1), t = s * s;
+  double sum = 1.0 / 15;
+  for (int n = 13; n > 0; n -= 2) sum = sum * t + 1.0 / n;
+  return 2 * s * sum;
+}
+
+/// The law at q, whose logarithm is given.
+inline ContactLaw contact_law(double q, double logarithm) {
+  const double excess = q - 1;
   return {excess * logarithm, logarithm + excess / q, (q + 1) / (q * q)};
 }
+
+inline ContactLaw contact_law(double q) { return contact_law(q, q >= near_one ? logarithm_near_one(q) : std::log(q)); }
 
 }  // namespace lichtenberg::effects

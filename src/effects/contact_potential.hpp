@@ -17,9 +17,9 @@ struct Overlap {
   std::array<double, 3> normal{};  ///< from the partner to the particle
 };
 
-/// Force on a particle (N), and its opposite on its partner.
+/// Force on a particle (N).
 struct Push {
-  int particle = 0, partner = 0;
+  int particle = 0;
   std::array<double, 3> force{};
 };
 
@@ -39,21 +39,31 @@ class ContactPotential : public Effect {
   double energy(const State& state) const;
   /// The same, and adds the forces; if it is infinite, only some of them.
   double energy_and_forces(const State& state, std::span<double> force) const;
-  /// The energy (J) of the pairs among the state's neighbours, and what they do, appended; and the energy of the walls,
-  /// whose forces it adds. Infinite as above. For who shares the pairs among threads.
-  double pair_pushes(const State& state, std::vector<Push>& pushes) const;
-  double wall_energy_and_forces(const State& state, std::span<double> force) const;
+  /// The same of the pairs whose first particle is one from `first` on up to before `end`, and of these particles and
+  /// the walls: for who shares the particles among threads. Touches `force` of no other particles; what acts on those
+  /// is appended to `beyond`.
+  double energy_and_forces(const State& state, int first, int end, std::span<double> force,
+                           std::vector<Push>& beyond) const;
   /// Throws Failure where the energy is infinite.
   void add_forces(const State& state, std::span<double> force) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
 
-  /// Everything that overlaps: pairs in the order of the neighbours, then walls particle by particle. Empty if the
+  /// Everything that overlaps: pairs in the order of the neighbours, then wall by wall. Empty if the
   /// energy is infinite.
   std::vector<Overlap> overlaps(const State& state) const;
+  /// The same of the pairs whose first particle is one from `first` on up to before `end`, particle by particle, and
+  /// then of these particles and the walls.
+  std::vector<Overlap> overlaps(const State& state, int first, int end) const;
 
   double stiffness() const { return stiffness_; }
 
  private:
+  template <int dimension>
+  double range_energy_and_forces(const State& state, int first, int end, std::span<double> force,
+                                 std::vector<Push>& beyond) const;
+  template <int dimension>
+  bool add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const;
+
   double stiffness_;  ///< J
   std::vector<Wall> walls_;
 };

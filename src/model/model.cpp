@@ -25,7 +25,7 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
   }
   // The skin trades the number of searches against the number of pairs looked at in vain.
-  constexpr double skin = 0.3;  // of the largest radius
+  constexpr double skin = 0.8;  // of the largest radius
   if (range && bodies.size() > 0) neighbours.emplace(*range, skin * *std::ranges::max_element(bodies.radius));
 }
 

@@ -92,20 +92,24 @@ class Cells {
 
 }  // namespace
 
-std::vector<Pair> pairs_closer_than(const Bodies& bodies, double range) {
-  return pairs_within_reach(bodies, range, std::vector<double>(bodies.size()));
+void in_turn(int tasks, const std::function<void(int)>& task) {
+  for (int k = 0; k < tasks; ++k) task(k);
 }
 
-std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::span<const double> reach) {
-  std::vector<Pair> pairs;
-  if (bodies.size() == 0) return pairs;
+std::vector<Pair> pairs_closer_than(const Bodies& bodies, double range, const Share& share) {
+  return pairs_within_reach(bodies, range, std::vector<double>(bodies.size()), share);
+}
+
+std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::span<const double> reach,
+                                     const Share& share) {
+  if (bodies.size() == 0) return {};
   const double largest = *std::ranges::max_element(bodies.radius);
   const double shortest = *std::ranges::min_element(reach), width = 2 * (largest + shortest) + range;
-  if (!(width > 0)) return pairs;
+  if (!(width > 0)) return {};
   const Cells cells(bodies, width);
   // The one that reaches farther looks for the other: what one fast body costs, it alone costs.
   const auto looks_for = [&](int i, int j) { return reach[j] < reach[i] || (reach[j] == reach[i] && i < j); };
-  for (int i = 0; i < bodies.size(); ++i) {
+  const auto look = [&](int i, std::vector<Pair>& pairs) {
     const Spot here = cells.spot(i);
     const std::size_t found = pairs.size();
     cells.for_each_near(here, here.radius + largest + range + 2 * reach[i], [&](const Spot& there) {
@@ -115,26 +119,42 @@ std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::sp
         pairs.push_back({std::min(i, there.body), std::max(i, there.body)});
     });
     std::sort(pairs.begin() + static_cast<std::ptrdiff_t>(found), pairs.end());
-  }
+  };
+  constexpr int bodies_a_task = 2048;
+  const int tasks = (bodies.size() + bodies_a_task - 1) / bodies_a_task;
+  std::vector<std::vector<Pair>> found(tasks);
+  share(tasks, [&](int task) {
+    const int first = bodies_a_task * task, end = std::min(first + bodies_a_task, bodies.size());
+    for (int i = first; i < end; ++i) look(i, found[task]);
+  });
+  std::vector<Pair> pairs = std::move(found[0]);
+  for (int task = 1; task < tasks; ++task) pairs.insert(pairs.end(), found[task].begin(), found[task].end());
   if (!std::ranges::is_sorted(pairs)) std::ranges::sort(pairs);  // where reaches differ
   return pairs;
 }
 
 void NeighbourList::update(const Bodies& bodies) {
-  if (searches_ > 0 && !moved_too_far(bodies)) return;
-  pairs_ = pairs_closer_than(bodies, range_ + skin_);
+  if (!covers(bodies, 0, bodies.size())) search(bodies);
+}
+
+void NeighbourList::search(const Bodies& bodies, const Share& share) {
+  pairs_ = pairs_closer_than(bodies, range_ + skin_, share);
   searched_at_ = bodies.position;
   ++searches_;
 }
 
-bool NeighbourList::moved_too_far(const Bodies& bodies) const {
+bool NeighbourList::covers(const Bodies& bodies, int first, int end) const {
+  if (searches_ == 0) return false;
   const int d = bodies.dimension;
-  for (int i = 0; i < bodies.size(); ++i) {
+  for (int i = first; i < end; ++i) {
     double moved = 0;
-    for (int k = 0; k < d; ++k) moved += std::pow(bodies.position[i * d + k] - searched_at_[i * d + k], 2);
-    if (moved > 0.25 * skin_ * skin_) return true;
+    for (int k = 0; k < d; ++k) {
+      const double by = bodies.position[i * d + k] - searched_at_[i * d + k];
+      moved += by * by;
+    }
+    if (moved > 0.25 * skin_ * skin_) return false;
   }
-  return false;
+  return true;
 }
 
 }  // namespace lichtenberg

@@ -1,15 +1,16 @@
 #include "src/statics/potential_energy.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "src/effects/contact_law.hpp"
 
 namespace lichtenberg::statics {
 namespace {
 
-constexpr int rows_a_task = 4096;
-constexpr std::size_t pairs_a_task = 8192;
+constexpr int particles_a_task = 2048;
 
 /// Of a symmetric matrix of `dimension` rows.
 template <int dimension>
@@ -60,117 +61,163 @@ std::array<double, triangle<dimension>> inverse(const double* a) {
 PotentialEnergy::PotentialEnergy(Model model, int threads)
     : model_(std::move(model)), potential_(*model_.find<effects::ContactPotential>()), team_(threads) {}
 
+int PotentialEnergy::ranges() const { return (model_.bodies.size() + particles_a_task - 1) / particles_a_task; }
+
+template <class Task>
+void PotentialEnergy::for_each_range(const Task& task) const {
+  const int n = model_.bodies.size();
+  team_.for_each(ranges(), [&](int k) { task(k, k * particles_a_task, std::min(n, (k + 1) * particles_a_task)); });
+}
+
 State PotentialEnergy::move_to(std::span<const double> x) {
-  model_.bodies.position.assign(x.begin(), x.end());
-  model_.neighbours->update(model_.bodies);
+  const int d = model_.bodies.dimension;
+  std::atomic<bool> covered = true;
+  for_each_range([&](int, int first, int end) {
+    std::ranges::copy(x.subspan(d * first, d * (end - first)), &model_.bodies.position[d * first]);
+    if (!model_.neighbours->covers(model_.bodies, first, end)) covered = false;
+  });
+  if (!covered)
+    model_.neighbours->search(model_.bodies,
+                              [this](int tasks, const std::function<void(int)>& task) { share(tasks, task); });
   return {0, model_.bodies, model_.neighbours->pairs()};
 }
 
-/// Threads find the pushes, which is most of the work; they are added in the order of the pairs, whoever found them.
+/// Every task has a range of particles, neighbours in space by their numbering, and their forces to itself. What it
+/// finds to act on others is added afterwards, task by task: the sums are the same whoever did what.
 double PotentialEnergy::evaluate(std::span<const double> x, std::span<double> gradient) {
   const State state = move_to(x);
   const int d = model_.bodies.dimension;
-  const std::size_t tasks = (state.neighbours.size() + pairs_a_task - 1) / pairs_a_task;
-  pushes_.resize(std::max(pushes_.size(), tasks));
-  std::vector<double> energies(tasks);
-  team_.for_each(static_cast<int>(tasks), [&](int task) {
-    const std::size_t first = pairs_a_task * task, count = std::min(pairs_a_task, state.neighbours.size() - first);
-    pushes_[task].clear();
-    energies[task] =
-        potential_.pair_pushes({state.time, state.bodies, state.neighbours.subspan(first, count)}, pushes_[task]);
+  std::vector<double> energies(ranges());
+  beyond_.resize(ranges());
+  for_each_range([&](int task, int first, int end) {
+    const std::span own = gradient.subspan(d * first, d * (end - first));
+    std::ranges::fill(own, 0.0);
+    beyond_[task].clear();
+    energies[task] = potential_.energy_and_forces(state, first, end, gradient, beyond_[task]);
+    for (double& g : own) g = -g;
   });
-  std::ranges::fill(gradient, 0.0);
-  double energy = potential_.wall_energy_and_forces(state, gradient);
-  for (double& g : gradient) g = -g;
-  for (std::size_t task = 0; task < tasks; ++task) {
+  double energy = 0;
+  for (int task = 0; task < ranges(); ++task) {
     energy += energies[task];
-    for (const effects::Push& push : pushes_[task])
-      for (int k = 0; k < d; ++k) {
-        gradient[push.particle * d + k] -= push.force[k];
-        gradient[push.partner * d + k] += push.force[k];
-      }
+    for (const effects::Push& push : beyond_[task])
+      for (int k = 0; k < d; ++k) gradient[push.particle * d + k] -= push.force[k];
   }
   return energy;
 }
 
 void PotentialEnergy::linearize(std::span<const double> x) {
-  const std::vector<effects::Overlap> overlaps = potential_.overlaps(move_to(x));
+  const State state = move_to(x);
   if (model_.bodies.dimension == 3)
-    build_rows<3>(overlaps);
+    build_rows<3>(state);
   else
-    build_rows<2>(overlaps);
+    build_rows<2>(state);
 }
 
+/// As in `evaluate`: what a range of particles adds to the diagonal blocks of others is added afterwards.
 template <int dimension>
-void PotentialEnergy::build_rows(const std::vector<effects::Overlap>& overlaps) {
+void PotentialEnergy::build_rows(const State& state) {
   constexpr int t = triangle<dimension>;
+  using Block = std::array<double, t>;
+  struct Beyond {
+    int particle = 0;
+    Block block{}, positive{};
+  };
   const int n = model_.bodies.size();
   const double k = potential_.stiffness();
-  row_start_.assign(n + 1, 0);
-  for (const effects::Overlap& o : overlaps)
-    if (o.partner < n) ++row_start_[o.particle + 1], ++row_start_[o.partner + 1];
-  for (int i = 0; i < n; ++i) row_start_[i + 1] += row_start_[i];
-  column_.resize(row_start_[n]);
-  block_.resize(static_cast<std::size_t>(t) * row_start_[n]);
-  diagonal_.assign(static_cast<std::size_t>(t) * n, 0);
-  std::vector<double> positive(static_cast<std::size_t>(t) * n, 0);
-  std::vector<int> next(row_start_.begin(), row_start_.end() - 1);
-  const auto put = [&](int i, int j, const std::array<double, t>& b) {
-    column_[next[i]] = j;
-    for (int e = 0; e < t; ++e) block_[static_cast<std::size_t>(t) * next[i] + e] = -b[e];
-    ++next[i];
-  };
-  const auto add = [&](int i, const std::array<double, t>& b, const std::array<double, t>& p) {
-    for (int e = 0; e < t; ++e) diagonal_[t * i + e] += b[e], positive[t * i + e] += p[e];
-  };
-  for (const effects::Overlap& o : overlaps) {
-    const effects::ContactLaw w = effects::contact_law(o.q);
-    const double along = k * w.curvature / (o.reach * o.reach);
-    const double across = o.partner < n ? k * w.slope / (o.reach * o.distance) : 0;
-    const auto b = central<dimension>(o.normal, along, across), p = central<dimension>(o.normal, along, 0);
-    add(o.particle, b, p);
-    if (o.partner >= n) continue;
-    add(o.partner, b, p);
-    put(o.particle, o.partner, b);
-    put(o.partner, o.particle, b);
-  }
-  // What holds a particle in one direction only, or in none, is made up for.
+  diagonal_.resize(static_cast<std::size_t>(t) * n);
   inverse_.resize(diagonal_.size());
+  rows_.resize(ranges());
+  std::vector<std::vector<Beyond>> beyond(ranges());
+  const auto add = [&](int i, const Block& b, const Block& p) {
+    for (int e = 0; e < t; ++e) diagonal_[t * i + e] += b[e], inverse_[t * i + e] += p[e];
+  };
+  for_each_range([&](int task, int first, int end) {
+    std::fill(&diagonal_[t * first], diagonal_.data() + t * end, 0.0);
+    std::fill(&inverse_[t * first], inverse_.data() + t * end, 0.0);
+    Rows& rows = rows_[task];
+    rows.start.assign(end - first + 1, 0);
+    rows.column.clear(), rows.block.clear();
+    for (const effects::Overlap& o : potential_.overlaps(state, first, end)) {
+      const effects::ContactLaw w = effects::contact_law(o.q);
+      const double along = k * w.curvature / (o.reach * o.reach);
+      const double across = o.partner < n ? k * w.slope / (o.reach * o.distance) : 0;
+      const Block b = central<dimension>(o.normal, along, across), p = central<dimension>(o.normal, along, 0);
+      add(o.particle, b, p);
+      if (o.partner >= n) continue;
+      if (o.partner < end)
+        add(o.partner, b, p);
+      else
+        beyond[task].push_back({o.partner, b, p});
+      ++rows.start[o.particle - first + 1];
+      rows.column.push_back(o.partner);
+      rows.block.insert(rows.block.end(), b.begin(), b.end());
+    }
+    std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
+  });
+  for (const auto& range : beyond)
+    for (const Beyond& b : range) add(b.particle, b.block, b.positive);
+  for_each_range([&](int, int first, int end) {
+    for (int i = first; i < end; ++i) invert<dimension>(&inverse_[t * i]);
+  });
+}
+
+/// What holds a particle in one direction only, or in none, is made up for.
+template <int dimension>
+void PotentialEnergy::invert(double* positive) const {
   const double diameter = 2 * model_.bodies.radius[0];
-  for (int i = 0; i < n; ++i) {
-    double* p = &positive[t * i];
-    const double trace = dimension == 2 ? p[0] + p[2] : p[0] + p[3] + p[5];
-    const double least = 0.05 * trace + 1e-3 * k / (diameter * diameter);
-    p[0] += least, p[dimension] += least;
-    if (dimension == 3) p[5] += least;
-    std::ranges::copy(inverse<dimension>(p), &inverse_[t * i]);
-  }
+  const double trace = dimension == 2 ? positive[0] + positive[2] : positive[0] + positive[3] + positive[5];
+  const double least = 0.05 * trace + 1e-3 * potential_.stiffness() / (diameter * diameter);
+  positive[0] += least, positive[dimension] += least;
+  if (dimension == 3) positive[5] += least;
+  std::ranges::copy(inverse<dimension>(positive), positive);
+}
+
+/// As in `evaluate`. Of a symmetric matrix the upper half is enough, and half as much to read.
+template <int d>
+void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double> product) const {
+  constexpr int t = triangle<d>;
+  beyond_.resize(ranges());
+  for_each_range([&](int task, int first, int end) {
+    const Rows& rows = rows_[task];
+    beyond_[task].clear();
+    for (int i = first; i < end; ++i) {
+      std::fill_n(&product[d * i], d, 0.0);
+      multiply_add<d>(&diagonal_[t * i], &v[d * i], &product[d * i]);
+    }
+    for (int i = first; i < end; ++i) {
+      double y[d] = {};
+      for (int e = rows.start[i - first]; e < rows.start[i - first + 1]; ++e) {
+        const double* block = &rows.block[static_cast<std::size_t>(t) * e];
+        const int j = rows.column[e];
+        double z[d] = {};
+        multiply_add<d>(block, &v[d * j], y);
+        multiply_add<d>(block, &v[d * i], z);
+        if (j < end)
+          for (int k = 0; k < d; ++k) product[d * j + k] -= z[k];
+        else
+          std::ranges::copy(z, beyond_[task].emplace_back(j).force.begin());
+      }
+      for (int k = 0; k < d; ++k) product[d * i + k] -= y[k];
+    }
+  });
+  for (const auto& range : beyond_)
+    for (const effects::Push& push : range)
+      for (int k = 0; k < d; ++k) product[d * push.particle + k] -= push.force[k];
 }
 
 void PotentialEnergy::multiply(std::span<const double> v, std::span<double> product) const {
-  const auto rows = [&]<int d>(std::integral_constant<int, d>) {
-    constexpr int t = triangle<d>;
-    const int n = model_.bodies.size();
-    team_.for_each((n + rows_a_task - 1) / rows_a_task, [&](int task) {
-      for (int i = task * rows_a_task; i < std::min(n, (task + 1) * rows_a_task); ++i) {
-        double y[d] = {};
-        multiply_add<d>(&diagonal_[t * i], &v[d * i], y);
-        for (int e = row_start_[i]; e < row_start_[i + 1]; ++e)
-          multiply_add<d>(&block_[static_cast<std::size_t>(t) * e], &v[d * column_[e]], y);
-        for (int k = 0; k < d; ++k) product[d * i + k] = y[k];
-      }
-    });
-  };
   if (model_.bodies.dimension == 3)
-    rows(std::integral_constant<int, 3>{});
+    multiply_rows<3>(v, product);
   else
-    rows(std::integral_constant<int, 2>{});
+    multiply_rows<2>(v, product);
 }
 
 void PotentialEnergy::precondition(std::span<const double> r, std::span<double> z) const {
   const auto rows = [&]<int d>(std::integral_constant<int, d>) {
-    std::ranges::fill(z, 0.0);
-    for (int i = 0; i < model_.bodies.size(); ++i) multiply_add<d>(&inverse_[triangle<d> * i], &r[d * i], &z[d * i]);
+    for_each_range([&](int, int first, int end) {
+      std::ranges::fill(z.subspan(d * first, d * (end - first)), 0.0);
+      for (int i = first; i < end; ++i) multiply_add<d>(&inverse_[triangle<d> * i], &r[d * i], &z[d * i]);
+    });
   };
   if (model_.bodies.dimension == 3)
     rows(std::integral_constant<int, 3>{});

@@ -27,18 +27,31 @@ class PotentialEnergy : public minimize::SmoothObjective {
   const Model& model() const { return model_; }
 
  private:
+  int ranges() const;
+  /// Calls task(k, first, end) for every range of particles, from `first` on up to before `end`.
+  template <class Task>
+  void for_each_range(const Task& task) const;
   State move_to(std::span<const double> x);
   template <int dimension>
-  void build_rows(const std::vector<effects::Overlap>& overlaps);
+  void build_rows(const State& state);
+  template <int dimension>
+  void invert(double* positive) const;
+  template <int dimension>
+  void multiply_rows(std::span<const double> v, std::span<double> product) const;
 
   Model model_;
   const effects::ContactPotential& potential_;
   mutable laplace::Team team_;
-  std::vector<std::vector<effects::Push>> pushes_;  ///< by task, of the last evaluation
-  // The Hessian by rows of blocks, each stored from its upper triangle, row by row; the diagonal blocks apart, with the
-  // inverses of those of M, in which nothing is negative.
-  std::vector<int> row_start_, column_;
-  std::vector<double> block_, diagonal_, inverse_;
+  mutable std::vector<std::vector<effects::Push>> beyond_;  ///< by range, of the last evaluation or product
+  /// Of the Hessian's rows of a range of particles, the blocks right of the diagonal, with the sign reversed; each
+  /// block stored from its upper triangle, row by row.
+  struct Rows {
+    std::vector<int> start, column;
+    std::vector<double> block;
+  };
+  std::vector<Rows> rows_;
+  /// The diagonal blocks, and the inverses of those of M, in which nothing is negative.
+  std::vector<double> diagonal_, inverse_;
 };
 
 }  // namespace lichtenberg::statics

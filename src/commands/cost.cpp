@@ -1,8 +1,10 @@
 #include "src/commands/cost.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "solvers/laplace/accuracy/price.hpp"
+#include "src/effects/field_choice.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -12,6 +14,22 @@ laplace::Price price_of(const FieldOptions& options) {
   if (options.method == "relaxation") return {16, 0, 3.5e-10 * options.cells, 60};
   if (options.method == "multipole") return laplace::multipole_price;
   return options.linear_solver == "assembled" ? laplace::assembled_price : laplace::cut_cell_price;
+}
+
+/// Of the first instant: what is in contact then has no way to go.
+double floating_groups(const Scene& scene) {
+  const effects::ElectricalGroups groups = effects::groups_at_start(scene, make_bodies(scene));
+  double floating = 0;
+  for (std::size_t i = 0; i < groups.id.size(); ++i)
+    if (groups.id[i] == static_cast<int>(i) && !groups.potential[i]) ++floating;
+  return floating;
+}
+
+/// The conductors' share of the domain.
+double share_of_area(const Scene& scene) {
+  double area = 0;
+  for (const Conductor& conductor : scene.conductors) area += std::numbers::pi * conductor.radius * conductor.radius;
+  return area / (scene.domain.size.x * scene.domain.size.y);
 }
 
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
@@ -30,7 +48,7 @@ std::optional<double> estimate_field_solves(const Scene& scene) {
   if (scene.mechanics.integrator == "euler") return scene.stop.time / scene.mechanics.euler_field_step;
   const Effects& effects = scene.effects;
   if (!effects.current_source || !effects.stokes_drag || !effects.contact_discharge) return std::nullopt;
-  return 0.4 * std::pow(static_cast<double>(scene.conductors.size()), 1.6);
+  return 0.65 * std::pow(floating_groups(scene) / share_of_area(scene), 1.5);
 }
 
 }  // namespace lichtenberg

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+
+#include "solvers/error.hpp"
+#include "src/scene/scene.hpp"
+
+/// Pieces of scene files, and how a test reads one.
+namespace lichtenberg::scene_texts {
+
+inline const std::string box = "domain = { size = [0.04, 0.02] }\nmedium = { relative_permittivity = 2.0 }\n";
+inline const std::string electrostatics = "effects.floating_conductors = {}\nfield = { cells = 64 }\n";
+inline const std::string grounded =
+    "[[electrode]]\nshape = \"disk\"\ncentre = [0.02, 0.01]\nradius = 0.002\npotential = 0.0\n";
+
+inline std::string disk(const std::string& position, const std::string& more = "") {
+  return "[[conductor]]\nposition = " + position + "\nradius = 0.001\n" + more;
+}
+
+inline Scene parse(const std::string& text) { return parse_scene(text, "test.toml"); }
+
+/// The sentence with which a scene is refused; empty if it is not.
+inline std::string refusal(const std::string& text) {
+  try {
+    parse(text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+inline bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// Refused, in one line, with each of the parts in the sentence.
+inline void check_refused(const std::string& text, std::initializer_list<std::string> parts) {
+  const std::string sentence = refusal(text);
+  CAPTURE(text);
+  CAPTURE(sentence);
+  CHECK(has(sentence, "test.toml"));
+  CHECK_FALSE(has(sentence, "\n"));
+  for (const std::string& part : parts) {
+    CAPTURE(part);
+    CHECK(has(sentence, part));
+  }
+}
+
+inline std::filesystem::path shipped_scenes() { return std::filesystem::path(LICHTENBERG_SOURCE_DIR) / "scenes"; }
+
+inline double least_gap(const Scene& scene) {
+  double least = INFINITY;
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
+    const Disk a{scene.conductors[i].position, scene.conductors[i].radius};
+    for (std::size_t j = 0; j < i; ++j)
+      least = std::min(least, gap(a, Disk{scene.conductors[j].position, scene.conductors[j].radius}));
+    for (const Electrode& electrode : scene.electrodes) least = std::min(least, gap(a, electrode.shape));
+    const Vec2 size = scene.domain.size;
+    least = std::min({least, a.centre.x - a.radius, a.centre.y - a.radius, size.x - a.centre.x - a.radius,
+                      size.y - a.centre.y - a.radius});
+  }
+  return least;
+}
+
+}  // namespace lichtenberg::scene_texts

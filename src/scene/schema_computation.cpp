@@ -1,0 +1,239 @@
+// Tables of how a scene is computed, and of what a run or an analysis leaves.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "solvers/network/resistor.hpp"
+#include "src/scene/schema_tables.hpp"
+
+namespace lichtenberg::tables {
+
+Table minimize() {
+  return {
+      .path = "minimize",
+      .help = "How particles under effects.contact_potential come to rest.",
+      .keys = {
+          {.name = "method",
+           .place = [](Draft& d) { return &d.scene.minimize.method; },
+           .choices = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradient-descent"},
+           .help =
+               "lbfgs-newton: limited-memory BFGS until the contacts have settled, then Newton's method with "
+               "conjugate gradients; fire: inertial relaxation; gradient-descent: small steps of one length down the "
+               "gradient, which end in the minimum that the gradient flow leads to. Others end in other minima"},
+          {.name = "force_tolerance",
+           .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
+           .range = accuracy,
+           .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
+          {.name = "max_iterations",
+           .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
+           .range = {.low = 0, .high = 1e12},
+           .help = "a run ends there at the latest"},
+          {.name = "step",
+           .place = [](Draft& d) { return &d.scene.minimize.step; },
+           .range = positive,
+           .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
+          {.name = "record_every",
+           .place = [](Draft& d) { return &d.scene.minimize.record_every; },
+           .range = not_negative,
+           .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
+          {.name = "threads",
+           .place = [](Draft& d) { return &d.scene.minimize.threads; },
+           .range = {.low = 0, .high = 1024},
+           .help = "that share the work, for the same bits; 0: one a core, fewer for few particles"},
+      }};
+}
+
+Table field() {
+  return {
+      .path = "field",
+      .help = "How the potential is computed.",
+      .keys = {
+          {.name = "accuracy",
+           .place = [](Draft& d) { return &d.scene.field.accuracy; },
+           .range = {.low = 1e-12, .high = 0.1},
+           .computed_default = "none; cells and tolerances count",
+           .help =
+               "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
+               "over the largest difference of potentials, of a conductor's charge over the largest, of a force on a "
+               "disk over the largest. A run is chosen for at its start, for gaps down to contact_discharge's, and "
+               "checked at checkpoints"},
+          {.name = "method",
+           .place = [](Draft& d) { return &d.scene.field.method; },
+           .choices = {"cut-cell", "multipole", "relaxation"},
+           .help =
+               "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
+               "only; relaxation: lattice and gradient descent (D 6.3-6.5)"},
+          {.name = "cells",
+           .place = [](Draft& d) { return &d.scene.field.cells; },
+           .range = {.low = 8, .high = most_cells},
+           .help =
+               "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
+          {.name = "tolerance",
+           .place = [](Draft& d) { return &d.tolerance; },
+           .range = accuracy,
+           .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation",
+           .help =
+               "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole in "
+               "potentials, charges and forces, relative to the largest; of relaxation in the groups' charges"},
+          {.name = "moving_tolerance",
+           .place = [](Draft& d) { return &d.moving_tolerance; },
+           .range = accuracy,
+           .computed_default = "1e-5; 1e-6 of multipole, 1e-4 of relaxation",
+           .help = "the same for the solves of a moving scene"},
+          {.name = "device",
+           .place = [](Draft& d) { return &d.scene.field.device; },
+           .choices = {"cpu", "cuda"},
+           .help = "where cut-cell solves; --device on the command line comes first"},
+          {.name = "threads",
+           .place = [](Draft& d) { return &d.scene.field.threads; },
+           .range = {.low = 0, .high = 1024},
+           .help = "that cut-cell shares its work among, for the same bits; 0: one a core, fewer on small grids"},
+          {.name = "links",
+           .place = [](Draft& d) { return &d.scene.field.links; },
+           .choices = {"log-fitted", "plain", "aperture"},
+           .help =
+               "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
+               "the obvious, first-order, to compare with (linear_solver = \"assembled\")"},
+          {.name = "linear_solver",
+           .place = [](Draft& d) { return &d.scene.field.linear_solver; },
+           .choices = {"multigrid", "assembled"},
+           .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
+          {.name = "relaxation_eta",
+           .place = [](Draft& d) { return &d.relaxation_eta; },
+           .unit = "V m/C",
+           .range = positive,
+           .computed_default = "chosen by the solver",
+           .help = "step of the gradient descent (D 6.30)"},
+      }};
+}
+
+Table mechanics() {
+  return {.path = "mechanics",
+          .help = "How the motion is computed.",
+          .keys = {
+              {.name = "integrator",
+               .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
+               .choices = {"cvode", "euler"},
+               .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7)"},
+              {.name = "coupling",
+               .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
+               .choices = {"split", "monolithic"},
+               .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
+              {.name = "predictor",
+               .place = [](Draft& d) { return &d.scene.mechanics.predictor; },
+               .help = "split: between field solves, solves on a coarser grid that resolves the conductors"},
+              {.name = "relative_tolerance",
+               .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
+               .range = accuracy,
+               .help = "of positions and momenta, each step of the integrator"},
+              {.name = "position_tolerance",
+               .place = [](Draft& d) { return &d.position_tolerance; },
+               .unit = "m",
+               .range = positive,
+               .computed_default = "1e-3 * the smallest radius",
+               .help = "error of the positions allowed in a coupling step"},
+              {.name = "largest_step",
+               .place = [](Draft& d) { return &d.largest_step; },
+               .unit = "s",
+               .range = positive,
+               .computed_default = "output.every",
+               .help = "largest coupling step"},
+              {.name = "euler_step",
+               .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
+               .unit = "s",
+               .range = positive,
+               .help = "time step of euler"},
+              {.name = "euler_field_step",
+               .place = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
+               .unit = "s",
+               .range = positive,
+               .help = "time between two field solves of euler"},
+          }};
+}
+
+Table network() {
+  Table table = {
+      .path = "network",
+      .help = "Resistors between particles that touch: what `lichtenberg network` measures in a packing's result file.",
+      .keys = {
+          {.name = "model",
+           .place = [](Draft& d) { return &d.scene.network.model; },
+           .choices = {"particle", "contact"},
+           .computed_default = "both, one after the other",
+           .help = "what a node of the network is, and with it between what the resistors are"},
+          {.name = "between",
+           .place = [](Draft& d) { return &d.scene.network.between; },
+           .help = "electrodes, the first at 0 V: names of walls or numbers of particles"},
+          {.name = "resistor",
+           .place = [](Draft& d) { return &d.scene.network.resistor; },
+           .computed_default = "\"constant\", of 1 Ohm",
+           .help = "model of a resistor, with the parameters that it needs:"},
+      }};
+  Key& resistor = table.keys.back();
+  for (const network::ResistorModel& model : network::resistor_models()) {
+    resistor.choices.push_back(model.name);
+    resistor.help += fmt::format(" {} ({}), {};", model.name, fmt::join(model.needs, ", "), model.help);
+  }
+  resistor.help.back() = '.';
+  const auto add = [&](const char* name, Place place) {
+    const auto& entry =
+        *std::ranges::find(network::parameter_entries(), std::string_view(name), &network::ParameterEntry::name);
+    table.keys.push_back({.name = name,
+                          .place = place,
+                          .unit = entry.unit,
+                          .range = positive,
+                          .computed_default = "none",
+                          .help = entry.help});
+  };
+  add("resistance", [](Draft& d) { return &d.scene.network.parameters.resistance; });
+  add("resistance_per_length", [](Draft& d) { return &d.scene.network.parameters.resistance_per_length; });
+  add("sheet_resistance", [](Draft& d) { return &d.scene.network.parameters.sheet_resistance; });
+  add("resistivity", [](Draft& d) { return &d.scene.network.parameters.resistivity; });
+  add("spot", [](Draft& d) { return &d.scene.network.parameters.spot; });
+  return table;
+}
+
+Table output() {
+  return {.path = "output",
+          .help = "What a run leaves.",
+          .keys = {
+              {.name = "file",
+               .place = [](Draft& d) { return &d.output_file; },
+               .computed_default = "the scene file's name, in the working directory, with .h5",
+               .help = "result file"},
+              {.name = "every",
+               .place = [](Draft& d) { return &d.scene.output.every; },
+               .unit = "s",
+               .range = positive,
+               .help = "simulated time between two frames"},
+              {.name = "checkpoint_every",
+               .place = [](Draft& d) { return &d.scene.output.checkpoint_every; },
+               .range = {.low = 1, .high = 1e9},
+               .help = "frames between two checkpoints"},
+              {.name = "picture",
+               .place = [](Draft& d) { return &d.scene.output.picture; },
+               .help = "draw the final state"},
+          }};
+}
+
+Table stop() {
+  return {.path = "stop",
+          .help = "When a run ends: at whichever comes first.",
+          .keys = {
+              {.name = "time",
+               .place = [](Draft& d) { return &d.scene.stop.time; },
+               .unit = "s",
+               .range = positive,
+               .help = "simulated time"},
+              {.name = "stationary",
+               .place = [](Draft& d) { return &d.scene.stop.stationary; },
+               .help = "stop when all conductors are connected to an electrode and the forces are negligible (D 7.1)"},
+              {.name = "force",
+               .place = [](Draft& d) { return &d.scene.stop.force; },
+               .range = accuracy,
+               .help = "negligible: this fraction of the largest force of the run"},
+          }};
+}
+
+}  // namespace lichtenberg::tables

@@ -349,6 +349,44 @@ TEST_CASE("resuming a run that is over changes nothing") {
   CHECK_EQ(text_of(folder / "six.h5"), before);
 }
 
+TEST_CASE("a relaxation is resumed with more iterations, then to another force, as if it had never stopped") {
+  const Folder folder;
+  const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {
+    folder.write("six.toml",
+                 "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[[population]]\ncount = 50\n"
+                 "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n[minimize]\n" +
+                     end);
+    options.push_back("--quiet");
+    REQUIRE_EQ(run(folder, file, options), 0);
+    return folder / file;
+  };
+  const auto at_rest = [](const std::string& path) { return number(path, "summary/at_rest") == 1; };
+  const auto notes = [](const std::string& path) {
+    return hdf5::get<std::int64_t>(hdf5::load(path), "relaxation/iteration");
+  };
+  const std::string whole = relax_to("force_tolerance = 1e-9\n", "whole.h5");
+  CHECK(at_rest(whole));
+  std::string cut = relax_to("max_iterations = 30\nforce_tolerance = 1e-5\n", "cut.h5");
+  CHECK(!at_rest(cut));
+  CHECK(number(cut, "summary/iterations") == 30);
+  relax_to("force_tolerance = 1e-5\n", "cut.h5", {"--resume"});
+  CHECK(at_rest(cut));
+  const double earlier = number(cut, "summary/relative_largest_force");
+  CHECK((earlier <= 1e-5 && earlier > 1e-9));
+  // Nothing to do but to say what it is by the new measure: no frame, no note.
+  const auto before = frames(cut);
+  const auto noted = notes(cut);
+  relax_to("max_iterations = 30\nforce_tolerance = 1e-9\n", "cut.h5", {"--resume"});
+  CHECK(!at_rest(cut));
+  CHECK(frames(cut) == before);
+  CHECK(notes(cut) == noted);
+  relax_to("force_tolerance = 1e-9\n", "cut.h5", {"--resume"});
+  CHECK(at_rest(cut));
+  for (const std::string same :
+       {"summary/iterations", "summary/energy", "summary/largest_force", "summary/evaluations"})
+    CHECK(number(cut, same) == number(whole, same));
+}
+
 TEST_CASE("a result file that exists is refused with status 2 and replaced only on request") {
   const SceneFolder folder;
   folder.write("six.h5", "precious");

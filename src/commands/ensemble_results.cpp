@@ -17,8 +17,10 @@
 namespace lichtenberg::ensemble {
 namespace {
 
-bool same_end(const StopOptions& a, const StopOptions& b) {
-  return a.time == b.time && a.stationary == b.stationary && a.force == b.force;
+bool same_end(const Scene& a, const Scene& b) {
+  return a.stop.time == b.stop.time && a.stop.stationary == b.stop.stationary && a.stop.force == b.stop.force &&
+         a.minimize.force_tolerance == b.minimize.force_tolerance &&
+         a.minimize.max_iterations == b.minimize.max_iterations;
 }
 
 /// Of all sessions of the run.
@@ -116,7 +118,7 @@ void inspect_file(const std::string& path, Member& member) {
   const bool just_ended = member.state == State::finished;
   const bool over = hdf5::exists(file, "summary");
   const Scene now = parse_scene(member.text, path);
-  if (!over || !(just_ended || same_end(parse_scene(text, path).stop, now.stop)))
+  if (!over || !(just_ended || same_end(parse_scene(text, path), now)))
     return refuse_past(path, file, now, just_ended);
   member.quantities = quantities_of(file);
   add_topology(member.quantities, Result(path));

@@ -11,6 +11,7 @@
 #include "src/commands/progress.hpp"
 #include "src/commands/summary.hpp"
 #include "src/mechanics/counters.hpp"
+#include "src/record/hdf5.hpp"
 #include "src/statics/relaxation.hpp"
 
 namespace lichtenberg {
@@ -44,8 +45,9 @@ class RelaxationRun {
     }
     go_on_until_rest();
     packing_ = analysis::packing(relaxation_.bodies(), scene_);
-    // A run that stopped in its very last iteration has been saved, but not its end.
-    if (!recorder_.finished() || relaxation_.iteration() > began_at_) record_the_end();
+    // A run that stopped in its very last iteration has been saved, but not its end; and one that is over may have
+    // been resumed with another tolerance.
+    if (!is_recorded() || recorded_at_rest() != relaxation_.at_rest()) record_the_end();
     if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
     if (!quiet_) print_summary();
     if (!relaxation_.at_rest())
@@ -89,9 +91,16 @@ class RelaxationRun {
     if (index % scene_.output.checkpoint_every == 0) save({});
   }
 
+  /// The file holds this iteration, its note and a summary.
+  bool is_recorded() const { return recorder_.finished() && relaxation_.iteration() == began_at_; }
+  bool recorded_at_rest() const {
+    return hdf5::get<double>(hdf5::load(scene_.output.file), "summary/at_rest").at(0) != 0;
+  }
+
   void record_the_end() {
     if (recorded_at_ != relaxation_.iteration()) recorder_.add(relaxation_.frame(), {});
-    if (history_.empty() || history_.back().iteration != relaxation_.iteration()) note();
+    const bool noted = !history_.empty() && history_.back().iteration == relaxation_.iteration();
+    if (!noted && !is_recorded()) note();
     Milestone last;
     last.packing = packing_;
     last.summary = quantities();

@@ -21,7 +21,7 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
   if (!change.empty())
     throw InputError(
         fmt::format("{}: key `{}` is not what it was when {} was started; to resume a run, only [stop], "
-                    "[output] and [network] may change",
+                    "[output], [network] and minimize.max_iterations, force_tolerance and threads may change",
                     scene.path, change, path));
 }
 

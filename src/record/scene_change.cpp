@@ -41,6 +41,10 @@ toml::table what_decides(const std::string& text) {
   table.erase("stop");
   table.erase("output");
   table.erase("network");
+  if (toml::table* minimize = table["minimize"].as_table()) {
+    for (const char* key : {"max_iterations", "force_tolerance", "threads"}) minimize->erase(key);
+    if (minimize->empty()) table.erase("minimize");
+  }
   return table;
 }
 

@@ -236,6 +236,20 @@ TEST_CASE("what is half done is resumed") {
   }
 }
 
+TEST_CASE("packings that were given too few iterations go on with more") {
+  const ScenesFolder folder;
+  const std::string packing =
+      "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[output]\npicture = false\n"
+      "[[population]]\ncount = 50\nradius = [0.4, 0.6]\noverlapping = true\n[minimize]\n";
+  const auto at_rest = [&] { return summary(folder, "packing-ensemble")["members"][0]["quantities"]["at_rest"]; };
+  folder.write("packing.toml", packing + "max_iterations = 20\n");
+  REQUIRE(ensemble(folder, "packing.toml").status == 0);
+  CHECK(at_rest() == 0);
+  folder.write("packing.toml", packing);
+  REQUIRE(ensemble(folder, "packing.toml").status == 0);
+  CHECK(at_rest() == 1);
+}
+
 TEST_CASE("a run that is past the stop of now is reported and its file stays") {
   const ScenesFolder folder;
   const std::string stop = "time = 0.08";  // the 8th frame has a checkpoint

@@ -79,6 +79,7 @@ TEST_CASE("resistors and leakage: what they need, and what is refused in one sen
   const std::string contacts = scene + "[effects.contact_discharge]\n[effects.contact_resistance]\n";
   check_refused(contacts, {"contact_resistance needs a resistance in ohm"});
   check_refused(contacts + "resistivity = 1.0\n", {"contact_resistance needs a spot"});
+  check_refused(contacts + "resistance = 5.0\nspot = 1e-5\n", {"contact_resistance.spot needs", "resistivity"});
   check_refused(contacts + "resistance = -1.0\n", {"effects.contact_resistance.resistance = -1", "at least 0"});
   check_refused(scene + "[effects.leakage]\nconductivity = -1.0\n", {"effects.leakage.conductivity", "greater than 0"});
   check_refused(contacts + "resistance = 1.0\n[mechanics]\ncoupling = \"monolithic\"\n",
@@ -310,6 +311,29 @@ TEST_CASE("packings") {
                   {"minimize.method = \"newton\"", "one of \"lbfgs-newton\""});
     check_refused(start + contact + some + "[effects.hertz_contact]\n", {"effects.hertz_contact", "leave one out"});
     check_refused(start + some, {"population.overlapping", "[effects.contact_potential]"});
+  }
+  SUBCASE("what a packing would not look at is refused, with what says the same there") {
+    const auto check_idle = [&](const std::string& key, const std::string& text, const std::string& remedy) {
+      CAPTURE(key);
+      check_refused(text, {key + " is not allowed with effects.contact_potential", remedy});
+    };
+    for (const std::string side : {"left", "right", "bottom", "top"})
+      check_idle("domain." + side, start + side + " = { potential = 0.0 }\n" + contact + some,
+                 "contact_potential.box = false");
+    check_idle("[medium]", start + contact + some + "[medium]\nviscosity = 0.7\n", "no fluid");
+    check_idle("[material]", start + contact + some + "[material]\ndensity = 9.0\n", "mass");
+    check_idle("[field]", start + contact + some + "[field]\ncells = 64\n", "nothing is charged");
+    check_idle("[mechanics]", start + contact + some + "[mechanics]\n", "[minimize]");
+    check_idle("[stop]", start + contact + some + "[stop]\ntime = 3.0\n", "minimize.max_iterations");
+    check_idle("output.every", start + contact + some + "[output]\nevery = 3.0\n", "minimize.record_every");
+    check_idle("population.charge", start + contact + some + "charge = 1e-9\n", "nothing is charged");
+    const std::string one = start + contact + "[[conductor]]\nposition = [1.0, 0.5]\nradius = 0.1\n";
+    check_idle("conductor.charge", one + "charge = 0.0\n", "nothing is charged");
+    check_idle("conductor.velocity", one + "velocity = [1.0, 0.0]\n", "nothing happens in time");
+    for (const std::string effect : {"leakage]\nconductivity = 1e-12\n", "contact_resistance]\nresistance = 1.0\n"})
+      check_refused(start + contact + some + "[effects." + effect, {"under which nothing else acts: leave one out"});
+    check_refused(one + "group = \"a\"\n", {"conductor.group = \"a\" is unknown"});
+    parse(start + contact + some + "[output]\nfile = \"p.h5\"\ncheckpoint_every = 3\npicture = false\n");
   }
 }
 

@@ -34,6 +34,11 @@ void check_effects(const Draft& draft) {
   if (effects.contact_resistance && effects.contact_resistance->resistivity > 0 &&
       effects.contact_resistance->spot == 0)
     needs("contact_resistance", "a spot in m, greater than 0, beside its resistivity");
+  if (const int line = draft.line("effects.contact_resistance.spot");
+      line > 0 && effects.contact_resistance->resistivity == 0)
+    refuse(draft.scene.path, line,
+           "effects.contact_resistance.spot needs effects.contact_resistance.resistivity in ohm m, greater than 0, of "
+           "what the spot is made: add it, or leave the spot out");
   if (effects.contact_resistance && effects.contact_resistance->ohms() == 0)
     needs("contact_resistance", "a resistance in ohm or a resistivity in ohm m, greater than 0");
   if (effects.stokes_drag && !draft.viscosity) needs("stokes_drag", "medium.viscosity in Pa s");
@@ -263,8 +268,8 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 }  // namespace
 
 Scene complete(const Draft& draft) {
-  check_effects(draft);
   check_packing_keys(draft);
+  check_effects(draft);
   check_resistors(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;

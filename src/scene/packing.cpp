@@ -89,6 +89,36 @@ void check_places(const Draft& draft, const Scene& scene) {
                        at(scene.conductors[*same], scene.dimension())));
 }
 
+/// Refuses what a packing would not look at: who writes it expects something of it.
+void check_idle_keys(const Draft& draft) {
+  const std::string uncharged = "nothing is charged", timeless = "nothing happens in time";
+  struct Idle {
+    std::string key, why, instead;
+  };
+  const std::string side = "leave it out; the sides are walls unless effects.contact_potential.box = false";
+  const std::vector<Idle> all = {
+      {"domain.left", uncharged, side},
+      {"domain.right", uncharged, side},
+      {"domain.bottom", uncharged, side},
+      {"domain.top", uncharged, side},
+      {"medium", "there is no fluid", "leave it out"},
+      {"material", "nothing has a mass", "leave it out"},
+      {"field", uncharged, "leave it out"},
+      {"mechanics", timeless, "[minimize] says how the particles come to rest"},
+      {"stop", timeless, "minimize.force_tolerance and minimize.max_iterations say when it ends"},
+      {"output.every", timeless, "minimize.record_every says how many iterations lie between frames"},
+      {"conductor.charge", uncharged, "leave it out"},
+      {"conductor.velocity", timeless, "leave it out"},
+      {"population.charge", uncharged, "leave it out"},
+  };
+  for (const Idle& idle : all)
+    if (const int line = draft.line(idle.key))
+      refuse(draft.scene.path, line,
+             fmt::format("{} is not allowed with effects.contact_potential, under which {}: {}",
+                         idle.key.find('.') == std::string::npos ? "[" + idle.key + "]" : idle.key, idle.why,
+                         idle.instead));
+}
+
 }  // namespace
 
 void settle_dimension(Draft& draft) {
@@ -129,9 +159,10 @@ void check_packing_keys(const Draft& draft) {
   }
   const std::string why =
       " is not allowed with effects.contact_potential, under which nothing else acts: leave one out";
-  for (const std::string other :
-       {"floating_conductors", "current_source", "stokes_drag", "hertz_contact", "wall_contact", "contact_discharge"})
+  for (const std::string other : {"floating_conductors", "current_source", "stokes_drag", "hertz_contact",
+                                  "wall_contact", "contact_discharge", "leakage", "contact_resistance"})
     if (const int line = draft.line("effects." + other)) refuse_it(line, "effects." + other + why);
+  check_idle_keys(draft);
   if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
   if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
   for (const PopulationDraft& population : draft.populations)

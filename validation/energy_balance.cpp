@@ -17,6 +17,7 @@
 
 #include <memory>
 
+#include "src/analysis/circuit.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
@@ -138,6 +139,8 @@ Rest run(Report& report, int cells, double position_tolerance) {
   report.at_most("energy left over, fraction of what was supplied", worst / flows.supplied(),
                  (static_cast<double>(counters.steps) * step + field) / flows.supplied(),
                  fmt::format("of it by the field's solver {:.2g}", field / flows.supplied()));
+  report.at_most("the same, with the bound of a run's summary", worst / flows.supplied(),
+                 analysis::allowed_energy_imbalance(scene));
   const double balance = frame.charge_held + frame.charge_drained + frame.charge_leaked;
   report.at_most("held + drained + leaked, fraction of what leaked", std::abs(balance / frame.charge_leaked), 1e-12);
   return {static_cast<double>(counters.steps), field / flows.supplied(), worst / flows.supplied()};

@@ -23,8 +23,8 @@ NewtonCg::Step NewtonCg::solve_model() {
   if (radius_ == 0) radius_ = std::sqrt(rz) * std::min(1.0, largest_move_ / largest(z));
   for (std::size_t i = 0; i < n; ++i) p[i] = -z[i];
   const double first = std::sqrt(rz);
-  // Quadratic convergence in the end, no work in vain before.
-  const double goal = first * std::min(0.3, std::sqrt(largest(point_.gradient) / gradient_unit_));
+  // No work in vain: neither before the model holds, nor in the end for digits beyond those that are asked for.
+  const double goal = first * std::clamp(std::sqrt(largest(point_.gradient) / gradient_unit_), 0.1, 0.3);
   Step step{std::vector<double>(n)};
   double ss = 0, sp = 0, pp = rz;  // s'Ms, s'Mp, p'Mp
   constexpr int most = 2000;

@@ -55,12 +55,13 @@ void print_row(int count, const std::string& method, std::int64_t iterations, st
   std::fflush(stdout);
 }
 
-/// What is not at rest in time is extrapolated by the rate at which the force fell in the second half: too short a
-/// time, since the slowest ways down are left last.
+/// What is not at rest in time is extrapolated by the rate at which the force fell in the second half. That gives a
+/// time it will not do it in, and no more: the slowest ways down are left last, and the rate falls.
 std::string extrapolated(double half_time, double half_force, double time, double force, double tolerance) {
   const double rate = std::log(half_force / force) / (time - half_time);
   if (!(rate > 0)) return "not at rest";
-  return fmt::format("not at rest; at this rate after {:.3g} s", time + std::log(force / tolerance) / rate);
+  return fmt::format("not at rest; extrapolated by a rate that falls: later than {:.3g} s",
+                     time + std::log(force / tolerance) / rate);
 }
 
 void run_ours(const Options& options, int count, const std::string& method) {

@@ -5,9 +5,9 @@
 
 Tolerances are in radii of the smallest conductor. The error of a run is how far a conductor is, at the end, from
 where it is in the run without predictions at the reference tolerance: of all conductors the largest and the root mean
-square. Everything else is as in the scene: its frames too, since each of them asks for a field solve, and output.every is
-the default of mechanics.largest_step. Times are a run's wall time, recording included, with field.threads = 0: a thread
-a core, fewer on small grids. Prints the table and draws it to OUTPUT (.png, .pdf or .svg).
+square. Everything else is as in the scene: its frames too, since each of them asks for a field solve and output.every
+is the default of mechanics.largest_step. Times are a run's wall time, recording included, with field.threads = 0: a
+thread a core, fewer on small grids. Prints the table and draws it to OUTPUT (.png, .pdf or .svg).
 """
 
 import argparse

@@ -183,6 +183,18 @@ TEST_CASE("no resistance is the supply itself, a huge one an insulated electrode
   CHECK(open.frame().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
 }
 
+TEST_CASE("what is held at a supply's potential and touches the electrode behind its resistor is no one with it") {
+  Scene scene = resistor_scene(1e9);
+  scene.effects.contact_discharge.reset();
+  scene.conductors[0] = {.position = {0.08 - 1.9 * radius, 0.05}, .radius = radius, .group = 0};
+  scene.groups = {{.name = "held", .potential = 1000.0}};
+  Simulation touching(scene, std::make_unique<LineCharges>());
+  CHECK_THROWS_AS(touching.frame(), InputError);
+  scene.electrodes[0].series_resistance = 0;
+  Simulation one(scene, std::make_unique<LineCharges>());
+  CHECK_NOTHROW(one.frame());
+}
+
 TEST_CASE("the energy of charging a capacitor through a resistor is balanced at any step: half of it is lost") {
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {

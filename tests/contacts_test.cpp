@@ -152,6 +152,23 @@ TEST_CASE("only contacts that can change are watched") {
   for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
 }
 
+TEST_CASE("what is held at a supply's potential is not one with the electrode behind that supply's resistor") {
+  Scene scene = scene_of({{0.046, 0.05}, {0.08, 0.08}});
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
+  scene.groups = {{.name = "wire", .potential = 0.0}};
+  scene.conductors[0].group = 0;
+  const std::vector<double> travel = {2e-3, 0};
+  for (const double ohm : {0.0, 1e9}) {
+    scene.electrodes[0].series_resistance = ohm;
+    const effects::ContactDischarge discharge(scene);
+    CHECK(discharge.watch(make_bodies(scene), electrical_groups(scene, {}), travel).size() == (ohm > 0 ? 1 : 0));
+  }
+  // Conductor 1 touches both: all three are one, and nothing is to be watched.
+  const effects::ContactDischarge discharge(scene);
+  const std::vector<Contact> both = {{0, 1}, {1, 2}};
+  CHECK(discharge.watch(make_bodies(scene), electrical_groups(scene, both), travel).empty());
+}
+
 TEST_CASE("one body that may move far brings its own contacts under watch, no others") {
   Scene scene = scene_of({{0.02, 0.02}, {0.08, 0.02}, {0.02, 0.08}, {0.08, 0.08}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};

@@ -237,8 +237,12 @@ TEST_CASE("what touches must have one potential") {
   CHECK(refusal(box + electrostatics + "effects.contact_discharge = {}\n" + grounded + two) == "");
   CHECK(refusal(box + electrostatics + wire + grounded + disk("[0.01, 0.01]", "group = \"a\"\n") +
                 disk("[0.012, 0.01]", "group = \"a\"\n")) == "");
-  CHECK(refusal(box + electrostatics + "[[group]]\nname = \"a\"\npotential = 0.0\n" + grounded +
-                disk("[0.02, 0.013]", "group = \"a\"\n")) == "");
+  const std::string held = "[[group]]\nname = \"a\"\npotential = 0.0\n";
+  CHECK(refusal(box + electrostatics + held + grounded + disk("[0.02, 0.013]", "group = \"a\"\n")) == "");
+  // Behind a resistor the electrode has another potential than its supply.
+  check_refused(
+      box + electrostatics + held + grounded + "series_resistance = 1e9\n" + disk("[0.02, 0.013]", "group = \"a\"\n"),
+      {"touches the electrode \"disk 1\""});
 }
 
 TEST_CASE("packings") {

@@ -72,7 +72,7 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
   const int n = bodies.size();
   const auto one_already = [&](Contact c) {
     return c.partner < n ? groups.id[c.conductor] == groups.id[c.partner]
-                         : groups.potential[c.conductor] == terminals_[c.partner - n].potential;
+                         : is_one(groups, c.conductor, terminals_[c.partner - n]);
   };
   std::vector<Watch> watched;
   for (const Contact contact : near(bodies, make_gap_, travel))

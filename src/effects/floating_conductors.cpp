@@ -204,8 +204,7 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
     if (groups.id[pair.i] != groups.id[pair.j]) return fmt::format("conductors {} and {}", pair.i, pair.j);
   for (int i = 0; i < bodies.size(); ++i)
     for (const Terminal& terminal : terminals)
-      if (groups.potential[i] != terminal.potential &&
-          view(terminal.surface, position(bodies, i)).distance <= bodies.radius[i])
+      if (!is_one(groups, i, terminal) && view(terminal.surface, position(bodies, i)).distance <= bodies.radius[i])
         return fmt::format("conductor {} and {}", i, terminal.name);
   return "";
 }

@@ -145,6 +145,11 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   return groups;
 }
 
+bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& terminal) {
+  return terminal.node < 0 ? groups.potential[conductor] == terminal.potential
+                           : groups.id[conductor] == groups.id[terminal.node];
+}
+
 bool parts(const ElectricalGroups& before, const ElectricalGroups& after) {
   // A group's id is its first conductor: all others must have stayed with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)

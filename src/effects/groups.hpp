@@ -56,6 +56,10 @@ struct ElectricalGroups {
   friend bool operator==(const ElectricalGroups&, const ElectricalGroups&) = default;
 };
 
+/// Whether a conductor is one electrically with a terminal. What a resistor stands before has not the supply's
+/// potential.
+bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& terminal);
+
 /// Connected components of wires (the scene's [[group]]s) and contacts, unless these have a resistance; a component
 /// takes the potential of a wire with a given potential or of a terminal without a resistor in it. Throws InputError
 /// for a short circuit between two potentials.

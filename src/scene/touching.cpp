@@ -63,7 +63,8 @@ void check_touching(const Draft& draft, const Scene& scene) {
     const double slack = touching_slack * conductor.radius;
     const std::optional<double> potential = potential_of(scene, conductor);
     for (const Electrode& electrode : scene.electrodes)
-      if (gap(disk_of(conductor), electrode.shape) <= slack && potential != electrode.potential)
+      if (gap(disk_of(conductor), electrode.shape) <= slack &&
+          (electrode.series_resistance > 0 || potential != electrode.potential))
         refuse_it(i, fmt::format("the electrode \"{}\"", electrode.name));
     const std::array distance = {p.x, size.x - p.x, p.y, size.y - p.y};
     for (std::size_t s = 0; s < distance.size(); ++s)

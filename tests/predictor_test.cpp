@@ -34,7 +34,8 @@ TEST_CASE("the predictor's grid is the field's, halved while a radius has two ce
   CHECK(effects::predictor_cells(scene) == 0);
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
            [](Scene& s) { s.mechanics.predictor = false; }, [](Scene& s) { s.mechanics.coupling = "monolithic"; },
-           [](Scene& s) { s.mechanics.integrator = "euler"; }, [](Scene& s) { s.field.method = "relaxation"; }}) {
+           [](Scene& s) { s.mechanics.integrator = "euler"; }, [](Scene& s) { s.field.method = "relaxation"; },
+           [](Scene& s) { s.effects.leakage = Leakage{.conductivity = 1e-10}; }}) {
     Scene other = resolved_crowd();
     change(other);
     CHECK(effects::predictor_cells(other) == 0);

@@ -15,10 +15,10 @@
 #include "src/commands/cost.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/effects/circuit.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
-#include "src/mechanics/energy_book.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -66,7 +66,7 @@ void explain_needs(const Summaries& effects) {
 
 /// What else than perfect conductors, an insulating fluid and one potential there is, and what is booked for it.
 void explain_circuit(const Scene& scene) {
-  if (!mechanics::has_circuit(scene)) return;
+  if (!effects::has_circuit(scene)) return;
   fmt::print("\ncircuit\n");
   if (scene.effects.leakage)
     fmt::print("  leakage              every charge decays in {:.4g} s\n", effects::relaxation_time(scene));

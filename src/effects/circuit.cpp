@@ -10,6 +10,13 @@ bool has_resistors(const Scene& scene) {
          std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
 }
 
+bool has_circuit(const Scene& scene) {
+  const std::vector<Supply> supplies = supplies_of(scene);
+  const bool difference = std::ranges::any_of(
+      supplies, [&](const Supply& supply) { return supply.potential != supplies.front().potential; });
+  return scene.effects.floating_conductors && (difference || scene.effects.leakage || has_resistors(scene));
+}
+
 std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
   std::vector<Link> links;

@@ -22,6 +22,10 @@ struct Link {
 /// Whether the scene may have links: an electrode behind a resistor, contacts that have a resistance.
 bool has_resistors(const Scene& scene);
 
+/// Whether a scene has an electric circuit, whose currents and powers are worth booking: a potential difference between
+/// supplies, a fluid that leaks, resistors.
+bool has_circuit(const Scene& scene);
+
 /// The series resistors, then the contacts if they have a resistance. Infinite resistance is no link; no resistance is
 /// ElectricalGroups' part.
 std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts);

@@ -41,8 +41,8 @@ void check_device(const Scene& scene);
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
 
 /// Cells along the longer side of the grid on which forces are predicted between field solves (mechanics/README.md):
-/// the field's own, halved as long as the smallest radius has two cells. 0: none, because the scene wants none or the
-/// field's grid is not four times as fine.
+/// the field's own, halved as long as the smallest radius has two cells. 0: none, because the scene wants none, has a
+/// circuit, or its field's grid is not four times as fine.
 int predictor_cells(const Scene& scene);
 
 /// Throws InputError if the method cannot follow the scene's conductors where they may move: disks that go through each

@@ -32,7 +32,7 @@ Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
       ledger_(with_terminals(model.bodies.charge, scene), supplies_.size()),
       current_(model.bodies.size()),
       relaxation_time_(effects::relaxation_time(scene)) {
-  if (has_circuit(scene)) energy_.emplace(scene);
+  if (effects::has_circuit(scene)) energy_.emplace(scene);
 }
 
 void Electrics::connect() {

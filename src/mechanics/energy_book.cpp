@@ -15,13 +15,6 @@ std::vector<double> mean_of(std::span<const double> a, std::span<const double> b
 
 }  // namespace
 
-bool has_circuit(const Scene& scene) {
-  const std::vector<effects::Supply> supplies = effects::supplies_of(scene);
-  const bool difference = std::ranges::any_of(
-      supplies, [&](const effects::Supply& supply) { return supply.potential != supplies.front().potential; });
-  return scene.effects.floating_conductors && (difference || scene.effects.leakage || effects::has_resistors(scene));
-}
-
 EnergyBook::EnergyBook(const Scene& scene)
     : relaxation_time_(effects::relaxation_time(scene)),
       supplies_(effects::supplies_of(scene)),

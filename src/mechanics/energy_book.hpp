@@ -9,10 +9,6 @@
 
 namespace lichtenberg::mechanics {
 
-/// Whether a scene has an electric circuit, whose currents and powers are worth booking: a potential difference between
-/// supplies, a fluid that leaks, resistors.
-bool has_circuit(const Scene& scene);
-
 /// Where the energy of a scene with a circuit comes from and goes to, from one field solve to the next.
 ///
 /// With potentials phi, charges Q and the field's energy U = 1/2 sum phi Q over all conductors and terminals, charge dQ

@@ -35,8 +35,6 @@ Split::Split(Workplace workplace)
       charge_(at_.model.bodies.size()),
       charge_rate_(at_.model.bodies.size()) {
   book_drag(at_, drag_, cvode_);
-  // What flows in a circuit is not predicted: small errors of potentials are large ones of currents.
-  if (at_.electrics->energy()) at_.electrics->field().set_predictor(nullptr);
 }
 
 void Split::begin(double time) {

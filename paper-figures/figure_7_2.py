@@ -41,9 +41,9 @@ def draw_kinds(axes, snapshot, degree):
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=3, frameon=False, handletextpad=0)
 
 
-def claims(degree, contacts, kept):
+def claims(degree, contacts):
     """What D 7.3.1 says of the graph: no node of degree above 4, no loop."""
-    largest, loops = int(degree.max()), int((~kept).sum())
+    largest, loops = int(degree.max()), networks.loops(len(degree), contacts)
     return [claim("largest degree", "D 7.3.1", 4, largest, "agrees" if largest <= 4 else "larger ones exist"),
             claim("contacts that close a loop", "D 7.3.1", 0, loops,
                   "agrees" if loops == 0 else f"{loops} of {len(contacts)} contacts close one")]
@@ -64,7 +64,7 @@ def main():
     degree = networks.degrees(snapshot, contacts)
     draw_kinds(tree, snapshot, degree)
     save(figure, name)
-    save_claims(name, claims(degree, contacts, kept))
+    save_claims(name, claims(degree, contacts))
 
 
 if __name__ == "__main__":

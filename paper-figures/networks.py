@@ -32,6 +32,23 @@ def degrees(snapshot, contacts):
     return np.bincount(contacts[contacts >= 0], minlength=len(snapshot.radius))
 
 
+def loops(count, contacts):
+    """Contacts among COUNT conductors beyond those of a forest: each closes a loop. The ground is one node."""
+    towards = list(range(count + 1))  # each node's way to its tree's root; the last, which is -1, is the ground
+
+    def root(node):
+        while towards[node] != node:
+            towards[node] = node = towards[towards[node]]
+        return node
+
+    closed = 0
+    for i, j in contacts:
+        a, b = root(i), root(j if j >= 0 else count)
+        closed += a == b
+        towards[a] = b
+    return int(closed)
+
+
 def contact_edges(snapshot, contacts):
     """[E, 2, 2] from centre to centre, or to the nearest point of the ground; mm."""
     ends = []

@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt
 
 SOURCE = Path(__file__).resolve().parent.parent
 OUTPUT = SOURCE / "paper-figures" / "output"
+_made_with = "unknown"  # version and commit of the programs that request() found
 
 
 def request(description, *foreign):
@@ -31,7 +32,15 @@ def request(description, *foreign):
     found = parser.parse_args()
     found.build, found.results = found.build.resolve(), found.results.resolve()
     found.program = found.build / "lichtenberg"
+    global _made_with
+    _made_with = version_of(found.program)
     return found
+
+
+def version_of(program):
+    if not program.exists():
+        return "unknown"
+    return run(program, "--version").strip()
 
 
 def build_folder(description):
@@ -141,6 +150,8 @@ def percent(ratio, sign=""):
 
 
 def save_claims(name, claims):
-    """Writes the rows of the figure NAME to output/NAME.json, where table.py finds them."""
+    """Writes the rows of the figure NAME to output/NAME.json, where table.py finds them, each with the version of the
+    programs that it was made with. (A run that was kept has its own in its file.)"""
     OUTPUT.mkdir(exist_ok=True)
-    (OUTPUT / (name + ".json")).write_text(json.dumps(claims, indent=1) + "\n")
+    rows = [{**row, "made with": _made_with} for row in claims]
+    (OUTPUT / (name + ".json")).write_text(json.dumps(rows, indent=1) + "\n")

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The table of what the sources claim by their figures and what we find, from the rows that the figure scripts left in
-output/ (figures.claim). Printed, and written to output/table.md. Arguments: figures that have just failed."""
+output/ (figures.claim), and with which version of the programs. Printed, and written to output/table.md. Arguments:
+figures that have just failed."""
 
 import json
 import math
@@ -30,14 +31,28 @@ def label(figure):
     return re.sub(r"(?<=\d)_(?=\d)", ".", figure).replace("_", " ")
 
 
-def rows(failed):
+def saved(failed):
+    """Pairs (figure, row)."""
     for path in sorted(OUTPUT.glob("figure_*.json")):
         figure = path.stem.removeprefix("figure_")
         if figure not in failed:
             for row in json.loads(path.read_text()):
-                yield (label(figure), *(shown(row.get(heading, "")) for heading in HEADINGS[1:]))
+                yield label(figure), row
+
+
+def rows(failed):
+    for figure, row in saved(failed):
+        yield (figure, *(shown(row.get(heading, "")) for heading in HEADINGS[1:]))
     for figure in failed:
         yield (label(figure), "", "", "", "", "the script failed", "")
+
+
+def versions(failed):
+    """A line for each version of the programs: which figures were made with it."""
+    figures = {}
+    for figure, row in saved(failed):
+        figures.setdefault(row.get("made with", "unknown"), set()).add(figure)
+    return [f"Made with {version}: {', '.join(sorted(figures[version]))}." for version in sorted(figures)]
 
 
 def main():
@@ -45,6 +60,7 @@ def main():
     widths = [max(map(len, column)) for column in zip(*cells)]
     lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths)) + " |" for row in cells]
     lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
+    lines += ["", *versions(sys.argv[1:])]
     OUTPUT.mkdir(exist_ok=True)
     (OUTPUT / "table.md").write_text("\n".join(lines) + "\n")
     print("\n".join(lines))

@@ -147,6 +147,8 @@ TEST_CASE("means and slopes are those of the members") {
   REQUIRE(result.status == 0);
   const json found = json::parse(result.out);
   CHECK(found == summary(folder, "charged-ensemble"));
+  const std::string version = run_program(folder, "--version").out;
+  for (const std::string part : {"version", "commit"}) CHECK(contains(version, found[part].get<std::string>()));
   double sum = 0, squares = 0, endpoints = 0, conductors = 0;
   for (const json& member : found["members"]) {
     const json& quantities = member["quantities"];

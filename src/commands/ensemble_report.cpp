@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "src/commands/ensemble.hpp"
+#include "src/version.hpp"
 
 namespace lichtenberg::ensemble {
 namespace {
@@ -208,6 +209,8 @@ nlohmann::ordered_json to_json(const std::string& scene_path, const std::vector<
             {"members", Json::array()},
             {"points", Json::array()},
             {"proportions", Json::array()}};
+  json["version"] = lichtenberg_version().number;  // of the summary; each result file has that of its run
+  json["commit"] = lichtenberg_version().commit;
   for (const Member& member : members) {
     Json entry{{"name", member.name}, {"settings", to_json(member.settings)}, {"state", to_text(member.state)}};
     if (!member.sentence.empty()) entry["sentence"] = member.sentence;

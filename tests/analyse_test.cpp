@@ -207,6 +207,33 @@ TEST_CASE("analyse derives the power from what a frame holds") {
   CHECK_EQ(answer["units"]["power_dissipated"], "W");
 }
 
+TEST_CASE("what elastic contacts have taken up is not dissipated") {
+  const Folder folder;
+  const std::string elastic =
+      "[effects.hertz_contact]\nyoung = 200e9\npoisson = 0.3\n"
+      "[effects.wall_contact]\nyoung = 100e9\npoisson = 0.3\n";
+  Recorder recorder =
+      Recorder::start(folder / "four.h5", parse_scene(scene_text + elastic, "four.toml"), masses, false);
+  Frame pressed = second_frame();
+  const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
+  pressed.position[0].y = 1e-3 - overlap;
+  pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
+  const std::vector<analysis::Contact> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
+  recorder.add(first_frame(), analysis::network(first_contacts, first_frame().position));
+  recorder.add(pressed, analysis::network(contacts, pressed.position));
+  recorder.save({});
+  // Hertz: 8/15 E* sqrt(R_eff) overlap^(5/2), 1/E* = 2 (1 - poisson^2) / young.
+  const auto energy = [&](double young, double radius) {
+    return 8.0 / 15 * young / (2 * (1 - 0.09)) * std::sqrt(radius) * std::pow(overlap, 2.5);
+  };
+  const double stored = energy(200e9, 0.5e-3) + energy(100e9, 1e-3), kinetic = 0.5 * 3e-5 * 25e-6;
+  const json second = analysed(folder, "four.h5")["frames"][1];
+  // An overlap is a difference of lengths 1e5 times as large, as they are written: 1e-11 of it.
+  CHECK_EQ(second["elastic_energy"].get<double>(), doctest::Approx(stored).epsilon(1e-9).scale(0));
+  CHECK_EQ(second["power_dissipated"].get<double>(),
+           doctest::Approx(14e-9 + 4e-9 - (kinetic + stored) / 0.5).epsilon(1e-9).scale(0));
+}
+
 TEST_CASE("with an electrode off zero volts the balance would miss its supply, and no dissipation is given") {
   const Folder folder;
   std::string text = scene_text;

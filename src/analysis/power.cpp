@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "src/effects/effects.hpp"
+
 namespace lichtenberg::analysis {
 namespace {
 
@@ -13,6 +15,13 @@ bool all_at_zero(const Scene& scene) {
                               [](const DomainSide& side) { return side.electrode && side.potential != 0; }) &&
          std::ranges::none_of(scene.groups,
                               [](const PrescribedGroup& group) { return group.potential.value_or(0) != 0; });
+}
+
+double elastic_energy(const Scene& scene, const std::vector<Vec2>& position) {
+  Scene contacts = scene;
+  contacts.effects = {.hertz_contact = scene.effects.hertz_contact, .wall_contact = scene.effects.wall_contact};
+  for (std::size_t i = 0; i < position.size(); ++i) contacts.conductors[i].position = position[i];
+  return effects::make_model(contacts).stored_energy(0);
 }
 
 }  // namespace
@@ -27,6 +36,7 @@ Power power(const Scene& scene, const Frame& frame, std::span<const double> mass
     result.field += dot(frame.force[i], frame.velocity[i]);
     result.kinetic += 0.5 * mass[i] * norm2(frame.velocity[i]);
   }
+  result.elastic = elastic_energy(scene, frame.position);
   return result;
 }
 
@@ -34,7 +44,8 @@ std::optional<double> dissipated_power(const Scene& scene, const Frame& before, 
                                        const Frame& after, const Power& power_after) {
   const double dt = after.time - before.time;
   if (!(dt > 0) || !all_at_zero(scene)) return {};
-  const double stored = after.energy - before.energy + power_after.kinetic - power_before.kinetic;
+  const double stored = after.energy - before.energy + power_after.kinetic - power_before.kinetic +
+                        power_after.elastic - power_before.elastic;
   return 0.5 * (power_before.source + power_after.source) - stored / dt;
 }
 

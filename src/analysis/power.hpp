@@ -17,13 +17,15 @@ struct Power {
   double drag = 0;     ///< dissipated by Stokes drag, sum_i 6 pi eta R_i v_i^2; 0 without drag
   double field = 0;    ///< what the field's forces do, sum_i F_i . v_i
   double kinetic = 0;  ///< J, energy of motion
+  double elastic = 0;  ///< J, stored in contacts of conductors with each other and with walls (Hertz); 0 without them
 };
 
 /// `mass`: kg, [N].
 Power power(const Scene& scene, const Frame& frame, std::span<const double> mass);
 
-/// Power dissipated between two frames, on average (W): what the source brought less what field and motion took up,
-///   (P_1 + P_2) / 2 - (W_2 - W_1 + K_2 - K_1) / (t_2 - t_1).
+/// Power dissipated between two frames, on average (W): what the source brought less what field, motion and elastic
+/// contacts took up,
+///   (P_1 + P_2) / 2 - (W_2 - W_1 + K_2 - K_1 + H_2 - H_1) / (t_2 - t_1).
 /// All that does not come back is in it: drag, and sparks when conductors make contact. The source's power is taken to
 /// change linearly from frame to frame, though potentials jump at a contact: the shorter the interval, the better.
 /// Empty if an electrode, a side or a group is held at another potential than 0, because its supply then gives or takes

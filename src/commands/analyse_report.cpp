@@ -139,6 +139,7 @@ void add_power(Columns& columns) {
   columns.real("power_field", "W", [](auto& f) { return f.power.field; });
   columns.real("power_dissipated", "W", [](auto& f) { return f.dissipated.value_or(missing); });
   columns.real("kinetic_energy", "J", [](auto& f) { return f.power.kinetic; });
+  columns.real("elastic_energy", "J", [](auto& f) { return f.power.elastic; });
 }
 
 /// What a circuit's run has recorded, at every frame or at none.

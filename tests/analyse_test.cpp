@@ -410,6 +410,11 @@ TEST_CASE("a result without frames, without contacts or with parts missing is re
   check_refused(folder, "less.h5", "less.h5 is damaged");
   without("observables/energy");
   check_refused(folder, "less.h5", "less.h5 is damaged");
+  without("particles/conductors/mass");
+  change(folder / "less.h5", [](const hdf5::Handle& file) {
+    hdf5::put<double>(file, "particles/conductors/mass", std::array{3e-5}, {1}, "kg");
+  });
+  check_refused(folder, "less.h5", "there are 1 masses of 4 conductors");
 
   folder.write("less.h5", whole);
   change(folder / "less.h5", [](const hdf5::Handle& file) { hdf5::put_text(file, "scene/text", "[domain]"); });

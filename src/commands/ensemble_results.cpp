@@ -23,6 +23,13 @@ bool same_end(const Scene& a, const Scene& b) {
          a.minimize.max_iterations == b.minimize.max_iterations;
 }
 
+/// The last number of a dataset, or its only one; it is empty in a damaged file only.
+double last_number(hid_t parent, const std::string& name) {
+  const std::vector<double> numbers = hdf5::get<double>(parent, name);
+  if (numbers.empty()) throw hdf5::Error(name + " is empty");
+  return numbers.back();
+}
+
 /// Of all sessions of the run.
 double wall_seconds(const hdf5::Handle& file) {
   double all = 0;
@@ -30,7 +37,7 @@ double wall_seconds(const hdf5::Handle& file) {
     const std::string path = fmt::format("provenance/session-{}/seconds", session);
     if (!hdf5::exists(file, path)) return all;
     const hdf5::Handle seconds = hdf5::open_group(file, path);
-    for (const std::string& activity : hdf5::names(seconds)) all += hdf5::get<double>(seconds, activity).at(0);
+    for (const std::string& activity : hdf5::names(seconds)) all += last_number(seconds, activity);
   }
 }
 
@@ -86,11 +93,11 @@ void add_topology(Quantities& quantities, const Result& result) {
 Quantities quantities_of(const hdf5::Handle& file) {
   Quantities result;
   const hdf5::Handle summary = hdf5::open_group(file, "summary");
-  for (const std::string& name : hdf5::names(summary)) result[name] = hdf5::get<double>(summary, name).at(0);
-  result["conductors"] = static_cast<double>(hdf5::shape(file, "particles/conductors/radius").at(0));
+  for (const std::string& name : hdf5::names(summary)) result[name] = last_number(summary, name);
+  result["conductors"] = static_cast<double>(hdf5::get<double>(file, "particles/conductors/radius").size());
   for (const std::string name : {"connected", "endpoints", "branch_points", "field_solves", "iterations"})
     if (const std::string path = "observables/" + name + "/value"; hdf5::exists(file, path))
-      result[name] = hdf5::get<double>(file, path).back();
+      result[name] = last_number(file, path);
   result["seconds"] = wall_seconds(file);
   return result;
 }

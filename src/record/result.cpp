@@ -80,7 +80,12 @@ std::vector<double> Result::radius() const {
 }
 
 std::vector<double> Result::mass() const {
-  return guarded([&] { return hdf5::get<double>(*file_, std::string(conductors) + "mass"); });
+  return guarded([&] {
+    std::vector<double> mass = hdf5::get<double>(*file_, std::string(conductors) + "mass");
+    if (mass.size() != conductors_)
+      throw hdf5::Error(fmt::format("there are {} masses of {} conductors", mass.size(), conductors_));
+    return mass;
+  });
 }
 
 std::vector<double> Result::reals(const std::string& name, int index, std::size_t count) const {

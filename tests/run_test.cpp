@@ -341,6 +341,54 @@ TEST_CASE("a resumed run holds its energy against that of the first frame") {
   check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
 
+// A sphere between two plates 0.95 mm farther apart than its diameter. The lower one holds it up to a gap of 0.525 mm,
+// the upper one, which draws it, from a gap of 0.5 mm on: 0.45 mm from the lower.
+TEST_CASE("a short circuit on the way ends the run with status 1, and all frames before it are saved") {
+  const SceneFolder folder;
+  folder.write("six.toml", R"(
+[domain]
+size = [4e-3, 2.5e-3]
+bottom = { potential = 0.0 }
+top = { potential = 500.0 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[conductor]]
+position = [2e-3, 0.875e-3]
+radius = 0.775e-3
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 0.5e-3
+[field]
+cells = 64
+[output]
+every = 1e-3
+checkpoint_every = 1000
+picture = false
+[stop]
+time = 10.0
+)");
+  for (const bool resumed : {false, true}) {
+    CAPTURE(resumed);
+    Child child(folder, "six.h5", {"--quiet", resumed ? "--resume" : "--overwrite"});
+    CHECK_EQ(child.wait(), 1);
+    CAPTURE(child.messages());
+    const std::vector<double> times = hdf5::get<double>(hdf5::load(folder / "six.h5"), "observables/energy/time");
+    const std::string at = child.messages().substr(child.messages().find("at t = ") + 7);
+    CHECK_GT(times.size(), 3);
+    CHECK_LE(times.back(), std::stod(at));
+    CHECK_GT(times.back() + 1e-3, std::stod(at));
+    CHECK_NE(child.messages().find(fmt::format("six.h5 holds the run up to t = {:.6g} s, and --resume", times.back())),
+             std::string::npos);
+    // Where it meets, less the way of a frame: some 5 mm/s, 1 ms.
+    const std::vector<double> position =
+        hdf5::get<double>(hdf5::load(folder / "six.h5"), "particles/conductors/position/value");
+    CHECK_EQ(position[position.size() - 2], doctest::Approx(1.225e-3).epsilon(0.01));
+  }
+}
+
 TEST_CASE("resuming a run that is over changes nothing") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/petsc.hpp"
 #include "src/analysis/circuit.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
@@ -60,7 +61,8 @@ std::optional<analysis::Network> network_of(const Simulation& simulation, const 
 ///
 /// A checkpoint makes the simulation forget what it cannot hold, which changes the last digits of what follows. So
 /// checkpoints are made at the frames whose index says so, and at the end, and at no other time: then a resumed run
-/// forgets at the same instants as an uninterrupted one and gives the same bits.
+/// forgets at the same instants as an uninterrupted one and gives the same bits. A run that fails on its way leaves one
+/// at its last frame.
 class Run {
  public:
   Run(const RunArguments& request, const Scene& scene)
@@ -86,7 +88,7 @@ class Run {
     if (recorder_.frames() == 0) record();
     while (!outcome_.over) {
       const Frame before = simulation_.frame();  // as a checkpoint leaves it, and as a resumed run has it
-      simulation_.advance_to(next_frame());
+      advance(progress);
       look();
       if (outcome_.frame.energy_balance)
         outcome_.frame.rates = analysis::circuit_rates(before, outcome_.frame, scene_.medium.temperature);
@@ -94,6 +96,28 @@ class Run {
       progress.show(outcome_.frame, outcome_.network);
       if (Interruption::requested() && nothing_unsaved_) stop_here(progress);
     }
+  }
+
+  /// To the next frame. If that fails, what has been computed until the last one is saved.
+  void advance(Progress& progress) {
+    try {
+      simulation_.advance_to(next_frame());
+    } catch (const Failure& failure) {
+      if (laplace::process_count() > 1) throw;  // it may be this process's own, and saving takes all
+      progress.end_line();
+      if (last_state_) save_last_frame();
+      throw Failure(fmt::format("{}; {} holds the run up to t = {:.6g} s, and --resume goes on from there",
+                                failure.what(), scene_.output.file, *recorder_.saved_time()));
+    }
+  }
+
+  /// With the field solved again: that of the simulation is of the instant at which it failed.
+  void save_last_frame() {
+    Milestone milestone{.checkpoint = *last_state_, .seconds = seconds()};
+    Simulation then(scene_);
+    then.restore(*last_state_);
+    if (scene_.effects.floating_conductors) milestone.field = then.field();
+    recorder_.save(milestone);
   }
 
   EnergyCheck energy_check() const {
@@ -121,7 +145,8 @@ class Run {
     const std::int64_t index = recorder_.frames();
     recorder_.add(outcome_.frame, outcome_.network);
     nothing_unsaved_ = outcome_.over || index % scene_.output.checkpoint_every == 0;
-    if (nothing_unsaved_) save();
+    if (nothing_unsaved_) return save();
+    last_state_ = simulation_.snapshot();
   }
 
   void save() {
@@ -133,6 +158,7 @@ class Run {
     milestone.seconds = seconds();
     if (outcome_.over) milestone.summary = quantities(outcome_);
     recorder_.save(milestone);
+    last_state_.reset();
   }
 
   /// The choice was made at the start, and conductors have moved since.
@@ -177,6 +203,7 @@ class Run {
   Simulation simulation_;
   Outcome outcome_{.initial_charge = sum(initial_charges(scene_))};
   bool nothing_unsaved_ = true;
+  std::optional<Checkpoint> last_state_;  ///< of the last frame, if it is not saved
   double recording_seconds_ = 0, picture_seconds_ = 0, checking_seconds_ = 0;
 };
 

@@ -136,18 +136,22 @@ bool Simulation::stationary() {
 
 Checkpoint Simulation::checkpoint() {
   Implementation& self = *implementation_;
+  const Checkpoint checkpoint = snapshot();
+  if (self.electrics) self.electrics->field().forget();
+  self.begun = false;
+  return checkpoint;
+}
+
+Checkpoint Simulation::snapshot() {
+  Implementation& self = *implementation_;
   self.begin();
   Checkpoint checkpoint;
   checkpoint.reals["time"] = {self.time};
   checkpoint.reals["position"] = self.model.bodies.position;
   checkpoint.reals["momentum"] = self.model.bodies.momentum;
   self.save_counters(checkpoint);
-  if (self.electrics) {
-    self.electrics->save(checkpoint);
-    self.electrics->field().forget();
-  }
+  if (self.electrics) self.electrics->save(checkpoint);
   self.stepper->save(checkpoint);
-  self.begun = false;
   return checkpoint;
 }
 

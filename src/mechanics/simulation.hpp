@@ -34,6 +34,8 @@ class Simulation {
   /// All there is. Also makes this very simulation forget what a new one could not know (the field solver's first
   /// guesses): one restored from the checkpoint goes on bit for bit as this one does.
   Checkpoint checkpoint();
+  /// The same without forgetting: one restored from it goes on as this one does, but for the field solver's tolerance.
+  Checkpoint snapshot();
   /// Puts the simulation where the checkpoint was made. Throws Failure if that was of another scene.
   void restore(const Checkpoint& checkpoint);
 

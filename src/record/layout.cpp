@@ -54,28 +54,33 @@ void append_observable(const hdf5::Handle& file, const std::string& name, Number
   append_element<Number>(file, "/observables", name, std::span(&value, 1), {}, unit);
 }
 
+std::vector<double> by_terminal(const std::vector<TerminalReading>& terminals, double TerminalReading::*number) {
+  std::vector<double> row;
+  for (const TerminalReading& terminal : terminals) row.push_back(terminal.*number);
+  return row;
+}
+
 /// One number a terminal, whose names are an attribute of the element.
 void append_by_terminal(const hdf5::Handle& file, const std::string& name,
-                        const std::vector<TerminalReading>& terminals, double TerminalReading::*number,
+                        const std::vector<TerminalReading>& terminals, const std::vector<double>& row,
                         const std::string& unit) {
   if (terminals.empty()) return;
   const bool first = !hdf5::exists(file, "/observables/" + name);
-  std::vector<std::string> names;
-  std::vector<double> row;
-  for (const TerminalReading& terminal : terminals) {
-    names.push_back(terminal.name);
-    row.push_back(terminal.*number);
-  }
   append_element<double>(file, "/observables", name, row, {row.size()}, unit);
-  if (first) hdf5::put_attribute(hdf5::open_group(file, "/observables/" + name), "terminals", names);
+  if (!first) return;
+  std::vector<std::string> names;
+  for (const TerminalReading& terminal : terminals) names.push_back(terminal.name);
+  hdf5::put_attribute(hdf5::open_group(file, "/observables/" + name), "terminals", names);
 }
 
 /// Where current and energy go: cumulative since the start, and as means since the frame before.
 void append_circuit(const hdf5::Handle& file, const Frame& frame) {
   const EnergyBalance& energy = *frame.energy_balance;
   const EnergyFlows& flows = energy.flows;
-  append_by_terminal(file, "charge_delivered", frame.terminals, &TerminalReading::delivered, "C");
-  append_by_terminal(file, "terminal_potential", frame.terminals, &TerminalReading::surface_potential, "V");
+  append_by_terminal(file, "charge_delivered", frame.terminals,
+                     by_terminal(frame.terminals, &TerminalReading::delivered), "C");
+  append_by_terminal(file, "terminal_potential", frame.terminals,
+                     by_terminal(frame.terminals, &TerminalReading::surface_potential), "V");
   append_observable(file, "charge_leaked", frame.charge_leaked, "C");
   append_observable(file, "energy_kinetic", energy.kinetic, "J");
   append_observable(file, "energy_elastic", energy.elastic, "J");
@@ -88,8 +93,7 @@ void append_circuit(const hdf5::Handle& file, const Frame& frame) {
   append_observable(file, "heat_drag", flows.drag, "J");
   CircuitRates rates = frame.rates.value_or(CircuitRates{});
   rates.current.resize(frame.terminals.size(), NAN);
-  if (!rates.current.empty())
-    append_element<double>(file, "/observables", "current", rates.current, {rates.current.size()}, "A");
+  append_by_terminal(file, "current", frame.terminals, rates.current, "A");
   append_observable(file, "structure_resistance", rates.structure_resistance, "ohm");
   append_observable(file, "supplied_power", rates.supplied_power, "W");
   append_observable(file, "dissipated_power", rates.dissipated_power, "W");
@@ -291,7 +295,8 @@ void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optio
   append_observable(file, "charge_held", frame.charge_held, "C");
   append_observable(file, "charge_fed", frame.charge_fed, "C");
   append_observable(file, "charge_drained", frame.charge_drained, "C");
-  append_by_terminal(file, "charge_drained_by_terminal", frame.terminals, &TerminalReading::drained, "C");
+  append_by_terminal(file, "charge_drained_by_terminal", frame.terminals,
+                     by_terminal(frame.terminals, &TerminalReading::drained), "C");
   if (frame.energy_balance) append_circuit(file, frame);
   append_observable(file, "field_solves", frame.field_solves, "1");
   append_observable(file, "iterations", frame.iterations, "1");

@@ -173,25 +173,35 @@ TEST_CASE("means and slopes are those of the members") {
 }
 
 TEST_CASE("other readings of the degree") {
-  // Two conductors one above the other, the lower one on the ground: a chain, whose upper end is the only endpoint.
-  // Without the ground both are ends; in the tree the chain is what it is. The third conductor is far away.
+  // 0 stands on the ground, 1 and 2 on it and beside each other, 3 on 2. It starts within the contact gap of 0.6 mm, at
+  // 32.6 mm/s, which drag stops after 0.03 mm (tau = 2 R^2 density / 9 viscosity = 0.92 ms), in the hysteresis band.
+  // Degrees are 3 (with the ground), 2, 3 and 1; 0 1, 0 2 and 2 3 are the tree.
   const ScenesFolder folder;
-  std::string chain = replaced(charged_scene, "count = 6", "count = 1\nregion = [[0, 5e-3], [2e-3, 8e-3]]");
-  chain = replaced(chain, "time = 0.2", "time = 0.01") +
-          "[[conductor]]\nposition = [4e-3, 1.7e-3]\nradius = 0.6e-3\n"
-          "[[conductor]]\nposition = [4e-3, 3.0e-3]\nradius = 0.6e-3\n";
-  folder.write("charged.toml", chain);
+  const auto conductor = [](const std::string& position) {
+    return "[[conductor]]\nradius = 0.6e-3\nposition = " + position + "\n";
+  };
+  std::string loop = replaced(charged_scene, "[[population]]\ncount = 6\nradius = 0.6e-3\nmin_gap = 0.1e-3\n", "");
+  loop = replaced(loop, "time = 0.2", "time = 0.01") + "[material]\ndensity = 8050.0\n";
+  loop += conductor("[4e-3, 1.7e-3]") + conductor("[3.25e-3, 3.0e-3]") + conductor("[4.75e-3, 3.0e-3]");
+  loop += conductor("[6.3002e-3, 3.895e-3]") + "velocity = [28.23e-3, 16.3e-3]\n";  // 1.79 mm from 2
+  folder.write("charged.toml", loop);
   const Ended result = ensemble(folder, "charged.toml --json");
   INFO(result.err);
   REQUIRE(result.status == 0);
   const json parsed = json::parse(result.out);
   const json& quantities = parsed["members"][0]["quantities"];
-  REQUIRE(quantities["connected"] == 2);
-  for (const std::string reading : {"", "_in_tree", "_without_hysteresis"})
-    CHECK(quantities["endpoint_fraction" + reading] == 0.5);
-  CHECK(quantities["endpoint_fraction_without_ground"] == 1);
-  CHECK(quantities["degree_fraction_2"] == 0.5);
-  CHECK(quantities["strahler_fraction_1"] == 1);
+  REQUIRE(quantities["connected"] == 4);
+  const auto check = [&](const std::string& reading, double endpoints, double branch_points) {
+    CAPTURE(reading);
+    CHECK(quantities["endpoint_fraction" + reading] == endpoints);
+    CHECK(quantities["branch_fraction" + reading] == branch_points);
+  };
+  check("", 0.25, 0.5);
+  check("_in_tree", 0.5, 0.25);             // 3, 1, 2, 1
+  check("_without_ground", 0.25, 0.25);     // 2, 2, 3, 1
+  check("_without_hysteresis", 0.0, 0.25);  // 3, 2, 2, 0
+  CHECK(quantities["degree_fraction_2"] == 0.25);
+  CHECK(quantities["strahler_fraction_1"] == 0.75);
 }
 
 TEST_CASE("the table is on the screen") {

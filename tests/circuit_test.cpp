@@ -31,6 +31,7 @@ Scene resistor_scene(double ohm) {
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.electrodes = {ball("supplied", {0.08, 0.05}, 1000)};
   scene.electrodes[0].series_resistance = ohm;
+  scene.domain.sides[2].electrode = true;  // LineCharges' ground
   return scene;
 }
 const double capacitance = 2 * std::numbers::pi * 4.2e-11 * 2 * radius / std::log(0.1 / radius);  // F
@@ -152,7 +153,7 @@ TEST_CASE("an electrode behind a resistor charges as C and R say, to the accurac
     // RC.
     const double steps = static_cast<double>(simulation.counters().steps);
     CHECK(worst < tolerance * steps);
-    CHECK(worst < 20 * tolerance);
+    CHECK(worst < 4 * tolerance);              // regression values: 0.4, 1.1 and 2.8
     CHECK(steps < 10 / std::cbrt(tolerance));  // of second order: the steps grow with the cube root
   }
 }
@@ -176,7 +177,7 @@ TEST_CASE("no resistance is the supply itself, a huge one an insulated electrode
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.3);
   CHECK(simulation.frame().terminals[0].surface_potential == near(1000, 1e-7));
-  CHECK(simulation.counters().field_solves < 30);
+  CHECK(simulation.counters().field_solves < 30);  // regression value: 20, where RC fits 3e8 times
   scene.electrodes[0].series_resistance = 1e12 / capacitance;
   Simulation open(scene, std::make_unique<LineCharges>());
   open.advance_to(0.3);
@@ -238,7 +239,7 @@ TEST_CASE("a contact of no resistance is the limit of one of little: potentials,
     resistive.advance_to(1e-3);
     const Frame frame = resistive.frame();
     CHECK(frame.group == std::vector<int>{0, 0});
-    CHECK(resistive.counters().field_solves < 60);
+    CHECK(resistive.counters().field_solves < 60);  // regression values: 30, 52, 2
     CHECK(frame.charge[0] + frame.charge[1] == near(2e-12, 1e-14));
     // The difference decays with R C_pair, C_pair = 2 pi eps depth / (2 ln(d/R)); one implicit step of any length t
     // leaves R C_pair / t of it, more steps leave less.
@@ -250,6 +251,59 @@ TEST_CASE("a contact of no resistance is the limit of one of little: potentials,
     CHECK(energy.flows.contacts == near(first_energy - frame.energy, 1e-5));
     if (rc < 1e-5) CHECK(energy.flows.contacts == near(first_energy - merged.energy, 1e-2));
   }
+}
+
+/// Two balls behind resistors in an insulated box, a chain of three spheres from one to the other.
+Scene series_circuit() {
+  Scene scene = conductor_scene({{0.0175, 0.0195}, {0.0195, 0.0195}, {0.0215, 0.0195}});
+  scene.domain.size = {0.039, 0.039};
+  scene.electrodes = {ball("high", {0.0155, 0.0195}, 400), ball("low", {0.0235, 0.0195}, -200)};
+  scene.field.cells = 128;
+  scene.field.moving_tolerance = 1e-6;
+  scene.material.density = 1e15;  // nothing moves
+  return scene;
+}
+
+TEST_CASE("every electrode behind a resistor: a series circuit, whose level in an insulated box is Kirchhoff's") {
+  const double farad = 1e-13;  // some
+  Scene scene = series_circuit();
+  scene.electrodes[0].series_resistance = 1e-3 / farad;
+  scene.electrodes[1].series_resistance = 3e-3 / farad;
+  scene.effects.contact_resistance = ContactResistance{.resistance = 0.5e-3 / farad};
+  Simulation simulation(scene);
+  const double ohm = (1e-3 + 3e-3 + 4 * 0.5e-3) / farad, current = 600 / ohm;
+  // At the first instant nothing is charged, and the level is such that both resistors carry one current.
+  const Frame first = simulation.frame();
+  CHECK(first.terminals[0].surface_potential == near(400 - 600.0 / 4, 1e-6));
+  CHECK(first.terminals[1].surface_potential == near(400 - 600.0 / 4, 1e-6));
+  simulation.advance_to(0.2);  // 30 of the longest R C and more
+  const Frame before = simulation.frame();
+  simulation.advance_to(0.3);
+  const Frame frame = simulation.frame();
+  const auto delivered = [&](int k) { return frame.terminals[k].delivered - before.terminals[k].delivered; };
+  CHECK(delivered(0) == near(0.1 * current, 1e-5));
+  CHECK(delivered(1) == near(-0.1 * current, 1e-5));
+  CHECK(frame.terminals[0].surface_potential == near(400 - scene.electrodes[0].series_resistance * current, 1e-5));
+  CHECK(frame.terminals[1].surface_potential == near(-200 + scene.electrodes[1].series_resistance * current, 1e-5));
+  const EnergyFlows& flows = frame.energy_balance->flows;
+  CHECK(flows.by_supplies == near(400 * frame.terminals[0].delivered - 200 * frame.terminals[1].delivered));
+  CHECK(std::abs(total_energy(frame) - total_energy(first)) < 1e-5 * flows.supplied());
+}
+
+TEST_CASE("what a source feeds into an insulated box leaves through the resistors, by their conductances") {
+  const double farad = 1e-13;
+  Scene scene = series_circuit();
+  scene.electrodes[0].series_resistance = 1e-3 / farad;
+  scene.electrodes[1].series_resistance = 3e-3 / farad;
+  scene.electrodes[1].potential = 400;
+  scene.effects.current_source = CurrentSource{.current = 1e-9};
+  Simulation simulation(scene);  // ideal contacts: all are one
+  CHECK(simulation.frame().potential[1] == near(400 + 3e-9 * 0.75e-3 / farad, 1e-6));
+  simulation.advance_to(0.1);
+  const Frame frame = simulation.frame();
+  CHECK(frame.terminals[0].delivered == near(-0.75 * 3e-10, 1e-5));
+  CHECK(frame.terminals[1].delivered == near(-0.25 * 3e-10, 1e-5));
+  CHECK(std::abs(balance(frame)) < 1e-14 * frame.charge_fed);
 }
 
 TEST_CASE("a crowd with everything on: charge to the last digit, whatever the integrator, and the same bits resumed") {

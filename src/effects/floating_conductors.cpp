@@ -210,6 +210,35 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
   return "";
 }
 
+/// An instant at which nothing but resistors leads to a supply: they carry nothing in no time.
+bool is_only_behind_resistors(const laplace::LaplaceProblem& problem) {
+  return !problem.couplings.empty() && !problem.has_ground();
+}
+
+/// Steps leave a net charge of the field solver's tolerance, which in an insulated box has no field.
+void neutralize(laplace::LaplaceProblem& problem) {
+  double net = 0;
+  int floating = 0;
+  for (const laplace::Group& group : problem.groups)
+    if (group.floating) net += group.charge, ++floating;
+  for (laplace::Group& group : problem.groups)
+    if (group.floating) group.charge -= net / floating;
+}
+
+/// V, to add to the potentials of an insulated box, which its field leaves open: the currents through resistors are to
+/// carry off what is fed, since the box cannot take up any net charge (Kirchhoff's current law).
+double level(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
+             const ImplicitCharges& charges) {
+  double missing = charges.fed, conductance = 0;
+  for (const Link& link : charges.links) {
+    if (link.b >= 0) continue;
+    const int group = problem.bodies[link.a].group;  // bodies come in the order of nodes if every electrode is one
+    missing -= link.conductance * (solution.group_potential[group] - link.potential);
+    conductance += link.conductance;
+  }
+  return missing / conductance;
+}
+
 /// a + share * b, terminals and links as in a; b may be empty, which is none.
 Electrostatics combination(Electrostatics a, double share, const Electrostatics& b) {
   a.energy += share * b.energy;
@@ -266,25 +295,28 @@ laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const 
                                                     const ImplicitCharges& charges) const {
   check_inside(scene_, bodies);
   check_contacts(bodies, groups);
-  return make_laplace_problem(scene_, bodies, groups, charges);
+  laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
+  if (is_only_behind_resistors(problem)) neutralize(problem);
+  return problem;
 }
 
 Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
                                          const laplace::LaplaceSolution& solution, const ElectricalGroups& groups,
                                          const ImplicitCharges& charges) const {
   const double depth = scene_.medium.depth;
+  const double shift = is_only_behind_resistors(problem) ? level(problem, solution, charges) : 0;
   Electrostatics result{.energy = depth * solution.energy};
   for (std::size_t i = 0; i < scene_.conductors.size(); ++i) {
     result.force.push_back(depth * solution.body_force[i]);
     result.charge.push_back(depth * solution.body_charge[i]);
-    result.potential.push_back(solution.group_potential[problem.bodies[i].group]);
+    result.potential.push_back(solution.group_potential[problem.bodies[i].group] + shift);
   }
   const std::vector<double> flowed = laplace::coupling_charges(problem, solution);
   auto next = flowed.begin();
   for (const Link& link : charges.links) result.carried.push_back(is_within_group(link, groups) ? 0 : depth * *next++);
   for (std::size_t b = scene_.conductors.size(); b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);
-    result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group]);
+    result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group] + shift);
   }
   for (std::size_t s = 0; s < problem.sides.size(); ++s) {
     if (problem.sides[s].kind != laplace::Side::Kind::electrode) continue;

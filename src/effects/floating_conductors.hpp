@@ -19,6 +19,7 @@ struct ImplicitCharges {
   std::vector<double> behind_resistors;  ///< C, of those nodes, in order; empty: none
   std::vector<Link> links;
   double weight = 0;  ///< s: what a link carries is weight * conductance * potential difference
+  double fed = 0;     ///< A, into all conductors together
 };
 
 /// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the

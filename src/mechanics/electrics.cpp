@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "solvers/error.hpp"
 #include "src/mechanics/checkpoint.hpp"
@@ -82,7 +83,7 @@ const effects::Electrostatics& Electrics::solve(double time) {
   }
   const auto terminals = charge.begin() + model_.bodies.size();
   std::copy(charge.begin(), terminals, model_.bodies.charge.begin());
-  implicit_ = {{terminals, charge.end()}, links_, step.weight};
+  implicit_ = {{terminals, charge.end()}, links_, step.weight, std::accumulate(current_.begin(), current_.end(), 0.0)};
   const Stopwatch watch(counters_.field_seconds);
   if (predicting_)
     field_.predict(model_.bodies, groups_, implicit_);

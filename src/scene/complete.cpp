@@ -198,20 +198,18 @@ void assign_groups(const Draft& draft, Scene& scene) {
   }
 }
 
-/// With nothing at a given potential no field line can leave the box: by Gauss's law the charges must cancel.
+/// With nothing at a given potential no field line can leave the box: by Gauss's law the charges must cancel. Behind
+/// resistors a supply takes what is fed, but no charge that is there at the first instant.
 void check_ground(const Draft& draft, const Scene& scene) {
   const bool grounded =
       std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance == 0; }) ||
       std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
       std::ranges::any_of(scene.groups, [](const PrescribedGroup& group) { return group.potential.has_value(); });
   if (grounded || !scene.effects.floating_conductors) return;
-  if (!scene.electrodes.empty())
-    refuse(
-        scene.path, draft.electrodes.front().line,
-        "every electrode is behind a resistor, and in an insulated box no charge could come through it: a side of the "
-        "domain, an [[electrode]] or a [[group]] must have a potential without one");
-  const std::string remedy = "a side of the domain, an [[electrode]] or a [[group]] must have a potential";
-  if (scene.effects.current_source && scene.effects.current_source->current != 0)
+  const std::string remedy =
+      fmt::format("a side of the domain, an [[electrode]] or a [[group]] must have a potential{}",
+                  scene.electrodes.empty() ? "" : " without a resistor");
+  if (scene.electrodes.empty() && scene.effects.current_source && scene.effects.current_source->current != 0)
     refuse(draft.scene.path, draft.line("effects.current_source"),
            "effects.current_source feeds charge into an insulated box without any ground: " + remedy);
   double net = 0, total = 0;

@@ -61,6 +61,23 @@ class Bowl : public minimize::SmoothObjective {
   static constexpr std::array scale = {1.0, 2.0, 5.0, 0.5};
 };
 
+/// x - ln x: least at 1, ever steeper towards 0, and nothing beyond.
+class Pit : public minimize::SmoothObjective {
+ public:
+  int size() const override { return 1; }
+  double evaluate(std::span<const double> x, std::span<double> gradient) override {
+    if (x[0] <= 0) return INFINITY;
+    gradient[0] = 1 - 1 / x[0];
+    return x[0] - std::log(x[0]);
+  }
+  void linearize(std::span<const double> x) override { curvature_ = 1 / (x[0] * x[0]); }
+  void multiply(std::span<const double> v, std::span<double> product) const override { product[0] = curvature_ * v[0]; }
+  void precondition(std::span<const double> r, std::span<double> z) const override { z[0] = r[0] / curvature_; }
+
+ private:
+  double curvature_ = 0;
+};
+
 }  // namespace
 
 TEST_CASE("w(q) = (q - 1) ln q and its derivatives") {
@@ -200,6 +217,36 @@ TEST_CASE("every minimizer finds the bottom of a bowl, and none leaves the groun
   check(minimize::Lbfgs(bowl, start, 0.1, 1));
   check(minimize::NewtonCg(bowl, start, 1, 1));
   CHECK_THROWS_AS(minimize::Lbfgs(bowl, {4, 0, 0, 0}, 0.1, 1), InputError);
+}
+
+TEST_CASE("every minimizer comes back from deep inside a steep wall, and never goes through it") {
+  Pit pit;
+  const auto check = [](minimize::Minimizer&& minimizer) {
+    for (int k = 0; k < 20000 && std::abs(minimizer.point().gradient[0]) > 1e-9 && minimizer.iterate(); ++k)
+      REQUIRE(minimizer.point().x[0] > 0);
+    CHECK(minimizer.point().x[0] == doctest::Approx(1).epsilon(1e-8));
+  };
+  for (const double depth : {1e-3, 1e-9}) {
+    CAPTURE(depth);
+    check(minimize::GradientDescent(pit, {depth}, 0.1, 0.2));
+    check(minimize::Fire(pit, {depth}, 0.5, 0.2));
+    check(minimize::Lbfgs(pit, {depth}, 0.1, 0.2));
+    check(minimize::NewtonCg(pit, {depth}, 0.2, 1));
+  }
+}
+
+TEST_CASE("a disk deep in a wall comes to rest between the walls by every method") {
+  for (const std::string method : methods) {
+    CAPTURE(method);
+    Relaxation relaxation(parse_scene("[domain]\nsize = [3.0, 1.8]\n[effects.contact_potential]\n[minimize]\nmethod = \"" +
+                                          method + "\"\n[[conductor]]\nposition = [0.001, 0.9]\nradius = 1\n",
+                                      "wall"));
+    while (!relaxation.at_rest() && relaxation.iterate()) {
+    }
+    CHECK(relaxation.at_rest());
+    CHECK(relaxation.bodies().position[0] >= 1 - 1e-7);
+    CHECK(relaxation.bodies().position[0] <= 2 + 1e-7);
+  }
 }
 
 TEST_CASE("a packing comes to rest by every method, without charges, field or PETSc") {

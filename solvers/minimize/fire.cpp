@@ -25,7 +25,7 @@ Fire::Fire(Objective& objective, std::vector<double> x, double largest_step, dou
 
 void Fire::stop() {
   for (std::size_t i = 0; i < velocity_.size(); ++i) {
-    point_.x[i] -= 0.5 * step_ * velocity_[i];
+    point_.x[i] -= 0.5 * taken_ * velocity_[i];
     velocity_[i] = 0;
   }
   step_ = std::max(step_ * slower, 1e-3 * largest_step_);
@@ -34,14 +34,14 @@ void Fire::stop() {
 }
 
 bool Fire::iterate() {
+  const double slope = norm(point_.gradient);
+  if (slope == 0) return false;
   const double power = -dot(velocity_, point_.gradient);
   if (power > 0) {
     if (++downhill_ > delay) step_ = std::min(step_ * faster, largest_step_), mixing_ *= mixing_decay;
   } else if (downhill_ > 0) {
     stop();
   }
-  const double slope = norm(point_.gradient);
-  if (slope == 0) return false;
   for (std::size_t i = 0; i < velocity_.size(); ++i) velocity_[i] -= step_ * point_.gradient[i];
   const double turn = mixing_ * norm(velocity_) / slope;
   for (std::size_t i = 0; i < velocity_.size(); ++i)
@@ -53,19 +53,20 @@ bool Fire::iterate() {
     evaluate(next_);
     if (!std::isfinite(next_.value)) continue;
     std::swap(point_, next_);
+    taken_ = step;
     return true;
   }
   return false;
 }
 
 Memory Fire::memory() const {
-  return {{"velocity", velocity_}, {"fire", {step_, mixing_, static_cast<double>(downhill_)}}};
+  return {{"velocity", velocity_}, {"fire", {step_, mixing_, static_cast<double>(downhill_), taken_}}};
 }
 
 void Fire::remember(const Memory& memory) {
   velocity_ = memory.at("velocity");
   const std::vector<double>& numbers = memory.at("fire");
-  step_ = numbers.at(0), mixing_ = numbers.at(1), downhill_ = static_cast<int>(numbers.at(2));
+  step_ = numbers.at(0), mixing_ = numbers.at(1), downhill_ = static_cast<int>(numbers.at(2)), taken_ = numbers.at(3);
 }
 
 }  // namespace lichtenberg::minimize

@@ -21,6 +21,7 @@ class Fire : public Minimizer {
 
   double largest_step_, largest_move_;
   double step_, mixing_;
+  double taken_ = 0;  ///< the last step, which may have been cut: where to go back on it
   int downhill_ = 0;  ///< iterations since the velocity last went uphill
   std::vector<double> velocity_;
   Point next_;

@@ -110,6 +110,15 @@ TEST_CASE("particles as electrodes") {
   CHECK(solve_network(frame, "contact", {.between = "0,2"}, 1).conduction.resistance == Approx(2.0 / 3).epsilon(1e-14));
   for (const char* between : {"3,top", "3, top", "3 ,top", " 3 , top "})
     CHECK(solve_network(frame, "particle", {.between = between}, 1).conduction.resistance == Approx(3).epsilon(1e-14));
+  for (const std::string model : {"particle", "contact"}) {
+    const SolvedNetwork solved = solve_network(frame, model, {.between = "0,2"}, 1);
+    CHECK(solved.backbone == std::vector<int>{0, 1, 2});
+    CHECK(solved.dead_ends == std::vector<int>{3});
+    CHECK(solved.isolated == std::vector<int>{4});
+    const SolvedNetwork open = solve_network(frame, model, {.between = "0,4"}, 1);
+    CHECK(open.backbone.empty());
+    CHECK(open.dead_ends == std::vector<int>{0, 1, 2, 3, 4});
+  }
 }
 
 TEST_CASE("the scene chooses the physics of the resistors") {

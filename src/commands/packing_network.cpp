@@ -90,6 +90,9 @@ void sort_particles(const PackingFrame& frame, const std::vector<network::Electr
     carries[solved.network.first_particle[k]] = 1;
     if (const int second = solved.network.second_particle[k]; second >= 0) carries[second] = 1;
   }
+  // A contact-centred network has no links in these: their contacts are one node.
+  for (const network::Electrode& electrode : electrodes)
+    if (!electrode.wall && solved.conduction.connected) carries[electrode.index] = 1;
   const std::vector<char> has_path = joined(frame, electrodes);
   for (int i = 0; i < frame.packing.size(); ++i)
     (carries[i] ? solved.backbone : has_path[i] ? solved.dead_ends : solved.isolated).push_back(i);

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <numeric>
 
 #include "src/analysis/network.hpp"
 #include "src/commands/command_line.hpp"
@@ -399,10 +400,11 @@ TEST_CASE("resuming a run that is over changes nothing") {
 
 TEST_CASE("a relaxation is resumed with more iterations, then to another force, as if it had never stopped") {
   const Folder folder;
+  std::string output;
   const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {
     folder.write("six.toml",
                  "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[[population]]\ncount = 50\n"
-                 "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n[minimize]\n" +
+                 "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n" + output + "[minimize]\n" +
                      end);
     options.push_back("--quiet");
     REQUIRE_EQ(run(folder, file, options), 0);
@@ -412,6 +414,13 @@ TEST_CASE("a relaxation is resumed with more iterations, then to another force, 
   const auto notes = [](const std::string& path) {
     return hdf5::get<std::int64_t>(hdf5::load(path), "relaxation/iteration");
   };
+  // The last iteration is a frame, a checkpoint, a note and the end at once: noted once.
+  output = "checkpoint_every = 1\n";
+  const std::string ten = relax_to("max_iterations = 10\nrecord_every = 1\n", "ten.h5");
+  output.clear();
+  std::vector<std::int64_t> each(11);
+  std::iota(each.begin(), each.end(), 0);
+  CHECK(notes(ten) == each);
   const std::string whole = relax_to("force_tolerance = 1e-9\n", "whole.h5");
   CHECK(at_rest(whole));
   std::string cut = relax_to("max_iterations = 30\nforce_tolerance = 1e-5\n", "cut.h5");

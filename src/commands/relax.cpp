@@ -34,6 +34,8 @@ class RelaxationRun {
     if (recorder_.checkpoint()) relaxation_.restore(*recorder_.checkpoint());
     began_at_ = relaxation_.iteration();
     if (recorder_.saved_time() == static_cast<double>(began_at_)) recorded_at_ = began_at_;
+    if (recorder_.checkpoint() && (recorder_.finished() || next_note(began_at_ - 1) == began_at_))
+      noted_at_ = began_at_;
     next_note_ = next_note(began_at_);
     next_frame_ = next_frame(began_at_);
   }
@@ -80,6 +82,7 @@ class RelaxationRun {
 
   void note() {
     history_.push_back({relaxation_.iteration(), relaxation_.energy(), relaxation_.largest_force()});
+    noted_at_ = relaxation_.iteration();
     next_note_ = next_note(relaxation_.iteration());
   }
 
@@ -99,8 +102,7 @@ class RelaxationRun {
 
   void record_the_end() {
     if (recorded_at_ != relaxation_.iteration()) recorder_.add(relaxation_.frame(), {});
-    const bool noted = !history_.empty() && history_.back().iteration == relaxation_.iteration();
-    if (!noted && !is_recorded()) note();
+    if (noted_at_ != relaxation_.iteration()) note();
     Milestone last;
     last.packing = packing_;
     last.summary = quantities();
@@ -180,7 +182,7 @@ class RelaxationRun {
   Recorder recorder_;
   bool quiet_, stuck_ = false;
   Relaxation relaxation_;
-  std::int64_t began_at_ = 0, recorded_at_ = 0;
+  std::int64_t began_at_ = 0, recorded_at_ = 0, noted_at_ = -1;
   std::int64_t next_note_ = 0, next_frame_ = 0;
   std::vector<RelaxationState> history_;
   analysis::Packing packing_;

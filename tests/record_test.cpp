@@ -324,6 +324,19 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
 }
 
+TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {
+  const Folder folder;
+  Recorder recorder = saved_run(folder / "run.h5", 2);
+  Milestone last = milestone(1);
+  last.packing = analysis::Packing{.contacts = {{.particle = 0, .partner = 1}}, .rattler = {false, false}};
+  recorder.save(last);
+  CHECK(hdf5::exists(hdf5::load(folder / "run.h5"), "packing/contacts"));
+  Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
+  resumed.add(frame(2), network_of_two());
+  resumed.save(milestone(2));
+  CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "packing"));
+}
+
 TEST_CASE("saving the same again does not let the file grow") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);

@@ -53,7 +53,7 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
 
 /// What was found of fewer frames is not true of these.
 void remove_analysis(const hdf5::Handle& file) {
-  for (const char* found : {"analysis", "network/particle", "network/contact"})
+  for (const char* found : {"analysis", "packing", "network/particle", "network/contact"})
     if (hdf5::exists(file, found)) hdf5::check(H5Ldelete(file, found, H5P_DEFAULT));
 }
 

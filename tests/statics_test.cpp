@@ -249,6 +249,17 @@ TEST_CASE("a disk deep in a wall comes to rest between the walls by every method
   }
 }
 
+TEST_CASE("forces beyond all numbers are a failure, and no rest") {
+  const std::string start =
+      "[domain]\nsize = [4.0, 4.0]\n[effects.contact_potential]\nbox = false\n"
+      "[[wall]]\npoint = [-3.0, 0.0]\nnormal = [1.0, 0.0]\n[[conductor]]\nposition = [0.0, 1.0]\nradius = 1\n";
+  for (const std::string method : methods) {
+    const std::string text = start + "[[conductor]]\nposition = [1e-160, 1.0]\nradius = 1\n[minimize]\nmethod = \"" +
+                             method + "\"\n";
+    CHECK_THROWS_AS(Relaxation(parse_scene(text, "coincident")), Failure);
+  }
+}
+
 TEST_CASE("a packing comes to rest by every method, without charges, field or PETSc") {
   for (const int dimension : {2, 3})
     for (const std::string method : methods) {

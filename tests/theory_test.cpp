@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "src/theory/two_disks.hpp"
+#include "validation/harness.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
@@ -118,4 +119,15 @@ TEST_CASE("the descent's error decays as (1 - eta C)^2 a step, which D 6.39 appr
   CHECK(small_step_decay_rate(0.05, 5) == Approx(0.5));
   // -2 ln(1 - x) = 2 x (1 + x / 2 + ...)
   CHECK(error_decay_rate(1e-6, 5) == Approx(small_step_decay_rate(1e-6, 5)).epsilon(5e-6));
+}
+
+TEST_CASE("what theory is compared with by keeps no bound with a NaN, wherever it stands, or with nothing at all") {
+  const double nan = std::nan("");
+  for (const std::vector<double>& sample : {std::vector<double>{nan, 1}, {1, nan}, {1, nan, 2}, {}}) {
+    CHECK(std::isnan(validation::spread(sample).worst));
+    validation::Report report("a sample that no bound may keep");
+    report.at_most("sample", validation::spread(sample), 10);
+    CHECK(report.exit_status() == 1);
+  }
+  CHECK(validation::spread({1, -3, 2}).worst == 3);
 }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "solvers/larger.hpp"
 #include "solvers/laplace/problem.hpp"
 #include "src/theory/two_disks.hpp"
 
@@ -18,18 +19,20 @@ namespace lichtenberg::validation {
 /// `PROGRAM long` adds the cases that take minutes; without an argument the quick ones run.
 inline bool asked_for_long(int argc, char** argv) { return argc > 1 && std::string_view(argv[1]) == "long"; }
 
-/// Mean and largest magnitude of a sample, and its scatter about the signed mean.
+/// Mean and largest magnitude of a sample, and its scatter about the signed mean; NaN, which keeps no bound, of a sample
+/// with a NaN in it or nothing.
 struct Spread {
   double mean = 0, worst = 0, jitter = 0;
 };
 inline Spread spread(const std::vector<double>& sample) {
   Spread result;
+  if (sample.empty()) return {NAN, NAN, NAN};
   double signed_mean = 0;
   const auto n = static_cast<double>(sample.size());
   for (double x : sample) {
     signed_mean += x / n;
     result.mean += std::abs(x) / n;
-    result.worst = std::max(result.worst, std::abs(x));
+    result.worst = larger(result.worst, std::abs(x));
   }
   for (double x : sample) result.jitter += (x - signed_mean) * (x - signed_mean) / n;
   result.jitter = std::sqrt(result.jitter);

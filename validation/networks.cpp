@@ -174,7 +174,7 @@ Network radical_network(const network::Packing& packing, const network::Contacts
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double largest = a.size() == b.size() ? 0 : 1;
-  for (std::size_t k = 0; k < a.size() && k < b.size(); ++k) largest = std::max(largest, std::abs(a[k] - b[k]));
+  for (std::size_t k = 0; k < a.size() && k < b.size(); ++k) largest = larger(largest, std::abs(a[k] - b[k]));
   return largest;
 }
 

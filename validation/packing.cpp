@@ -70,7 +70,7 @@ void check_slot(Report& report) {
                              "[[conductor]]\nposition = [2.5, 1.1]\nradius = 1\n");
     const std::vector<double> exact = {s, 0.9, 3.6 - s, 0.9};
     double worst = 0;
-    for (std::size_t i = 0; i < exact.size(); ++i) worst = std::max(worst, std::abs(r.bodies.position[i] - exact[i]));
+    for (std::size_t i = 0; i < exact.size(); ++i) worst = larger(worst, std::abs(r.bodies.position[i] - exact[i]));
     // The softest way has a curvature above k / R^2 (two walls alone give 2 * 2.35 k across), so an unbalanced force of
     // 1e-12 k / R moves no disk by more than 1e-12 R; the rest is rounding of places of some units.
     report.at_most(method, worst, 3e-12);
@@ -183,7 +183,7 @@ void check_reference(Report& report) {
     text += fmt::format("[[conductor]]\nposition = [{}, {}]\nradius = {}\n", start[2 * i], start[2 * i + 1], radius[i]);
   const Result r = relaxed(text);
   double worst = 0;
-  for (std::size_t i = 0; i < rest.size(); ++i) worst = std::max(worst, std::abs(r.bodies.position[i] - rest[i]));
+  for (std::size_t i = 0; i < rest.size(); ++i) worst = larger(worst, std::abs(r.bodies.position[i] - rest[i]));
   std::vector<std::array<int, 2>> expected;
   const auto networks = read_json("n100-networks.json");
   for (const auto& link : networks["n100/particle_one"]["edge_list"]) {

@@ -1,7 +1,8 @@
 #include "solvers/minimize/gradient_descent.hpp"
 
-#include <algorithm>
 #include <cmath>
+
+#include "solvers/minimize/vectors.hpp"
 
 namespace lichtenberg::minimize {
 
@@ -9,8 +10,7 @@ GradientDescent::GradientDescent(Objective& objective, std::vector<double> x, do
     : Minimizer(objective, std::move(x)), step_(step), largest_move_(largest_move), next_(point_) {}
 
 bool GradientDescent::iterate() {
-  double steepest = 0;
-  for (const double g : point_.gradient) steepest = std::max(steepest, std::abs(g));
+  const double steepest = largest(point_.gradient);
   // A sum of many terms is known to some digits less than one: a step that is flat to rounding goes up no hill.
   const double rounding = 1e-13 * std::abs(point_.value);
   double step = steepest * step_ > largest_move_ ? largest_move_ / steepest : step_;

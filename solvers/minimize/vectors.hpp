@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "solvers/larger.hpp"
 #include "solvers/minimize/minimizer.hpp"
 
 namespace lichtenberg::minimize {
@@ -19,10 +20,10 @@ inline double dot(std::span<const double> a, std::span<const double> b) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 inline double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
-/// The largest magnitude.
+/// The largest magnitude; NaN if there is one.
 inline double largest(std::span<const double> a) {
   double most = 0;
-  for (const double x : a) most = std::max(most, std::abs(x));
+  for (const double x : a) most = larger(most, std::abs(x));
   return most;
 }
 /// y += factor * x

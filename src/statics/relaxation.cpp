@@ -1,5 +1,7 @@
 #include "src/statics/relaxation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +9,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
+#include "solvers/larger.hpp"
 #include "solvers/minimize/fire.hpp"
 #include "solvers/minimize/gradient_descent.hpp"
 #include "solvers/minimize/lbfgs.hpp"
@@ -61,13 +64,13 @@ int threads_for(const Scene& scene) {
 }
 
 double longest(std::span<const double> vectors, int dimension) {
-  double largest = 0;
+  double most = 0;
   for (std::size_t i = 0; i < vectors.size(); i += dimension) {
     double sum = 0;
     for (int k = 0; k < dimension; ++k) sum += vectors[i + k] * vectors[i + k];
-    largest = std::max(largest, sum);
+    most = larger(most, sum);
   }
-  return std::sqrt(largest);
+  return std::sqrt(most);
 }
 
 }  // namespace
@@ -113,7 +116,14 @@ struct Relaxation::Implementation {
     return result;
   }
 
-  void look() { largest_force = longest(minimizer->point().gradient, scene.dimension()); }
+  void look() {
+    largest_force = longest(minimizer->point().gradient, scene.dimension());
+    if (!std::isfinite(largest_force))
+      throw Failure(fmt::format(
+          "{}: after {} iterations a force on a particle is too large for a number: its centre all but lies on "
+          "another one or on a wall",
+          scene.path, iteration));
+  }
 
   void change_to(const std::string& other) {
     method = other;

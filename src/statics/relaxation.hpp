@@ -13,11 +13,12 @@ namespace lichtenberg {
 /// A scene with a contact potential on its way to rest, by the method that its [minimize] asks for.
 class Relaxation {
  public:
-  /// Throws InputError if the energy is infinite at the start.
+  /// Throws InputError if the energy is infinite at the start, Failure if a force is.
   explicit Relaxation(const Scene& scene);
   ~Relaxation();
 
-  /// Goes on by one iteration. False, and nothing happens, if the method finds no lower energy.
+  /// Goes on by one iteration. False, and nothing happens, if the method finds no lower energy. Throws Failure if a
+  /// force is no finite number.
   bool iterate();
   std::int64_t iteration() const;
   std::int64_t evaluations() const;  ///< of energy and forces

@@ -249,6 +249,23 @@ TEST_CASE("a disk deep in a wall comes to rest between the walls by every method
   }
 }
 
+TEST_CASE("the stiffness is a unit: in units of any power of two, every method does the same in every bit") {
+  for (const std::string method : methods) {
+    CAPTURE(method);
+    const auto at_rest = [&](double stiffness) {
+      Scene scene = packing(2, method);
+      scene.effects.contact_potential->stiffness = stiffness;
+      Relaxation relaxation(scene);
+      while (!relaxation.at_rest() && relaxation.iterate()) {
+      }
+      CHECK(relaxation.at_rest());
+      return relaxation.bodies().position;
+    };
+    const std::vector<double> usual = at_rest(1);
+    for (const double stiffness : {0x1p-146, 0x1p146}) CHECK(at_rest(stiffness) == usual);
+  }
+}
+
 TEST_CASE("forces beyond all numbers are a failure, and no rest") {
   const std::string start =
       "[domain]\nsize = [4.0, 4.0]\n[effects.contact_potential]\nbox = false\n"

@@ -36,16 +36,21 @@ namespace {
   return sum;
 }
 
+double power_of_two(double x) { return std::exp2(std::floor(std::log2(x))); }
+
 }  // namespace
 
 Lbfgs::Lbfgs(Objective& objective, std::vector<double> x, double first_step, double largest_move)
     : Minimizer(objective, std::move(x)),
       first_step_(first_step),
       largest_move_(largest_move),
+      length_(power_of_two(largest_move)),
+      force_(length_ / power_of_two(first_step)),
       direction_(point_.x.size()),
       next_(point_) {}
 
-/// Nocedal's two loops for H gradient, on the factors of the vectors and, last, of the gradient.
+/// Nocedal's two loops for H gradient in units of length_, on the factors of the vectors and, last, of the gradient in
+/// units of force_.
 std::vector<double> Lbfgs::factors() const {
   const int count = vectors(), corrections = count / 2;
   std::vector<double> factor(count + 1), share(corrections);
@@ -61,7 +66,7 @@ std::vector<double> Lbfgs::factors() const {
     factor[change] -= share[k];
   }
   const int last = count - 1;
-  const double scale = corrections == 0 ? first_step_ : product_[last - 1][last] / product_[last][last];
+  const double scale = corrections == 0 ? first_step_ * force_ / length_ : product_[last - 1][last] / product_[last][last];
   for (double& f : factor) f *= scale;
   for (int k = 0; k < corrections; ++k) {
     const int move = 2 * k, change = move + 1;
@@ -72,8 +77,10 @@ std::vector<double> Lbfgs::factors() const {
 
 /// -H gradient, with H the inverse Hessian as the corrections know it.
 void Lbfgs::find_direction() {
-  const std::vector<double> factor = factors();
+  std::vector<double> factor = factors();
   const int count = vectors();
+  for (double& f : factor) f *= length_;
+  factor[count] /= force_;
   const std::size_t size = direction_.size();
   std::vector<double> slopes(tasks_for(size)), largest(slopes);
   share_blocks(objective_, size, [&](int task, std::size_t first, std::size_t end) {
@@ -88,7 +95,7 @@ void Lbfgs::find_direction() {
   });
   slope_ = longest_ = 0;
   for (const double s : slopes) slope_ += s;
-  for (const double l : largest) longest_ = std::max(longest_, l);
+  for (const double l : largest) longest_ = larger(longest_, l);
 }
 
 bool Lbfgs::search() {
@@ -112,11 +119,12 @@ bool Lbfgs::search() {
 void Lbfgs::measure_newest() {
   const int count = vectors(), move = count - 2, change = count - 1;
   const std::size_t size = direction_.size();
+  const double per_length = 1 / length_, per_force = 1 / force_;
   std::vector<std::array<std::array<double, 3>, most_vectors>> sums(tasks_for(size));
   share_blocks(objective_, size, [&](int task, std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) {
-      vectors_[move][i] = static_cast<float>(next_.x[i] - point_.x[i]);
-      vectors_[change][i] = static_cast<float>(next_.gradient[i] - point_.gradient[i]);
+      vectors_[move][i] = static_cast<float>((next_.x[i] - point_.x[i]) * per_length);
+      vectors_[change][i] = static_cast<float>((next_.gradient[i] - point_.gradient[i]) * per_force);
     }
     for (int v = 0; v < count; ++v) {
       sums[task][v] = products(&vectors_[v][first], &vectors_[move][first], &vectors_[change][first],
@@ -127,6 +135,7 @@ void Lbfgs::measure_newest() {
     double with_move = 0, with_change = 0;
     with_gradient_[v] = 0;
     for (const auto& sum : sums) with_move += sum[v][0], with_change += sum[v][1], with_gradient_[v] += sum[v][2];
+    with_gradient_[v] *= per_force;
     product_[v][move] = product_[move][v] = with_move;
     product_[v][change] = product_[change][v] = with_change;
   }

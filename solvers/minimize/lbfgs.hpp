@@ -13,7 +13,8 @@ namespace lichtenberg::minimize {
 /// The direction is a sum of the past moves, the past changes of the gradient and the gradient itself, whose factors
 /// follow from these vectors' products alone (Chen, Wang & Zhou 2014). So an iteration passes through them twice, and
 /// both passes can be shared. They are kept in single precision: they say how the gradient turns, not where it
-/// vanishes.
+/// vanishes. What a float can hold must not depend on the units that a scene is in: they are kept in the unit of length
+/// that `largest_move` is and the one of force that goes with it and `first_step`.
 class Lbfgs : public Minimizer {
  public:
   /// `largest_move`: of a component in one iteration; `first_step`: of the first step, in units of the gradient.
@@ -35,10 +36,11 @@ class Lbfgs : public Minimizer {
   void replace_oldest();
 
   double first_step_, largest_move_;
-  /// Move and change of each correction, the oldest first.
+  double length_, force_;  ///< units: powers of two, which change no digit
+  /// Move (length_) and change (force_) of each correction, the oldest first.
   std::vector<Vector> vectors_;
   std::array<std::array<double, most_vectors>, most_vectors> product_{};  ///< of two of them
-  std::array<double, most_vectors> with_gradient_{};                      ///< of each with the gradient
+  std::array<double, most_vectors> with_gradient_{};                      ///< of each with the gradient (force_)
   std::vector<double> direction_;
   double slope_ = 0, longest_ = 0;  ///< of the direction: along it, and its largest component
   Point next_;

@@ -16,10 +16,10 @@ namespace {
 
 constexpr const char* positions = "particles/conductors/position/value";
 
-std::vector<network::Point> points(const std::vector<double>& numbers, std::size_t first, std::size_t count) {
-  std::vector<network::Point> result(count);
-  for (std::size_t i = 0; i < count; ++i)
-    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(3 * (first + i)), 3, result[i].begin());
+std::vector<network::Point> points(const std::vector<double>& numbers) {
+  std::vector<network::Point> result(numbers.size() / 3);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(3 * i), 3, result[i].begin());
   return result;
 }
 
@@ -34,16 +34,17 @@ std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
   }
   const hdf5::Handle group = hdf5::open_group(file, "scene/walls");
   const std::vector<std::string> names = hdf5::text_attribute(group, "names");
-  const auto point = points(hdf5::get<double>(group, "point"), 0, names.size());
-  const auto normal = points(hdf5::get<double>(group, "normal"), 0, names.size());
+  const auto point = points(hdf5::get<double>(group, "point")), normal = points(hdf5::get<double>(group, "normal"));
+  if (point.size() != names.size() || normal.size() != names.size())
+    throw hdf5::Error("scene/walls has not one point and one normal for each name");
   std::vector<network::Wall> walls;
   for (std::size_t k = 0; k < names.size(); ++k) walls.push_back({names[k], point[k], normal[k]});
   return walls;
 }
 
-network::Packing read_frame(const hdf5::Handle& file, int frame, std::size_t particles) {
+network::Packing read_frame(const hdf5::Handle& file, int frame) {
   network::Packing packing;
-  packing.position = points(hdf5::get<double>(file, positions), frame * particles, particles);
+  packing.position = points(hdf5::get_rows<double>(file, positions, frame, 1));
   packing.radius = hdf5::get<double>(file, "particles/conductors/radius");
   packing.walls = read_walls(file);
   return packing;
@@ -142,12 +143,11 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     const hdf5::Handle file = load_result(path, "measured");
     if (!hdf5::exists(file, positions))
       throw InputError(fmt::format("{} holds no frames: nothing can be measured", path));
-    const hdf5::Shape shape = hdf5::shape(file, positions);
-    const int frames = static_cast<int>(shape[0]);
+    const int frames = static_cast<int>(hdf5::shape(file, positions).at(0));
     if (frame && (*frame < 0 || *frame >= frames))
       throw InputError(fmt::format("frame {} is not in {}: it has frames 0 to {}", *frame, path, frames - 1));
     PackingFrame result{.file = identity, .frame = frame.value_or(frames - 1)};
-    result.packing = read_frame(file, result.frame, shape[1]);
+    result.packing = read_frame(file, result.frame);
     result.scene = parse_scene(hdf5::get_text(file, "scene/text"), path);
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The particle-centred and the contact-centred resistor network of one packing, as in the source on compressed
 particles; colour is potential, width is current. Below, a piece of both, enlarged: where the path through a particle's
 centre is a detour."""

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws the networks that `lichtenberg network` left in a result file: potential as colour, current as line width.
 
     network.py FILE [--models particle contact] [--out PICTURE]

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws a frame of a result file: potential, conductors, electrodes and the network's tree.
 
     plot.py FILE [--frame N] [--out PICTURE]

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws what `lichtenberg work-precision` measured: error against time, a line a method.
 
     work_precision.py FILE.json [--out PICTURE]

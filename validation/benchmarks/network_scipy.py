@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """SciPy's row beside benchmark_network's: the networks that it left with --save FOLDER.
 
     network_scipy.py FOLDER/*.network

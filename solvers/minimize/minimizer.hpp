@@ -48,7 +48,8 @@ class Minimizer {
   Minimizer(Objective& objective, std::vector<double> x);
   virtual ~Minimizer() = default;
 
-  /// Goes to a point that is not higher. False if there is none that rounding can tell from this one.
+  /// Goes on to a point where the value is finite: one that is not higher, to rounding, but for Fire, which goes up now
+  /// and then. False, and the point stays, if it finds none.
   virtual bool iterate() = 0;
   const Point& point() const { return point_; }
   std::int64_t evaluations() const { return evaluations_; }  ///< of value and gradient

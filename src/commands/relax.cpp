@@ -172,6 +172,8 @@ class RelaxationRun {
       fmt::print("filled         {:.4f} of the domain\n", *packing_.fraction);
       fmt::print("pressure       {:.6g} {} on the walls, {:.6g} {} from the forces inside\n", *packing_.pressure, unit,
                  *packing_.virial_pressure, unit);
+    } else {
+      fmt::print("pressure       none, nor how much is filled: there are walls other than the sides of the domain\n");
     }
     for (std::size_t w = 0; w < scene_.walls.size(); ++w)
       fmt::print("wall           {:.6g} N on {}\n", packing_.wall_force[w], scene_.walls[w].name);

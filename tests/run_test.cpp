@@ -404,8 +404,8 @@ TEST_CASE("a relaxation is resumed with more iterations, then to another force, 
   const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {
     folder.write("six.toml",
                  "[domain]\nsize = [6.4, 6.4]\n[effects.contact_potential]\n[[population]]\ncount = 50\n"
-                 "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n" + output + "[minimize]\n" +
-                     end);
+                 "radius = [0.4, 0.6]\noverlapping = true\n[output]\npicture = false\n" +
+                     output + "[minimize]\n" + end);
     options.push_back("--quiet");
     REQUIRE_EQ(run(folder, file, options), 0);
     return folder / file;

@@ -238,9 +238,10 @@ TEST_CASE("every minimizer comes back from deep inside a steep wall, and never g
 TEST_CASE("a disk deep in a wall comes to rest between the walls by every method") {
   for (const std::string method : methods) {
     CAPTURE(method);
-    Relaxation relaxation(parse_scene("[domain]\nsize = [3.0, 1.8]\n[effects.contact_potential]\n[minimize]\nmethod = \"" +
-                                          method + "\"\n[[conductor]]\nposition = [0.001, 0.9]\nradius = 1\n",
-                                      "wall"));
+    Relaxation relaxation(
+        parse_scene("[domain]\nsize = [3.0, 1.8]\n[effects.contact_potential]\n[minimize]\nmethod = \"" + method +
+                        "\"\n[[conductor]]\nposition = [0.001, 0.9]\nradius = 1\n",
+                    "wall"));
     while (!relaxation.at_rest() && relaxation.iterate()) {
     }
     CHECK(relaxation.at_rest());
@@ -271,8 +272,8 @@ TEST_CASE("forces beyond all numbers are a failure, and no rest") {
       "[domain]\nsize = [4.0, 4.0]\n[effects.contact_potential]\nbox = false\n"
       "[[wall]]\npoint = [-3.0, 0.0]\nnormal = [1.0, 0.0]\n[[conductor]]\nposition = [0.0, 1.0]\nradius = 1\n";
   for (const std::string method : methods) {
-    const std::string text = start + "[[conductor]]\nposition = [1e-160, 1.0]\nradius = 1\n[minimize]\nmethod = \"" +
-                             method + "\"\n";
+    const std::string text =
+        start + "[[conductor]]\nposition = [1e-160, 1.0]\nradius = 1\n[minimize]\nmethod = \"" + method + "\"\n";
     CHECK_THROWS_AS(Relaxation(parse_scene(text, "coincident")), Failure);
   }
 }

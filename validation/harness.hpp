@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "solvers/larger.hpp"
 #include "solvers/laplace/problem.hpp"
+#include "solvers/larger.hpp"
 #include "src/theory/two_disks.hpp"
 
 namespace lichtenberg::validation {
@@ -19,8 +19,8 @@ namespace lichtenberg::validation {
 /// `PROGRAM long` adds the cases that take minutes; without an argument the quick ones run.
 inline bool asked_for_long(int argc, char** argv) { return argc > 1 && std::string_view(argv[1]) == "long"; }
 
-/// Mean and largest magnitude of a sample, and its scatter about the signed mean; NaN, which keeps no bound, of a sample
-/// with a NaN in it or nothing.
+/// Mean and largest magnitude of a sample, and its scatter about the signed mean; NaN, which keeps no bound, of a
+/// sample with a NaN in it or nothing.
 struct Spread {
   double mean = 0, worst = 0, jitter = 0;
 };

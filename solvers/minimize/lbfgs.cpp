@@ -66,7 +66,8 @@ std::vector<double> Lbfgs::factors() const {
     factor[change] -= share[k];
   }
   const int last = count - 1;
-  const double scale = corrections == 0 ? first_step_ * force_ / length_ : product_[last - 1][last] / product_[last][last];
+  const double scale =
+      corrections == 0 ? first_step_ * force_ / length_ : product_[last - 1][last] / product_[last][last];
   for (double& f : factor) f *= scale;
   for (int k = 0; k < corrections; ++k) {
     const int move = 2 * k, change = move + 1;

@@ -128,6 +128,17 @@ TEST_CASE("the scene chooses the physics of the resistors") {
   CHECK(frame.scene.network.model == "contact");
   const SolvedNetwork solved = solve_network(frame, "contact", frame.scene.network, 1);
   CHECK(solved.conduction.resistance == Approx(6 * 3.0 / (4 * 0.01)).epsilon(1e-13));
+  // Another resistor on the command line has no use for the scene's parameters, but those beside it are for itself.
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--resistor", "constant", "--resistance", "2"}) == 0);
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--resistance", "2"}) == 2);
+}
+
+TEST_CASE("powers balance however small they are") {
+  const ResultFile file;
+  const PackingFrame frame = read_packing(file.path(), {});
+  const SolvedNetwork solved = solve_network(frame, "particle", {.parameters = {.resistance = 1e300}}, 1e-7);
+  CHECK(solved.conduction.current == Approx(0.25e-307).epsilon(1e-14));
+  CHECK(solved.conduction.power_balance < 1e-12);
 }
 
 TEST_CASE("conductors of different materials in one network") {
@@ -184,6 +195,21 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
   CHECK(contains(refused({.between = "bottom,5"}), "there is no particle 5; allowed are 0 to 4"));
   CHECK(contains(refused({.resistor = "length"}), "needs resistance_per_length in Ohm/m"));
   CHECK(contains(refused({.parameters = {.resistance = -1}}), "greater than 0"));
+  CHECK(contains(refused({.parameters = {.resistance = INFINITY}}),
+                 "inf Ohm is not allowed: it must be greater than 0 and finite"));
+  CHECK(contains(refused({.parameters = {.spot = 0.1}}), "\"constant\" has no use for spot"));
+  for (const std::string model : {"particle", "contact"}) {
+    const NetworkOptions wide{.resistor = "constriction", .parameters = {.resistivity = 1, .spot = 0.5}};
+    CHECK(contains(message_of([&] { solve_network(frame, model, wide, 1); }),
+                   "no contact can be that wide on particle 3 of radius 0.5 m"));
+  }
+  PackingFrame spheres = frame;
+  spheres.packing.position[4][2] = 1;
+  CHECK(contains(message_of([&] {
+                   solve_network(spheres, "contact",
+                                 {.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}, 1);
+                 }),
+                 "disks in the plane"));
   CHECK(
       contains(refused({.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}), "contact-centred"));
   CHECK(contains(message_of([&] { solve_network(frame, "contact", {.between = "0,1"}, 1); }), "touch"));
@@ -197,7 +223,10 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
                  }),
                  "needs resistance_per_length"));
   const std::string before = text_of(file.path());
-  CHECK(run_command_line({"network", file.path(), "--voltage", "0"}) == 2);
+  for (const std::string voltage : {"0", "-1", "1e-200", "1e200", "inf", "nan"})
+    CHECK(run_command_line({"network", file.path(), "--voltage", voltage}) == 2);
+  CHECK(run_command_line({"network", file.path(), "--resistance", "inf"}) == 2);
+  CHECK(run_command_line({"network", file.path(), "--resistivity", "1"}) == 2);
   // Before anything is solved and kept:
   CHECK(run_command_line({"network", file.path(), "--out", file.path() + "/nowhere/picture.png"}) == 2);
   CHECK(text_of(file.path()) == before);

@@ -320,6 +320,33 @@ TEST_CASE("packings") {
     check_refused(start + contact + some + "[effects.hertz_contact]\n", {"effects.hertz_contact", "leave one out"});
     check_refused(start + some, {"population.overlapping", "[effects.contact_potential]"});
   }
+  SUBCASE("a resistor network that could not be measured is refused before the run") {
+    const auto check_network = [&](const std::string& table, std::initializer_list<std::string> parts) {
+      CAPTURE(table);
+      check_refused(start + contact + some + "[network]\n" + table, parts);
+    };
+    check_network("between = \"bottom,lid\"\n",
+                  {"test.toml:9: network.between", "no wall \"lid\"; allowed are left, right, bottom, top"});
+    check_network("between = \"top,top\"\n", {"network.between", "same electrode twice"});
+    check_network("between = \"0,6\"\n", {"network.between", "no particle 6; allowed are 0 to 5"});
+    check_network("model = \"particle\"\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
+                  {"test.toml:9: network.model = \"particle\"", "\"contact\""});
+    check_network("spot = 0.01\n", {"network.spot", "\"constant\" has no use for it", "needs resistance"});
+    check_network("resistor = \"length\"\nresistance_per_length = 1.0\nresistivity = 0.01\n",
+                  {"test.toml:11: network.resistivity", "\"length\" has no use"});
+    check_network("resistor = \"constriction\"\nresistivity = 1.0\nspot = 0.5\n",
+                  {"test.toml:11: network.spot", "too large"});
+    check_refused("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + some +
+                      "[network]\nresistor = \"disk\"\nsheet_resistance = 1.0\nspot = 0.01\n",
+                  {"test.toml:9: network.resistor", "disks in the plane"});
+    const std::string lid = "[[wall]]\npoint = [0.0, 1.9]\nnormal = [0.0, -1.0]\nname = ";
+    for (const std::string name : {"7", "-1", "a,b", " lid"})
+      check_refused(start + contact + some + lid + "\"" + name + "\"\n",
+                    {"wall.name = \"" + name + "\" is not allowed", "a number"});
+    parse(start + contact + some + lid + "\"lid 2\"\n[network]\nbetween = \"0, lid 2\"\nresistance = 2.0\n");
+    // Without a packing the sides are there all the same.
+    parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]") + "[network]\nbetween = \"left,0\"\n");
+  }
   SUBCASE("what a packing would not look at is refused, with what says the same there") {
     const auto check_idle = [&](const std::string& key, const std::string& text, const std::string& remedy) {
       CAPTURE(key);
@@ -338,6 +365,9 @@ TEST_CASE("packings") {
     const std::string one = start + contact + "[[conductor]]\nposition = [1.0, 0.5]\nradius = 0.1\n";
     check_idle("conductor.charge", one + "charge = 0.0\n", "nothing is charged");
     check_idle("conductor.velocity", one + "velocity = [1.0, 0.0]\n", "nothing happens in time");
+    check_refused(start + contact + some + "[minimize]\nstep = 1e-3\n",
+                  {"minimize.step is not allowed", "\"lbfgs-newton\"", "\"gradient-descent\""});
+    parse(start + contact + some + "[minimize]\nmethod = \"gradient-descent\"\nstep = 1e-3\n");
     for (const std::string effect : {"leakage]\nconductivity = 1e-12\n", "contact_resistance]\nresistance = 1.0\n"})
       check_refused(start + contact + some + "[effects." + effect, {"under which nothing else acts: leave one out"});
     check_refused(one + "group = \"a\"\n", {"conductor.group = \"a\" is unknown"});

@@ -25,6 +25,10 @@ Point place(const Packing& packing, const Electrode& electrode) {
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
 }
 
+int dimension(const Packing& packing) {
+  return std::ranges::any_of(packing.position, [](const Point& p) { return p[2] != 0; }) ? 3 : 2;
+}
+
 /// What touches each particle: contact points, and the nodes that stand there.
 struct Touching {
   std::vector<int> start, node;
@@ -42,6 +46,7 @@ PackingNetwork particle_network(const Packing& packing, const Contacts& contacts
         fmt::format("the resistor model \"{}\" is one of contacts on a particle: a contact-centred network "
                     "has them, a particle-centred one does not",
                     model.name));
+  check_particles(model, parameters, packing.radius, dimension(packing));
   PackingNetwork result;
   Network& network = result.network;
   network.position = packing.position;
@@ -159,6 +164,7 @@ class ContactNodes {
 
 PackingNetwork contact_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<Electrode>& electrodes) {
+  check_particles(model, parameters, packing.radius, dimension(packing));
   ContactNodes nodes(packing, contacts, electrodes);
   const Touching& touching = nodes.touching;
   PackingNetwork result;

@@ -1,21 +1,13 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "solvers/network/electrode.hpp"
 #include "solvers/network/network.hpp"
 #include "solvers/network/packing.hpp"
 #include "solvers/network/resistor.hpp"
 
 namespace lichtenberg::network {
-
-/// A wall or a particle that is held at a potential; it is one node of the network. Other walls insulate.
-struct Electrode {
-  bool wall = false;
-  int index = 0;
-
-  friend bool operator==(const Electrode&, const Electrode&) = default;
-};
 
 /// The network of a packing, and what its nodes and links are.
 struct PackingNetwork {
@@ -27,13 +19,14 @@ struct PackingNetwork {
 
 /// A node a particle, a link a contact, from centre to centre or wall. Nodes 0 ... N - 1 are the particles, then come
 /// the walls that are electrodes.
-/// Throws InputError if the model has no resistor for that.
+/// Throws InputError if the model has no resistor for that, or as check_particles does.
 PackingNetwork particle_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
                                 const Parameters& parameters, const std::vector<Electrode>& electrodes);
 
 /// A node a contact, links between all contacts of a particle. Nodes are the contacts between particles that are no
 /// electrodes, in their order, then the electrodes: contacts with one of those belong to it.
-/// Throws InputError if two electrodes touch each other: their contact would have to be at two potentials.
+/// Throws InputError if two electrodes touch each other: their contact would have to be at two potentials; and as
+/// check_particles does.
 PackingNetwork contact_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<Electrode>& electrodes);
 

@@ -59,18 +59,17 @@ Eigen::MatrixXd constriction_particle(const Parameters& p, const Particle& parti
   return Eigen::MatrixXd::Constant(n, n, leg / static_cast<double>(n));
 }
 
-[[noreturn]] void refuse_spot(const Particle& particle, double spot, const std::string& why) {
-  throw InputError(fmt::format("spot = {:g} m is too large: {} particle {} of radius {:g} m", spot, why, particle.index,
-                               particle.radius));
+[[noreturn]] void refuse_spot(double spot, const std::string& why, int particle, double radius) {
+  throw InputError(
+      fmt::format("spot = {:g} m is too large: {} particle {} of radius {:g} m", spot, why, particle, radius));
 }
 
 /// The contacts must not overlap: their formulas hold for spots that are small against their distances.
 void check_spots(const Particle& particle, double spot) {
-  if (spot >= particle.radius) refuse_spot(particle, spot, "no contact can be that wide on");
   for (std::size_t j = 0; j < particle.contacts.size(); ++j)
     for (std::size_t i = 0; i < j; ++i)
       if (distance(particle.contacts[i], particle.contacts[j]) <= 2 * spot)
-        refuse_spot(particle, spot, "contacts would overlap on");
+        refuse_spot(spot, "contacts would overlap on", particle.index, particle.radius);
 }
 
 /// The particle with its contacts moved to the surface: an overlap pulls them inside.
@@ -88,7 +87,8 @@ Eigen::MatrixXd checked_links(const Particle& particle, double spot, const Eigen
   Eigen::MatrixXd links = links_of_terminals(resistance);
   for (Eigen::Index j = 0; j < links.cols(); ++j)
     for (Eigen::Index i = 0; i < j; ++i)
-      if (!(links(i, j) > 0)) refuse_spot(particle, spot, "contacts are too wide for their distance on");
+      if (!(links(i, j) > 0))
+        refuse_spot(spot, "contacts are too wide for their distance on", particle.index, particle.radius);
   return links;
 }
 
@@ -146,7 +146,8 @@ const std::vector<ResistorModel>& resistor_models() {
        "a disk of a sheet with small contacts on its rim (Neumann Green's function); contact-centred only",
        {"sheet_resistance", "spot"},
        nullptr,
-       disk_particle},
+       disk_particle,
+       true},
       {"sphere",
        "a sphere with small circular contacts (Neumann Green's function); contact-centred only",
        {"resistivity", "spot"},
@@ -178,16 +179,33 @@ std::span<const ParameterEntry> parameter_entries() {
   return entries;
 }
 
+bool needs(const ResistorModel& model, const ParameterEntry& parameter) {
+  return std::ranges::find(model.needs, parameter.name) != model.needs.end();
+}
+
 void check(const ResistorModel& model, const Parameters& parameters) {
   for (const ParameterEntry& entry : parameter_entries()) {
     const std::optional<double>& value = parameters.*entry.value;
     if (value && (!(*value > 0) || !std::isfinite(*value)))
-      throw InputError(
-          fmt::format("{} = {:g} {} is not allowed: it must be greater than 0", entry.name, *value, entry.unit));
-    const bool needed = std::ranges::find(model.needs, entry.name) != model.needs.end();
-    if (needed && !value)
+      throw InputError(fmt::format("{} = {:g} {} is not allowed: it must be greater than 0 and finite", entry.name,
+                                   *value, entry.unit));
+    if (needs(model, entry) && !value)
       throw InputError(fmt::format("the resistor model \"{}\" needs {} in {}", model.name, entry.name, entry.unit));
+    if (value && !needs(model, entry))
+      throw InputError(fmt::format("the resistor model \"{}\" has no use for {}: leave it out; allowed is {}",
+                                   model.name, entry.name, fmt::join(model.needs, " and ")));
   }
+}
+
+void check_particles(const ResistorModel& model, const Parameters& parameters, std::span<const double> radius,
+                     int dimension) {
+  if (model.flat && dimension == 3)
+    throw InputError(fmt::format(
+        "the resistor model \"{}\" is one of disks in the plane: particles in space may have any other", model.name));
+  if (std::ranges::find(model.needs, "spot") == model.needs.end()) return;
+  for (std::size_t i = 0; i < radius.size(); ++i)
+    if (*parameters.spot >= radius[i])
+      refuse_spot(*parameters.spot, "no contact can be that wide on", static_cast<int>(i), radius[i]);
 }
 
 Eigen::MatrixXd links_of_terminals(const Eigen::MatrixXd& resistance) {

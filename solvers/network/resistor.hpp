@@ -35,6 +35,7 @@ struct ResistorModel {
   double (*path)(const Parameters&, const Path&);
   /// Conductances (S) between the contacts of a particle ([n, n], symmetric; the diagonal is not read).
   Eigen::MatrixXd (*particle)(const Parameters&, const Particle&);
+  bool flat = false;  ///< of disks in the plane only
 };
 
 const std::vector<ResistorModel>& resistor_models();
@@ -48,8 +49,16 @@ struct ParameterEntry {
 };
 std::span<const ParameterEntry> parameter_entries();
 
-/// Throws InputError if the model lacks a parameter, or one is not positive and finite.
+/// Whether the model needs the parameter.
+bool needs(const ResistorModel& model, const ParameterEntry& parameter);
+
+/// Throws InputError if the model lacks a parameter, has no use for one, or one is not positive and finite.
 void check(const ResistorModel& model, const Parameters& parameters);
+
+/// Throws InputError if the model does not hold for particles of these radii (m) in so many dimensions: a spot must be
+/// smaller than each of them.
+void check_particles(const ResistorModel& model, const Parameters& parameters, std::span<const double> radius,
+                     int dimension);
 
 /// Conductances between the terminals of a conductor whose potentials are V = P I + c, sum I = 0:
 /// I = G V with G = P^-1 - P^-1 1 1^T P^-1 / (1^T P^-1 1), and what links two terminals is -G_ij. [n, n] in Ohm gives

@@ -27,15 +27,18 @@ struct NetworkArguments {
   bool json = false, no_picture = false, no_save = false;
 };
 
-/// What the command line says comes before what the scene says, key by key; parameters that the model does not need are
-/// ignored.
+/// What the command line says comes before what the scene says, key by key. The scene's parameters are for its own
+/// model: another one ignores those that it has no use for.
 NetworkOptions options_for(const NetworkArguments& request, const Scene& scene) {
   NetworkOptions options = scene.network;
   if (request.options.model) options.model = request.options.model;
   if (request.options.resistor) options.resistor = request.options.resistor;
   if (request.between) options.between = *request.between;
-  for (const network::ParameterEntry& entry : network::parameter_entries())
+  const network::ResistorModel& resistor = network::resistor_model(options.resistor.value_or("constant"));
+  for (const network::ParameterEntry& entry : network::parameter_entries()) {
+    if (!network::needs(resistor, entry)) (options.parameters.*entry.value).reset();
     if (const auto& value = request.options.parameters.*entry.value) options.parameters.*entry.value = value;
+  }
   return options;
 }
 
@@ -50,7 +53,7 @@ std::string resistor_in_words(const NetworkOptions& options) {
   const network::ResistorModel& model = network::resistor_model(options.resistor.value_or("constant"));
   std::string words = model.name;
   for (const network::ParameterEntry& entry : network::parameter_entries())
-    if (std::ranges::find(model.needs, entry.name) != model.needs.end())
+    if (network::needs(model, entry))
       words += fmt::format(", {} = {:g} {}", entry.name, *(options.parameters.*entry.value), entry.unit);
   return words;
 }
@@ -147,8 +150,10 @@ void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetw
 }
 
 void measure(const NetworkArguments& request) {
-  if (!(request.voltage > 0) || !std::isfinite(request.voltage))
-    throw InputError(fmt::format("--voltage {:g} is not allowed: it must be greater than 0", request.voltage));
+  constexpr double least = 1e-100, most = 1e100;  // or its square is no number any more
+  if (!(request.voltage >= least && request.voltage <= most))
+    throw InputError(
+        fmt::format("--voltage {:g} is not allowed: it must be from {:g} to {:g} V", request.voltage, least, most));
   const PackingFrame frame = read_packing(request.file, request.frame);
   if (!request.no_save) check_writable(request.file);
   if (draws(request)) check_writable(picture_of(request));

@@ -1,10 +1,8 @@
 #include "src/commands/packing_network.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
@@ -50,26 +48,14 @@ network::Packing read_frame(const hdf5::Handle& file, int frame) {
   return packing;
 }
 
-network::Electrode read_electrode(const std::string& name, const network::Packing& packing) {
-  std::vector<std::string> names;
-  for (std::size_t w = 0; w < packing.walls.size(); ++w) {
-    if (packing.walls[w].name == name) return {.wall = true, .index = static_cast<int>(w)};
-    names.push_back(packing.walls[w].name);
+std::vector<network::Electrode> electrodes_of(const PackingFrame& frame, const std::string& between) {
+  std::vector<std::string> walls;
+  for (const network::Wall& wall : frame.packing.walls) walls.push_back(wall.name);
+  try {
+    return network::read_electrodes(between, walls, frame.packing.size());
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--between: {}", error.what()));
   }
-  int particle = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), particle);
-  if (error != std::errc() || end != name.data() + name.size())
-    throw InputError(fmt::format("--between: there is no wall \"{}\"; allowed are {} and particles by number", name,
-                                 fmt::join(names, ", ")));
-  if (particle < 0 || particle >= packing.size())
-    throw InputError(
-        fmt::format("--between: there is no particle {}; allowed are 0 to {}", particle, packing.size() - 1));
-  return {.wall = false, .index = particle};
-}
-
-std::string without_blanks(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
 }
 
 /// Which particles a path of contacts joins to one of the electrodes.
@@ -159,20 +145,6 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
   }
 }
 
-std::vector<network::Electrode> read_electrodes(const std::string& between, const network::Packing& packing) {
-  const std::size_t comma = between.find(',');
-  if (comma == std::string::npos || between.find(',', comma + 1) != std::string::npos)
-    throw InputError(
-        fmt::format("--between \"{}\" is not allowed: two electrodes are needed, as in bottom,top", between));
-  const std::vector<network::Electrode> electrodes = {
-      read_electrode(without_blanks(between.substr(0, comma)), packing),
-      read_electrode(without_blanks(between.substr(comma + 1)), packing)};
-  if (electrodes[0] == electrodes[1])
-    throw InputError(
-        fmt::format("--between {} names the same electrode twice: two different ones are needed", between));
-  return electrodes;
-}
-
 SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model, const NetworkOptions& asked,
                             double voltage) {
   SolvedNetwork solved{.model = model, .options = asked};
@@ -180,7 +152,7 @@ SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model,
   const network::ResistorModel& resistor = network::resistor_model(asked.resistor.value_or("constant"));
   const network::Parameters& parameters = solved.options.parameters;
   network::check(resistor, parameters);
-  const auto electrodes = read_electrodes(asked.between, frame.packing);
+  const auto electrodes = electrodes_of(frame, asked.between);
   const auto build = model == "particle" ? network::particle_network : network::contact_network;
   solved.network = build(frame.packing, frame.contacts, resistor, parameters, electrodes);
   solved.conduction = network::conduct(solved.network.network, solved.network.electrode[0], solved.network.electrode[1],

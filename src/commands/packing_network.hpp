@@ -24,9 +24,6 @@ struct PackingFrame {
 /// InputError if there is no such file or frame, it is damaged, or the scene's particles have no radius.
 PackingFrame read_packing(const std::string& path, std::optional<int> frame);
 
-/// A wall's name or a particle's number. Throws InputError if `between` does not name two of them, different ones.
-std::vector<network::Electrode> read_electrodes(const std::string& between, const network::Packing& packing);
-
 /// One network of a packing, solved.
 struct SolvedNetwork {
   std::string model;  ///< particle | contact

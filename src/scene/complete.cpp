@@ -4,8 +4,10 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "solvers/error.hpp"
+#include "solvers/network/electrode.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/scene/draft.hpp"
 #include "src/scene/electrodes.hpp"
@@ -225,15 +227,45 @@ void check_ground(const Draft& draft, const Scene& scene) {
                     net, remedy));
 }
 
-/// A resistor model without its parameter is refused now and not after the run.
-void check_network(const Draft& draft) {
-  const NetworkOptions& options = draft.scene.network;
-  if (!options.resistor) return;
-  try {
-    network::check(network::resistor_model(*options.resistor), options.parameters);
-  } catch (const InputError& error) {
-    refuse(draft.scene.path, draft.line("network.resistor"), std::string("network.resistor: ") + error.what());
-  }
+std::vector<std::string> names_of_walls(const Scene& scene) {
+  if (scene.walls.empty()) return {"left", "right", "bottom", "top"};
+  std::vector<std::string> names;
+  for (const Wall& wall : scene.walls) names.push_back(wall.name);
+  return names;
+}
+
+/// What could not be measured is refused now and not after the run.
+void check_network(const Draft& draft, const Scene& scene) {
+  if (draft.line("network") == 0) return;
+  const NetworkOptions& options = scene.network;
+  const auto check = [&](const std::string& key, const auto& work) {
+    try {
+      work();
+    } catch (const InputError& error) {
+      refuse(scene.path, draft.line(key), key + ": " + error.what());
+    }
+  };
+  const network::ResistorModel& model = network::resistor_model(options.resistor.value_or("constant"));
+  for (const network::ParameterEntry& entry : network::parameter_entries())
+    if (const std::string key = std::string("network.") + entry.name; draft.line(key) > 0 && !needs(model, entry))
+      refuse(scene.path, draft.line(key),
+             fmt::format("{} is not allowed: the resistor model \"{}\" has no use for it; it needs {}", key, model.name,
+                         fmt::join(model.needs, " and ")));
+  if (options.resistor) check("network.resistor", [&] { network::check(model, options.parameters); });
+  if (options.model == "particle" && model.path == nullptr)
+    refuse(
+        scene.path, draft.line("network.model"),
+        fmt::format("network.model = \"particle\" is not allowed with network.resistor = \"{}\", a model of contacts "
+                    "on a particle: it must be \"contact\"",
+                    model.name));
+  std::vector<double> radius;
+  for (const Conductor& conductor : scene.conductors) radius.push_back(conductor.radius);
+  check(model.flat && scene.dimension() == 3 ? "network.resistor" : "network.spot",
+        [&] { network::check_particles(model, options.parameters, radius, scene.dimension()); });
+  if (draft.line("network.between") > 0)
+    check("network.between", [&] {
+      network::read_electrodes(options.between, names_of_walls(scene), static_cast<int>(scene.conductors.size()));
+    });
 }
 
 /// Frames at times that rounding cannot tell apart are no frames.
@@ -288,7 +320,7 @@ Scene complete(const Draft& draft) {
   check_touching(draft, scene);
   if (packing) check_packing(draft, scene);
   check_frames(draft);
-  check_network(draft);
+  check_network(draft, scene);
   if (scene.field.method == "multipole") check_disks_only(draft, scene.electrodes);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   return scene;

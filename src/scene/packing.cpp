@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "solvers/network/electrode.hpp"
+
 namespace lichtenberg {
 namespace {
 
@@ -48,6 +50,11 @@ Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) 
   const double length = std::hypot(n[0], n[1], n[2]);
   if (length == 0)
     refuse(draft.scene.path, given.line, "wall.normal = 0 is not allowed: it must point to the particles' side");
+  if (given.name && !network::is_electrode_name(*given.name))
+    refuse(draft.scene.path, given.line,
+           fmt::format("wall.name = \"{}\" is not allowed: it must not be a number, which names a particle, have a "
+                       "comma in it or a blank at its ends",
+                       *given.name));
   return {given.name.value_or(fmt::format("wall {}", number)),
           given.point.value,
           {n[0] / length, n[1] / length, n[2] / length}};
@@ -163,6 +170,11 @@ void check_packing_keys(const Draft& draft) {
                                   "wall_contact", "contact_discharge", "leakage", "contact_resistance"})
     if (const int line = draft.line("effects." + other)) refuse_it(line, "effects." + other + why);
   check_idle_keys(draft);
+  const std::string& method = draft.scene.minimize.method;
+  if (const int line = draft.line("minimize.step"); line > 0 && method != "gradient-descent")
+    refuse_it(line, fmt::format("minimize.step is not allowed with minimize.method = \"{}\", which chooses its steps: "
+                                "leave it out, or choose \"gradient-descent\"",
+                                method));
   if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
   if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
   for (const PopulationDraft& population : draft.populations)

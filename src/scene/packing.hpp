@@ -11,7 +11,8 @@ void check_packing_keys(const Draft& draft);
 
 /// The walls of a scene with a contact potential: the sides of the domain (left, right, bottom, top; in three
 /// dimensions left, right, front, back, bottom, top) if its box is one of walls, then the [[wall]]s. Throws InputError
-/// for a wall without a direction, for two of the same name, and for a packing without any.
+/// for a wall without a direction or with a name that no electrode can have, for two of the same name, and for a
+/// packing without any.
 std::vector<Wall> build_walls(const Draft& draft);
 
 /// Refuses particles that are beyond a wall, that lie at one place or that cannot fit into the domain together.

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int n = 25;
 constexpr double radius = 0.775e-3, length = 40e-3, end = 1e-3, height = 20e-3, depth = 2 * radius;
-constexpr double permittivity = 4.7 * 8.8541878128e-12, tolerance = 1e-10;
+constexpr double permittivity = 4.7 * 8.8541878128e-12, tolerance = 1e-11;
 constexpr double whole_gap = length - 2 * n * radius;
 
 /// scenes/broken-wire.toml with `left` spheres at the left electrode's potential, and all of the gap after them. The
@@ -69,11 +69,12 @@ void transverse_forces(Report& report, int cells) {
   }
   // A straight wire is its own mirror image, so the force across it is bilinear in the two voltages; turning it round
   // and changing all signs leaves it as it is. What is left is the solver's tolerance, relative to the largest stress:
-  // that of 18 kV in the gap, some hundred times the transverse force.
+  // that of 18 kV in the gap, some hundred times the transverse force. Each of the forces that are added or subtracted
+  // has that error, times its factor.
   const double rounding = 1e3 * tolerance;
-  report.at_most("odd about the middle, fraction of the largest", largest(odd) / largest(force), rounding);
-  report.at_most("twice as large in twice the transverse field", largest(in_field) / largest(force), rounding);
-  report.at_most("half as large at half the voltage (D 4.8)", largest(in_voltage) / largest(force), rounding);
+  report.at_most("odd about the middle, fraction of the largest", largest(odd) / largest(force), 2 * rounding);
+  report.at_most("twice as large in twice the transverse field", largest(in_field) / largest(force), 3 * rounding);
+  report.at_most("half as large at half the voltage (D 4.8)", largest(in_voltage) / largest(force), 3 * rounding);
   std::vector<double> off_line;
   for (int i = 0; i < n; ++i) off_line.push_back(force[i] - product / square * (n + 1 - 2 * (i + 1)));
   report.at_most("off D 4.10's straight line, fraction of the largest", largest(off_line) / largest(force), {});

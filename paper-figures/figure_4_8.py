@@ -99,7 +99,7 @@ def main():
     axes.axvline(1e-3 * stretching, color="tab:gray", linestyle="--",
                  label=f"theory of stretching, from B at 2 kV: {1e-3 * stretching:.3g} kV")
     axes.set(yscale="log", xlabel="transverse voltage (kV)", ylabel=r"resistance (G$\Omega$)")
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2)
     save(figure, "figure_4_8")
     corrected = [theory["critical_field" + key] * 1e-3 for key in ("_mean_gap", "_whole_gap", "_whole_gap_shared")]
     nearest = min(corrected, key=lambda field: abs(np.log(field / 425)))

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
@@ -130,7 +129,7 @@ TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
   CutCellOperator op;
   op.build(problem, level);
   const SparseSystem sparse = assemble(problem, level, false, false);
-  Random random;
+  crowds::Random random(7);
   const std::size_t cells = level.layout.size();
   std::vector<double> x(op.size(), 0.0), y(op.size());
   for (const std::ptrdiff_t slot : sparse.slot) x[slot] = random(-1, 1);
@@ -165,7 +164,7 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   multigrid.build_coarse(problem);
   multigrid.build_finest(problem, level);
   REQUIRE(multigrid.levels() > 2);
-  Random random;
+  crowds::Random random(7);
   std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());
   for (std::size_t k = 0; k < op.size(); ++k) {
     const bool unknown = k >= static_cast<std::size_t>(level.layout.size()) || level.diagonal[k] > 0;

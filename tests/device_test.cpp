@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <random>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
@@ -15,23 +14,17 @@
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
+#include "tests/crowd.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
 namespace {
 
-struct Random {
-  std::mt19937_64 generator{11};
-  double operator()(double from, double to) {
-    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
-  }
-};
-
 /// Disks of several sizes in a box of 96 x 64, surfaces at least `least_gap` apart, charges of either sign; the first
 /// is a grounded half-disk on the bottom.
 LaplaceProblem crowd(int count, double least_gap) {
-  Random random;
+  crowds::Random random(11);
   LaplaceProblem problem;
   problem.size = {96, 64};
   problem.sides[top].kind = Side::Kind::electrode;
@@ -42,11 +35,7 @@ LaplaceProblem crowd(int count, double least_gap) {
   while (static_cast<int>(problem.bodies.size()) <= count) {
     const double radius = random(2.5, 4);
     const Disk disk{{random(radius, 96 - radius), random(radius, 64 - radius)}, radius};
-    bool free = true;
-    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > least_gap;
-    if (!free) continue;
-    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
-    problem.groups.push_back({true, random(-1, 1), 0});
+    crowds::add_if_free(problem, disk, least_gap, random);
   }
   return problem;
 }
@@ -213,7 +202,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     CutCellOperator op;
     op.build(c.problem, level);
     DeviceGrid device(c.problem, nx, ny, LinkFormula::log_fitted);
-    Random random;
+    crowds::Random random(11);
     std::vector<double> x(op.size(), 0.0), y(op.size()), device_y(op.size(), -7.0), b(op.size()), device_b(op.size());
     const std::size_t cells = level.layout.size();
     for (std::size_t k = 0; k < op.size(); ++k) x[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;
@@ -255,7 +244,7 @@ TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled di
   device.build(problem, scene.view());
   REQUIRE(device.levels() == multigrid.levels());
   REQUIRE(device.levels() > 2);
-  Random random;
+  crowds::Random random(11);
   std::vector<double> r(op.size(), 0.0), z(op.size()), device_z(op.size(), -7.0);
   const std::size_t cells = level.layout.size();
   for (std::size_t k = 0; k < op.size(); ++k) r[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;

@@ -2,9 +2,9 @@
 
 #include <array>
 #include <numbers>
-#include <random>
 
 #include "solvers/laplace/multipole/solver.hpp"
+#include "tests/crowd.hpp"
 
 /// Problems for the multipole solver.
 namespace lichtenberg::multipole_problems {
@@ -22,20 +22,13 @@ inline MultipoleOptions options(double tolerance, bool unbounded = false) {
 
 /// Disks with charges of both signs in a box that isn't square; groups of one.
 inline LaplaceProblem crowd(int count, Vec2 size, double radius, double least_gap) {
-  std::mt19937_64 generator(11);
-  const auto random = [&](double from, double to) {
-    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
-  };
+  crowds::Random random(11);
   LaplaceProblem problem;
   problem.size = size;
   while (static_cast<int>(problem.bodies.size()) < count) {
     const double margin = radius + least_gap;
     const Disk disk{{random(margin, size.x - margin), random(margin, size.y - margin)}, radius};
-    bool free = true;
-    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > least_gap;
-    if (!free) continue;
-    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
-    problem.groups.push_back({true, random(-1, 1), 0});
+    crowds::add_if_free(problem, disk, least_gap, random);
   }
   return problem;
 }

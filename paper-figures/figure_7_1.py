@@ -7,20 +7,20 @@ The source has a photograph of the experiment where this has the network.
 import matplotlib.pyplot as plt
 
 import networks
-import plot
+import drawing
 from figures import claim, save, save_claims
 
 
 def main():
     snapshot, contacts, name = networks.last_state(__doc__.splitlines()[0], "figure_7_1")
-    plot.set_style()
+    drawing.set_style()
     figure, (state, graph) = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained")
-    networks.panel(state, snapshot, plot.caption(snapshot))
-    plot.draw_conductors(state, snapshot)
-    plot.draw_scale(state, snapshot)
+    networks.panel(state, snapshot, drawing.caption(snapshot))
+    drawing.draw_conductors(state, snapshot)
+    drawing.draw_scale(state, snapshot)
     networks.panel(graph, snapshot, f"{len(contacts)} contacts")
-    plot.draw_edges(graph, snapshot, networks.contact_edges(snapshot, contacts), color=plot.INK, linewidths=1)
-    networks.draw_nodes(graph, snapshot, slice(None), plot.INK)
+    drawing.draw_edges(graph, snapshot, networks.contact_edges(snapshot, contacts), color=drawing.INK, linewidths=1)
+    networks.draw_nodes(graph, snapshot, slice(None), drawing.INK)
     save(figure, name)
     connected, all_conductors = int(snapshot.connected.sum()), len(snapshot.radius)
     save_claims(name, [claim("conductors connected to the ground in the stationary state", "D 7.1",

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 import networks
-import plot
+import drawing
 from figures import claim, save, save_claims
 
 ENDPOINT, BRANCH, LEFT_OUT = "#d62728", "#2ca02c", "#1f77b4"
@@ -24,14 +24,14 @@ def in_tree(snapshot, contacts):
 
 
 def draw_arrows(axes, snapshot):
-    for start, end in plot.tree_edges(snapshot):
+    for start, end in drawing.tree_edges(snapshot):
         axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>,head_width=0.12,head_length=0.25", "shrinkA": 0,
-                                                  "shrinkB": 0, "linewidth": 0.8, "color": plot.INK}, zorder=4)
+                                                  "shrinkB": 0, "linewidth": 0.8, "color": drawing.INK}, zorder=4)
 
 
 def draw_kinds(axes, snapshot, degree):
     kinds = [("endpoint", ENDPOINT, degree == 1), ("branch point", BRANCH, degree > 2)]
-    kinds.append(("other", plot.INK, degree == 2))
+    kinds.append(("other", drawing.INK, degree == 2))
     handles = []
     for name, colour, chosen in kinds:
         chosen = chosen & snapshot.connected
@@ -51,14 +51,14 @@ def claims(degree, contacts):
 
 def main():
     snapshot, contacts, name = networks.last_state(__doc__.splitlines()[0], "figure_7_2")
-    plot.set_style()
+    drawing.set_style()
     figure, (graph, tree) = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained")
     networks.panel(graph, snapshot, f"graph: N = {len(snapshot.radius)}, {len(contacts)} contacts")
     edges, kept = networks.contact_edges(snapshot, contacts), in_tree(snapshot, contacts)
-    plot.draw_edges(graph, snapshot, edges[kept], color=plot.INK, linewidths=1)
-    plot.draw_edges(graph, snapshot, edges[~kept], color=LEFT_OUT, linewidths=1)
-    networks.draw_nodes(graph, snapshot, slice(None), plot.INK)
-    plot.draw_scale(graph, snapshot)
+    drawing.draw_edges(graph, snapshot, edges[kept], color=drawing.INK, linewidths=1)
+    drawing.draw_edges(graph, snapshot, edges[~kept], color=LEFT_OUT, linewidths=1)
+    networks.draw_nodes(graph, snapshot, slice(None), drawing.INK)
+    drawing.draw_scale(graph, snapshot)
     networks.panel(tree, snapshot, f"anti-arborescence: M = {snapshot.connected.sum()}")
     draw_arrows(tree, snapshot)
     degree = networks.degrees(snapshot, contacts)

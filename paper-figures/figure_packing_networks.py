@@ -41,7 +41,7 @@ def main():
     shutil.copyfile(packing, result)
     found = measure(asked.program, result)
 
-    network.plot.set_style()
+    network.drawing.set_style()
     figure, panels = plt.subplots(2, 2, figsize=(9.5, 9.4), layout="constrained")
     for column, model in enumerate(["particle", "contact"]):
         net = network.read(result, model)

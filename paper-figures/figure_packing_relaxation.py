@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 from figures import SOURCE, kept_run, request, save
 
 sys.path.insert(0, str(SOURCE / "src" / "commands"))
-import plot  # noqa: E402  the pictures of `lichtenberg plot`
+import drawing  # noqa: E402  the pictures of `lichtenberg plot`
 import plot_packing  # noqa: E402
 
 METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc", "lbfgs-newton": "#009e73"}
@@ -54,7 +54,7 @@ def draw_history(axes, results):
 def main():
     asked = request(__doc__.splitlines()[0])
     results = {method: result_of(asked, method) for method in METHODS}
-    plot.set_style()
+    drawing.set_style()
     figure = plt.figure(figsize=(10, 6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=[1, 1.3])
     descent = results["gradient-descent"]

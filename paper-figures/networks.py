@@ -8,7 +8,7 @@ import numpy as np
 from figures import SOURCE, kept_run, name_for, request
 
 sys.path.insert(0, str(SOURCE / "src" / "commands"))
-import plot  # noqa: E402  the pictures of `lichtenberg plot`
+import drawing  # noqa: E402  the pictures of `lichtenberg plot`
 
 
 def last_state(description, name):
@@ -17,8 +17,8 @@ def last_state(description, name):
     asked = request(description, ("--result", "result file of `lichtenberg run` to show in place of dendrite's"))
     path = asked.result or kept_run(asked.program, SOURCE / "scenes" / "dendrite.toml", asked.results / "dendrite.h5")
     try:
-        snapshot = plot.read(path)
-    except plot.InputError as error:
+        snapshot = drawing.read(path)
+    except drawing.InputError as error:
         sys.exit(str(error))
     with h5py.File(path) as file:
         if "network/contacts" not in file or snapshot.successor is None:
@@ -54,13 +54,13 @@ def contact_edges(snapshot, contacts):
     ends = []
     for i, j in contacts:
         start = snapshot.position[i]
-        ends.append([start, plot.nearest_ground(start, snapshot) if j == plot.TO_GROUND else snapshot.position[j]])
+        ends.append([start, drawing.nearest_ground(start, snapshot) if j == drawing.TO_GROUND else snapshot.position[j]])
     return np.array(ends).reshape(-1, 2, 2)
 
 
 def panel(axes, snapshot, title):
-    plot.set_frame(axes, snapshot)
-    plot.draw_electrodes(axes, snapshot)
+    drawing.set_frame(axes, snapshot)
+    drawing.draw_electrodes(axes, snapshot)
     axes.set_title(title)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-import plot
+import drawing
 from matplotlib import pyplot as plt
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
@@ -83,16 +83,16 @@ def resistor_ends(group, position, radius, electrode_walls):
 
 
 def read(path, model):
-    """Throws plot.InputError."""
+    """Throws drawing.InputError."""
     if not os.path.exists(path):
-        raise plot.InputError(f"{path} does not exist")
+        raise drawing.InputError(f"{path} does not exist")
     try:
         with h5py.File(path) as file:
             if f"network/{model}" not in file:
-                raise plot.InputError(f"{path} has no {model}-centred network: run `lichtenberg network` first")
+                raise drawing.InputError(f"{path} has no {model}-centred network: run `lichtenberg network` first")
             return read_network(file, model)
     except OSError as error:
-        raise plot.InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
+        raise drawing.InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
 
 
 def read_network(file, model):
@@ -161,7 +161,7 @@ def draw_electrodes(axes, network, clip):
             place = network.position[electrode]
             axes.add_patch(plt.Circle(place, network.radius[electrode], fill=False, linewidth=2, zorder=4))
         elif electrode is not None:
-            axes.plot(*electrode.T, color=plot.INK, linewidth=4, solid_capstyle="butt", clip_on=clip, zorder=4)
+            axes.plot(*electrode.T, color=drawing.INK, linewidth=4, solid_capstyle="butt", clip_on=clip, zorder=4)
 
 
 def panel(axes, network, window=None):
@@ -182,7 +182,7 @@ def panel(axes, network, window=None):
 
 def draw(networks):
     """One panel a network, as a figure."""
-    plot.set_style()
+    drawing.set_style()
     aspect = networks[0].size[1] / networks[0].size[0]
     figure, panels = plt.subplots(
         1, len(networks), figsize=(0.7 + 5 * len(networks), 0.5 + 5 * aspect), layout="constrained", squeeze=False
@@ -204,8 +204,8 @@ def main():
     path = Path(request.file)
     try:
         figure = draw([read(path, model) for model in request.models])
-        plot.save(figure, request.out or path.with_name(path.stem + "-network.png"))
-    except plot.InputError as error:
+        drawing.save(figure, request.out or path.with_name(path.stem + "-network.png"))
+    except drawing.InputError as error:
         print(f"lichtenberg: {error}", file=sys.stderr)
         return 2
     return 0

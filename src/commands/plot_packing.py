@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.lines import Line2D
 
-import plot
+import drawing
 
-FORCE, RATTLER, BEHIND = "#0c7bdc", plot.LOOSE, "#7a7a7a"
+FORCE, RATTLER, BEHIND = "#0c7bdc", drawing.LOOSE, "#7a7a7a"
 
 
 def is_packing(path):
@@ -30,15 +30,15 @@ class Packing:
         self.iteration = int(times[index])
         self.spatial = "height" in file["scene/domain"]
         self.across = [0, 2] if self.spatial else [0, 1]
-        position = particles["position/value"][index] * plot.MM
+        position = particles["position/value"][index] * drawing.MM
         self.position, self.depth = position[:, self.across], position[:, 1]
-        self.radius = particles["radius"][()] * plot.MM
-        self.size = file["scene/domain/size"][()] * plot.MM
+        self.radius = particles["radius"][()] * drawing.MM
+        self.size = file["scene/domain/size"][()] * drawing.MM
         if self.spatial:
-            self.size = np.array([self.size[0], file["scene/domain/height"][()] * plot.MM])
+            self.size = np.array([self.size[0], file["scene/domain/height"][()] * drawing.MM])
         self.energy = file["observables/energy/value"][index]
         walls = file["scene/walls"]
-        self.wall_point, self.wall_normal = walls["point"][()][:, self.across] * plot.MM, walls["normal"][()][:, self.across]
+        self.wall_point, self.wall_normal = walls["point"][()][:, self.across] * drawing.MM, walls["normal"][()][:, self.across]
         self.contacts = file["packing/contacts"][()] if last and "packing" in file else None
         self.force = file["packing/force"][()] if self.contacts is not None else None
         count = len(self.radius)
@@ -57,15 +57,15 @@ class Packing:
 
 def draw_particles(axes, packing):
     order = np.argsort(-packing.depth) if packing.spatial else np.arange(len(packing.radius))
-    face = np.array([RATTLER if loose else plot.STEEL for loose in packing.rattler], dtype=object)
+    face = np.array([RATTLER if loose else drawing.STEEL for loose in packing.rattler], dtype=object)
     if packing.spatial:
         near = np.clip(1 - packing.depth / max(packing.depth.max(), 1e-300), 0, 1)
-        low, high = (np.array(plt.matplotlib.colors.to_rgb(c)) for c in (BEHIND, plot.STEEL))
+        low, high = (np.array(plt.matplotlib.colors.to_rgb(c)) for c in (BEHIND, drawing.STEEL))
         face = low + near[:, None] * (high - low)
         face[packing.rattler] = plt.matplotlib.colors.to_rgb(RATTLER)
     diameter = 2 * packing.radius[order]
-    style = {"facecolor": list(face[order]), "edgecolor": plot.INK, "zorder": 2}
-    style["linewidth"] = plot.line_width(axes, packing, 0.1, 0.8)
+    style = {"facecolor": list(face[order]), "edgecolor": drawing.INK, "zorder": 2}
+    style["linewidth"] = drawing.line_width(axes, packing, 0.1, 0.8)
     # Where particles overlap, both rims show.
     style["alpha"] = 1 if packing.spatial else 0.75
     place = {"units": "xy", "offsets": packing.position[order], "offset_transform": axes.transData}
@@ -76,7 +76,7 @@ def draw_forces(axes, packing):
     """A line as wide as its force is strong, against the mean."""
     if packing.contacts is None or packing.spatial or len(packing.contacts) == 0:
         return
-    mean_width = plot.line_width(axes, packing, 0.15, 2)
+    mean_width = drawing.line_width(axes, packing, 0.15, 2)
     width = mean_width * packing.force / packing.force.mean()
     axes.add_collection(LineCollection(packing.force_lines(), linewidths=width, colors=FORCE, capstyle="round", zorder=3))
 
@@ -84,7 +84,7 @@ def draw_forces(axes, packing):
 def draw_walls(axes, packing):
     for point, normal in zip(packing.wall_point, packing.wall_normal):
         if np.hypot(*normal) > 1e-9:  # else it is seen from the front
-            axes.axline(point, point + np.array([-normal[1], normal[0]]), color=plot.INK, linewidth=1, zorder=1)
+            axes.axline(point, point + np.array([-normal[1], normal[0]]), color=drawing.INK, linewidth=1, zorder=1)
 
 
 def draw_legend(axes, packing):
@@ -92,7 +92,7 @@ def draw_legend(axes, packing):
     if packing.contacts is not None and not packing.spatial:
         handles.append(Line2D([], [], color=FORCE, linewidth=2, label="force"))
     if packing.rattler.any():
-        style = {"linestyle": "", "marker": "o", "markersize": 6, "markeredgecolor": plot.INK, "markeredgewidth": 0.6}
+        style = {"linestyle": "", "marker": "o", "markersize": 6, "markeredgecolor": drawing.INK, "markeredgewidth": 0.6}
         handles.append(Line2D([], [], markerfacecolor=RATTLER, label="rattler", **style))
     if handles:
         where = {"loc": "upper right", "bbox_to_anchor": (1, 0), "ncols": 2, "borderaxespad": 0.5, "handletextpad": 0.4}
@@ -104,7 +104,7 @@ def caption(packing):
 
 
 def draw_panel(axes, packing):
-    plot.set_frame(axes, packing)
+    drawing.set_frame(axes, packing)
     draw_walls(axes, packing)
     draw_particles(axes, packing)
     draw_forces(axes, packing)
@@ -114,10 +114,10 @@ def draw(path, frame):
     """The whole picture, as a figure; the frame exists."""
     with h5py.File(path) as file:
         packing = Packing(file, frame)
-    plot.set_style()
+    drawing.set_style()
     figure, axes = plt.subplots(figsize=(6, 0.9 + 5 * packing.size[1] / packing.size[0]), layout="constrained")
     draw_panel(axes, packing)
-    plot.draw_scale(axes, packing)
+    drawing.draw_scale(axes, packing)
     draw_legend(axes, packing)
     axes.set_title(f"{packing.title}\n{caption(packing)}" if packing.title else caption(packing))
     return figure

@@ -12,7 +12,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-from plot import INK, InputError, plt, save, set_style
+from drawing import INK, InputError, plt, save, set_style
 
 # Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
 STYLES = {

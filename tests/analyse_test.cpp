@@ -1,5 +1,4 @@
 // The command analyse: on result files whose frames are made by hand, by the built program.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 

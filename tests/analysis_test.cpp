@@ -1,7 +1,6 @@
 // The contact network of D 7.2-7.3 on configurations that can be worked out on paper. Lengths in units of the radius:
 // R = 1 and contact_gap = 1, so that conductors are in contact when their centres are closer than 3 (D 7.1), and a
 // conductor is in contact with the bottom of the box, the electrode, when its centre is lower than 2.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -1,5 +1,4 @@
 // D's chapter 4: the charge shuttle and the broken wire, theory against independent numbers.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

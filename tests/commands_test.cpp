@@ -1,5 +1,4 @@
 // The command line as a user meets it: the built program, its exit status and what it prints.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 

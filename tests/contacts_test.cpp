@@ -1,5 +1,4 @@
 // Who touches whom, which groups follow, who holds which charge.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <algorithm>

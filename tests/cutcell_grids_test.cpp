@@ -1,5 +1,4 @@
 // The parts of the cut-cell solver: links, operators, coarse grids.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <algorithm>

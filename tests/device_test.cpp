@@ -1,6 +1,5 @@
 // The device's algorithms, run by the CPU item after item, against the CPU's solver.
 
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <algorithm>

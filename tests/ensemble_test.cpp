@@ -1,5 +1,4 @@
 // The command ensemble, as a user meets it: the built program on scenes of a few conductors that take a moment.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,5 +1,4 @@
 // What happens at instants: contacts made and lost, charges that move, checkpoints.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

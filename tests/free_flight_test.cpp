@@ -1,5 +1,4 @@
 // Bodies that touch nothing move in closed form (src/mechanics/free_flight.hpp).
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

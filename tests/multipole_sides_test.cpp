@@ -1,5 +1,4 @@
 // Sides of the box that are electrodes or insulate, and disks that touch or cross them.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

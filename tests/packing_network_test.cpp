@@ -1,5 +1,4 @@
 // `lichtenberg network`: from a result file to the resistance of the particles in it, and back into the file.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -1,5 +1,4 @@
 // Forces between field solves predicted on a coarser grid (src/mechanics/README.md).
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include "src/effects/floating_conductors.hpp"

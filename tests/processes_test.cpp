@@ -1,5 +1,4 @@
 // The program itself, alone and started by mpirun.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <chrono>

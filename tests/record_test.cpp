@@ -1,6 +1,5 @@
 // Result files: what stands in them, and that neither a kill, a full disk nor a damaged file costs more than one
 // sentence.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/resource.h>

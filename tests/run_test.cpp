@@ -1,5 +1,4 @@
 // The command run, as a user meets it: in a process of its own, on a scene of six conductors that takes a moment.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,5 +1,4 @@
 // What stands where in a scene: electrodes, conductors, groups, populations, packings.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <string>

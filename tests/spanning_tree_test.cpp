@@ -1,5 +1,4 @@
 // Euclidean minimum spanning trees: against Prim's algorithm on all pairs, and on points that stand in special places.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <algorithm>

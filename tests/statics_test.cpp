@@ -1,5 +1,4 @@
 // Packings: the contact potential, minimizers, relaxations that are cut in two or shared among threads.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 

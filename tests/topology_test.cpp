@@ -1,5 +1,4 @@
 // What is said of a tree as a whole: Strahler numbers, degree relations, dimensions, spread of edges.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include <cmath>

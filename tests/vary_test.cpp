@@ -1,5 +1,4 @@
 // Scenes with some keys set to other values: what an ensemble is made of.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
 #include "solvers/error.hpp"

@@ -1,5 +1,4 @@
 // The sweeps behind `work-precision`, on scenes so small that they take milliseconds.
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include "src/commands/work_precision.hpp"
 
 #include <doctest/doctest.h>

@@ -10,6 +10,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
@@ -90,7 +91,8 @@ class Analyser {
   /// contacts that close a loop and are kept by hysteresis alone are missing.
   std::vector<analysis::Contact> contacts(int index, const Frame& frame, const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
-    auto found = analysis::contacts(frame.position, radius_, scene_.effects.contact_discharge->gap, ground);
+    auto found = analysis::contacts(frame.position, radius_,
+                                    scene_.effects.find<effects::ContactDischargeOptions>()->gap, ground);
     const std::vector<int> successor = result_.successor(index);
     for (int i = 0; i < static_cast<int>(successor.size()); ++i) {
       if (successor[i] == analysis::to_ground) found.emplace_back(i, analysis::to_ground);

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {

@@ -19,6 +19,7 @@
 #include "solvers/laplace/cutcell/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/scene.hpp"
 

@@ -8,6 +8,8 @@
 #include "src/analysis/network.hpp"
 #include "src/analysis/strahler.hpp"
 #include "src/commands/ensemble.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/result.hpp"
@@ -63,8 +65,8 @@ void add_other_readings(Quantities& quantities, const analysis::Network& network
   analysis::ContactGraph graph = analysis::contact_graph(static_cast<int>(position.size()), network.contacts);
   graph.grounded.assign(position.size(), false);
   add_fractions(quantities, "_without_ground", analysis::degree_distribution(graph, network.successor));
-  const auto near =
-      analysis::contacts(position, radius, scene.effects.contact_discharge->gap, analysis::ground_of(scene));
+  const auto near = analysis::contacts(position, radius, scene.effects.find<effects::ContactDischargeOptions>()->gap,
+                                       analysis::ground_of(scene));
   graph = analysis::contact_graph(static_cast<int>(position.size()), near);
   add_fractions(quantities, "_without_hysteresis", analysis::degree_distribution(graph, network.successor));
 }
@@ -105,7 +107,7 @@ Quantities quantities_of(const hdf5::Handle& file) {
 /// Throws InputError if the run is past the [stop] of now: it would end at once, with a summary of another end or none.
 void refuse_past(const std::string& path, const hdf5::Handle& file, const Scene& now, bool just_ended) {
   // The "time" of a scene that comes to rest counts its iterations.
-  const bool later = !now.effects.contact_potential && frame_times(file).back() > now.stop.time;
+  const bool later = !now.effects.has("contact_potential") && frame_times(file).back() > now.stop.time;
   if (just_ended || later)
     throw InputError(
         fmt::format("{} is already past this [stop]: move it away, or name another folder with --out", path));
@@ -125,8 +127,7 @@ void inspect_file(const std::string& path, Member& member) {
   const bool just_ended = member.state == State::finished;
   const bool over = hdf5::exists(file, "summary");
   const Scene now = parse_scene(member.text, path);
-  if (!over || !(just_ended || same_end(parse_scene(text, path), now)))
-    return refuse_past(path, file, now, just_ended);
+  if (!over || !(just_ended || same_end(parse_scene(text, path), now))) return refuse_past(path, file, now, just_ended);
   member.quantities = quantities_of(file);
   add_topology(member.quantities, Result(path));
   member.state = State::finished;

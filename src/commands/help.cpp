@@ -6,6 +6,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
 

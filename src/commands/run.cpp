@@ -18,7 +18,7 @@
 #include "src/commands/progress.hpp"
 #include "src/commands/relax.hpp"
 #include "src/commands/summary.hpp"
-#include "src/effects/contact_discharge.hpp"
+#include "src/effects/contact_potential.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
@@ -37,7 +37,7 @@ struct RunArguments {
 Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
-  effects::check_processes(scene.effects.floating_conductors ? &scene.field : nullptr);
+  effects::check_processes(scene.effects.has<effects::FloatingConductorsOptions>() ? &scene.field : nullptr);
   effects::check_device(scene);
   return effects::with_field_chosen(std::move(scene));
 }
@@ -49,10 +49,9 @@ Recorder open_recorder(const RunArguments& request, const Scene& scene) {
 
 /// The network of the contacts that the simulation has made; none in a scene without contacts.
 std::optional<analysis::Network> network_of(const Simulation& simulation, const std::vector<Vec2>& position) {
-  const auto* discharge = simulation.model().find<effects::ContactDischarge>();
-  if (discharge == nullptr) return {};
+  if (simulation.contacts() == nullptr) return {};
   std::vector<analysis::Contact> contacts;
-  for (const auto& [conductor, partner] : discharge->contacts())
+  for (const auto& [conductor, partner] : *simulation.contacts())
     contacts.emplace_back(conductor, partner < static_cast<int>(position.size()) ? partner : analysis::to_ground);
   return analysis::network(std::move(contacts), position);
 }
@@ -116,7 +115,7 @@ class Run {
     Milestone milestone{.checkpoint = *last_state_, .seconds = seconds()};
     Simulation then(scene_);
     then.restore(*last_state_);
-    if (scene_.effects.floating_conductors) milestone.field = then.field();
+    if (scene_.effects.has<effects::FloatingConductorsOptions>()) milestone.field = then.field();
     recorder_.save(milestone);
   }
 
@@ -153,7 +152,7 @@ class Run {
     check_accuracy();
     const Stopwatch stopwatch(recording_seconds_);
     Milestone milestone;
-    if (scene_.effects.floating_conductors) milestone.field = simulation_.field();
+    if (scene_.effects.has<effects::FloatingConductorsOptions>()) milestone.field = simulation_.field();
     milestone.checkpoint = simulation_.checkpoint();
     milestone.seconds = seconds();
     if (outcome_.over) milestone.summary = quantities(outcome_);
@@ -163,11 +162,10 @@ class Run {
 
   /// The choice was made at the start, and conductors have moved since.
   void check_accuracy() {
-    const auto* field = simulation_.model().find<effects::FloatingConductors>();
-    if (field == nullptr || !field->last_problem()) return;
+    if (simulation_.last_problem() == nullptr) return;
     const Stopwatch stopwatch(checking_seconds_);
     const double asked = *scene_.field.accuracy;
-    const double estimate = effects::estimated_error(scene_.field, *field->last_problem());
+    const double estimate = effects::estimated_error(scene_.field, *simulation_.last_problem());
     if (estimate > asked && outcome_.largest_error.value_or(0) <= asked)
       fmt::print(
           stderr,
@@ -209,7 +207,7 @@ class Run {
 
 void run(const RunArguments& request) {
   const Scene scene = requested_scene(request);
-  if (scene.effects.contact_potential)
+  if (scene.effects.has<effects::ContactPotentialOptions>())
     relax(scene, open_recorder(request, scene), request.quiet);
   else
     Run(request, scene).go();

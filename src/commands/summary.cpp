@@ -7,6 +7,7 @@
 
 #include "src/analysis/circuit.hpp"
 #include "src/commands/progress.hpp"
+#include "src/effects/contact_resistance.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -126,7 +127,7 @@ std::string energy_warning(const Outcome& outcome, const Scene& scene) {
       "the energy balance is off by {:.2g} % of what was supplied or became heat, where steps and grid account for "
       "{:.2g} %",
       100 * found, 100 * allowed);
-  if (scene.effects.contact_resistance)
+  if (scene.effects.has<effects::ContactResistanceOptions>())
     return what +
            ": conductors are pressed together before they share their charge, unless a contact's resistance times its "
            "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "

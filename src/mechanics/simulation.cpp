@@ -3,10 +3,12 @@
 #include <optional>
 
 #include "solvers/error.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/effects/effects.hpp"
-#include "src/mechanics/checkpoint.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/electrics.hpp"
 #include "src/mechanics/stepper.hpp"
+#include "src/model/checkpoint.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -17,18 +19,38 @@ using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 /// error must not show.
 Solver default_solver(const Scene& scene) {
   const bool inside = scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic";
-  return inside && scene.effects.floating_conductors ? effects::make_field_solver(scene.field) : nullptr;
+  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field)
+                                                                           : nullptr;
+}
+
+/// The effects that the electrics must know; null where they are not in the scene.
+struct Electric {
+  std::unique_ptr<effects::FloatingConductors> field;
+  std::unique_ptr<effects::ContactDischarge> discharge;
+};
+
+Electric make_electric(const Scene& scene, Solver solver) {
+  Electric made;
+  if (scene.effects.has<effects::ContactDischargeOptions>())
+    made.discharge = std::make_unique<effects::ContactDischarge>(scene);
+  if (!scene.effects.has<effects::FloatingConductorsOptions>()) return made;
+  made.field = solver ? std::make_unique<effects::FloatingConductors>(scene, std::move(solver))
+                      : effects::make_floating_conductors(scene);
+  return made;
 }
 
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, Solver solver);
+  Implementation(const Scene& s, Solver solver) : Implementation(s, make_electric(s, std::move(solver))) {}
+  Implementation(const Scene& s, Electric electric);
   void begin();
   void save_counters(Checkpoint& checkpoint) const;
   void restore_counters(const Checkpoint& checkpoint);
 
   Scene scene;
+  effects::FloatingConductors* field;    ///< the model's; null in a neutral scene
+  effects::ContactDischarge* discharge;  ///< the model's; null if there is none
   Model model;
   Counters counters;
   std::optional<mechanics::Electrics> electrics;  ///< empty in a neutral scene
@@ -38,9 +60,12 @@ struct Simulation::Implementation {
   bool begun = false;      ///< the field of this instant is known
 };
 
-Simulation::Implementation::Implementation(const Scene& s, Solver solver)
-    : scene(s), model(effects::make_model(scene, std::move(solver))) {
-  if (scene.effects.floating_conductors) electrics.emplace(scene, model, counters);
+Simulation::Implementation::Implementation(const Scene& s, Electric electric)
+    : scene(s),
+      field(electric.field.get()),
+      discharge(electric.discharge.get()),
+      model(effects::make_model(scene, effects::made(std::move(electric.field), std::move(electric.discharge)))) {
+  if (field) electrics.emplace(scene, model, *field, discharge, counters);
   stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters});
 }
 
@@ -63,7 +88,7 @@ void Simulation::Implementation::save_counters(Checkpoint& checkpoint) const {
 }
 
 void Simulation::Implementation::restore_counters(const Checkpoint& checkpoint) {
-  const std::vector<std::int64_t>& saved = mechanics::integers(checkpoint, "counters");
+  const std::vector<std::int64_t>& saved = integers(checkpoint, "counters");
   Counters& c = counters;
   const auto all = {&c.field_solves, &c.iterations,           &c.predictions,   &c.steps,         &c.rejected_steps,
                     &c.corrections,  &c.rejected_corrections, &c.contacts_made, &c.contacts_lost, &c.regroupings};
@@ -81,6 +106,13 @@ Simulation::~Simulation() = default;
 double Simulation::time() const { return implementation_->time; }
 const Counters& Simulation::counters() const { return implementation_->counters; }
 const Model& Simulation::model() const { return implementation_->model; }
+const std::vector<effects::Contact>* Simulation::contacts() const {
+  return implementation_->discharge ? &implementation_->discharge->contacts() : nullptr;
+}
+const laplace::LaplaceProblem* Simulation::last_problem() const {
+  const effects::FloatingConductors* field = implementation_->field;
+  return field && field->last_problem() ? &*field->last_problem() : nullptr;
+}
 
 void Simulation::advance_to(double time) {
   Implementation& self = *implementation_;
@@ -152,6 +184,7 @@ Checkpoint Simulation::snapshot() {
   self.save_counters(checkpoint);
   if (self.electrics) self.electrics->save(checkpoint);
   self.stepper->save(checkpoint);
+  self.model.save(checkpoint);
   return checkpoint;
 }
 
@@ -159,15 +192,16 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   Implementation& self = *implementation_;
   Bodies& bodies = self.model.bodies;
   const std::size_t components = bodies.position.size();
-  self.time = mechanics::reals(checkpoint, "time", 1).front();
-  bodies.position = mechanics::reals(checkpoint, "position", components);
-  bodies.momentum = mechanics::reals(checkpoint, "momentum", components);
+  self.time = reals(checkpoint, "time", 1).front();
+  bodies.position = reals(checkpoint, "position", components);
+  bodies.momentum = reals(checkpoint, "momentum", components);
   self.restore_counters(checkpoint);
   if (self.electrics) {
     self.electrics->restore(checkpoint, self.time);
     self.electrics->field().forget();
   }
   self.stepper->restore(checkpoint);
+  self.model.restore(checkpoint);
   self.connected = true;
   self.begun = false;
 }

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "solvers/laplace/problem.hpp"
+#include "src/effects/groups.hpp"
 #include "src/mechanics/counters.hpp"
 #include "src/model/frame.hpp"
 #include "src/model/model.hpp"
@@ -41,6 +42,10 @@ class Simulation {
 
   const Counters& counters() const;
   const Model& model() const;
+  /// The electrical contacts that are made now; null in a scene without contact_discharge.
+  const std::vector<effects::Contact>* contacts() const;
+  /// The last field problem that was solved; null unless the scene asks for an accuracy.
+  const laplace::LaplaceProblem* last_problem() const;
 
  private:
   struct Implementation;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/result.hpp"
@@ -142,7 +143,8 @@ void Recorder::put_session(const hdf5::Handle& file, const std::map<std::string,
   const std::string path = session_group(session_);
   if (!hdf5::exists(file, path)) {
     put_program(hdf5::open_group(file, path), provenance_);
-    if (scene_.effects.floating_conductors) put_field_options(hdf5::open_group(file, path + "/field"), scene_.field);
+    if (scene_.effects.has<effects::FloatingConductorsOptions>())
+      put_field_options(hdf5::open_group(file, path + "/field"), scene_.field);
   }
   const hdf5::Handle group = hdf5::open_group(file, path + "/seconds");
   for (const auto& [activity, value] : seconds) hdf5::put(group, activity, value, "s");

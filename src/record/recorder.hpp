@@ -9,19 +9,13 @@
 #include "solvers/laplace/problem.hpp"
 #include "src/analysis/network.hpp"
 #include "src/model/frame.hpp"
+#include "src/model/quantity.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
-
-/// A number of the run's final summary.
-struct Quantity {
-  std::string name;
-  double value = 0;
-  std::string unit;
-};
 
 /// What a save writes besides the frames.
 struct Milestone {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "solvers/error.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/layout.hpp"
 #include "src/version.hpp"
 

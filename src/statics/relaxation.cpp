@@ -14,6 +14,7 @@
 #include "solvers/minimize/gradient_descent.hpp"
 #include "solvers/minimize/lbfgs.hpp"
 #include "solvers/minimize/newton_cg.hpp"
+#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/statics/potential_energy.hpp"
 
@@ -78,9 +79,10 @@ double longest(std::span<const double> vectors, int dimension) {
 struct Relaxation::Implementation {
   explicit Implementation(const Scene& s)
       : scene(s),
+        stiffness(s.effects.find<effects::ContactPotentialOptions>()->stiffness),
         diameter(mean_diameter(s)),
         order(spatial_order(s, diameter)),
-        energy(effects::make_model(reordered(s, order)), threads_for(s)),
+        energy(reordered(s, order), threads_for(s)),
         method(scene.minimize.method == "lbfgs-newton" ? "lbfgs" : scene.minimize.method) {
     start(energy.model().bodies.position);
   }
@@ -93,7 +95,7 @@ struct Relaxation::Implementation {
   /// Lengths, times and steps that mean the same in every scene: with unit masses the fastest of a disk's motions has a
   /// period of about 2 diameter / sqrt(stiffness).
   std::unique_ptr<minimize::Minimizer> make_minimizer(std::vector<double> x) {
-    const double stiffness = scene.effects.contact_potential->stiffness, area = diameter * diameter / stiffness;
+    const double area = diameter * diameter / stiffness;
     const double move = 0.1 * diameter;
     if (method == "gradient-descent")
       return std::make_unique<minimize::GradientDescent>(energy, std::move(x), scene.minimize.step * area, move);
@@ -138,7 +140,7 @@ struct Relaxation::Implementation {
   void choose_method() {
     if (scene.minimize.method != "lbfgs-newton") return;
     constexpr std::int64_t most_evaluations = 100;
-    const double unit = scene.effects.contact_potential->stiffness / diameter;
+    const double unit = stiffness / diameter;
     if (method == "lbfgs" && largest_force <= settled * unit) {
       change_to("newton-cg");
     } else if (method == "newton-cg" && evaluations() - changed_at > most_evaluations) {
@@ -148,6 +150,7 @@ struct Relaxation::Implementation {
   }
 
   Scene scene;
+  double stiffness;        ///< J
   double diameter;         ///< m, mean
   std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
   statics::PotentialEnergy energy;
@@ -167,9 +170,7 @@ std::int64_t Relaxation::iteration() const { return implementation_->iteration; 
 std::int64_t Relaxation::evaluations() const { return implementation_->evaluations(); }
 double Relaxation::energy() const { return implementation_->minimizer->point().value; }
 double Relaxation::largest_force() const { return implementation_->largest_force; }
-double Relaxation::force_unit() const {
-  return implementation_->scene.effects.contact_potential->stiffness / implementation_->diameter;
-}
+double Relaxation::force_unit() const { return implementation_->stiffness / implementation_->diameter; }
 bool Relaxation::at_rest() const {
   return largest_force() <= implementation_->scene.minimize.force_tolerance * force_unit();
 }

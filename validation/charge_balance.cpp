@@ -16,10 +16,10 @@ void run(Report& report, Scene scene) {
   Simulation simulation(scene);
   const double current = scene.effects.current_source->current * static_cast<double>(scene.conductors.size());
   std::vector<double> unbalanced, misfed;
-  Frame frame = simulation.frame();
+  ConductorFrame frame = simulation.now();
   while (!simulation.stationary() && frame.time < scene.stop.time) {
     simulation.advance_to(frame.time + scene.output.every);
-    frame = simulation.frame();
+    frame = simulation.now();
     const double fed = current * frame.time;
     unbalanced.push_back((frame.charge_held + frame.charge_drained - frame.charge_fed) / fed);
     misfed.push_back((frame.charge_fed - fed) / fed);

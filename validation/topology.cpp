@@ -290,7 +290,7 @@ Scene small_dendrite(int seed) {
 }
 
 /// As the run made its contacts.
-Topology topology_of(const Simulation& simulation, const Frame& frame, const Scene& scene) {
+Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, const Scene& scene) {
   const int n = static_cast<int>(frame.position.size());
   std::vector<Contact> contacts;
   for (const auto& [conductor, partner] : simulation.model().find<effects::ContactDischarge>()->contacts())
@@ -309,7 +309,7 @@ void report_runs(Report& report) {
     const Scene scene = small_dendrite(seed);
     Simulation simulation(scene);
     while (!simulation.stationary() && simulation.time() < 60) simulation.advance_to(simulation.time() + 0.1);
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     const Topology t = topology_of(simulation, frame, scene);
     const DegreeRelations& r = t.relations;
     fractions.add(t.network.degrees.number, t.orders, t.network.degrees.connected);

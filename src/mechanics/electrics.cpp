@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "solvers/error.hpp"
-#include "src/mechanics/checkpoint.hpp"
+#include "src/model/checkpoint.hpp"
 #include "src/mechanics/step_control.hpp"
 
 namespace lichtenberg::mechanics {

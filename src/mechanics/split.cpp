@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "src/effects/contact_discharge.hpp"
-#include "src/mechanics/checkpoint.hpp"
+#include "src/model/checkpoint.hpp"
 #include "src/mechanics/step_control.hpp"
 
 namespace lichtenberg::mechanics {

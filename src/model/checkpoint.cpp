@@ -1,10 +1,10 @@
-#include "src/mechanics/checkpoint.hpp"
+#include "src/model/checkpoint.hpp"
 
 #include <fmt/format.h>
 
 #include "solvers/error.hpp"
 
-namespace lichtenberg::mechanics {
+namespace lichtenberg {
 
 const std::vector<double>& reals(const Checkpoint& checkpoint, const std::string& name, std::size_t size) {
   const auto found = checkpoint.reals.find(name);
@@ -24,4 +24,4 @@ const std::vector<std::int64_t>& integers(const Checkpoint& checkpoint, const st
   return found->second;
 }
 
-}  // namespace lichtenberg::mechanics
+}  // namespace lichtenberg

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/analysis/circuit.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
@@ -103,7 +103,7 @@ class Run {
     try {
       simulation_.advance_to(next_frame());
     } catch (const Failure& failure) {
-      if (laplace::process_count() > 1) throw;  // it may be this process's own, and saving takes all
+      if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
       progress.end_line();
       if (last_state_) save_last_frame();
       throw Failure(fmt::format("{}; {} holds the run up to t = {:.6g} s, and --resume goes on from there",

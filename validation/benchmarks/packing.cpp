@@ -8,7 +8,7 @@
 #include <ctime>
 #include <fstream>
 
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/effects/effects.hpp"
 #include "src/statics/potential_energy.hpp"
 #include "src/statics/relaxation.hpp"
@@ -188,11 +188,11 @@ int main(int argc, char** argv) {
   for (const int count : options.sizes)
     for (const std::string& method : options.methods) {
       if (method == "lmvm") {
-        laplace::start_petsc();
+        parallel::start_petsc();
         run_tao(options, count);
       } else {
         run_ours(options, count, method);
       }
     }
-  laplace::finish_petsc();
+  parallel::finish_petsc();
 }

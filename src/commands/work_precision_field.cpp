@@ -99,7 +99,7 @@ class PetscSetting {
   using Options = std::vector<std::pair<const char*, const char*>>;
   explicit PetscSetting(Options options) : options_(std::move(options)) {
     if (!options_.empty()) parallel::start_petsc();
-    for (const auto& [name, value] : options_) laplace::check_petsc(PetscOptionsSetValue(nullptr, name, value));
+    for (const auto& [name, value] : options_) parallel::check_petsc(PetscOptionsSetValue(nullptr, name, value));
   }
   ~PetscSetting() {
     for (const auto& [name, value] : options_) PetscOptionsClearValue(nullptr, name);

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/cvode.hpp"
@@ -380,7 +380,7 @@ TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
   CHECK(!simulation.model().neighbours);
   CHECK(!simulation.stationary());
   CHECK_FALSE(simulation.field());
-  CHECK(!laplace::petsc_started());
+  CHECK(!parallel::petsc_started());
 }
 
 TEST_CASE(

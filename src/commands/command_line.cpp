@@ -11,8 +11,9 @@
 #include <new>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
-#include "solvers/laplace/cutcell/processes.hpp"
+#include "solvers/laplace/cutcell/shares.hpp"
+#include "solvers/parallel/petsc.hpp"
+#include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/version.hpp"
@@ -75,7 +76,7 @@ void dispatch(std::vector<std::string> arguments) {
 }
 
 void warn_of_unused_options() {
-  for (const std::string& option : laplace::unused_petsc_options())
+  for (const std::string& option : parallel::unused_petsc_options())
     fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", option);
 }
 
@@ -111,14 +112,16 @@ int status_of(const std::function<int()>& work) {
 
 int run_command_line(std::vector<std::string> arguments) {
   const int status = status_of([&] {
-    laplace::set_petsc_options(take_petsc_options(arguments));
-    if (!laplace::join_processes()) return 0;  // one of mpirun's that only helped the first
+    parallel::set_petsc_options(take_petsc_options(arguments));
+    laplace::SolverShares shares;
+    const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
+    if (!first) return 0;  // one of mpirun's that only helped the first
     dispatch(std::move(arguments));
     warn_of_unused_options();
     finish_output();
     return 0;
   });
-  laplace::dismiss_processes(status != 0);
+  parallel::dismiss_processes(status != 0);
   return status;
 }
 

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/record/atomic_file.hpp"
@@ -125,7 +125,7 @@ void report(const Arguments& request, const std::vector<Member>& members) {
 }
 
 void run_ensemble(Arguments request) {
-  if (laplace::process_count() > 1)
+  if (parallel::process_count() > 1)
     throw InputError("ensemble runs processes of its own, one a member: leave mpirun out");
   if (request.folder.empty()) request.folder = fs::path(request.scene).stem().string() + "-ensemble";
   const int jobs = request.jobs > 0 ? request.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

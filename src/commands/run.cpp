@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/draw.hpp"
@@ -99,7 +99,7 @@ class Run {
     try {
       motion_->advance_to(due, pause);
     } catch (const Failure& failure) {
-      if (laplace::process_count() > 1) throw;  // it may be this process's own, and saving takes all
+      if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
       progress.end_line();
       if (last_state_) save_last_frame();
       throw Failure(fmt::format("{}; {} holds the run up to {}, and --resume goes on from there", failure.what(),

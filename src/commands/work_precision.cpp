@@ -9,7 +9,7 @@
 #include <span>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/output.hpp"
@@ -27,7 +27,7 @@ struct Arguments {
 };
 
 void check(const Arguments& arguments) {
-  if (laplace::process_count() > 1)
+  if (parallel::process_count() > 1)
     throw InputError("work-precision compares methods on one process: leave mpirun out");
   if (arguments.time && !arguments.request.sizes.empty())
     throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");

@@ -55,7 +55,7 @@ void residual_row(int n, float* r, const float* f, const float* v, const float* 
 
 }  // namespace
 
-Grid::Grid(const Layout& at, int sweeps, Team& team)
+Grid::Grid(const Layout& at, int sweeps, parallel::Team& team)
     : layout(at),
       v(at.size()),
       f(at.size()),

@@ -14,7 +14,7 @@ namespace lichtenberg::laplace {
 class Grid {
  public:
   /// `sweeps` over the cells go before, and as many after, the correction from the next coarser grid.
-  Grid(const Layout& at, int sweeps, Team& team);
+  Grid(const Layout& at, int sweeps, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, const Level& level);
 
@@ -77,7 +77,7 @@ class Grid {
   const float* natural_row(int j) const { return &natural_[(j + 1) * natural_stride_ + Layout::pad]; }
 
   int sweeps_;
-  Team* team_;
+  parallel::Team* team_;
   LinkLists<float> links_;
   std::vector<float> residual_;          // by slot, red cells only
   std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown

@@ -11,6 +11,8 @@
 #include "solvers/network/build.hpp"
 #include "solvers/network/components.hpp"
 #include "solvers/network/conduction.hpp"
+#include "solvers/network/resistor.hpp"
+#include "tests/conductance_matrix.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "solvers/error.hpp"
+#include "solvers/network/resistor.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/output.hpp"

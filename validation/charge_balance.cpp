@@ -5,6 +5,7 @@
 //   charge_balance long    the dendrite, 324 conductors, on S = 256
 
 #include "src/mechanics/simulation.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -39,7 +40,7 @@ void run(Report& report, Scene scene) {
 
 int main(int argc, char** argv) {
   Report report("Charge balance of whole runs");
-  const std::string scenes = LICHTENBERG_SOURCE_DIR "/scenes/";
+  const std::string scenes = source_folder() + "/scenes/";
   run(report, read_scene(scenes + "seedling.toml"));
   if (asked_for_long(argc, argv)) {
     Scene dendrite = read_scene(scenes + "dendrite.toml");

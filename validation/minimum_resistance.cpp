@@ -15,6 +15,7 @@
 #include "solvers/laplace/multipole/solver.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -70,7 +71,7 @@ double progress(double d, double radius) {
 /// by a fraction of some pi (D/L)^2. Inertia: the spheres lag behind by a relaxation time m / gamma.
 void pair_trajectory(Report& report) {
   report.section("scenes/pair.toml");
-  const Scene scene = read_scene(LICHTENBERG_SOURCE_DIR "/scenes/pair.toml");
+  const Scene scene = read_scene(source_folder() + "/scenes/pair.toml");
   Simulation simulation(scene);
   const double radius = scene.conductors[0].radius, depth = scene.medium.depth;
   const double drag = 6 * pi * scene.medium.viscosity * radius;

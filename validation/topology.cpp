@@ -17,6 +17,7 @@
 #include "src/analysis/topology.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 #include "validation/random_trees.hpp"
 
@@ -196,7 +197,7 @@ RandomTrees report_random(Report& report, bool large) {
 
 /// scenes/dendrite.toml with some of its text replaced.
 Scene dendrite(const std::vector<std::pair<std::string, std::string>>& changes) {
-  std::ifstream file(LICHTENBERG_SOURCE_DIR "/scenes/dendrite.toml");
+  std::ifstream file(source_folder() + "/scenes/dendrite.toml");
   std::stringstream stream;
   stream << file.rdbuf();
   std::string text = stream.str();

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -139,13 +138,14 @@ void analyse(const AnalyseArguments& request) {
 
 }  // namespace
 
-void add_analyse(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("analyse", "Finds and stores the topology of a run, frame by frame");
+Command analyse_command() {
   auto request = std::make_shared<AnalyseArguments>();
-  command->add_option("RESULT", request->file, "result file of a run (.h5); gets the group /analysis")->required();
-  command->add_option("--frame", request->frame, "only the frame of this index, from 0, and nothing is stored");
-  command->add_flag("--json", request->json, "print JSON (SI units) in place of a table");
-  command->callback([request] { analyse(*request); });
+  return {"analyse",
+          "Finds and stores the topology of a run, frame by frame",
+          {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
+           {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
+           {"--json", &request->json, "print JSON (SI units) in place of a table"}},
+          [request] { analyse(*request); }};
 }
 
 }  // namespace lichtenberg

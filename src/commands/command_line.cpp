@@ -8,7 +8,10 @@
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <new>
+#include <type_traits>
+#include <variant>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/shares.hpp"
@@ -16,6 +19,7 @@
 #include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
 #include "src/scene/nearest.hpp"
+#include "src/scene/scene.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
@@ -31,6 +35,11 @@ std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments)
   return options;
 }
 
+std::vector<Command> all_commands() {
+  return {run_command(),     solve_command(),   explain_command(),        plot_command(),
+          analyse_command(), network_command(), work_precision_command(), ensemble_command()};
+}
+
 void check_command(const CLI::App& program, const std::string& command) {
   std::vector<std::string> known;
   for (const CLI::App* subcommand : program.get_subcommands({})) known.push_back(subcommand->get_name());
@@ -39,20 +48,64 @@ void check_command(const CLI::App& program, const std::string& command) {
                                command, nearest(command, known)));
 }
 
+CLI::Option* add(CLI::App& subcommand, const Argument& argument) {
+  return std::visit(
+      [&](auto* target) {
+        if constexpr (std::is_same_v<decltype(target), bool*>)
+          return subcommand.add_flag(argument.name, *target, argument.help);
+        else
+          return subcommand.add_option(argument.name, *target, argument.help);
+      },
+      argument.target);
+}
+
+void declare(CLI::App& subcommand, const Argument& argument) {
+  CLI::Option* option = add(subcommand, argument);
+  const ArgumentRule& rule = argument.rule;
+  option->required(rule.required);
+  if (rule.positive) option->check(CLI::PositiveNumber);
+  if (rule.comma_separated) option->delimiter(',');
+  if (rule.repeated) option->take_all()->allow_extra_args(false);
+  if (rule.default_shown) option->capture_default_str();
+  if (!rule.allowed.empty()) option->check(CLI::IsMember(rule.allowed));
+  if (!rule.excluded.empty()) option->excludes(subcommand.get_option(rule.excluded));
+}
+
+void declare(CLI::App& program, const Command& command) {
+  CLI::App* subcommand = program.add_subcommand(command.name, command.help);
+  for (const Argument& argument : command.arguments) declare(*subcommand, argument);
+  subcommand->callback(command.act);
+}
+
+std::string help_text(const CLI::App& program, const std::string& topic) {
+  // Not program.help(): that would pass the question on to the subcommand that was given, which is this one.
+  if (topic.empty())
+    return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
+  if (topic == "scene") return scene_help();
+  std::vector<std::string> topics{"scene"};
+  for (const CLI::App* command : program.get_subcommands({})) {
+    if (command->get_name() == topic) return command->help(program.get_name());
+    topics.push_back(command->get_name());
+  }
+  throw InputError(fmt::format("there is no help on `{}`; did you mean `{}`? The topics are {}", topic,
+                               nearest(topic, topics), fmt::join(topics, ", ")));
+}
+
+Command help_command(const CLI::App& program) {
+  auto topic = std::make_shared<std::string>();
+  return {"help",
+          "Explains a command, or with `help scene` every key of a scene file",
+          {{"TOPIC", topic.get(), "a command, or scene"}},
+          [&program, topic] { fmt::print("{}", help_text(program, *topic)); }};
+}
+
 void declare(CLI::App& program) {
   const Version version = lichtenberg_version();
   program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
   program.require_subcommand(1);
   program.footer("Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
-  add_run(program);
-  add_solve(program);
-  add_explain(program);
-  add_plot(program);
-  add_analyse(program);
-  add_network(program);
-  add_work_precision(program);
-  add_ensemble(program);
-  add_help(program);
+  for (const Command& command : all_commands()) declare(program, command);
+  declare(program, help_command(program));
 }
 
 void dispatch(std::vector<std::string> arguments) {

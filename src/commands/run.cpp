@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -208,16 +207,17 @@ class Run {
 
 }  // namespace
 
-void add_run(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("run", "Carries a scene on in time and records it");
+Command run_command() {
   auto request = std::make_shared<RunArguments>();
-  command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
-  command->add_option("--out", request->file, "result file (default: output.file of the scene)");
-  add_device_option(*command, request->device);
-  CLI::Option* resume = command->add_flag("--resume", request->resume, "go on from the checkpoint in the result file");
-  command->add_flag("--overwrite", request->overwrite, "replace the result file if it exists")->excludes(resume);
-  command->add_flag("--quiet", request->quiet, "print nothing but errors");
-  command->callback([request] { Run(*request, requested_scene(*request)).go(); });
+  return {"run",
+          "Carries a scene on in time and records it",
+          {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
+           {"--out", &request->file, "result file (default: output.file of the scene)"},
+           device_argument(request->device),
+           {"--resume", &request->resume, "go on from the checkpoint in the result file"},
+           {"--overwrite", &request->overwrite, "replace the result file if it exists", {.excluded = "--resume"}},
+           {"--quiet", &request->quiet, "print nothing but errors"}},
+          [request] { Run(*request, requested_scene(*request)).go(); }};
 }
 
 }  // namespace lichtenberg

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Sparse>
 #include <array>
 #include <span>
 #include <vector>
 
 #include "solvers/laplace/cutcell/link_lists.hpp"
+#include "solvers/laplace/cutcell/sparse_factors.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -84,7 +84,7 @@ class Grid {
   std::vector<float> group_inverse_diagonal_, flux_;
   GroupCoupling coupling_;
   std::vector<int> tight_, tight_place_;  // groups relaxed together; of each group its place among them or -1
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> tight_factors_;
+  SparseFactors tight_factors_;
   // If there are couplings, all coupled groups are among the tight ones: factors, potentials, and what the
   // others and the cells brought them when they were relaxed last.
   bool is_coupled_ = false;

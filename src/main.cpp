@@ -1,8 +1,8 @@
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/command_line.hpp"
 
 int main(int argc, char** argv) {
   const int status = lichtenberg::run_command_line({argv + 1, argv + argc});
-  lichtenberg::laplace::finish_petsc();
+  lichtenberg::parallel::finish_petsc();
   return status;
 }

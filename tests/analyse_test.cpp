@@ -54,8 +54,8 @@ gap = 1e-3
 
 const std::vector<double> masses{3e-5, 3e-5, 3e-5, 3e-5};
 
-Frame frame_at(double time, std::vector<Vec2> position) {
-  Frame frame;
+ConductorFrame frame_at(double time, std::vector<Vec2> position) {
+  ConductorFrame frame;
   frame.time = time;
   frame.position = std::move(position);
   frame.velocity.resize(4);
@@ -68,11 +68,11 @@ Frame frame_at(double time, std::vector<Vec2> position) {
 }
 
 /// A chain of three and a loose one.
-Frame first_frame() { return frame_at(0, {{10e-3, 1.5e-3}, {10e-3, 4e-3}, {10e-3, 6.5e-3}, {30e-3, 30e-3}}); }
+ConductorFrame first_frame() { return frame_at(0, {{10e-3, 1.5e-3}, {10e-3, 4e-3}, {10e-3, 6.5e-3}, {30e-3, 30e-3}}); }
 
 /// The loose one has come to lean on 0 and 1, 3.02 mm from 0: a contact that is kept by hysteresis.
-Frame second_frame() {
-  Frame frame = first_frame();
+ConductorFrame second_frame() {
+  ConductorFrame frame = first_frame();
   frame.time = 0.5;
   frame.position[3] = {10e-3 + std::sqrt(3.02 * 3.02 - 1) * 1e-3, 2.5e-3};
   frame.velocity[3] = {3e-3, 4e-3};
@@ -88,8 +88,8 @@ const std::vector<analysis::Contact> second_contacts{{0, analysis::to_ground}, {
 /// The run of both frames.
 Recorder saved_run(const std::string& path, const std::string& text = scene_text) {
   Recorder recorder = Recorder::start(path, parse_scene(text, "four.toml"), masses, false);
-  recorder.add(first_frame(), analysis::network(first_contacts, first_frame().position));
-  recorder.add(second_frame(), analysis::network(second_contacts, second_frame().position));
+  recorder.add(recorded(first_frame(), analysis::network(first_contacts, first_frame().position)));
+  recorder.add(recorded(second_frame(), analysis::network(second_contacts, second_frame().position)));
   recorder.save({});
   return recorder;
 }
@@ -214,13 +214,13 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
       "[effects.wall_contact]\nyoung = 100e9\npoisson = 0.3\n";
   Recorder recorder =
       Recorder::start(folder / "four.h5", parse_scene(scene_text + elastic, "four.toml"), masses, false);
-  Frame pressed = second_frame();
+  ConductorFrame pressed = second_frame();
   const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
   pressed.position[0].y = 1e-3 - overlap;
   pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
   const std::vector<analysis::Contact> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
-  recorder.add(first_frame(), analysis::network(first_contacts, first_frame().position));
-  recorder.add(pressed, analysis::network(contacts, pressed.position));
+  recorder.add(recorded(first_frame(), analysis::network(first_contacts, first_frame().position)));
+  recorder.add(recorded(pressed, analysis::network(contacts, pressed.position)));
   recorder.save({});
   // Hertz: 8/15 E* sqrt(R_eff) overlap^(5/2), 1/E* = 2 (1 - poisson^2) / young.
   const auto energy = [&](double young, double radius) {
@@ -346,9 +346,9 @@ TEST_CASE("a run that goes on takes what was found of fewer frames out of its fi
   const Folder folder;
   Recorder recorder = saved_run(folder / "four.h5");
   REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
-  Frame third = second_frame();
+  ConductorFrame third = second_frame();
   third.time = 1;
-  recorder.add(third, analysis::network(second_contacts, third.position));
+  recorder.add(recorded(third, analysis::network(second_contacts, third.position)));
   recorder.save({});
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "four.h5"), "analysis"));
   CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
@@ -358,12 +358,12 @@ TEST_CASE("a file that changes while it is analysed stays as its run left it") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "four.h5");
   const Result result(folder / "four.h5");
-  Frame third = second_frame();
+  ConductorFrame third = second_frame();
   third.time = 1;
-  recorder.add(third, analysis::network(second_contacts, third.position));
+  recorder.add(recorded(third, analysis::network(second_contacts, third.position)));
   recorder.save({});
   const std::string newer = text_of(folder / "four.h5");
-  CHECK_THROWS_AS(result.put_analysis({{"time", "s", 0, result.times()}}), Failure);
+  CHECK_THROWS_AS(result.put_analysis({{"time", "s", Column::Of::list, 0, result.times()}}), Failure);
   CHECK(text_of(folder / "four.h5") == newer);
 }
 

@@ -236,7 +236,7 @@ TEST_CASE("19 of 20 intervals hold the truth") {
 }
 
 TEST_CASE("a circuit's energy account: what is stored and lost less what came; an energy of each kind counts") {
-  Frame frame{.energy = 1};
+  ConductorFrame frame{.energy = 1};
   frame.energy_balance = {.kinetic = 10, .elastic = 100, .flows = {1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9}};
   CHECK_EQ(energy_account(frame), 1111100000 + 111 - 11000);
 }

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -73,7 +73,7 @@ void check_same(const LaplaceSolution& a, const LaplaceSolution& b) {
 
 /// What each process has found, in the first.
 std::vector<double> all_of(double value) {
-  std::vector<double> values(process_count());
+  std::vector<double> values(parallel::process_count());
   MPI_Gather(&value, 1, MPI_DOUBLE, values.data(), 1, MPI_DOUBLE, 0, PETSC_COMM_WORLD);
   return values;
 }
@@ -107,7 +107,7 @@ TEST_CASE("every process gets the same bits") {
   for (const double v : solver.field().value) sum += v;
   for (const double value : {solution.energy, solution.group_potential[3], solution.body_force[5].x, sum}) {
     const std::vector<double> values = all_of(value);
-    if (process_rank() == 0)
+    if (parallel::process_rank() == 0)
       for (const double other : values) CHECK(other == values[0]);
   }
 }
@@ -126,13 +126,13 @@ TEST_CASE("with more processes than some have use for: four unknown cells and a 
 }
 
 TEST_CASE("-field_ksp_rtol overrules the tolerance") {
-  start_petsc();
+  parallel::start_petsc();
   CutCellSolver strict(options(CutCellOptions::LinearSolver::assembled));
   const int iterations = strict.solve(crowd(true)).iterations;
-  check_petsc(PetscOptionsSetValue(nullptr, "-field_ksp_rtol", "1e-3"));
+  parallel::check_petsc(PetscOptionsSetValue(nullptr, "-field_ksp_rtol", "1e-3"));
   CutCellSolver loose(options(CutCellOptions::LinearSolver::assembled));
   const LaplaceSolution solution = loose.solve(crowd(true));
-  check_petsc(PetscOptionsClearValue(nullptr, "-field_ksp_rtol"));
+  parallel::check_petsc(PetscOptionsClearValue(nullptr, "-field_ksp_rtol"));
   CHECK(solution.iterations < iterations);
   CHECK(solution.residual < 1e-3);
   CHECK(solution.residual > tolerance);
@@ -227,6 +227,6 @@ TEST_CASE("apertures: disks smaller than a cell, in contact, merged and cut by a
 }
 
 int main(int argc, char** argv) {
-  start_petsc();
+  parallel::start_petsc();
   return doctest::Context(argc, argv).run();
 }

@@ -40,12 +40,12 @@ Scene resistor_scene(double ohm) {
 }
 const double capacitance = 2 * std::numbers::pi * 4.2e-11 * 2 * radius / std::log(0.1 / radius);  // F
 
-double balance(const Frame& f, double initial_charge = 0) {
+double balance(const ConductorFrame& f, double initial_charge = 0) {
   return f.charge_held + f.charge_drained + f.charge_leaked - f.charge_fed - initial_charge;
 }
 
 /// J, of what should not change: everything stored, less what was supplied, and what became heat.
-double total_energy(const Frame& f) {
+double total_energy(const ConductorFrame& f) {
   const EnergyBalance& e = *f.energy_balance;
   return f.energy + e.kinetic + e.elastic - e.flows.supplied() + e.flows.dissipated();
 }
@@ -111,7 +111,7 @@ TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exact
     Simulation simulation(scene, no_forces());
     for (const double time : {0.1, 0.5, 3.0}) {
       simulation.advance_to(time);
-      const Frame frame = simulation.frame();
+      const ConductorFrame frame = simulation.now();
       const double steady = 1e-10 * 0.3, exact = steady + (-2e-11 - steady) * std::exp(-time / 0.3);
       CHECK(frame.charge[0] == near(exact, 1e-12));
       CHECK(std::abs(balance(frame, -2e-11)) < 1e-15 * frame.charge_fed);
@@ -129,7 +129,7 @@ TEST_CASE("what a held conductor leaks its supply replaces") {
   scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / 0.3});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(1.2);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   const double q = 1000 * capacitance;
   CHECK(frame.charge[0] == near(q, 1e-6));  // LineCharges: 1e-9 a solve
   CHECK(frame.charge_leaked == near(q * 1.2 / 0.3, 1e-6));
@@ -149,7 +149,7 @@ TEST_CASE("an electrode behind a resistor charges as C and R say, to the accurac
     double worst = 0;
     for (const double time : {0.1, 0.3, 1.0}) {
       simulation.advance_to(time);
-      const Frame frame = simulation.frame();
+      const ConductorFrame frame = simulation.now();
       worst = std::max(worst, std::abs(frame.terminals[0].surface_potential / 1000 - -std::expm1(-time / 0.2)));
       CHECK(-frame.charge_drained == near(frame.charge_held, 1e-14));
     }
@@ -170,7 +170,7 @@ TEST_CASE("the charge step is of second order") {
     scene.mechanics.euler_step = scene.mechanics.euler_field_step = dt;
     Simulation simulation(scene, std::make_unique<LineCharges>());
     simulation.advance_to(0.2);
-    return simulation.frame().terminals[0].surface_potential / 1000 + std::expm1(-1);
+    return simulation.now().terminals[0].surface_potential / 1000 + std::expm1(-1);
   };
   CHECK(error(0.01) / error(0.005) == doctest::Approx(4).epsilon(0.1));
   CHECK(error(0.005) / error(0.0025) == doctest::Approx(4).epsilon(0.05));
@@ -180,12 +180,12 @@ TEST_CASE("no resistance is the supply itself, a huge one an insulated electrode
   Scene scene = resistor_scene(1e-3 / capacitance * 1e-6);  // RC = 1 ns
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.3);
-  CHECK(simulation.frame().terminals[0].surface_potential == near(1000, 1e-7));
+  CHECK(simulation.now().terminals[0].surface_potential == near(1000, 1e-7));
   CHECK(simulation.counters().field_solves < 30);  // regression value: 20, where RC fits 3e8 times
   scene.electrodes[0].series_resistance = 1e12 / capacitance;
   Simulation open(scene, std::make_unique<LineCharges>());
   open.advance_to(0.3);
-  CHECK(open.frame().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
+  CHECK(open.now().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
 }
 
 TEST_CASE("what is held at a supply's potential and touches the electrode behind its resistor is no one with it") {
@@ -194,10 +194,10 @@ TEST_CASE("what is held at a supply's potential and touches the electrode behind
   scene.conductors[0] = {.position = {0.08 - 1.9 * radius, 0.05}, .radius = radius, .group = 0};
   scene.groups = {{.name = "held", .potential = 1000.0}};
   Simulation touching(scene, std::make_unique<LineCharges>());
-  CHECK_THROWS_AS(touching.frame(), InputError);
+  CHECK_THROWS_AS(touching.now(), InputError);
   scene.electrodes[0].series_resistance = 0;
   Simulation one(scene, std::make_unique<LineCharges>());
-  CHECK_NOTHROW(one.frame());
+  CHECK_NOTHROW(one.now());
 }
 
 TEST_CASE("the energy of charging a capacitor through a resistor is balanced at any step: half of it is lost") {
@@ -207,7 +207,7 @@ TEST_CASE("the energy of charging a capacitor through a resistor is balanced at 
       if (tau > 0) scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / tau});
       Simulation simulation(scene, std::make_unique<LineCharges>());
       simulation.advance_to(1.1);
-      const Frame frame = simulation.frame();
+      const ConductorFrame frame = simulation.now();
       const EnergyFlows& flows = frame.energy_balance->flows;
       // LineCharges: the k-th solve is wrong by 1e-9 k, and what a step books by that much of what there is.
       const auto solves = static_cast<double>(frame.field_solves);
@@ -233,15 +233,15 @@ TEST_CASE("a contact of no resistance is the limit of one of little: potentials,
   scene.material.density = 1e15;  // nothing moves
   Scene apart = scene;
   apart.effects.remove<effects::ContactDischargeOptions>();
-  const double first_energy = Simulation(apart, std::make_unique<LineCharges>()).frame().energy;
+  const double first_energy = Simulation(apart, std::make_unique<LineCharges>()).now().energy;
   Simulation ideal(scene, std::make_unique<LineCharges>());
   ideal.advance_to(1e-3);
-  const Frame merged = ideal.frame();
+  const ConductorFrame merged = ideal.now();
   for (const double rc : {1e-4, 1e-6, 1e-9}) {
     scene.effects.add(effects::ContactResistanceOptions{.resistance = rc / capacitance});
     Simulation resistive(scene, std::make_unique<LineCharges>());
     resistive.advance_to(1e-3);
-    const Frame frame = resistive.frame();
+    const ConductorFrame frame = resistive.now();
     CHECK(frame.group == std::vector<int>{0, 0});
     CHECK(resistive.counters().field_solves < 60);  // regression values: 30, 52, 2
     CHECK(frame.charge[0] + frame.charge[1] == near(2e-12, 1e-14));
@@ -277,13 +277,13 @@ TEST_CASE("every electrode behind a resistor: a series circuit, whose level in a
   Simulation simulation(scene);
   const double ohm = (1e-3 + 3e-3 + 4 * 0.5e-3) / farad, current = 600 / ohm;
   // At the first instant nothing is charged, and the level is such that both resistors carry one current.
-  const Frame first = simulation.frame();
+  const ConductorFrame first = simulation.now();
   CHECK(first.terminals[0].surface_potential == near(400 - 600.0 / 4, 1e-6));
   CHECK(first.terminals[1].surface_potential == near(400 - 600.0 / 4, 1e-6));
   simulation.advance_to(0.2);  // 30 of the longest R C and more
-  const Frame before = simulation.frame();
+  const ConductorFrame before = simulation.now();
   simulation.advance_to(0.3);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   const auto delivered = [&](int k) { return frame.terminals[k].delivered - before.terminals[k].delivered; };
   CHECK(delivered(0) == near(0.1 * current, 1e-5));
   CHECK(delivered(1) == near(-0.1 * current, 1e-5));
@@ -302,9 +302,9 @@ TEST_CASE("what a source feeds into an insulated box leaves through the resistor
   scene.electrodes[1].potential = 400;
   scene.effects.add(effects::CurrentSourceOptions{.current = 1e-9});
   Simulation simulation(scene);  // ideal contacts: all are one
-  CHECK(simulation.frame().potential[1] == near(400 + 3e-9 * 0.75e-3 / farad, 1e-6));
+  CHECK(simulation.now().potential[1] == near(400 + 3e-9 * 0.75e-3 / farad, 1e-6));
   simulation.advance_to(0.1);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   CHECK(frame.terminals[0].delivered == near(-0.75 * 3e-10, 1e-5));
   CHECK(frame.terminals[1].delivered == near(-0.25 * 3e-10, 1e-5));
   CHECK(std::abs(balance(frame)) < 1e-14 * frame.charge_fed);
@@ -327,7 +327,7 @@ TEST_CASE("a crowd with everything on: charge to the last digit, whatever the in
     Checkpoint middle;
     for (int k = 1; k <= 8; ++k) {
       whole.advance_to(k * every);
-      const Frame frame = whole.frame();
+      const ConductorFrame frame = whole.now();
       const Checkpoint checkpoint = whole.checkpoint();
       if (k == 4) middle = checkpoint;
       CHECK(std::abs(balance(frame, initial)) < 1e-12 * (frame.charge_fed + initial));
@@ -383,7 +383,7 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
 TEST_CASE("a scene without a circuit books no energy and has no links") {
   Simulation simulation(crowd(), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
-  CHECK_FALSE(simulation.frame().energy_balance);
+  CHECK_FALSE(simulation.now().energy_balance);
   const Checkpoint checkpoint = simulation.checkpoint();
   CHECK_FALSE(checkpoint.reals.contains("energy_book"));
   CHECK_FALSE(checkpoint.reals.contains("link_currents"));

@@ -10,6 +10,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/program.hpp"
+#include "tests/source_folder.hpp"
 
 using namespace lichtenberg;
 
@@ -17,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::string scenes = LICHTENBERG_SOURCE_DIR "/scenes/";
+const std::string scenes = source_folder() + "/scenes/";
 
 Ended run(const Folder& folder, const std::string& arguments) { return run_program(folder, arguments); }
 Ended run(const std::string& arguments) { return run(Folder(), arguments); }

@@ -7,7 +7,7 @@
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
-#include "solvers/laplace/cutcell/team.hpp"
+#include "solvers/parallel/team.hpp"
 #include "tests/cutcell_problems.hpp"
 
 using namespace lichtenberg;
@@ -347,7 +347,7 @@ TEST_CASE("any number of threads gives the same bits") {
 }
 
 TEST_CASE("a team does every task once, however often it is called, and hands on what a side task throws") {
-  Team team(4);
+  parallel::Team team(4);
   for (int round = 0; round < 2000; ++round) {
     const int count = 1 + round % 37;
     std::vector<int> done(count, 0);

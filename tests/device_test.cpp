@@ -9,10 +9,10 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
-#include "solvers/laplace/cutcell/device/host_executor.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
+#include "solvers/parallel/host_executor.hpp"
 #include "tests/crowd.hpp"
 
 using namespace lichtenberg;
@@ -100,17 +100,15 @@ std::vector<Case> cases() {
           {"dish", dish(), 128},          {"lodgers", lodgers(), 32},           {"insulated", insulated(), 96}};
 }
 
-using device::HostExecutor;
-
 struct DeviceGrid {
   DeviceGrid(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
-      : scene(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
-    scene.upload(problem, nx, ny);
-    grid.build(scene.view(), false, nullptr);
+      : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
+    on_device.upload(problem, nx, ny);
+    grid.build(on_device.view(), false, nullptr);
   }
-  HostExecutor run;
-  device::Scene<HostExecutor> scene;
-  device::Grid<HostExecutor> grid;
+  parallel::HostExecutor run;
+  device::DeviceProblem<parallel::HostExecutor> on_device;
+  device::Grid<parallel::HostExecutor> grid;
 };
 
 }  // namespace
@@ -208,10 +206,10 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
       if (!c.problem.groups[g].floating) x[cells + g] = 0;
     op.apply(x.data(), y.data());
-    device::apply_operator(device.run, device.scene.view(), device.grid.view(), x.data(), device_y.data(),
+    device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data(),
                            device.grid.partial());
     op.right_hand_side(c.problem, b.data());
-    device::right_hand_side(device.run, device.scene.view(), device.grid.view(), device_b.data());
+    device::right_hand_side(device.run, device.on_device.view(), device.grid.view(), device_b.data());
     for (std::size_t k = 0; k < op.size(); ++k) {
       // rounding: sums of at most some 200 terms, each at most the diagonal
       const double diagonal = k < cells ? level.diagonal[k] : device.grid.view().group_diagonal[k - cells];
@@ -232,15 +230,16 @@ TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled di
   level.build(problem, LinkFormula::log_fitted);
   CutCellOperator op;
   op.build(problem, level);
-  Multigrid multigrid(LinkFormula::log_fitted, Team::single(), 1);  // launches are dear on the device: one sweep
+  Multigrid multigrid(LinkFormula::log_fitted, parallel::Team::single(),
+                      1);  // launches are dear on the device: one sweep
   multigrid.prepare(problem, level.layout);
   multigrid.build_coarse(problem);
   multigrid.build_finest(problem, level);
-  HostExecutor run;
-  device::Scene<HostExecutor> scene(run);
-  device::Multigrid<HostExecutor> device(run, problem, nx, ny, LinkFormula::log_fitted);
-  scene.upload(problem, nx, ny);
-  device.build(problem, scene.view());
+  parallel::HostExecutor run;
+  device::DeviceProblem<parallel::HostExecutor> on_device(run);
+  device::Multigrid<parallel::HostExecutor> device(run, problem, nx, ny, LinkFormula::log_fitted);
+  on_device.upload(problem, nx, ny);
+  device.build(problem, on_device.view());
   REQUIRE(device.levels() == multigrid.levels());
   REQUIRE(device.levels() > 2);
   crowds::Random random(11);

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/contact_resistance.hpp"
@@ -297,7 +297,7 @@ TEST_CASE("a model has the effects whose tables stand in the scene, and nothing 
   const Model all = make_model(scene);
   CHECK(all.effects.size() == 6);
   CHECK(all.bodies.charge == std::vector<double>{0, 0});
-  CHECK(!laplace::petsc_started());  // not before the first solve
+  CHECK(!parallel::petsc_started());  // not before the first solve
 }
 
 TEST_CASE("effects can be listed with what they are and what they need") {

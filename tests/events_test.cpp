@@ -40,7 +40,7 @@ TEST_CASE("split and monolithic coupling agree through contacts made and lost") 
     const Counters& c = simulation.counters();
     CHECK(c.regroupings > 5);
     CHECK(c.contacts_lost > 2);
-    return std::pair(simulation.frame(), c.regroupings);
+    return std::pair(simulation.now(), c.regroupings);
   };
   const auto [split, split_regroupings] = run("split");
   const auto [monolithic, monolithic_regroupings] = run("monolithic");
@@ -63,9 +63,9 @@ TEST_CASE("contacts are located where the gap says, not where steps end") {
                             return std::vector<Vec2>{{floating ? force : 0, 0}, {0, 0}};
                           }));
     const double way = 0.03 - 3 * radius, at = std::sqrt(2 * way * mass / force);
-    CHECK(simulation.frame().group[0] == 0);
+    CHECK(simulation.now().group[0] == 0);
     simulation.advance_to(at + 1e-3);
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     CHECK(frame.group[0] == -1);
     CHECK(simulation.counters().contacts_made == 1);
     // Accuracy of CVODE: 1e-6 of the momentum a step
@@ -111,7 +111,7 @@ TEST_CASE("events at the same instant are one event") {
   scene.conductors[0].charge = 3e-12;
   Simulation simulation(scene, scripted([](const auto& problem) { return std::vector<Vec2>(problem.bodies.size()); }));
   simulation.advance_to((0.01 - 2.9 * radius) / 0.01);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   CHECK(frame.group == std::vector<int>{0, 0, 0});
   CHECK(simulation.counters().contacts_made == 2);
   CHECK(simulation.counters().regroupings == 1);
@@ -145,7 +145,7 @@ TEST_CASE("a pair that is driven together and apart by its own contact neither s
       CHECK(changes >= 129);
       CHECK(changes <= 1 / relaxation);
     }
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     CHECK(frame.field_solves < 5 * simulation.counters().regroupings);
     CHECK(imbalance(frame, 1e-11) < 1e-14 * frame.charge_fed);
     CHECK(frame.charge_fed == near(2 * 1e-10 * 1.2, 1e-14));
@@ -160,13 +160,13 @@ TEST_CASE("members of a group that splits keep the charge that they had") {
   scene.conductors[2].group = 0;
   scene.conductors[0].charge = scene.conductors[1].charge = 3e-10;
   Simulation simulation(scene, std::make_unique<LineCharges>());
-  REQUIRE(simulation.frame().group == std::vector<int>{0, 0, -1});
+  REQUIRE(simulation.now().group == std::vector<int>{0, 0, -1});
   double time = 0;
-  Frame before = simulation.frame(), after = before;
+  ConductorFrame before = simulation.now(), after = before;
   while (after.group[1] == 0 && time < 1) {
     before = after;
     simulation.advance_to(time += 1e-3);
-    after = simulation.frame();
+    after = simulation.now();
   }
   REQUIRE(after.group == std::vector<int>{0, 1, -1});
   CHECK(std::abs(before.charge[0] - before.charge[1]) > 0.05 * 6e-10);
@@ -174,8 +174,8 @@ TEST_CASE("members of a group that splits keep the charge that they had") {
   CHECK(after.charge[0] + after.charge[1] == near(6e-10, 1e-15));
   const double kept = after.charge[0];
   simulation.advance_to(time + 5e-3);
-  CHECK(simulation.frame().group[1] == 1);
-  CHECK(simulation.frame().charge[0] == kept);
+  CHECK(simulation.now().group[1] == 1);
+  CHECK(simulation.now().charge[0] == kept);
 }
 
 TEST_CASE("the charges at the instant of a parting are those of that instant, not of the last solve") {
@@ -201,7 +201,7 @@ TEST_CASE("the charges at the instant of a parting are those of that instant, no
   solver->first = first_gap, solver->last = last_gap;
   Simulation simulation(scene, std::move(solver));
   simulation.advance_to(0.2);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   REQUIRE(frame.group == std::vector<int>{0, 1});
   // They move 85 um: a solve 1 ms too early would find 1.2 % more. The gap may part one tolerance, 0.9 %, early.
   CHECK(frame.charge[0] == near(0.5e-11, 0.01));
@@ -218,7 +218,7 @@ TEST_CASE("charge is balanced to 1e-12 over whole runs, whatever the integrator"
     Simulation simulation(scene, std::make_unique<LineCharges>());
     for (int k = 1; k <= 20; ++k) {
       simulation.advance_to(end * k / 20);
-      const Frame frame = simulation.frame();
+      const ConductorFrame frame = simulation.now();
       REQUIRE(imbalance(frame, 12 * 2e-12) <= 1e-12 * (frame.charge_fed + 12 * 2e-12));
       REQUIRE(frame.charge_fed == near(12 * 0.2e-9 * end * k / 20, 1e-13));
       REQUIRE(frame.charge_drained != 0);
@@ -234,7 +234,7 @@ TEST_CASE("current fed into a grounded conductor drains at once") {
   scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.5);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   CHECK(std::abs(frame.charge[0]) < 1e-20);
   CHECK(frame.charge_drained == near(5e-11, 1e-14));
   CHECK(std::abs(frame.potential[0]) < 1e-9);
@@ -249,7 +249,7 @@ TEST_CASE("wires: a prescribed potential drains, a prescribed charge is shared")
   scene.effects.remove<effects::ContactDischargeOptions>();
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   CHECK(frame.group == std::vector<int>{-1, 1, 1, 3});
   CHECK(frame.potential[0] == near(100, 1e-7));  // LineCharges: 1e-9 a solve
   CHECK(frame.potential[1] == frame.potential[2]);
@@ -268,7 +268,7 @@ TEST_CASE("a short circuit is the user's at the start and a failure later") {
   scene.conductors[0].position.x -= 0.3 * radius;
   Simulation simulation(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
   simulation.advance_to(1e-3);
-  CHECK_NOTHROW(simulation.frame());
+  CHECK_NOTHROW(simulation.now());
   scene.effects.find<effects::ContactDischargeOptions>()->gap = 1.6 * radius;
   Simulation wider(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
   CHECK_THROWS_AS(wider.advance_to(1), Failure);
@@ -286,7 +286,7 @@ TEST_CASE("a run is stationary when all are grounded and at rest, not before") {
   double time = 0;
   while (!simulation.stationary() && time < 10) simulation.advance_to(time += 0.1);
   CHECK(time < 10);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   CHECK(frame.group[0] == -1);
   CHECK(norm(frame.velocity[0]) < 1e-5);
 }
@@ -303,7 +303,7 @@ TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the on
     std::vector<Checkpoint> checkpoints;
     for (int k = 1; k <= 10; ++k) {
       whole.advance_to(k * every);
-      whole.frame();  // looking at it changes nothing
+      whole.now();  // looking at it changes nothing
       checkpoints.push_back(whole.checkpoint());
     }
     CHECK(log->forgets == 10);
@@ -317,7 +317,7 @@ TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the on
         CHECK(same.reals == checkpoints[k - 1].reals);
         CHECK(same.integers == checkpoints[k - 1].integers);
       }
-      const Frame a = whole.frame(), b = resumed.frame();
+      const ConductorFrame a = whole.now(), b = resumed.now();
       CHECK(a.force == b.force);
       CHECK(a.energy == b.energy);
       CHECK(a.potential == b.potential);

@@ -9,6 +9,7 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "tests/multipole_problems.hpp"
+#include "tests/source_folder.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -156,8 +157,7 @@ TEST_CASE("every disk of a tight cluster is an equipotential") {
 }
 
 TEST_CASE("the reference cases come out to ten digits and more") {
-  const std::filesystem::path folder =
-      std::filesystem::path(LICHTENBERG_SOURCE_DIR) / "validation/data/reference-disks";
+  const std::filesystem::path folder = std::filesystem::path(source_folder()) / "validation/data/reference-disks";
   int cases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".json") continue;

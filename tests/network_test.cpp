@@ -12,8 +12,11 @@
 #include "solvers/error.hpp"
 #include "solvers/network/build.hpp"
 #include "solvers/network/components.hpp"
+#include "solvers/network/condense.hpp"
 #include "solvers/network/conduction.hpp"
 #include "solvers/network/elimination.hpp"
+#include "solvers/network/resistor.hpp"
+#include "tests/conductance_matrix.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::network;

@@ -50,7 +50,7 @@ TEST_CASE("the predictor takes the place of most field solves and leaves traject
     scene.mechanics.position_tolerance *= tolerance;
     Simulation simulation(scene);
     simulation.advance_to(until);
-    return std::pair{simulation.frame(), simulation.counters()};
+    return std::pair{simulation.now(), simulation.counters()};
   };
   const auto [exact, many] = run(false, 0.02);
   const auto [without, plain] = run(false, 1);
@@ -69,10 +69,10 @@ TEST_CASE("a prediction that fails leaves nothing behind: charge is balanced to 
   Scene scene = resolved_crowd();
   scene.mechanics.position_tolerance *= 0.1;
   Simulation simulation(scene);
-  const Frame start = simulation.frame();
+  const ConductorFrame start = simulation.now();
   const double before = start.charge_held + start.charge_drained;
   simulation.advance_to(0.1);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   CHECK(simulation.counters().rejected_corrections > 0);
   CHECK(std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - before) < 1e-12 * frame.charge_fed);
   CHECK(frame.charge_fed == doctest::Approx(12 * 0.2e-9 * 0.1).epsilon(1e-12));

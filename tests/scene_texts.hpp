@@ -11,6 +11,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/source_folder.hpp"
 
 /// Pieces of scene files, and how a test reads one.
 namespace lichtenberg::scene_texts {
@@ -51,7 +52,7 @@ inline void check_refused(const std::string& text, std::initializer_list<std::st
   }
 }
 
-inline std::filesystem::path shipped_scenes() { return std::filesystem::path(LICHTENBERG_SOURCE_DIR) / "scenes"; }
+inline std::filesystem::path shipped_scenes() { return std::filesystem::path(source_folder()) / "scenes"; }
 
 inline double least_gap(const Scene& scene) {
   double least = INFINITY;

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "solvers/laplace/problem.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
-#include "src/model/frame.hpp"
 #include "src/scene/scene.hpp"
 
 /// Scenes of D's spheres, and a field solver whose forces are whatever a test wants them to be.
@@ -109,7 +109,7 @@ inline Vec2 centre(const laplace::LaplaceProblem& problem, int body) {
   return std::get<Disk>(problem.bodies[body].shape).centre;
 }
 
-inline double largest_distance(const Frame& a, const Frame& b) {
+inline double largest_distance(const ConductorFrame& a, const ConductorFrame& b) {
   double largest = 0;
   for (std::size_t i = 0; i < a.position.size(); ++i) largest = std::max(largest, norm(a.position[i] - b.position[i]));
   return largest;
@@ -122,7 +122,7 @@ inline double total(const std::vector<double>& charge) {
 }
 
 /// C, of what should be zero at every instant; `initial` is the sum of all charges at the start.
-inline double imbalance(const Frame& frame, double initial) {
+inline double imbalance(const ConductorFrame& frame, double initial) {
   return std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - initial);
 }
 

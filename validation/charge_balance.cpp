@@ -7,6 +7,7 @@
 #include "src/effects/current_source.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -19,10 +20,10 @@ void run(Report& report, Scene scene) {
   const double current =
       scene.effects.find<effects::CurrentSourceOptions>()->current * static_cast<double>(scene.conductors.size());
   std::vector<double> unbalanced, misfed;
-  Frame frame = simulation.frame();
+  ConductorFrame frame = simulation.now();
   while (!simulation.stationary() && frame.time < scene.stop.time) {
     simulation.advance_to(frame.time + scene.output.every);
-    frame = simulation.frame();
+    frame = simulation.now();
     const double fed = current * frame.time;
     unbalanced.push_back((frame.charge_held + frame.charge_drained - frame.charge_fed) / fed);
     misfed.push_back((frame.charge_fed - fed) / fed);
@@ -42,7 +43,7 @@ void run(Report& report, Scene scene) {
 
 int main(int argc, char** argv) {
   Report report("Charge balance of whole runs");
-  const std::string scenes = LICHTENBERG_SOURCE_DIR "/scenes/";
+  const std::string scenes = source_folder() + "/scenes/";
   run(report, read_scene(scenes + "seedling.toml"));
   if (asked_for_long(argc, argv)) {
     Scene dendrite = read_scene(scenes + "dendrite.toml");

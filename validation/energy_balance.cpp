@@ -107,16 +107,16 @@ struct Rest {
 Rest run(Report& report, int cells, double position_tolerance) {
   const Scene scene = shuttle(cells, position_tolerance);
   Simulation simulation(scene);
-  const auto total = [](const Frame& f) {
+  const auto total = [](const ConductorFrame& f) {
     return f.energy + f.energy_balance->kinetic + f.energy_balance->elastic - f.energy_balance->flows.supplied() +
            f.energy_balance->flows.dissipated();
   };
-  const double start = total(simulation.frame());
+  const double start = total(simulation.now());
   double worst = 0, largest_force = 0, largest_charge = 0;
-  Frame frame;
+  ConductorFrame frame;
   for (int k = 1; k <= 75; ++k) {
     simulation.advance_to(0.02 * k);
-    frame = simulation.frame();
+    frame = simulation.now();
     worst = std::max(worst, std::abs(total(frame) - start));
     largest_force = std::max(largest_force, norm(frame.force[0]));
     largest_charge =

@@ -117,7 +117,7 @@ void with_a_field(Report& report) {
     scene.mechanics.coupling = coupling;
     Simulation simulation(scene, no_forces());
     simulation.advance_to(2 * way / collision.speed + collision.duration());
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     const Counters& counters = simulation.counters();
     const double energy = (norm2(frame.velocity[0]) + norm2(frame.velocity[1])) / 200;
     // At most 400 steps, as above, in each of the three pieces that two events make.
@@ -203,7 +203,7 @@ void pressed_chain(Report& report, double young, double force, const std::string
                           return forces;
                         }));
   simulation.advance_to(2);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   const double overlap = std::pow(force / stiffness(young), 2.0 / 3);
   double worst = 0;
   for (int i = 0; i + 1 < 20; ++i)

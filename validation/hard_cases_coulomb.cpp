@@ -60,22 +60,22 @@ struct Bounces {
   double unbalanced = 0;  ///< the worst of all frames
   double miscounted = 0;  ///< frames whose contacts made and lost cannot be
   Counters counters;
-  Frame end;
+  ConductorFrame end;
 };
 
 /// Looks at the run `frames` times until `end`. `fed`: scale of the charges, C.
 Bounces bounce(Simulation& simulation, double end, int frames, double scale) {
   Bounces bounces;
-  const double initial = total(simulation.frame().charge) + simulation.frame().charge_drained;
+  const double initial = total(simulation.now().charge) + simulation.now().charge_drained;
   for (int k = 1; k <= frames; ++k) {
     simulation.advance_to(end * k / frames);
     const Counters& c = simulation.counters();
     const auto open = c.contacts_made - c.contacts_lost;
-    bounces.unbalanced = std::max(bounces.unbalanced, imbalance(simulation.frame(), initial) / scale);
-    bounces.miscounted += open != (simulation.frame().group[0] == -1 ? 1 : 0);
+    bounces.unbalanced = std::max(bounces.unbalanced, imbalance(simulation.now(), initial) / scale);
+    bounces.miscounted += open != (simulation.now().group[0] == -1 ? 1 : 0);
   }
   bounces.counters = simulation.counters();
-  bounces.end = simulation.frame();
+  bounces.end = simulation.now();
   return bounces;
 }
 
@@ -139,14 +139,14 @@ void thousand_bounces_in_the_field(Report& report, int contacts) {
   const double initial = scene.conductors[0].charge;
   for (; simulation.counters().contacts_made < contacts && looks < 20 * contacts; ++looks) {
     simulation.advance_to(time += 0.1);
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     const auto open = simulation.counters().contacts_made - simulation.counters().contacts_lost;
     bounces.unbalanced = std::max(bounces.unbalanced, imbalance(frame, initial));
     bounces.miscounted += open != (frame.group[0] == -1 ? 1 : 0);
   }
   const Counters& c = simulation.counters();
   const std::string name = fmt::format("cut-cell field, {} contacts in {:.3g} s: ", c.contacts_made, time);
-  const double carried = std::abs(simulation.frame().charge[0]);
+  const double carried = std::abs(simulation.now().charge[0]);
   report.at_least(name + "as many as asked for", static_cast<double>(c.contacts_made), contacts);
   report.at_most(name + "imbalance, fraction of its charge", bounces.unbalanced / carried, 1e-12);
   report.at_most(name + "frames with impossible counts", bounces.miscounted, 0);
@@ -229,7 +229,7 @@ void turn_back(Report& report, const std::string& coupling, double largest_step)
   scene.conductors[1].velocity.x = -speed;
   Simulation simulation(scene, attraction(-strength));
   simulation.advance_to(0.2);
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   const double gap = norm(frame.position[1] - frame.position[0]) - 2 * radius;
   const double energy = 0.5 * mass * (norm2(frame.velocity[0]) + norm2(frame.velocity[1])) - strength * std::log(gap);
   const double at_first = mass * speed * speed - strength * std::log(40 * radius);
@@ -291,7 +291,7 @@ void struck(Report& report, const std::string& coupling) {
   Simulation simulation(scene, no_forces());
   simulation.advance_to(0.03);
   report.at_most(coupling + ": charge left on one flown past, beside a third",
-                 std::abs(simulation.frame().charge[2] / 3e-12 - 1.0 / 3), 1e-15);
+                 std::abs(simulation.now().charge[2] / 3e-12 - 1.0 / 3), 1e-15);
 }
 
 /// At rest 6 R from a grounded ball, in a trap that turns it round at 3.5 R; a contact were at 3 R. The force where it

@@ -47,9 +47,9 @@ void rest(Report& report, const std::string& way) {
   scene.mechanics.largest_step = scene.mechanics.euler_field_step = 10;
   scene.mechanics.euler_step = 0.1;
   Simulation simulation(scene, std::make_unique<LineCharges>());
-  const Frame before = simulation.frame();
+  const ConductorFrame before = simulation.now();
   simulation.advance_to(1000);
-  const Frame after = simulation.frame();
+  const ConductorFrame after = simulation.now();
   report.at_most(way + ": moved, m", largest_distance(before, after), 0);
   report.at_most(way + ": charge, C", std::abs(total(after.charge)) + std::abs(after.charge_drained), 0);
   // One a step of 10 s, and the first; CVODE begins with short steps, tenfold longer each time.
@@ -72,7 +72,7 @@ void simultaneous(Report& report, const std::string& way, int arms) {
   scene.effects.add<effects::HertzContactOptions>();
   Simulation simulation(by(way, scene), std::make_unique<LineCharges>());
   simulation.advance_to(0.06);  // the way is one radius, 39 ms
-  const Frame frame = simulation.frame();
+  const ConductorFrame frame = simulation.now();
   const Counters& counters = simulation.counters();
   const std::string name = fmt::format("{}, {} at once: ", way, arms);
   report.at_most(name + "contacts missing", static_cast<double>(arms - counters.contacts_made), 0);
@@ -109,7 +109,7 @@ void graze(Report& report, const std::string& way, double speed) {
       invented += clear && c.contacts_made > 0;
       twice += c.contacts_made > 1 || c.contacts_made != c.contacts_lost;
       solves = std::max(solves, static_cast<double>(c.field_solves) - 0.075 / speed / scene.mechanics.largest_step);
-      lost = std::max(lost, imbalance(simulation.frame(), 1e-11) / 1e-11);
+      lost = std::max(lost, imbalance(simulation.now(), 1e-11) / 1e-11);
     }
   const std::string name = fmt::format("{}, {:g} m/s: ", way, speed);
   report.at_most(name + "contacts missed", missed, 0);
@@ -125,7 +125,7 @@ void graze(Report& report, const std::string& way, double speed) {
 /// Straight flight into contact with a grounded ball at exactly t = 0.2, looked at every 0.1, 0.05, 0.2 s, or once.
 void at_an_output_time(Report& report, const std::string& way) {
   double events = 0, wrong = 0, differs = 0;
-  std::vector<Frame> ends;
+  std::vector<ConductorFrame> ends;
   for (const int frames : {1, 2, 4, 8, 3}) {
     const double speed = 0.0625, meet = 0.2;  // exact in binary, but for the meeting
     Scene scene = conductor_scene({{0.05 - 3 * radius - speed * meet, 0.05}});
@@ -140,13 +140,13 @@ void at_an_output_time(Report& report, const std::string& way) {
     for (int k = 1; k <= frames; ++k) {
       const double end = 0.4 * k / frames;
       simulation.advance_to(end);
-      const Frame frame = simulation.frame();
+      const ConductorFrame frame = simulation.now();
       const bool held = frame.group[0] == -1;
       if (frame.time != end || imbalance(frame, 1e-11) > 1e-26) ++wrong;
       if ((simulation.counters().contacts_made > 0) != (frame.charge[0] == 0)) ++wrong;  // it gave its charge there
       if (std::abs(end - meet) > 0.03 && end < meet && held) ++wrong;
     }
-    ends.push_back(simulation.frame());
+    ends.push_back(simulation.now());
     events = std::max(events, static_cast<double>(simulation.counters().contacts_made));
     differs = std::max(differs, largest_distance(ends.front(), ends.back()) / scene.mechanics.position_tolerance);
   }
@@ -168,7 +168,7 @@ void starts(Report& report, const std::string& way) {
       scene.conductors[1].velocity = {speed, 0};
       Simulation simulation(by(way, scene), no_forces());
       const bool touching = norm(scene.conductors[1].position - scene.conductors[0].position) - 2 * radius <= radius;
-      const auto made_at_once = [&] { return simulation.frame().group[1] == 0; };
+      const auto made_at_once = [&] { return simulation.now().group[1] == 0; };
       if ((touching || speed < 0) && !made_at_once()) ++missing;
       if (!touching && speed >= 0 && made_at_once()) ++invented;
       simulation.advance_to(0.05);
@@ -194,14 +194,14 @@ void handed_over(Report& report, const std::string& way) {
     scene.conductors[0].charge = 1e-11;
     Simulation simulation(by(way, scene), std::make_unique<LineCharges>());
     simulation.advance_to(0.02);  // 0.4 mm from the start on, and the hand-over is there
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     // LineCharges is off by 1e-9 a solve since the start, of which there are some hundreds.
     wrong += std::abs(frame.potential[0]) > 1e-4 && std::abs(frame.potential[0] - 100) > 1e-4;
     wrong += frame.group[0] != -1;
     simulation.advance_to(0.03);
-    wrong += std::abs(simulation.frame().potential[0] - 100) > 1e-4;
+    wrong += std::abs(simulation.now().potential[0] - 100) > 1e-4;
     wrong += simulation.counters().contacts_made != 2 || simulation.counters().contacts_lost != 1;
-    lost = std::max(lost, imbalance(simulation.frame(), 1e-11) / 1e-11);
+    lost = std::max(lost, imbalance(simulation.now(), 1e-11) / 1e-11);
   }
   report.at_most(way + ", one contact lost where the next is made: wrong", wrong, 0);
   report.at_most(way + ", the same: charge lost, fraction", lost, 1e-12);
@@ -227,7 +227,7 @@ void sides(Report& report, const std::string& way) {
     simulation.advance_to(time);
     // From the middle: the first contact half a room less the gap away, then one a room.
     const auto hits = [&](double speed) { return std::floor((speed * time - 0.5 * room + gap) / room) + 1; };
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     const std::string name = fmt::format("{}, box with grounded sides, {:g} : {:g}: ", way, v.x, v.y);
     const double made = static_cast<double>(simulation.counters().contacts_made);
     if (v.x != v.y) report.at_most(name + "contacts beside the count", std::abs(made - hits(v.x) - hits(v.y)), 0);
@@ -292,9 +292,9 @@ void crowds(Report& report, const std::string& way, int seeds, double end) {
     for (Checkpoint& checkpoint : ends) {
       Simulation simulation(scene, std::make_unique<LineCharges>());
       simulation.advance_to(end);
-      const Frame frame = simulation.frame();
+      const ConductorFrame frame = simulation.now();
       const Counters& c = simulation.counters();
-      const auto open = simulation.contacts()->size();
+      const auto open = simulation.contacts().size();
       miscounted += c.contacts_made - c.contacts_lost != static_cast<std::int64_t>(open);
       const double initial = 12 * 2e-12;
       unbalanced = std::max(unbalanced, imbalance(frame, initial) / (frame.charge_fed + initial));

@@ -16,6 +16,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -71,22 +72,22 @@ double progress(double d, double radius) {
 /// by a fraction of some pi (D/L)^2. Inertia: the spheres lag behind by a relaxation time m / gamma.
 void pair_trajectory(Report& report) {
   report.section("scenes/pair.toml");
-  const Scene scene = read_scene(LICHTENBERG_SOURCE_DIR "/scenes/pair.toml");
+  const Scene scene = read_scene(source_folder() + "/scenes/pair.toml");
   Simulation simulation(scene);
   const double radius = scene.conductors[0].radius, depth = scene.medium.depth;
   const double drag = 6 * pi * scene.medium.viscosity * radius;
   const double lag = 4.0 / 3 * pi * scene.material.density * std::pow(radius, 3) / drag;
   const double q = scene.conductors[0].charge / depth;
   const double rate = q * q * depth / (pi * scene.medium.permittivity * drag);
-  const auto distance = [](const Frame& frame) { return norm(frame.position[1] - frame.position[0]); };
-  const double start = distance(simulation.frame());
+  const auto distance = [](const ConductorFrame& frame) { return norm(frame.position[1] - frame.position[0]); };
+  const double start = distance(simulation.now());
   const double walls = pi * std::pow(start / scene.domain.size.x, 2);
 
   std::vector<double> off;
   double before = INFINITY, largest_rise = -INFINITY;
   for (double t = 0.02; t < scene.stop.time; t += 0.02) {
     simulation.advance_to(t);
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     const double d = distance(frame);
     // How far ahead or behind it is, as a fraction of the time taken.
     off.push_back(100 * std::abs((progress(start, radius) - progress(d, radius)) / rate / (t - lag) - 1));
@@ -133,7 +134,7 @@ stationary = false
   return text;
 }
 
-double narrowest_gap(const Frame& frame, double radius) {
+double narrowest_gap(const ConductorFrame& frame, double radius) {
   double narrowest = INFINITY;
   for (std::size_t i = 0; i < frame.position.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -149,12 +150,12 @@ void many_conductors(Report& report) {
   const Scene scene = parse_scene(neutral_conductors(12), "neutral.toml");
   const double radius = scene.conductors[0].radius;
   Simulation simulation(scene);
-  Frame before = simulation.frame();
+  ConductorFrame before = simulation.now();
   const double start = before.energy;
   double largest_fall = -INFINITY, time = 0;
   while (time < 1) {
     simulation.advance_to(time += 2e-4);
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     if (narrowest_gap(frame, radius) < 0.1 * radius) break;
     largest_fall = std::max(largest_fall, (before.energy - frame.energy) / start);
     before = frame;

@@ -11,6 +11,9 @@
 #include "solvers/network/build.hpp"
 #include "solvers/network/components.hpp"
 #include "solvers/network/conduction.hpp"
+#include "solvers/network/resistor.hpp"
+#include "tests/conductance_matrix.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -129,7 +132,7 @@ void infinite_lattices(Report& report) {
 // The reference packing
 
 nlohmann::json reference(const std::string& file) {
-  const std::string path = LICHTENBERG_SOURCE_DIR "/validation/data/packing/" + file;
+  const std::string path = source_folder() + "/validation/data/packing/" + file;
   std::ifstream stream(path);
   if (!stream) throw Failure("cannot read " + path);
   return nlohmann::json::parse(stream);

@@ -13,6 +13,7 @@
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/statics/relaxation.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -171,7 +172,7 @@ std::vector<std::array<int, 2>> edges_of(const Result& r) {
 }
 
 nlohmann::json read_json(const std::string& name) {
-  std::ifstream file(LICHTENBERG_SOURCE_DIR "/validation/data/packing/" + name);
+  std::ifstream file(source_folder() + "/validation/data/packing/" + name);
   return nlohmann::json::parse(file);
 }
 

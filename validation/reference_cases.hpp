@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
 namespace lichtenberg::validation {
@@ -73,8 +74,7 @@ inline Reference read(const std::filesystem::path& path) {
 }
 
 inline std::vector<Reference> read_all() {
-  const std::filesystem::path folder =
-      std::filesystem::path(LICHTENBERG_SOURCE_DIR) / "validation/data/reference-disks";
+  const std::filesystem::path folder = std::filesystem::path(source_folder()) / "validation/data/reference-disks";
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.path().extension() == ".json") paths.push_back(entry.path());

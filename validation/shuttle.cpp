@@ -93,7 +93,7 @@ bool await(Simulation& simulation, std::int64_t contacts, double look, double cr
 Crossing run(const Set& set, double expected, int crossings) {
   Simulation simulation(scene_of(set));
   const double coarse = expected / 8, fine = expected / 64;
-  simulation.frame();  // the contact at rest is made
+  simulation.now();  // the contact at rest is made
   simulation.advance_to(8 * set.density / steel * relaxation);
   const std::int64_t first = simulation.counters().contacts_made + 1;
   if (!await(simulation, first, fine, expected)) return {};
@@ -102,7 +102,7 @@ Crossing run(const Set& set, double expected, int crossings) {
   if (!await(simulation, first + crossings, fine, expected)) return {};
   const double time = (simulation.time() - start) / crossings;
   simulation.advance_to(simulation.time() + 0.3 * expected);  // it has left
-  return {std::abs(simulation.frame().charge[0]), time};
+  return {std::abs(simulation.now().charge[0]), time};
 }
 
 std::string name_of(const Set& set) {

@@ -18,6 +18,7 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 #include "validation/random_trees.hpp"
 
@@ -197,7 +198,7 @@ RandomTrees report_random(Report& report, bool large) {
 
 /// scenes/dendrite.toml with some of its text replaced.
 Scene dendrite(const std::vector<std::pair<std::string, std::string>>& changes) {
-  std::ifstream file(LICHTENBERG_SOURCE_DIR "/scenes/dendrite.toml");
+  std::ifstream file(source_folder() + "/scenes/dendrite.toml");
   std::stringstream stream;
   stream << file.rdbuf();
   std::string text = stream.str();
@@ -291,10 +292,10 @@ Scene small_dendrite(int seed) {
 }
 
 /// As the run made its contacts.
-Topology topology_of(const Simulation& simulation, const Frame& frame, const Scene& scene) {
+Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, const Scene& scene) {
   const int n = static_cast<int>(frame.position.size());
   std::vector<Contact> contacts;
-  for (const auto& [conductor, partner] : *simulation.contacts())
+  for (const auto& [conductor, partner] : simulation.contacts())
     contacts.emplace_back(conductor, partner < n ? partner : to_ground);
   return topology(analysis::network(std::move(contacts), frame.position), frame.position,
                   simulation.model().bodies.radius, ground_of(scene));
@@ -310,7 +311,7 @@ void report_runs(Report& report) {
     const Scene scene = small_dendrite(seed);
     Simulation simulation(scene);
     while (!simulation.stationary() && simulation.time() < 60) simulation.advance_to(simulation.time() + 0.1);
-    const Frame frame = simulation.frame();
+    const ConductorFrame frame = simulation.now();
     const Topology t = topology_of(simulation, frame, scene);
     const DegreeRelations& r = t.relations;
     fractions.add(t.network.degrees.number, t.orders, t.network.degrees.connected);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "solvers/error.hpp"
+#include "solvers/network/resistor.hpp"
 
 namespace lichtenberg::network {
 namespace {

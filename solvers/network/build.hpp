@@ -5,9 +5,11 @@
 #include "solvers/network/electrode.hpp"
 #include "solvers/network/network.hpp"
 #include "solvers/network/packing.hpp"
-#include "solvers/network/resistor.hpp"
+#include "solvers/network/parameters.hpp"
 
 namespace lichtenberg::network {
+
+struct ResistorModel;
 
 /// The network of a packing, and what its nodes and links are.
 struct PackingNetwork {

@@ -9,6 +9,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
+#include "solvers/network/condense.hpp"
 #include "solvers/network/elimination.hpp"
 #include "solvers/network/link_currents.hpp"
 #include "solvers/network/multigrid.hpp"

@@ -49,8 +49,4 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
 /// Conductance between two nodes (S) and nothing else, by elimination: 0 without a path.
 double conductance_between(const Network& network, int low, int high);
 
-/// The network as its kept nodes see it: [kept, kept] conductances (S) between them, zero diagonal. Those that no path
-/// joins have none. Throws InputError if a node is kept twice or not in the network.
-Eigen::MatrixXd condense(const Network& network, const std::vector<int>& kept);
-
 }  // namespace lichtenberg::network

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
@@ -24,21 +25,6 @@ void check(const Network& network) {
                       "needed",
                       link.a, link.b, link.conductance));
   }
-}
-
-Eigen::SparseMatrix<double> conductance_matrix(const Network& network) {
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(4 * network.links.size());
-  for (const Link& link : network.links) {
-    if (link.a == link.b) continue;
-    entries.emplace_back(link.a, link.a, link.conductance);
-    entries.emplace_back(link.b, link.b, link.conductance);
-    entries.emplace_back(link.a, link.b, -link.conductance);
-    entries.emplace_back(link.b, link.a, -link.conductance);
-  }
-  Eigen::SparseMatrix<double> matrix(network.nodes, network.nodes);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
 }
 
 Incidence::Incidence(const Network& network) : start(network.nodes + 1, 0) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <array>
 #include <span>
 #include <vector>
@@ -28,10 +26,6 @@ struct Network {
 
 /// Throws InputError if a link leads to a node that is not there or its conductance is not positive and finite.
 void check(const Network& network);
-
-/// S = sum over links of g (e_a - e_b)(e_a - e_b)^T (S), such that S v are the currents (A) fed into the nodes at
-/// potentials v (V).
-Eigen::SparseMatrix<double> conductance_matrix(const Network& network);
 
 /// Which links end at a node: links[start[n]] ... links[start[n + 1] - 1], as indices into Network::links. Links from a
 /// node to itself are left out.

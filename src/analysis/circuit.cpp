@@ -39,7 +39,7 @@ double structure_resistance(const std::vector<TerminalReading>& terminals, const
 
 }  // namespace
 
-CircuitRates circuit_rates(const Frame& before, const Frame& now, double temperature) {
+CircuitRates circuit_rates(const ConductorFrame& before, const ConductorFrame& now, double temperature) {
   const double dt = now.time - before.time;
   CircuitRates rates;
   for (std::size_t k = 0; k < now.terminals.size(); ++k)
@@ -52,7 +52,7 @@ CircuitRates circuit_rates(const Frame& before, const Frame& now, double tempera
   return rates;
 }
 
-double energy_account(const Frame& frame) {
+double energy_account(const ConductorFrame& frame) {
   const EnergyBalance& energy = *frame.energy_balance;
   return frame.energy + energy.kinetic + energy.elastic + energy.flows.dissipated() - energy.flows.supplied();
 }

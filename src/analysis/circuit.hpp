@@ -1,17 +1,17 @@
 #pragma once
 
-#include "src/model/frame.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::analysis {
 
 /// Means over the time between two frames of a scene with a circuit: differences of what has accumulated, so that no
 /// spark or passing charge is missed. `temperature`: K, of the fluid that takes up the heat.
-CircuitRates circuit_rates(const Frame& before, const Frame& now, double temperature);
+CircuitRates circuit_rates(const ConductorFrame& before, const ConductorFrame& now, double temperature);
 
 /// J: what a scene with a circuit stores and what became heat, less what was supplied. It stays what it was at the
 /// start but for the run's errors.
-double energy_account(const Frame& frame);
+double energy_account(const ConductorFrame& frame);
 
 /// By what fraction of the energy supplied the account of a sound run may move.
 ///

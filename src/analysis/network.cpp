@@ -143,4 +143,14 @@ Network network(std::vector<Contact> contacts, std::span<const Vec2> position) {
   return result;
 }
 
+void add_columns(const Network& network, Frame& frame) {
+  std::vector<std::int32_t> pairs;
+  for (const auto& [i, j] : network.contacts) pairs.insert(pairs.end(), {i, j});
+  frame.add_list("contacts", "1", std::move(pairs), 2);
+  frame.add_particles("successor", "1", std::vector<std::int32_t>(network.successor.begin(), network.successor.end()));
+  frame.add_system<std::int64_t>("connected", "1", network.degrees.connected);
+  frame.add_system<std::int64_t>("endpoints", "1", network.degrees.endpoints());
+  frame.add_system<std::int64_t>("branch_points", "1", network.degrees.branch_points());
+}
+
 }  // namespace lichtenberg::analysis

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/geometry/shape.hpp"
+#include "src/model/frame.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::analysis {
@@ -96,5 +97,8 @@ struct Network {
 
 /// Successors and degrees in one go.
 Network network(std::vector<Contact> contacts, std::span<const Vec2> position);
+
+/// Its contacts (a list), the successors and the counts of connected conductors, endpoints and branch points.
+void add_columns(const Network& network, Frame& frame);
 
 }  // namespace lichtenberg::analysis

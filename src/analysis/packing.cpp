@@ -1,5 +1,7 @@
 #include "src/analysis/packing.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -91,6 +93,55 @@ Packing packing(const Bodies& bodies, const Scene& scene) {
   const bool only_box = scene.domain.walled && scene.walls.size() == 2u * bodies.dimension;
   if (only_box) find_pressure(packing, bodies, scene, virial);
   return packing;
+}
+
+ColumnGroup columns_of(const Packing& packing) {
+  std::vector<std::int32_t> contacts, rattler(packing.rattler.begin(), packing.rattler.end());
+  std::vector<double> q, overlap, force;
+  for (const PackingContact& contact : packing.contacts) {
+    contacts.insert(contacts.end(), {contact.particle, contact.partner});
+    q.push_back(contact.q);
+    overlap.push_back(contact.overlap);
+    force.push_back(contact.force);
+  }
+  using enum Column::Of;
+  return {"packing",
+          {{"contacts", "1", list, 2, std::move(contacts)},
+           {"q", "1", list, 0, std::move(q)},
+           {"overlap", "m", list, 0, std::move(overlap)},
+           {"force", "N", list, 0, std::move(force)},
+           {"rattler", "1", particles, 0, std::move(rattler)},
+           {"wall_force", "N", list, 0, packing.wall_force}}};
+}
+
+Summary summarize(const Packing& packing, const Scene& scene) {
+  const bool spheres = scene.dimension() == 3;
+  Summary summary;
+  const auto line = [&](const char* label, std::string text) { summary.lines.push_back({label, std::move(text)}); };
+  line("contacts", fmt::format("{}, smallest q {:.4g}", packing.contacts.size(), packing.smallest_q));
+  line("coordination", fmt::format("{:.4f}, {:.4f} without the {} rattlers", packing.coordination,
+                                   packing.backbone_coordination, packing.rattlers));
+  if (packing.fraction) {
+    const char* unit = spheres ? "Pa" : "N/m";
+    line("filled", fmt::format("{:.4f} of the domain", *packing.fraction));
+    line("pressure", fmt::format("{:.6g} {} on the walls, {:.6g} {} from the forces inside", *packing.pressure, unit,
+                                 *packing.virial_pressure, unit));
+  } else {
+    line("pressure", "none, nor how much is filled: there are walls other than the sides of the domain");
+  }
+  for (std::size_t w = 0; w < scene.walls.size(); ++w)
+    line("wall", fmt::format("{:.6g} N on {}", packing.wall_force[w], scene.walls[w].name));
+  summary.quantities = {{"contacts", static_cast<double>(packing.contacts.size()), "1"},
+                        {"rattlers", static_cast<double>(packing.rattlers), "1"},
+                        {"coordination", packing.coordination, "1"},
+                        {"backbone_coordination", packing.backbone_coordination, "1"},
+                        {"smallest_q", packing.smallest_q, "1"}};
+  if (!packing.fraction) return summary;
+  const char* unit = spheres ? "Pa" : "N m-1";
+  summary.quantities.push_back({"packing_fraction", *packing.fraction, "1"});
+  summary.quantities.push_back({"pressure", *packing.pressure, unit});
+  summary.quantities.push_back({"virial_pressure", *packing.virial_pressure, unit});
+  return summary;
 }
 
 }  // namespace lichtenberg::analysis

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "src/model/bodies.hpp"
+#include "src/model/motion.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::analysis {
@@ -38,5 +39,10 @@ struct Packing {
 
 /// A particle held by fewer than dimension + 1 contacts can move freely; without it, others may become rattlers.
 Packing packing(const Bodies& bodies, const Scene& scene);
+
+/// What of it a result file keeps, as the group "packing".
+ColumnGroup columns_of(const Packing& packing);
+/// What there is to say of it; no title.
+Summary summarize(const Packing& packing, const Scene& scene);
 
 }  // namespace lichtenberg::analysis

@@ -32,7 +32,7 @@ double elastic_energy(const Scene& scene, const std::vector<Vec2>& position) {
 
 }  // namespace
 
-Power power(const Scene& scene, const Frame& frame, std::span<const double> mass) {
+Power power(const Scene& scene, const ConductorFrame& frame, std::span<const double> mass) {
   const auto* source = scene.effects.find<effects::CurrentSourceOptions>();
   const double current = source ? source->current : 0;
   const double drag =
@@ -48,8 +48,8 @@ Power power(const Scene& scene, const Frame& frame, std::span<const double> mass
   return result;
 }
 
-std::optional<double> dissipated_power(const Scene& scene, const Frame& before, const Power& power_before,
-                                       const Frame& after, const Power& power_after) {
+std::optional<double> dissipated_power(const Scene& scene, const ConductorFrame& before, const Power& power_before,
+                                       const ConductorFrame& after, const Power& power_after) {
   const double dt = after.time - before.time;
   if (!(dt > 0) || !all_at_zero(scene)) return {};
   const double stored = after.energy - before.energy + power_after.kinetic - power_before.kinetic +

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "src/model/frame.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::analysis {
@@ -21,7 +21,7 @@ struct Power {
 };
 
 /// `mass`: kg, [N].
-Power power(const Scene& scene, const Frame& frame, std::span<const double> mass);
+Power power(const Scene& scene, const ConductorFrame& frame, std::span<const double> mass);
 
 /// Power dissipated between two frames, on average (W): what the source brought less what field, motion and elastic
 /// contacts took up,
@@ -30,7 +30,7 @@ Power power(const Scene& scene, const Frame& frame, std::span<const double> mass
 /// change linearly from frame to frame, though potentials jump at a contact: the shorter the interval, the better.
 /// Empty if an electrode, a side or a group is held at another potential than 0, because its supply then gives or takes
 /// energy that frames do not tell, or if no time passes.
-std::optional<double> dissipated_power(const Scene& scene, const Frame& before, const Power& power_before,
-                                       const Frame& after, const Power& power_after);
+std::optional<double> dissipated_power(const Scene& scene, const ConductorFrame& before, const Power& power_before,
+                                       const ConductorFrame& after, const Power& power_after);
 
 }  // namespace lichtenberg::analysis

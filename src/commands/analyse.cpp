@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -40,9 +39,9 @@ class Analyser {
 
   std::vector<FrameAnalysis> all() const {
     std::vector<FrameAnalysis> found;
-    Frame before, now;
+    ConductorFrame before, now;
     for (int k = 0; k < result_.frames(); ++k) {
-      now = result_.frame(k);
+      now = conductor_frame(result_.frame(k));
       found.push_back(analyse(k, now));
       if (k > 0) add_dissipation(found[k], now, found[k - 1].power, before);
       before = std::move(now);
@@ -54,10 +53,10 @@ class Analyser {
     if (index < 0 || index >= result_.frames())
       throw InputError(
           fmt::format("--frame {} is not in {}: it has frames 0 to {}", index, result_.path(), result_.frames() - 1));
-    const Frame now = result_.frame(index);
+    const ConductorFrame now = conductor_frame(result_.frame(index));
     FrameAnalysis found = analyse(index, now);
     if (index == 0) return found;
-    const Frame before = result_.frame(index - 1);
+    const ConductorFrame before = conductor_frame(result_.frame(index - 1));
     add_dissipation(found, now, analysis::power(scene_, before, mass_), before);
     return found;
   }
@@ -76,7 +75,7 @@ class Analyser {
     return scene;
   }
 
-  FrameAnalysis analyse(int index, const Frame& frame) const {
+  FrameAnalysis analyse(int index, const ConductorFrame& frame) const {
     const analysis::Ground ground = analysis::ground_of(scene_);
     analysis::Network network = analysis::network(contacts(index, frame, ground), frame.position);
     return {.frame = index,
@@ -89,7 +88,8 @@ class Analyser {
 
   /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
   /// contacts that close a loop and are kept by hysteresis alone are missing.
-  std::vector<analysis::Contact> contacts(int index, const Frame& frame, const analysis::Ground& ground) const {
+  std::vector<analysis::Contact> contacts(int index, const ConductorFrame& frame,
+                                          const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
     auto found = analysis::contacts(frame.position, radius_,
                                     scene_.effects.find<effects::ContactDischargeOptions>()->gap, ground);
@@ -116,8 +116,8 @@ class Analyser {
     return result;
   }
 
-  void add_dissipation(FrameAnalysis& found, const Frame& now, const analysis::Power& power_before,
-                       const Frame& before) const {
+  void add_dissipation(FrameAnalysis& found, const ConductorFrame& now, const analysis::Power& power_before,
+                       const ConductorFrame& before) const {
     const auto known = std::ranges::find(found.recorded, "dissipated_power", &Recorded::name);
     found.dissipated = known != found.recorded.end()
                            ? known->values.front()
@@ -141,13 +141,14 @@ void analyse(const AnalyseArguments& request) {
 
 }  // namespace
 
-void add_analyse(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("analyse", "Finds and stores the topology of a run, frame by frame");
+Command analyse_command() {
   auto request = std::make_shared<AnalyseArguments>();
-  command->add_option("RESULT", request->file, "result file of a run (.h5); gets the group /analysis")->required();
-  command->add_option("--frame", request->frame, "only the frame of this index, from 0, and nothing is stored");
-  command->add_flag("--json", request->json, "print JSON (SI units) in place of a table");
-  command->callback([request] { analyse(*request); });
+  return {"analyse",
+          "Finds and stores the topology of a run, frame by frame",
+          {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
+           {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
+           {"--json", &request->json, "print JSON (SI units) in place of a table"}},
+          [request] { analyse(*request); }};
 }
 
 }  // namespace lichtenberg

@@ -8,13 +8,19 @@
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <new>
+#include <type_traits>
+#include <variant>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
-#include "solvers/laplace/cutcell/processes.hpp"
+#include "solvers/laplace/cutcell/shares.hpp"
+#include "solvers/parallel/petsc.hpp"
+#include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/nearest.hpp"
+#include "src/scene/scene.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
@@ -30,6 +36,11 @@ std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments)
   return options;
 }
 
+std::vector<Command> all_commands() {
+  return {run_command(),     solve_command(),   explain_command(),        plot_command(),
+          analyse_command(), network_command(), work_precision_command(), ensemble_command()};
+}
+
 void check_command(const CLI::App& program, const std::string& command) {
   std::vector<std::string> known;
   for (const CLI::App* subcommand : program.get_subcommands({})) known.push_back(subcommand->get_name());
@@ -38,20 +49,64 @@ void check_command(const CLI::App& program, const std::string& command) {
                                command, nearest(command, known)));
 }
 
+CLI::Option* add(CLI::App& subcommand, const Argument& argument) {
+  return std::visit(
+      [&](auto* target) {
+        if constexpr (std::is_same_v<decltype(target), bool*>)
+          return subcommand.add_flag(argument.name, *target, argument.help);
+        else
+          return subcommand.add_option(argument.name, *target, argument.help);
+      },
+      argument.target);
+}
+
+void declare(CLI::App& subcommand, const Argument& argument) {
+  CLI::Option* option = add(subcommand, argument);
+  const ArgumentRule& rule = argument.rule;
+  option->required(rule.required);
+  if (rule.positive) option->check(CLI::PositiveNumber);
+  if (rule.comma_separated) option->delimiter(',');
+  if (rule.repeated) option->take_all()->allow_extra_args(false);
+  if (rule.default_shown) option->capture_default_str();
+  if (!rule.allowed.empty()) option->check(CLI::IsMember(rule.allowed));
+  if (!rule.excluded.empty()) option->excludes(subcommand.get_option(rule.excluded));
+}
+
+void declare(CLI::App& program, const Command& command) {
+  CLI::App* subcommand = program.add_subcommand(command.name, command.help);
+  for (const Argument& argument : command.arguments) declare(*subcommand, argument);
+  subcommand->callback(command.act);
+}
+
+std::string help_text(const CLI::App& program, const std::string& topic) {
+  // Not program.help(): that would pass the question on to the subcommand that was given, which is this one.
+  if (topic.empty())
+    return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
+  if (topic == "scene") return scene_help();
+  std::vector<std::string> topics{"scene"};
+  for (const CLI::App* command : program.get_subcommands({})) {
+    if (command->get_name() == topic) return command->help(program.get_name());
+    topics.push_back(command->get_name());
+  }
+  throw InputError(fmt::format("there is no help on `{}`; did you mean `{}`? The topics are {}", topic,
+                               nearest(topic, topics), fmt::join(topics, ", ")));
+}
+
+Command help_command(const CLI::App& program) {
+  auto topic = std::make_shared<std::string>();
+  return {"help",
+          "Explains a command, or with `help scene` every key of a scene file",
+          {{"TOPIC", topic.get(), "a command, or scene"}},
+          [&program, topic] { fmt::print("{}", help_text(program, *topic)); }};
+}
+
 void declare(CLI::App& program) {
   const Version version = lichtenberg_version();
   program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
   program.require_subcommand(1);
   program.footer("Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
-  add_run(program);
-  add_solve(program);
-  add_explain(program);
-  add_plot(program);
-  add_analyse(program);
-  add_network(program);
-  add_work_precision(program);
-  add_ensemble(program);
-  add_help(program);
+  for (const Command& command : all_commands()) declare(program, command);
+  declare(program, help_command(program));
 }
 
 void dispatch(std::vector<std::string> arguments) {
@@ -75,7 +130,7 @@ void dispatch(std::vector<std::string> arguments) {
 }
 
 void warn_of_unused_options() {
-  for (const std::string& option : laplace::unused_petsc_options())
+  for (const std::string& option : parallel::unused_petsc_options())
     fmt::print(stderr, "lichtenberg: nothing asked for the option {} after --petsc (misspelt?)\n", option);
 }
 
@@ -111,14 +166,16 @@ int status_of(const std::function<int()>& work) {
 
 int run_command_line(std::vector<std::string> arguments) {
   const int status = status_of([&] {
-    laplace::set_petsc_options(take_petsc_options(arguments));
-    if (!laplace::join_processes()) return 0;  // one of mpirun's that only helped the first
+    parallel::set_petsc_options(take_petsc_options(arguments));
+    laplace::SolverShares shares;
+    const bool first = parallel::join_processes([&](parallel::Message& message) { shares(message); });
+    if (!first) return 0;  // one of mpirun's that only helped the first
     dispatch(std::move(arguments));
     warn_of_unused_options();
     finish_output();
     return 0;
   });
-  laplace::dismiss_processes(status != 0);
+  parallel::dismiss_processes(status != 0);
   return status;
 }
 

@@ -1,22 +1,51 @@
 #pragma once
 
-namespace CLI {
-class App;
-}
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
 
 namespace lichtenberg {
 
-// One function a subcommand: it declares the subcommand's arguments and what to do once they are read. Errors leave it
-// as InputError or Failure.
+/// What is asked of an argument beside its type.
+struct ArgumentRule {
+  bool required = false;
+  bool positive = false;
+  bool comma_separated = false;      ///< a list in one word
+  bool repeated = false;             ///< a list of which each value has the option's name before it
+  bool default_shown = false;        ///< in the help: what the target holds
+  std::vector<std::string> allowed;  ///< values; empty: all
+  std::string excluded;              ///< an earlier option of the command that cannot be given with this one
+};
 
-void add_run(CLI::App& program);
-void add_solve(CLI::App& program);
-void add_explain(CLI::App& program);
-void add_plot(CLI::App& program);
-void add_analyse(CLI::App& program);
-void add_network(CLI::App& program);
-void add_work_precision(CLI::App& program);
-void add_ensemble(CLI::App& program);
-void add_help(CLI::App& program);
+/// An argument of a subcommand.
+struct Argument {
+  /// A bool's option has no value.
+  using Target = std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
+                              std::optional<std::string>*, std::vector<int>*, std::vector<std::string>*>;
+
+  std::string name;  ///< "--out"; without dashes it is told by its place
+  Target target;     ///< keeps what it holds if the argument is not given
+  std::string help;
+  ArgumentRule rule;
+};
+
+struct Command {
+  std::string name, help;
+  std::vector<Argument> arguments;
+  std::function<void()> act;  ///< once the arguments are read; keeps their targets alive
+};
+
+// One function a subcommand. Errors leave Command::act as InputError or Failure.
+
+Command run_command();
+Command solve_command();
+Command explain_command();
+Command plot_command();
+Command analyse_command();
+Command network_command();
+Command work_precision_command();
+Command ensemble_command();
 
 }  // namespace lichtenberg

@@ -1,17 +1,19 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
+#include "src/commands/commands.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
 /// `--device`, which comes before the scene's field.device.
-inline void add_device_option(CLI::App& command, std::string& device) {
-  command.add_option("--device", device, "where the field is solved, cpu or cuda (default: field.device of the scene)")
-      ->check(CLI::IsMember({"cpu", "cuda"}));
+inline Argument device_argument(std::string& device) {
+  return {"--device",
+          &device,
+          "where the field is solved, cpu or cuda (default: field.device of the scene)",
+          {.allowed = {"cpu", "cuda"}}};
 }
 
 inline Scene read_scene_for(const std::string& path, const std::string& device) {

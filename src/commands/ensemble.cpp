@@ -5,7 +5,6 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -16,7 +15,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/effects/read_scene.hpp"
@@ -126,7 +125,7 @@ void report(const Arguments& request, const std::vector<Member>& members) {
 }
 
 void run_ensemble(Arguments request) {
-  if (laplace::process_count() > 1)
+  if (parallel::process_count() > 1)
     throw InputError("ensemble runs processes of its own, one a member: leave mpirun out");
   if (request.folder.empty()) request.folder = fs::path(request.scene).stem().string() + "-ensemble";
   const int jobs = request.jobs > 0 ? request.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -152,30 +151,28 @@ void run_ensemble(Arguments request) {
 
 }  // namespace
 
-void add_ensemble(CLI::App& program) {
-  CLI::App* command = program.add_subcommand(
-      "ensemble", "Runs, or goes on with, a scene in many variants on all cores: means with confidence intervals");
+Command ensemble_command() {
   auto request = std::make_shared<Arguments>();
-  command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
-  command->add_option("--conductors", request->conductors,
-                      "numbers of conductors, as in 64,100,144: short for --vary population.count=...");
-  command->add_option("--seeds", request->seeds, "how many seeds, from the scene's upward, for each variant")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--vary", request->vary,
-                   "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in "
-                   "effects.contact_discharge.gap=0.4e-3,0.8e-3 or electrode[0].radius=1e-3,2e-3; again for another "
-                   "key: all combinations are run")
-      ->take_all()
-      ->allow_extra_args(false);
-  command->add_option("--out", request->folder,
-                      "folder of the result files, one a member, of their scenes and of ensemble.json; what is "
-                      "finished there is not run again (default: the scene's name with -ensemble)");
-  command->add_option("--jobs", request->jobs, "members that run at the same time (default: one a core)")
-      ->check(CLI::PositiveNumber);
-  command->add_flag("--json", request->json, "print what ensemble.json holds in place of the table");
-  command->add_flag("--quiet", request->quiet, "show no progress");
-  command->callback([request] { run_ensemble(*request); });
+  return {
+      "ensemble",
+      "Runs, or goes on with, a scene in many variants on all cores: means with confidence intervals",
+      {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
+       {"--conductors", &request->conductors,
+        "numbers of conductors, as in 64,100,144: short for --vary population.count=..."},
+       {"--seeds", &request->seeds, "how many seeds, from the scene's upward, for each variant", {.positive = true}},
+       {"--vary",
+        &request->vary,
+        "KEY=VALUE,VALUE,...: values that a key of the scene takes, as in "
+        "effects.contact_discharge.gap=0.4e-3,0.8e-3 or electrode[0].radius=1e-3,2e-3; again for another "
+        "key: all combinations are run",
+        {.repeated = true}},
+       {"--out", &request->folder,
+        "folder of the result files, one a member, of their scenes and of ensemble.json; what is "
+        "finished there is not run again (default: the scene's name with -ensemble)"},
+       {"--jobs", &request->jobs, "members that run at the same time (default: one a core)", {.positive = true}},
+       {"--json", &request->json, "print what ensemble.json holds in place of the table"},
+       {"--quiet", &request->quiet, "show no progress"}},
+      [request] { run_ensemble(*request); }};
 }
 
 }  // namespace lichtenberg

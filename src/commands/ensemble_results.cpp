@@ -78,7 +78,7 @@ void add_topology(Quantities& quantities, const Result& result) {
   const auto contacts = result.contacts(last);
   if (!contacts) return;  // an earlier version's file
   const Scene scene = result.scene();
-  const std::vector<Vec2> position = result.frame(last).position;
+  const std::vector<Vec2> position = result.frame(last).plane_vectors("position");
   const analysis::Network network = analysis::network(*contacts, position);
   for (const int degree : {2, 3, 4})
     quantities[fmt::format("degree_fraction_{}", degree)] = network.degrees.fraction(degree);

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -224,15 +223,15 @@ void explain(Scene scene) {
 
 }  // namespace
 
-void add_explain(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("explain", "Says what a scene will compute, what not, and what it costs");
+Command explain_command() {
   struct Arguments {
     std::string scene, device;
   };
   auto request = std::make_shared<Arguments>();
-  command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
-  add_device_option(*command, request->device);
-  command->callback([request] { explain(read_scene_for(request->scene, request->device)); });
+  return {"explain",
+          "Says what a scene will compute, what not, and what it costs",
+          {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}}, device_argument(request->device)},
+          [request] { explain(read_scene_for(request->scene, request->device)); }};
 }
 
 }  // namespace lichtenberg

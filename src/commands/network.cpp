@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -10,6 +9,7 @@
 #include <optional>
 
 #include "solvers/error.hpp"
+#include "solvers/network/resistor.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/output.hpp"
@@ -171,33 +171,39 @@ void measure(const NetworkArguments& request) {
 
 }  // namespace
 
-void add_network(CLI::App& program) {
-  CLI::App* command =
-      program.add_subcommand("network", "Measures the resistance of a result file's particles in contact");
+Command network_command() {
   auto request = std::make_shared<NetworkArguments>();
-  command->add_option("FILE", request->file, "result file of a run (.h5); the networks are kept in it")->required();
-  command
-      ->add_option("--model", request->options.model, "what a node is (default: network.model of the scene, or both)")
-      ->check(CLI::IsMember({"particle", "contact"}));
-  command->add_option("--between", request->between,
-                      "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top)");
+  Command command{"network", "Measures the resistance of a result file's particles in contact"};
   std::vector<std::string> resistors;
   for (const network::ResistorModel& model : network::resistor_models()) resistors.push_back(model.name);
-  command->add_option("--resistor", request->options.resistor, "model of a resistor (default: constant, of 1 Ohm)")
-      ->check(CLI::IsMember(resistors));
+  command.arguments = {
+      {"FILE", &request->file, "result file of a run (.h5); the networks are kept in it", {.required = true}},
+      {"--model",
+       &request->options.model,
+       "what a node is (default: network.model of the scene, or both)",
+       {.allowed = {"particle", "contact"}}},
+      {"--between", &request->between,
+       "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top)"},
+      {"--resistor",
+       &request->options.resistor,
+       "model of a resistor (default: constant, of 1 Ohm)",
+       {.allowed = resistors}}};
   for (const network::ParameterEntry& entry : network::parameter_entries()) {
     std::string option = fmt::format("--{}", entry.name);
     std::ranges::replace(option, '_', '-');
-    command->add_option(option, request->options.parameters.*entry.value,
-                        fmt::format("{}; {}", entry.unit, entry.help));
+    command.arguments.push_back(
+        {option, &(request->options.parameters.*entry.value), fmt::format("{}; {}", entry.unit, entry.help)});
   }
-  command->add_option("--voltage", request->voltage, "V, of the second electrode (default: 1)");
-  command->add_option("--frame", request->frame, "index of the frame, from 0 (default: the last)");
-  command->add_option("--out", request->picture, "picture to write (default: FILE with -network.png)");
-  command->add_flag("--no-picture", request->no_picture, "draw nothing");
-  command->add_flag("--no-save", request->no_save, "leave the result file as it is; draws nothing");
-  command->add_flag("--json", request->json, "print JSON (SI units), every node and resistor, in place of a table");
-  command->callback([request] { measure(*request); });
+  command.arguments.insert(
+      command.arguments.end(),
+      {{"--voltage", &request->voltage, "V, of the second electrode (default: 1)"},
+       {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
+       {"--out", &request->picture, "picture to write (default: FILE with -network.png)"},
+       {"--no-picture", &request->no_picture, "draw nothing"},
+       {"--no-save", &request->no_save, "leave the result file as it is; draws nothing"},
+       {"--json", &request->json, "print JSON (SI units), every node and resistor, in place of a table"}});
+  command.act = [request] { measure(*request); };
+  return command;
 }
 
 }  // namespace lichtenberg

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 
@@ -22,13 +21,14 @@ struct PlotArguments {
 
 }  // namespace
 
-void add_plot(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("plot", "Draws a frame of a result file");
+Command plot_command() {
   auto request = std::make_shared<PlotArguments>();
-  command->add_option("FILE", request->file, "result file of a run (.h5)")->required();
-  command->add_option("--frame", request->frame, "index of the frame, from 0 (default: the last)");
-  command->add_option("--out", request->picture, "picture to write (default: FILE with .png)");
-  command->callback([request] { plot(*request); });
+  return {"plot",
+          "Draws a frame of a result file",
+          {{"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
+           {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
+           {"--out", &request->picture, "picture to write (default: FILE with .png)"}},
+          [request] { plot(*request); }};
 }
 
 }  // namespace lichtenberg

@@ -35,29 +35,17 @@ bool Progress::due() const {
   return !quiet_ && !(shown_ && Clock::now() - *shown_ < (terminal_ ? between_redraws : between_lines));
 }
 
-void Progress::show(const std::string& line) {
+void Progress::show(std::string line, double now) {
   shown_ = Clock::now();
+  if (now > start_ && std::isfinite(stop_)) {
+    const double elapsed = Seconds(Clock::now() - began_).count();
+    line += fmt::format(", at most {} left", duration(elapsed * (stop_ - now) / (now - start_)));
+  }
   if (terminal_)
     fmt::print(stderr, "\r{}\033[K", line);  // \033[K clears what is left of a longer line
   else
     fmt::print(stderr, "{}\n", line);
   unfinished_line_ = terminal_;
-}
-
-void Progress::show(const Frame& frame, const std::optional<analysis::Network>& network) {
-  if (due()) show(line(frame, network));
-}
-
-std::string Progress::line(const Frame& frame, const std::optional<analysis::Network>& network) const {
-  std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, stop_);
-  if (frame.field_solves > 0)
-    text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
-  if (network) text += fmt::format(", {} of {} connected", network->degrees.connected, frame.position.size());
-  if (frame.time > start_) {
-    const double elapsed = Seconds(Clock::now() - began_).count();
-    text += fmt::format(", at most {} left", duration(elapsed * (stop_ - frame.time) / (frame.time - start_)));
-  }
-  return text;
 }
 
 }  // namespace lichtenberg

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -143,20 +142,21 @@ Answer solve(const SolveArguments& request) {
 
 }  // namespace
 
-void add_solve(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("solve", "Solves the field of a scene's first instant once");
+Command solve_command() {
   auto request = std::make_shared<SolveArguments>();
-  command->add_option("SCENE", request->scene, "scene file (.toml)")->required();
-  add_device_option(*command, request->device);
-  command->add_flag("--capacitance", request->capacitance, "the capacitance matrix as well: one more solve a group");
-  command->add_flag("--json", request->json, "print JSON (SI units) in place of a table");
-  command->add_option("--field", request->field, "write potential and bodies to this file (VTKHDF, for ParaView)");
-  command->add_flag("--overwrite", request->overwrite, "replace FILE of --field if it exists");
-  command->callback([request] {
-    if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
-    const Answer answer = solve(*request);
-    request->json ? print_json(answer) : print_table(answer);
-  });
+  return {"solve",
+          "Solves the field of a scene's first instant once",
+          {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
+           device_argument(request->device),
+           {"--capacitance", &request->capacitance, "the capacitance matrix as well: one more solve a group"},
+           {"--json", &request->json, "print JSON (SI units) in place of a table"},
+           {"--field", &request->field, "write potential and bodies to this file (VTKHDF, for ParaView)"},
+           {"--overwrite", &request->overwrite, "replace FILE of --field if it exists"}},
+          [request] {
+            if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
+            const Answer answer = solve(*request);
+            request->json ? print_json(answer) : print_table(answer);
+          }};
 }
 
 }  // namespace lichtenberg

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/output.hpp"
@@ -28,7 +27,7 @@ struct Arguments {
 };
 
 void check(const Arguments& arguments) {
-  if (laplace::process_count() > 1)
+  if (parallel::process_count() > 1)
     throw InputError("work-precision compares methods on one process: leave mpirun out");
   if (arguments.time && !arguments.request.sizes.empty())
     throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");
@@ -107,27 +106,29 @@ void sweep(Arguments arguments) {
 
 }  // namespace
 
-void add_work_precision(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("work-precision",
-                                             "Sweeps the accuracy of every method that can solve a scene: error "
-                                             "against time, as a table and as a picture");
+Command work_precision_command() {
   auto arguments = std::make_shared<Arguments>();
   work_precision::Request& request = arguments->request;
-  command->add_option("SCENE", arguments->scene, "scene file (.toml)")->required();
-  command->add_flag("--time", arguments->time,
-                    "integrators over the scene's motion until stop.time, in place of field solvers at its first "
-                    "instant");
-  command->add_option("--methods", request.methods, "only these, as in cut-cell,multipole (default: all)")
-      ->delimiter(',');
-  command->add_option("--sizes", request.sizes, "cells along the longer side (default: 128,256,512,1024,2048)")
-      ->delimiter(',');
-  command->add_option("--seconds", request.seconds, "leave out what is expected to take longer")->capture_default_str();
-  command->add_option("--json", arguments->json, "write all figures to this file");
-  command->add_option("--output", arguments->picture,
-                      "picture to write: .png, .pdf or .svg (default: the scene's name with -work-precision.png, or "
-                      "-time-precision.png)");
-  command->add_flag("--overwrite", arguments->overwrite, "replace files that exist");
-  command->callback([arguments] { sweep(*arguments); });
+  return {"work-precision",
+          "Sweeps the accuracy of every method that can solve a scene: error against time, as a table and as a picture",
+          {{"SCENE", &arguments->scene, "scene file (.toml)", {.required = true}},
+           {"--time", &arguments->time,
+            "integrators over the scene's motion until stop.time, in place of field solvers at its first instant"},
+           {"--methods",
+            &request.methods,
+            "only these, as in cut-cell,multipole (default: all)",
+            {.comma_separated = true}},
+           {"--sizes",
+            &request.sizes,
+            "cells along the longer side (default: 128,256,512,1024,2048)",
+            {.comma_separated = true}},
+           {"--seconds", &request.seconds, "leave out what is expected to take longer", {.default_shown = true}},
+           {"--json", &arguments->json, "write all figures to this file"},
+           {"--output", &arguments->picture,
+            "picture to write: .png, .pdf or .svg (default: the scene's name with -work-precision.png, or "
+            "-time-precision.png)"},
+           {"--overwrite", &arguments->overwrite, "replace files that exist"}},
+          [arguments] { sweep(*arguments); }};
 }
 
 }  // namespace lichtenberg

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/commands/work_precision.hpp"
 
@@ -98,8 +98,8 @@ class PetscSetting {
  public:
   using Options = std::vector<std::pair<const char*, const char*>>;
   explicit PetscSetting(Options options) : options_(std::move(options)) {
-    if (!options_.empty()) laplace::start_petsc();
-    for (const auto& [name, value] : options_) laplace::check_petsc(PetscOptionsSetValue(nullptr, name, value));
+    if (!options_.empty()) parallel::start_petsc();
+    for (const auto& [name, value] : options_) parallel::check_petsc(PetscOptionsSetValue(nullptr, name, value));
   }
   ~PetscSetting() {
     for (const auto& [name, value] : options_) PetscOptionsClearValue(nullptr, name);

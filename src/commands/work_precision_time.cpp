@@ -50,7 +50,7 @@ class TimeTrial : public Trial {
   void run() override {
     Simulation simulation(scene_, make_solver(subject_));
     simulation.advance_to(scene_.stop.time);
-    position_ = simulation.frame().position;
+    position_ = simulation.now().position;
     counters_ = simulation.counters();
   }
   std::vector<double> errors() const override { return {distance(subject_, position_, subject_.reference)}; }

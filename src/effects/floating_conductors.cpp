@@ -8,9 +8,9 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/hertz_contact.hpp"
@@ -178,7 +178,7 @@ void check_can_move(const Scene& scene) {
 }
 
 void check_processes(const FieldOptions* field) {
-  const int processes = laplace::process_count();
+  const int processes = parallel::process_count();
   if (processes == 1 || (field && field->method == "cut-cell" && field->linear_solver == "assembled")) return;
   throw InputError(
       fmt::format("{} runs on one process, and mpirun started {}: {}",

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
+
+#include "src/model/stopwatch.hpp"
 
 namespace lichtenberg {
 
@@ -16,19 +17,6 @@ struct Counters {
   std::int64_t contacts_made = 0, contacts_lost = 0;
   std::int64_t regroupings = 0;  ///< times that made or lost contacts changed who is one with whom
   double field_seconds = 0, mechanics_seconds = 0, contact_seconds = 0;  ///< wall time since the program started
-};
-
-/// Adds the wall time of its own life to a counter.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& seconds_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace lichtenberg

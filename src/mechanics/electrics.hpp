@@ -4,12 +4,13 @@
 #include <vector>
 
 #include "src/effects/charge_ledger.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/counters.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/energy_book.hpp"
-#include "src/model/frame.hpp"
+#include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
 
@@ -58,6 +59,11 @@ class Electrics {
   double contact_gap() const;
   const effects::ElectricalGroups& groups() const { return groups_; }
   const effects::ChargeLedger& ledger() const { return ledger_; }
+  /// Whether conductors that come close are one electrically, and which are, in ascending order.
+  bool has_contacts() const { return discharge_ != nullptr; }
+  std::vector<effects::Contact> contacts() const {
+    return discharge_ ? discharge_->contacts() : std::vector<effects::Contact>{};
+  }
   /// What every supply (supplies_of) shows at the instant of the last solve, with the charges of the last settle or
   /// share.
   std::vector<TerminalReading> terminals() const;

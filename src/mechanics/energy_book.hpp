@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "src/effects/circuit.hpp"
-#include "src/model/frame.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::mechanics {

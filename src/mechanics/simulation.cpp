@@ -1,13 +1,21 @@
 #include "src/mechanics/simulation.hpp"
 
-#include <optional>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "solvers/error.hpp"
+#include "src/analysis/circuit.hpp"
+#include "src/analysis/network.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/electrics.hpp"
 #include "src/mechanics/stepper.hpp"
+#include "src/mechanics/summary.hpp"
 #include "src/model/checkpoint.hpp"
 
 namespace lichtenberg {
@@ -23,34 +31,40 @@ Solver default_solver(const Scene& scene) {
                                                                            : nullptr;
 }
 
-/// The effects that the electrics must know; null where they are not in the scene.
-struct Electric {
-  std::unique_ptr<effects::FloatingConductors> field;
-  std::unique_ptr<effects::ContactDischarge> discharge;
+/// A scene's model, and those of its effects that the electrics must know; null where they are not in the scene.
+struct Made {
+  Model model;
+  effects::FloatingConductors* field;
+  effects::ContactDischarge* discharge;
 };
 
-Electric make_electric(const Scene& scene, Solver solver) {
-  Electric made;
+Made make_model(const Scene& scene, Solver solver) {
+  std::unique_ptr<effects::FloatingConductors> field;
+  std::unique_ptr<effects::ContactDischarge> discharge;
   if (scene.effects.has<effects::ContactDischargeOptions>())
-    made.discharge = std::make_unique<effects::ContactDischarge>(scene);
-  if (!scene.effects.has<effects::FloatingConductorsOptions>()) return made;
-  made.field = solver ? std::make_unique<effects::FloatingConductors>(scene, std::move(solver))
-                      : effects::make_floating_conductors(scene);
-  return made;
+    discharge = std::make_unique<effects::ContactDischarge>(scene);
+  if (scene.effects.has<effects::FloatingConductorsOptions>())
+    field = solver ? std::make_unique<effects::FloatingConductors>(scene, std::move(solver))
+                   : effects::make_floating_conductors(scene);
+  auto* const field_effect = field.get();
+  auto* const discharge_effect = discharge.get();
+  return {effects::make_model(scene, effects::made(std::move(field), std::move(discharge))), field_effect,
+          discharge_effect};
 }
 
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, Solver solver) : Implementation(s, make_electric(s, std::move(solver))) {}
-  Implementation(const Scene& s, Electric electric);
+  Implementation(const Scene& s, Solver solver) : Implementation(s, make_model(s, std::move(solver))) {}
+  Implementation(const Scene& s, Made made);
   void begin();
+  ConductorFrame now();
+  std::optional<analysis::Network> network(std::span<const Vec2> position) const;
+  mechanics::Outcome outcome(bool stationary);
   void save_counters(Checkpoint& checkpoint) const;
   void restore_counters(const Checkpoint& checkpoint);
 
   Scene scene;
-  effects::FloatingConductors* field;    ///< the model's; null in a neutral scene
-  effects::ContactDischarge* discharge;  ///< the model's; null if there is none
   Model model;
   Counters counters;
   std::optional<mechanics::Electrics> electrics;  ///< empty in a neutral scene
@@ -58,14 +72,16 @@ struct Simulation::Implementation {
   double time = 0;
   bool connected = false;  ///< contacts and groups are known
   bool begun = false;      ///< the field of this instant is known
+  // Of a scene with a circuit:
+  std::optional<ConductorFrame> before;  ///< where the last advance began
+  double energy_at_start = 0;            ///< J, analysis::energy_account
+  // Of a scene that asks for an accuracy:
+  std::optional<double> largest_error;  ///< of the field, estimated by warnings()
+  double checking_seconds = 0;
 };
 
-Simulation::Implementation::Implementation(const Scene& s, Electric electric)
-    : scene(s),
-      field(electric.field.get()),
-      discharge(electric.discharge.get()),
-      model(effects::make_model(scene, effects::made(std::move(electric.field), std::move(electric.discharge)))) {
-  if (field) electrics.emplace(scene, model, *field, discharge, counters);
+Simulation::Implementation::Implementation(const Scene& s, Made made) : scene(s), model(std::move(made.model)) {
+  if (made.field) electrics.emplace(scene, model, *made.field, made.discharge, counters);
   stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters});
 }
 
@@ -77,6 +93,7 @@ void Simulation::Implementation::begin() {
     electrics->settle(time);
   }
   stepper->begin(time);
+  if (!connected && electrics && electrics->energy()) energy_at_start = analysis::energy_account(now());
   connected = begun = true;
 }
 
@@ -106,55 +123,83 @@ Simulation::~Simulation() = default;
 double Simulation::time() const { return implementation_->time; }
 const Counters& Simulation::counters() const { return implementation_->counters; }
 const Model& Simulation::model() const { return implementation_->model; }
-const std::vector<effects::Contact>* Simulation::contacts() const {
-  return implementation_->discharge ? &implementation_->discharge->contacts() : nullptr;
-}
-const laplace::LaplaceProblem* Simulation::last_problem() const {
-  const effects::FloatingConductors* field = implementation_->field;
-  return field && field->last_problem() ? &*field->last_problem() : nullptr;
-}
 
-void Simulation::advance_to(double time) {
+void Simulation::advance_to(double time, const std::function<bool()>&) {
   Implementation& self = *implementation_;
   self.begin();
   if (time <= self.time) return;
+  if (self.electrics && self.electrics->energy()) self.before = now();
   self.stepper->advance(self.time, time);
   self.time = time;
 }
 
-Frame Simulation::frame() {
+double Simulation::next_frame() const {
+  // The times of frames are multiples of `every`, to rounding: 11 * 0.03 is less than 0.33, but no frame before the
+  // end.
+  constexpr double rounding = 1e-9;
+  const double every = implementation_->scene.output.every, stop = end_time();
+  const double next = every * (std::floor(time() / every + rounding) + 1);
+  return next < stop - rounding * every ? next : stop;
+}
+
+double Simulation::end_time() const { return implementation_->scene.stop.time; }
+
+bool Simulation::finished() { return time() >= end_time() || (implementation_->scene.stop.stationary && stationary()); }
+
+ConductorFrame Simulation::now() {
   Implementation& self = *implementation_;
   self.begin();
-  Frame frame;
-  frame.time = self.time;
-  for (int i = 0; i < self.model.bodies.size(); ++i) {
-    frame.position.push_back(position(self.model.bodies, i));
-    frame.velocity.push_back(velocity(self.model.bodies, i));
+  return self.now();
+}
+
+ConductorFrame Simulation::Implementation::now() {
+  ConductorFrame frame{.time = time};
+  for (int i = 0; i < model.bodies.size(); ++i) {
+    frame.position.push_back(position(model.bodies, i));
+    frame.velocity.push_back(velocity(model.bodies, i));
   }
-  if (!self.electrics) return frame;
-  const effects::Electrostatics& field = self.electrics->last();
-  const effects::ElectricalGroups& groups = self.electrics->groups();
-  const effects::ChargeLedger& ledger = self.electrics->ledger();
+  if (!electrics) return frame;
+  const effects::Electrostatics& field = electrics->last();
+  const effects::ChargeLedger& ledger = electrics->ledger();
   frame.force = field.force;
-  frame.charge = self.model.bodies.charge;
+  frame.charge = model.bodies.charge;
   frame.potential = field.potential;
-  frame.group = groups.connected;
+  frame.group = electrics->groups().connected;
   frame.energy = field.energy;
   frame.charge_held = ledger.held();
   frame.charge_fed = ledger.fed();
   frame.charge_drained = ledger.drained();
   frame.charge_leaked = ledger.leaked();
-  if (const mechanics::EnergyBook* energy = self.electrics->energy())
-    frame.energy_balance = {self.model.kinetic_energy(), self.model.stored_energy(self.time), energy->flows()};
-  frame.terminals = self.electrics->terminals();
-  frame.field_solves = self.counters.field_solves;
-  frame.iterations = self.counters.iterations;
+  frame.terminals = electrics->terminals();
+  if (const mechanics::EnergyBook* energy = electrics->energy()) {
+    frame.energy_balance = {model.kinetic_energy(), model.stored_energy(time), energy->flows()};
+    if (before) frame.rates = analysis::circuit_rates(*before, frame, scene.medium.temperature);
+  }
+  frame.field_solves = counters.field_solves;
+  frame.iterations = counters.iterations;
   return frame;
 }
 
-laplace::Field Simulation::field() {
+std::optional<analysis::Network> Simulation::Implementation::network(std::span<const Vec2> position) const {
+  if (!electrics || !electrics->has_contacts()) return {};
+  std::vector<analysis::Contact> contacts;
+  for (const auto& [conductor, partner] : electrics->contacts())
+    contacts.emplace_back(conductor, partner < static_cast<int>(position.size()) ? partner : analysis::to_ground);
+  return analysis::network(std::move(contacts), position);
+}
+
+Frame Simulation::frame() {
+  const ConductorFrame state = now();
+  Frame frame = columns_of(state);
+  if (const std::optional<analysis::Network> network = implementation_->network(state.position))
+    analysis::add_columns(*network, frame);
+  implementation_->model.add_columns(time(), frame);
+  return frame;
+}
+
+std::optional<laplace::Field> Simulation::field() {
   Implementation& self = *implementation_;
-  if (!self.electrics) throw Failure("there is no field in a scene without the table [effects.floating_conductors]");
+  if (!self.electrics) return {};
   self.begin();
   return self.electrics->field().solver().field();
 }
@@ -166,15 +211,77 @@ bool Simulation::stationary() {
   return self.electrics->stationary(self.scene.stop.force);
 }
 
+std::vector<effects::Contact> Simulation::contacts() const {
+  const Implementation& self = *implementation_;
+  return self.electrics ? self.electrics->contacts() : std::vector<effects::Contact>{};
+}
+
+std::string Simulation::progress() {
+  const ConductorFrame frame = now();
+  std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, end_time());
+  if (frame.field_solves > 0)
+    text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
+  if (const std::optional<analysis::Network> network = implementation_->network(frame.position))
+    text += fmt::format(", {} of {} connected", network->degrees.connected, frame.position.size());
+  return text;
+}
+
+std::vector<std::string> Simulation::warnings() {
+  Implementation& self = *implementation_;
+  if (!self.electrics || !self.electrics->field().last_problem()) return {};
+  const Stopwatch stopwatch(self.checking_seconds);
+  const double asked = *self.scene.field.accuracy;
+  const double estimate = effects::estimated_error(self.scene.field, *self.electrics->field().last_problem());
+  const bool first = estimate > asked && self.largest_error.value_or(0) <= asked;
+  self.largest_error = std::max(self.largest_error.value_or(0), estimate);
+  if (!first) return {};
+  return {fmt::format("at t = {:.6g} s the field's error is estimated at {:.1e}, more than field.accuracy = {:g}",
+                      self.time, estimate, asked)};
+}
+
+mechanics::Outcome Simulation::Implementation::outcome(bool stationary) {
+  const std::vector<double> charge = initial_charges(scene);
+  mechanics::Outcome result{.frame = now(),
+                            .network = {},
+                            .stationary = stationary,
+                            .initial_charge = std::accumulate(charge.begin(), charge.end(), 0.0),
+                            .initial_energy = energy_at_start,
+                            .largest_error = largest_error,
+                            .counters = counters};
+  result.network = network(result.frame.position);
+  return result;
+}
+
+Summary Simulation::summary() {
+  const bool at_rest = implementation_->scene.stop.stationary && stationary();
+  Summary summary = mechanics::summarize(implementation_->scene, implementation_->outcome(at_rest));
+  implementation_->model.summarize(time(), summary);
+  return summary;
+}
+
+std::vector<std::string> Simulation::final_warnings() {
+  const std::string warning = mechanics::energy_warning(implementation_->scene, implementation_->outcome(false));
+  return warning.empty() ? std::vector<std::string>{} : std::vector{warning};
+}
+
+std::map<std::string, double> Simulation::seconds() const {
+  const Implementation& self = *implementation_;
+  std::map<std::string, double> all{{"field", self.counters.field_seconds},
+                                    {"mechanics", self.counters.mechanics_seconds},
+                                    {"contacts", self.counters.contact_seconds}};
+  if (self.scene.field.accuracy) all["accuracy"] = self.checking_seconds;
+  return all;
+}
+
 Checkpoint Simulation::checkpoint() {
   Implementation& self = *implementation_;
-  const Checkpoint checkpoint = snapshot();
+  const Checkpoint checkpoint = *snapshot();
   if (self.electrics) self.electrics->field().forget();
   self.begun = false;
   return checkpoint;
 }
 
-Checkpoint Simulation::snapshot() {
+std::optional<Checkpoint> Simulation::snapshot() {
   Implementation& self = *implementation_;
   self.begin();
   Checkpoint checkpoint;
@@ -183,6 +290,7 @@ Checkpoint Simulation::snapshot() {
   checkpoint.reals["momentum"] = self.model.bodies.momentum;
   self.save_counters(checkpoint);
   if (self.electrics) self.electrics->save(checkpoint);
+  if (self.electrics && self.electrics->energy()) checkpoint.reals["energy_at_start"] = {self.energy_at_start};
   self.stepper->save(checkpoint);
   self.model.save(checkpoint);
   return checkpoint;
@@ -199,6 +307,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   if (self.electrics) {
     self.electrics->restore(checkpoint, self.time);
     self.electrics->field().forget();
+    if (self.electrics->energy()) self.energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   }
   self.stepper->restore(checkpoint);
   self.model.restore(checkpoint);

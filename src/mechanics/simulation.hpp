@@ -3,49 +3,59 @@
 #include <memory>
 
 #include "solvers/laplace/problem.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/effects/groups.hpp"
 #include "src/mechanics/counters.hpp"
-#include "src/model/frame.hpp"
 #include "src/model/model.hpp"
+#include "src/model/motion.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
 /// A scene in time: from its first instant forward, with the integrator and the coupling that its [mechanics] asks for.
-class Simulation {
+class Simulation : public Motion {
  public:
   explicit Simulation(const Scene& scene);
   /// With a field solver of one's own.
   Simulation(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
-  ~Simulation();
+  ~Simulation() override;
 
-  double time() const;  ///< s
-  /// Carries the scene on to `time` (s; not earlier than now). Throws InputError if the first instant cannot be solved
-  /// (a short circuit, say), Failure if a solver gives up or conductors short-circuit two electrodes.
-  void advance_to(double time);
+  double time() const override;
+  /// A multiple of output.every, or stop.time.
+  double next_frame() const override;
+  double end_time() const override;
+  /// Does not pause. Throws InputError if the first instant cannot be solved (a short circuit, say), Failure if a
+  /// solver gives up or conductors short-circuit two electrodes.
+  void advance_to(double time, const std::function<bool()>& pause = {}) override;
+  /// stop.time is reached, or the scene is to stop when stationary and is.
+  bool finished() override;
 
   /// What there is to see now. Solves the field of the first instant if nothing has yet.
-  Frame frame();
-  /// The potential now. Throws Failure in a neutral scene.
-  laplace::Field field();
+  ConductorFrame now();
+  /// The same as columns, with the network of the contacts and what the effects show.
+  Frame frame() override;
+  std::optional<laplace::Field> field() override;
+  std::string progress() override;
   /// Every conductor is connected to an electrode, and forces and speeds are at most stop.force times the largest of
   /// the run (D 7.1). Never true in a neutral scene.
   bool stationary();
 
-  /// All there is. Also makes this very simulation forget what a new one could not know (the field solver's first
-  /// guesses): one restored from the checkpoint goes on bit for bit as this one does.
-  Checkpoint checkpoint();
-  /// The same without forgetting: one restored from it goes on as this one does, but for the field solver's tolerance.
-  Checkpoint snapshot();
-  /// Puts the simulation where the checkpoint was made. Throws Failure if that was of another scene.
-  void restore(const Checkpoint& checkpoint);
+  /// Makes this very simulation forget what a new one could not know: the field solver's first guesses.
+  Checkpoint checkpoint() override;
+  /// One restored from it goes on as this one does, but for the field solver's tolerance.
+  std::optional<Checkpoint> snapshot() override;
+  void restore(const Checkpoint& checkpoint) override;
+
+  /// The field's error, chosen for the start, may have grown as conductors moved.
+  std::vector<std::string> warnings() override;
+  Summary summary() override;
+  std::vector<std::string> final_warnings() override;
+  std::map<std::string, double> seconds() const override;
 
   const Counters& counters() const;
   const Model& model() const;
-  /// The electrical contacts that are made now; null in a scene without contact_discharge.
-  const std::vector<effects::Contact>* contacts() const;
-  /// The last field problem that was solved; null unless the scene asks for an accuracy.
-  const laplace::LaplaceProblem* last_problem() const;
+  /// The electrical contacts that are made, in ascending order.
+  std::vector<effects::Contact> contacts() const;
 
  private:
   struct Implementation;

@@ -6,7 +6,7 @@
 #include "src/mechanics/counters.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/electrics.hpp"
-#include "src/model/frame.hpp"
+#include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
 

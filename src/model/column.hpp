@@ -36,11 +36,10 @@ struct Column {
   }
 };
 
-/// What there is to see at one instant.
-struct FrameColumns {
-  double time = 0;
-  std::string time_unit = "s";  ///< "1" where time is the number of an iteration
-  std::vector<Column> columns;  ///< of different names
+/// Columns that are not a frame's, in a group of the result file of their own.
+struct ColumnGroup {
+  std::string name;
+  std::vector<Column> columns;
 };
 
 }  // namespace lichtenberg

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "src/model/bodies.hpp"
-#include "src/model/frame.hpp"
 #include "src/model/neighbours.hpp"
-#include "src/model/quantity.hpp"
 
 namespace lichtenberg {
 
-struct Column;
+struct Checkpoint;
 struct EffectKind;
+struct Frame;
+struct Summary;
 
 /// What an effect must be given. Only what some effect of the scene needs is allocated and computed.
 struct Needs {
@@ -99,9 +99,9 @@ class Effect {
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
   /// Adds the columns that it shows in a frame; their names begin with its own.
-  virtual void add_columns(const State& state, std::vector<Column>& columns) const { (void)state, (void)columns; }
-  /// What it has to say in the summary of a run.
-  virtual std::vector<Quantity> summarize(const State& state) const { return (void)state, std::vector<Quantity>(); }
+  virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
+  /// Adds what it has to say to the summary of a run.
+  virtual void summarize(const State& state, Summary& summary) const { (void)state, (void)summary; }
 };
 
 }  // namespace lichtenberg

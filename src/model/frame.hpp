@@ -1,79 +1,51 @@
 #pragma once
 
-#include <cmath>
-#include <cstdint>
-#include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "solvers/geometry/vec2.hpp"
+#include "src/model/column.hpp"
 
 namespace lichtenberg {
 
-/// What holds conductors at a potential - an electrode, a side of the domain that is one, a wire held from outside -
-/// and what has passed through it.
-struct TerminalReading {
-  std::string name;
-  double potential = 0;  ///< V
-  double drained = 0;    ///< C, from the conductors to it since the start
-  // In a scene with a circuit:
-  double series_resistance = 0;  ///< ohm
-  double surface_potential = 0;  ///< V, behind the series resistor; without one, the potential
-  double delivered = 0;          ///< C, by the supply since the start, what charges the electrode itself included
-};
-
-/// Where a circuit's energy came from and went to since the start (J).
-struct EnergyFlows {
-  double by_supplies = 0, by_source = 0;                                         ///< delivered
-  double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;  ///< turned into heat
-
-  double supplied() const { return by_supplies + by_source; }
-  double dissipated() const { return series_resistors + contacts + leakage + sparks + drag; }
-};
-
-/// The energy of a circuit's scene, beside that of the field.
-struct EnergyBalance {
-  double kinetic = 0, elastic = 0;  ///< J, now
-  EnergyFlows flows;
-};
-
-/// Means since the frame before (analysis/circuit.hpp); NaN in the first frame.
-struct CircuitRates {
-  std::vector<double> current;        ///< A, delivered by each terminal's supply
-  double structure_resistance = NAN;  ///< ohm: of all that is between the terminals of highest and lowest potential
-  double supplied_power = NAN;        ///< W
-  double dissipated_power = NAN;      ///< W
-  double entropy_production = NAN;    ///< W/K
-};
-
-/// What a run shows of itself at one instant: the recorder writes it, analysis and plots read it.
+/// What a run shows of itself at one instant, as named columns: who moves the scene and the effects add them, the
+/// recorder writes them, analysis and pictures ask for them by name.
 struct Frame {
-  double time = 0;                ///< s; of a relaxation to rest: the number of the iteration
-  std::vector<Vec2> position;     ///< m
-  std::vector<double> z;          ///< m; empty in two dimensions
-  std::vector<Vec2> velocity;     ///< m/s
-  std::vector<Vec2> force;        ///< N, electric
-  std::vector<double> charge;     ///< C; empty in a neutral scene
-  std::vector<double> potential;  ///< V; empty in a neutral scene
-  std::vector<int> group;  ///< smallest index of the conductors in electrical contact; -1: connected to an electrode
-  double energy = 0;       ///< J, of the field; of a relaxation: of the contacts
-  std::optional<double> largest_force;  ///< N, net, on a particle, of a relaxation
-  double charge_held = 0;               ///< C, on the conductors
-  double charge_fed = 0;                ///< C, by the source since the start
-  double charge_drained = 0;            ///< C, to the electrodes since the start: the sum over terminals
-  std::vector<TerminalReading> terminals;
-  double charge_leaked = 0;                     ///< C, into the fluid since the start
-  std::optional<EnergyBalance> energy_balance;  ///< of a scene with a circuit
-  std::optional<CircuitRates> rates;            ///< the same, once there is a frame before
-  std::int64_t field_solves = 0;
-  std::int64_t iterations = 0;  ///< of the linear solver, all solves together
-};
+  double time = 0;
+  std::string time_unit = "s";  ///< "1" where time is the number of an iteration
+  std::vector<Column> columns;  ///< of different names
 
-/// All that a run needs to go on from an instant as if it had never stopped, as named arrays.
-struct Checkpoint {
-  std::map<std::string, std::vector<double>> reals;
-  std::map<std::string, std::vector<std::int64_t>> integers;
+  /// Adds a column; Number is double, std::int64_t or std::int32_t.
+  template <class Number>
+  void add_particles(std::string name, std::string unit, std::vector<Number> values, std::size_t width = 0) {
+    columns.push_back({std::move(name), std::move(unit), Column::Of::particles, width, std::move(values)});
+  }
+  template <class Number>
+  void add_system(std::string name, std::string unit, Number value) {
+    columns.push_back({std::move(name), std::move(unit), Column::Of::system, 0, std::vector<Number>{value}});
+  }
+  /// One number for each of `labels`.
+  void add_labelled(std::string name, std::string unit, std::vector<double> values, std::vector<std::string> labels);
+  template <class Number>
+  void add_list(std::string name, std::string unit, std::vector<Number> values, std::size_t width = 0) {
+    columns.push_back({std::move(name), std::move(unit), Column::Of::list, width, std::move(values)});
+  }
+  /// Vectors of the particles as they stand in frames and files, with three components; `dimension` is 2 or 3.
+  void add_vectors(std::string name, std::string unit, std::span<const double> values, int dimension);
+  void add_vectors(std::string name, std::string unit, std::span<const Vec2> values);
+
+  /// Null if there is none of that name.
+  const Column* find(std::string_view name) const;
+  /// The numbers of a column, converted; none if there is no such column.
+  std::vector<double> reals(std::string_view name) const;
+  std::vector<int> integers(std::string_view name) const;
+  /// The first two components of vectors; none if there is no such column.
+  std::vector<Vec2> plane_vectors(std::string_view name) const;
+  /// Of a column of the whole with one number; empty if there is none.
+  std::optional<double> number(std::string_view name) const;
 };
 
 }  // namespace lichtenberg

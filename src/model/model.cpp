@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "src/model/checkpoint.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
@@ -125,17 +126,14 @@ void Model::restore(const Checkpoint& checkpoint) {
     effect->restore({taken(checkpoint.reals, prefix_of(*effect)), taken(checkpoint.integers, prefix_of(*effect))});
 }
 
-void Model::add_columns(double time, std::vector<Column>& columns) {
+void Model::add_columns(double time, Frame& frame) {
   const State now = state(time);
-  for (const auto& effect : effects) effect->add_columns(now, columns);
+  for (const auto& effect : effects) effect->add_columns(now, frame);
 }
 
-std::vector<Quantity> Model::summarize(double time) {
+void Model::summarize(double time, Summary& summary) {
   const State now = state(time);
-  std::vector<Quantity> all;
-  for (const auto& effect : effects)
-    for (Quantity& quantity : effect->summarize(now)) all.push_back(std::move(quantity));
-  return all;
+  for (const auto& effect : effects) effect->summarize(now, summary);
 }
 
 double Model::kinetic_energy() const {

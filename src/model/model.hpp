@@ -42,8 +42,8 @@ struct Model {
   void save(Checkpoint& checkpoint) const;
   void restore(const Checkpoint& checkpoint);
   /// The columns that the effects show, and their lines in a summary.
-  void add_columns(double time, std::vector<Column>& columns);
-  std::vector<Quantity> summarize(double time);
+  void add_columns(double time, Frame& frame);
+  void summarize(double time, Summary& summary);
 
   /// The least of the effects' Needs::largest_move as a length (m); infinite if none sets one.
   double largest_move() const;

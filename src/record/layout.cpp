@@ -18,126 +18,48 @@ constexpr const char* all_contacts = "contacts_of_all_frames";  // [C][2]
 constexpr const char* ends_of_contacts = "contacts_end";        // [T]
 constexpr hsize_t dimension = 3;  // spheres whose centres lie in the plane z = 0; MDAnalysis reads nothing else
 
-/// [N][3], with z = 0 in two dimensions.
-std::vector<double> in_space(const std::vector<Vec2>& vectors, const std::vector<double>& z = {}) {
-  std::vector<double> result;
-  result.reserve(dimension * vectors.size());
-  for (std::size_t i = 0; i < vectors.size(); ++i)
-    result.insert(result.end(), {vectors[i].x, vectors[i].y, z.empty() ? 0.0 : z[i]});
-  return result;
-}
-
-/// Appends to a time-dependent element of H5MD. All elements share the step and time of the positions.
-template <class Number>
-void append_element(const hdf5::Handle& file, const std::string& parent, const std::string& name,
-                    std::span<const Number> row, const hdf5::Shape& shape, const std::string& unit) {
-  const bool first = !hdf5::exists(file, parent + "/" + name);
-  const hdf5::Handle element = hdf5::open_group(file, parent + "/" + name);
-  hdf5::append(element, "value", row, shape, unit);
-  if (!first) return;
-  for (const auto& [from, to] : {std::pair{step, "step"}, std::pair{time, "time"}})
-    hdf5::check(H5Lcreate_hard(file, from, element, to, H5P_DEFAULT, H5P_DEFAULT));
-}
-
-template <class Number>
-void append_per_conductor(const hdf5::Handle& file, const std::string& name, const std::vector<Number>& row,
-                          const std::string& unit) {
-  if (!row.empty()) append_element<Number>(file, conductors, name, row, {row.size()}, unit);
-}
-
-void append_vectors(const hdf5::Handle& file, const std::string& name, const std::vector<Vec2>& row,
-                    const std::string& unit) {
-  append_element<double>(file, conductors, name, in_space(row), {row.size(), dimension}, unit);
-}
-
-template <class Number>
-void append_observable(const hdf5::Handle& file, const std::string& name, Number value, const std::string& unit) {
-  append_element<Number>(file, "/observables", name, std::span(&value, 1), {}, unit);
-}
-
-std::vector<double> by_terminal(const std::vector<TerminalReading>& terminals, double TerminalReading::*number) {
-  std::vector<double> row;
-  for (const TerminalReading& terminal : terminals) row.push_back(terminal.*number);
-  return row;
-}
-
-/// One number a terminal, whose names are an attribute of the element.
-void append_by_terminal(const hdf5::Handle& file, const std::string& name,
-                        const std::vector<TerminalReading>& terminals, const std::vector<double>& row,
-                        const std::string& unit) {
-  if (terminals.empty()) return;
-  const bool first = !hdf5::exists(file, "/observables/" + name);
-  append_element<double>(file, "/observables", name, row, {row.size()}, unit);
-  if (!first) return;
-  std::vector<std::string> names;
-  for (const TerminalReading& terminal : terminals) names.push_back(terminal.name);
-  hdf5::put_attribute(hdf5::open_group(file, "/observables/" + name), "terminals", names);
-}
-
-/// Where current and energy go: cumulative since the start, and as means since the frame before.
-void append_circuit(const hdf5::Handle& file, const Frame& frame) {
-  const EnergyBalance& energy = *frame.energy_balance;
-  const EnergyFlows& flows = energy.flows;
-  append_by_terminal(file, "charge_delivered", frame.terminals,
-                     by_terminal(frame.terminals, &TerminalReading::delivered), "C");
-  append_by_terminal(file, "terminal_potential", frame.terminals,
-                     by_terminal(frame.terminals, &TerminalReading::surface_potential), "V");
-  append_observable(file, "charge_leaked", frame.charge_leaked, "C");
-  append_observable(file, "energy_kinetic", energy.kinetic, "J");
-  append_observable(file, "energy_elastic", energy.elastic, "J");
-  append_observable(file, "energy_by_supplies", flows.by_supplies, "J");
-  append_observable(file, "energy_by_source", flows.by_source, "J");
-  append_observable(file, "heat_series_resistors", flows.series_resistors, "J");
-  append_observable(file, "heat_contacts", flows.contacts, "J");
-  append_observable(file, "heat_leakage", flows.leakage, "J");
-  append_observable(file, "heat_sparks", flows.sparks, "J");
-  append_observable(file, "heat_drag", flows.drag, "J");
-  CircuitRates rates = frame.rates.value_or(CircuitRates{});
-  rates.current.resize(frame.terminals.size(), NAN);
-  append_by_terminal(file, "current", frame.terminals, rates.current, "A");
-  append_observable(file, "structure_resistance", rates.structure_resistance, "ohm");
-  append_observable(file, "supplied_power", rates.supplied_power, "W");
-  append_observable(file, "dissipated_power", rates.dissipated_power, "W");
-  append_observable(file, "entropy_production", rates.entropy_production, "W K-1");
-}
-
 /// The instant first: the other elements link to it.
-void append_instant(const hdf5::Handle& file, double now, const std::string& unit) {
+void append_instant(const hdf5::Handle& file, const Frame& frame) {
   const hdf5::Handle position = hdf5::open_group(file, std::string(conductors) + "/position");
   const bool first = !hdf5::exists(position, "step");
   const auto frames = first ? std::int64_t{0} : static_cast<std::int64_t>(hdf5::shape(position, "step")[0]);
   hdf5::append(position, "step", frames, "");
-  hdf5::append(position, "time", now, unit);
+  hdf5::append(position, "time", frame.time, frame.time_unit);
 }
 
-/// Of a relaxation, whose time is the number of the iteration.
-void append_relaxing_frame(const hdf5::Handle& file, const Frame& frame) {
-  append_instant(file, frame.time, "1");
-  append_element<double>(file, conductors, "position", in_space(frame.position, frame.z),
-                         {frame.position.size(), dimension}, "m");
-  append_observable(file, "energy", frame.energy, "J");
-  append_observable(file, "largest_force", *frame.largest_force, "N");
+/// Appends to a time-dependent element of H5MD. All elements share the step and time of the positions.
+void append_element(const hdf5::Handle& file, const std::string& parent, const Column& column) {
+  const std::string path = parent + "/" + column.name;
+  const bool first = !hdf5::exists(file, path);
+  const hdf5::Handle element = hdf5::open_group(file, path);
+  hdf5::Shape shape;
+  if (column.of == Column::Of::particles) shape.push_back(column.rows());
+  if (column.width > 0) shape.push_back(column.width);
+  std::visit(
+      [&]<class Number>(const std::vector<Number>& values) {
+        hdf5::append<Number>(element, "value", values, shape, column.unit);
+      },
+      column.values);
+  if (!first) return;
+  if (!exists(element, "step"))
+    for (const auto& [from, to] : {std::pair{step, "step"}, std::pair{time, "time"}})
+      hdf5::check(H5Lcreate_hard(file, from, element, to, H5P_DEFAULT, H5P_DEFAULT));
+  if (!column.labels.empty()) hdf5::put_attribute(element, "terminals", column.labels);
 }
 
-std::vector<std::int32_t> pairs_of(const analysis::Network& network) {
-  std::vector<std::int32_t> pairs;
-  for (const auto& [i, j] : network.contacts) pairs.insert(pairs.end(), {i, j});
-  return pairs;
-}
-
-/// Frames have different numbers of contacts: all of them one after the other, and where each frame's end.
-void append_contacts(const hdf5::Handle& file, const analysis::Network& network) {
+/// Frames have different numbers of rows: all of them one after the other, where each frame's end, and those of the
+/// last frame.
+void append_list(const hdf5::Handle& file, const Column& column) {
   const hdf5::Handle group = hdf5::open_group(file, "network");
-  hdf5::append_rows<std::int32_t>(group, all_contacts, pairs_of(network), {2}, "1");
-  hdf5::append(group, ends_of_contacts, static_cast<std::int64_t>(hdf5::shape(group, all_contacts)[0]), "1");
-}
-
-void append_network(const hdf5::Handle& file, const analysis::Network& network) {
-  append_contacts(file, network);
-  append_per_conductor(file, "successor", network.successor, "1");
-  append_observable<std::int64_t>(file, "connected", network.degrees.connected, "1");
-  append_observable<std::int64_t>(file, "endpoints", network.degrees.endpoints(), "1");
-  append_observable<std::int64_t>(file, "branch_points", network.degrees.branch_points(), "1");
+  const std::string all = column.name + "_of_all_frames";
+  const hdf5::Shape row{column.width};
+  std::visit(
+      [&]<class Number>(const std::vector<Number>& values) {
+        hdf5::append_rows<Number>(group, all, values, row, column.unit);
+        hdf5::put<Number>(group, column.name, values, {column.rows(), column.width}, column.unit);
+      },
+      column.values);
+  hdf5::append(group, column.name + "_end", static_cast<std::int64_t>(hdf5::shape(group, all)[0]), "1");
 }
 
 /// Numbers of one conductor's kind: VMD gives all conductors of a species one radius.
@@ -284,30 +206,13 @@ void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<cons
   hdf5::put<double>(vmd, "radius", radii, {radii.size()}, "m");
 }
 
-void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network) {
-  if (frame.largest_force) return append_relaxing_frame(file, frame);
-  append_instant(file, frame.time, "s");
-  append_vectors(file, "position", frame.position, "m");
-  append_vectors(file, "velocity", frame.velocity, "m s-1");
-  append_vectors(file, "force", frame.force, "N");
-  append_per_conductor(file, "charge", frame.charge, "C");
-  append_per_conductor(file, "potential", frame.potential, "V");
-  append_per_conductor(file, "group", frame.group, "1");
-  append_observable(file, "energy", frame.energy, "J");
-  append_observable(file, "charge_held", frame.charge_held, "C");
-  append_observable(file, "charge_fed", frame.charge_fed, "C");
-  append_observable(file, "charge_drained", frame.charge_drained, "C");
-  append_by_terminal(file, "charge_drained_by_terminal", frame.terminals,
-                     by_terminal(frame.terminals, &TerminalReading::drained), "C");
-  if (frame.energy_balance) append_circuit(file, frame);
-  append_observable(file, "field_solves", frame.field_solves, "1");
-  append_observable(file, "iterations", frame.iterations, "1");
-  if (network) append_network(file, *network);
-}
-
-void put_contacts(const hdf5::Handle& file, const analysis::Network& network) {
-  hdf5::put<std::int32_t>(hdf5::open_group(file, "network"), "contacts", pairs_of(network),
-                          {network.contacts.size(), 2}, "1");
+void append_frame(const hdf5::Handle& file, const Frame& frame) {
+  append_instant(file, frame);
+  for (const Column& column : frame.columns) {
+    if (column.of == Column::Of::particles) append_element(file, conductors, column);
+    if (column.of == Column::Of::system) append_element(file, "/observables", column);
+    if (column.of == Column::Of::list) append_list(file, column);
+  }
 }
 
 std::vector<std::int64_t> contact_ends(const hdf5::Handle& file) {
@@ -324,31 +229,27 @@ std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::i
   return contacts;
 }
 
-void append_relaxation(const hdf5::Handle& file, std::span<const RelaxationState> states) {
-  const hdf5::Handle group = hdf5::open_group(file, "relaxation");
-  for (const RelaxationState& state : states) {
-    hdf5::append(group, "iteration", state.iteration, "1");
-    hdf5::append(group, "energy", state.energy, "J");
-    hdf5::append(group, "largest_force", state.largest_force, "N");
-  }
+void append_history(const hdf5::Handle& file, const ColumnGroup& history) {
+  const hdf5::Handle group = hdf5::open_group(file, history.name);
+  for (const Column& column : history.columns)
+    std::visit(
+        [&]<class Number>(const std::vector<Number>& values) {
+          for (const Number value : values) hdf5::append(group, column.name, value, column.unit);
+        },
+        column.values);
 }
 
-void put_packing(const hdf5::Handle& file, const analysis::Packing& packing) {
-  const hdf5::Handle group = hdf5::open_group(file, "packing");
-  std::vector<std::int32_t> contacts, rattler(packing.rattler.begin(), packing.rattler.end());
-  std::vector<double> q, overlap, force;
-  for (const analysis::PackingContact& contact : packing.contacts) {
-    contacts.insert(contacts.end(), {contact.particle, contact.partner});
-    q.push_back(contact.q);
-    overlap.push_back(contact.overlap);
-    force.push_back(contact.force);
+void put_group(const hdf5::Handle& file, const ColumnGroup& columns) {
+  const hdf5::Handle group = hdf5::open_group(file, columns.name);
+  for (const Column& column : columns.columns) {
+    hdf5::Shape shape{column.rows()};
+    if (column.width > 0) shape.push_back(column.width);
+    std::visit(
+        [&]<class Number>(const std::vector<Number>& values) {
+          hdf5::put<Number>(group, column.name, values, shape, column.unit);
+        },
+        column.values);
   }
-  hdf5::put<std::int32_t>(group, "contacts", contacts, {q.size(), 2}, "1");
-  hdf5::put<double>(group, "q", q, {q.size()}, "1");
-  hdf5::put<double>(group, "overlap", overlap, {q.size()}, "m");
-  hdf5::put<double>(group, "force", force, {q.size()}, "N");
-  hdf5::put<std::int32_t>(group, "rattler", rattler, {rattler.size()}, "1");
-  hdf5::put<double>(group, "wall_force", packing.wall_force, {packing.wall_force.size()}, "N");
 }
 
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "src/analysis/network.hpp"
-#include "src/analysis/packing.hpp"
+#include "src/model/checkpoint.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/provenance.hpp"
@@ -28,29 +28,19 @@ void put_scene(const hdf5::Handle& file, const Scene& scene);
 /// What does not change of /particles/conductors: box, species, radius, mass (kg, one a conductor).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 
-/// Appends a frame to /particles/conductors, /observables and the contacts of all frames in /network.
-void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network);
-
-/// /network: the contacts of the last frame, over those of an earlier one.
-void put_contacts(const hdf5::Handle& file, const analysis::Network& network);
+/// Appends a frame: to /particles/conductors, /observables and, lists, /network.
+void append_frame(const hdf5::Handle& file, const Frame& frame);
 
 /// Of every frame, where its contacts end among those of all frames; empty in a file that holds the last frame's only.
 std::vector<std::int64_t> contact_ends(const hdf5::Handle& file);
 /// Those from `first` on, up to before `end`.
 std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::int64_t first, std::int64_t end);
 
-/// A relaxation to rest after some iterations.
-struct RelaxationState {
-  std::int64_t iteration = 0;
-  double energy = 0;         ///< J
-  double largest_force = 0;  ///< N
-};
+/// Appends rows to a group.
+void append_history(const hdf5::Handle& file, const ColumnGroup& history);
 
-/// Appends to /relaxation.
-void append_relaxation(const hdf5::Handle& file, std::span<const RelaxationState> states);
-
-/// /packing: what holds the particles of the last frame.
-void put_packing(const hdf5::Handle& file, const analysis::Packing& packing);
+/// Writes columns as a group, over those of an earlier time.
+void put_group(const hdf5::Handle& file, const ColumnGroup& columns);
 
 /// /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);

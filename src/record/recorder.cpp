@@ -58,6 +58,14 @@ void remove_analysis(const hdf5::Handle& file) {
     if (hdf5::exists(file, found)) hdf5::check(H5Ldelete(file, found, H5P_DEFAULT));
 }
 
+std::vector<Quantity> get_summary(const hdf5::Handle& file) {
+  const hdf5::Handle group(H5Gopen2(file, "summary", H5P_DEFAULT));
+  std::vector<Quantity> summary;
+  for (const std::string& name : hdf5::names(group))
+    summary.push_back({name, hdf5::get<double>(group, name).at(0), ""});
+  return summary;
+}
+
 /// Only a run that is over has one: that of a run which was resumed with a later stop goes.
 void put_summary(const hdf5::Handle& file, const std::vector<Quantity>& summary) {
   if (hdf5::exists(file, "summary")) hdf5::check(H5Ldelete(file, "summary", H5P_DEFAULT));
@@ -91,7 +99,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene) {
     recorder.checkpoint_ = get_checkpoint(file);
     const std::vector<double> times = frame_times(file);
     recorder.saved_time_ = times.back();
-    recorder.finished_ = hdf5::exists(file, "summary");
+    if (hdf5::exists(file, "summary")) recorder.summary_ = get_summary(file);
     recorder.saved_frames_ = static_cast<std::int64_t>(times.size());
     while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
     return recorder;
@@ -100,9 +108,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene) {
   }
 }
 
-void Recorder::add(Frame frame, std::optional<analysis::Network> network) {
-  waiting_.push_back({std::move(frame), std::move(network)});
-}
+void Recorder::add(Frame frame) { waiting_.push_back(std::move(frame)); }
 
 void Recorder::save(const Milestone& milestone) {
   try {
@@ -111,8 +117,8 @@ void Recorder::save(const Milestone& milestone) {
     remove_analysis(file);
     put_checkpoint(file, milestone.checkpoint);
     if (milestone.field) put_vtkhdf(file, *milestone.field);
-    if (!milestone.relaxation.empty()) append_relaxation(file, milestone.relaxation);
-    if (milestone.packing) put_packing(file, *milestone.packing);
+    if (!milestone.history.columns.empty()) append_history(file, milestone.history);
+    for (const ColumnGroup& group : milestone.findings) put_group(file, group);
     put_session(file, milestone.seconds);
     put_summary(file, milestone.summary);
     write_atomically(path_, hdf5::image(file));
@@ -122,7 +128,7 @@ void Recorder::save(const Milestone& milestone) {
     throw Failure(fmt::format("{}; {}", failure.what(), what_stands()));
   }
   saved_frames_ = frames();
-  if (!waiting_.empty()) saved_time_ = waiting_.back().frame.time;
+  if (!waiting_.empty()) saved_time_ = waiting_.back().time;
   waiting_.clear();
 }
 
@@ -135,8 +141,7 @@ hdf5::Handle Recorder::new_file() const {
 }
 
 void Recorder::put_frames(const hdf5::Handle& file) const {
-  for (const Record& record : waiting_) append_frame(file, record.frame, record.network);
-  if (!waiting_.empty() && waiting_.back().network) put_contacts(file, *waiting_.back().network);
+  for (const Frame& frame : waiting_) append_frame(file, frame);
 }
 
 void Recorder::put_session(const hdf5::Handle& file, const std::map<std::string, double>& seconds) const {

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "solvers/laplace/problem.hpp"
-#include "src/analysis/network.hpp"
 #include "src/model/frame.hpp"
-#include "src/model/quantity.hpp"
+#include "src/model/motion.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"
@@ -20,11 +19,11 @@ namespace lichtenberg {
 /// What a save writes besides the frames.
 struct Milestone {
   Checkpoint checkpoint;
-  std::optional<laplace::Field> field;       ///< at the time of the last frame
-  std::map<std::string, double> seconds;     ///< wall-clock time since this program started, by activity
-  std::vector<Quantity> summary;             ///< of a run that is over
-  std::vector<RelaxationState> relaxation;   ///< of a relaxation, since the last save
-  std::optional<analysis::Packing> packing;  ///< of the last frame of a relaxation that is over
+  std::optional<laplace::Field> field;    ///< at the time of the last frame
+  std::map<std::string, double> seconds;  ///< wall-clock time since this program started, by activity
+  std::vector<Quantity> summary;          ///< of a run that is over
+  std::vector<ColumnGroup> findings;      ///< of the last frame of a run that is over
+  ColumnGroup history;                    ///< rows that are added
 };
 
 /// Writes the result file of a run (README.md describes what stands in it).
@@ -47,23 +46,18 @@ class Recorder {
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// s, of the last frame on disk; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
-  /// Whether the run on disk is over: its summary stands.
-  bool finished() const { return finished_; }
+  /// Of the run on disk; none unless it is over.
+  const std::vector<Quantity>& summary() const { return summary_; }
   /// All frames of the run so far, those that wait for the next save among them.
   std::int64_t frames() const { return saved_frames_ + static_cast<std::int64_t>(waiting_.size()); }
 
-  /// Keeps a frame for the next save; a scene without electrical contacts has no network.
-  void add(Frame frame, std::optional<analysis::Network> network);
+  /// Keeps a frame for the next save.
+  void add(Frame frame);
 
   /// Writes all frames added since the last save. Throws Failure (a full disk, say), which leaves the file as it was.
   void save(const Milestone& milestone);
 
  private:
-  struct Record {
-    Frame frame;
-    std::optional<analysis::Network> network;
-  };
-
   Recorder(std::string path, const Scene& scene, std::vector<double> mass);
   hdf5::Handle new_file() const;
   void put_frames(const hdf5::Handle& file) const;
@@ -77,9 +71,9 @@ class Recorder {
   int session_ = 0;  ///< 0: the start of the run, then one more for each time it was resumed
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
-  bool finished_ = false;
+  std::vector<Quantity> summary_;
   std::int64_t saved_frames_ = 0;
-  std::vector<Record> waiting_;
+  std::vector<Frame> waiting_;
 };
 
 }  // namespace lichtenberg

@@ -97,44 +97,33 @@ std::vector<double> Result::reals(const std::string& name, int index, std::size_
   return row;
 }
 
-std::vector<Vec2> Result::vectors(const std::string& name, int index) const {
-  const std::vector<double> row = reals(conductors + name, index, 3 * conductors_);
-  std::vector<Vec2> result;
-  for (std::size_t i = 0; i + 2 < row.size(); i += 3) result.push_back({row[i], row[i + 1]});
-  return result;
-}
-
 Frame Result::frame(int index) const {
   return guarded([&] {
-    const auto if_any = [&](const std::string& name) {
-      const bool any = hdf5::exists(*file_, conductors + name);
-      return any ? reals(conductors + name, index, conductors_) : std::vector<double>{};
+    Frame frame{.time = times_.at(index)};
+    const auto read = [&](const std::string& parent, Column::Of of) {
+      if (!hdf5::exists(*file_, parent)) return;
+      const hdf5::Handle group(H5Gopen2(*file_, parent.c_str(), H5P_DEFAULT));
+      for (const std::string& name : hdf5::names(group)) {
+        const std::string value = parent + "/" + name + "/value";
+        if (hdf5::exists(*file_, value)) frame.columns.push_back(column(value, name, of, index));
+      }
     };
-    const auto observable = [&](const std::string& name) { return reals("observables/" + name, index, 1).at(0); };
-    Frame frame;
-    frame.time = times_.at(index);
-    frame.position = vectors("position", index);
-    frame.velocity = vectors("velocity", index);
-    frame.force = vectors("force", index);
-    frame.charge = if_any("charge");
-    frame.potential = if_any("potential");
-    for (const double id : if_any("group")) frame.group.push_back(static_cast<int>(id));
-    frame.energy = observable("energy");
-    frame.charge_held = observable("charge_held");
-    frame.charge_fed = observable("charge_fed");
-    frame.charge_drained = observable("charge_drained");
-    if (hdf5::exists(*file_, "observables/energy_by_supplies"))
-      frame.energy_balance = {.kinetic = observable("energy_kinetic"),
-                              .elastic = observable("energy_elastic"),
-                              .flows = {.by_supplies = observable("energy_by_supplies"),
-                                        .by_source = observable("energy_by_source"),
-                                        .series_resistors = observable("heat_series_resistors"),
-                                        .contacts = observable("heat_contacts"),
-                                        .leakage = observable("heat_leakage"),
-                                        .sparks = observable("heat_sparks"),
-                                        .drag = observable("heat_drag")}};
+    read("particles/conductors", Column::Of::particles);
+    read("observables", Column::Of::system);
     return frame;
   });
+}
+
+Column Result::column(const std::string& path, const std::string& name, Column::Of of, int index) const {
+  const hdf5::Shape shape = hdf5::shape(*file_, path);
+  const std::size_t row = of == Column::Of::particles ? 2 : 1;  // the dimension that counts a row's numbers
+  if (shape.size() < row || (of == Column::Of::particles && shape[1] != conductors_))
+    throw hdf5::Error(fmt::format("{} has not one row for each of {} conductors", name, conductors_));
+  return {.name = name,
+          .unit = "",
+          .of = of,
+          .width = shape.size() > row ? shape[row] : 0,
+          .values = hdf5::get_rows<double>(*file_, path, index, 1)};
 }
 
 std::vector<double> Result::observable(const std::string& name, int index) const {

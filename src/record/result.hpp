@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "src/analysis/network.hpp"
@@ -17,13 +16,6 @@ namespace lichtenberg {
 /// A copy in memory of the file at `path`. Throws InputError unless it is a result file of this program's format; the
 /// message says that only such a file can be `used` ("resumed", say). Throws hdf5::Error if it is damaged.
 hdf5::Handle load_result(const std::string& path, const std::string& used);
-
-/// A quantity that some analysis found, of every frame.
-struct Column {
-  std::string name, unit;  ///< SI; "1": a pure number
-  std::size_t width = 0;   ///< numbers a frame; 0: one, which is no array
-  std::variant<std::vector<double>, std::vector<std::int64_t>> values;
-};
 
 /// A result file to read frame by frame. The file is read once, when it is opened: a run that goes on writing to it
 /// changes nothing here. What members read they throw InputError for if it is missing or damaged.
@@ -39,7 +31,7 @@ class Result {
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m
   std::vector<double> mass() const;                            ///< kg
-  /// Without counters, terminals and rates; neutral scenes have neither charges nor potentials.
+  /// All its columns but lists, with numbers as doubles.
   Frame frame(int index) const;
   /// A quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
@@ -59,7 +51,7 @@ class Result {
   template <class Reading>
   auto guarded(Reading reading) const;
   std::vector<double> reals(const std::string& name, int index, std::size_t count) const;
-  std::vector<Vec2> vectors(const std::string& name, int index) const;
+  Column column(const std::string& path, const std::string& name, Column::Of of, int index) const;
 
   std::string path_;
   FileIdentity identity_;

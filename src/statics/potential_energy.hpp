@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "solvers/laplace/cutcell/team.hpp"
 #include "solvers/minimize/minimizer.hpp"
+#include "solvers/parallel/team.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/model/model.hpp"
 
@@ -42,7 +42,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
 
   const effects::ContactPotential& potential_;  ///< the model's
   Model model_;
-  mutable laplace::Team team_;
+  mutable parallel::Team team_;
   mutable std::vector<std::vector<effects::Push>> beyond_;  ///< by range, of the last evaluation or product
   /// Of the Hessian's rows of a range of particles, the blocks right of the diagonal, with the sign reversed; each
   /// block stored from its upper triangle, row by row.

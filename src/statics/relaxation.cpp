@@ -16,6 +16,7 @@
 #include "solvers/minimize/newton_cg.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
+#include "src/model/stopwatch.hpp"
 #include "src/statics/potential_energy.hpp"
 
 namespace lichtenberg {
@@ -62,6 +63,14 @@ int threads_for(const Scene& scene) {
   constexpr std::size_t few = 10000;
   if (scene.minimize.threads > 0) return scene.minimize.threads;
   return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+/// The first of the numbers round(ratio^k), k = 0, 1, ..., that is larger than `now`. Marks depend on the number of the
+/// iteration alone: a resumed run makes the same ones.
+std::int64_t next_mark(std::int64_t now, double ratio) {
+  if (now < 1) return now + 1;
+  for (double k = std::floor(std::log(static_cast<double>(now)) / std::log(ratio));; ++k)
+    if (const std::int64_t mark = std::llround(std::pow(ratio, k)); mark > now) return mark;
 }
 
 double longest(std::span<const double> vectors, int dimension) {
@@ -163,7 +172,7 @@ struct Relaxation::Implementation {
   double largest_force = 0;              ///< N
 };
 
-Relaxation::Relaxation(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {}
+Relaxation::Relaxation(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) { note(); }
 Relaxation::~Relaxation() = default;
 
 std::int64_t Relaxation::iteration() const { return implementation_->iteration; }
@@ -190,27 +199,111 @@ bool Relaxation::iterate() {
   return true;
 }
 
-Frame Relaxation::frame() const {
-  const Implementation& self = *implementation_;
-  const std::vector<double> x = self.in_scene_order(self.minimizer->point().x);
-  const int d = self.scene.dimension();
-  Frame frame;
-  frame.time = static_cast<double>(self.iteration);
-  for (std::size_t i = 0; i < x.size(); i += d) {
-    frame.position.push_back({x[i], x[i + 1]});
-    if (d == 3) frame.z.push_back(x[i + 2]);
+double Relaxation::next_frame() const {
+  const std::int64_t every = implementation_->scene.minimize.record_every, now = iteration();
+  constexpr double ratio = 1.4142135623730951;  // a relaxation is quick first and slow later
+  const std::int64_t next = every > 0 ? (now / every + 1) * every : next_mark(now, ratio);
+  return std::min(static_cast<double>(next), most_iterations());
+}
+
+double Relaxation::most_iterations() const {
+  return static_cast<double>(implementation_->scene.minimize.max_iterations);
+}
+
+bool Relaxation::finished() { return at_rest() || stuck_ || time() >= most_iterations(); }
+
+void Relaxation::note() {
+  notes_.push_back({iteration(), energy(), largest_force()});
+  noted_at_ = iteration();
+}
+
+void Relaxation::advance_to(double iteration, const std::function<bool()>& pause) {
+  const Stopwatch stopwatch(seconds_);
+  constexpr double ratio = 1.02;  // of iterations with a note
+  while (!finished() && time() < iteration) {
+    const std::int64_t next_note = next_mark(this->iteration(), ratio);
+    stuck_ = !iterate();
+    if (!stuck_ && this->iteration() == next_note) note();
+    if (pause && pause()) return;
   }
-  frame.energy = energy();
-  frame.largest_force = largest_force();
+  if (finished() && noted_at_ != this->iteration()) note();
+}
+
+Frame Relaxation::frame() {
+  const Implementation& self = *implementation_;
+  Frame frame{.time = time(), .time_unit = "1"};
+  frame.add_vectors("position", "m", self.in_scene_order(self.minimizer->point().x), self.scene.dimension());
+  frame.add_system("energy", "J", energy());
+  frame.add_system("largest_force", "N", largest_force());
   return frame;
 }
 
-Checkpoint Relaxation::checkpoint() const {
+std::string Relaxation::progress() {
+  return fmt::format("iteration {}: energy {:.10g} J, largest force {:.2e} k/R", iteration(), energy(),
+                     force_in_units());
+}
+
+ColumnGroup Relaxation::take_history() {
+  std::vector<std::int64_t> iteration;
+  std::vector<double> energy, force;
+  for (const Note& note : notes_) {
+    iteration.push_back(note.iteration);
+    energy.push_back(note.energy);
+    force.push_back(note.largest_force);
+  }
+  notes_.clear();
+  return {"relaxation",
+          {{"iteration", "1", Column::Of::list, 0, std::move(iteration)},
+           {"energy", "J", Column::Of::list, 0, std::move(energy)},
+           {"largest_force", "N", Column::Of::list, 0, std::move(force)}}};
+}
+
+const analysis::Packing& Relaxation::packing() {
+  if (!packing_ || packed_at_ != iteration()) packing_ = analysis::packing(bodies(), implementation_->scene);
+  packed_at_ = iteration();
+  return *packing_;
+}
+
+std::vector<ColumnGroup> Relaxation::findings() { return {analysis::columns_of(packing())}; }
+
+Summary Relaxation::summary() {
+  const Scene& scene = implementation_->scene;
+  Summary summary = analysis::summarize(packing(), scene);
+  const auto line = [](std::string label, std::string text) {
+    return Summary::Line{std::move(label), std::move(text)};
+  };
+  summary.goal = "at_rest";
+  summary.title = fmt::format("holds the relaxation: {} after {} iterations of {}, {} evaluations",
+                              at_rest() ? "at rest" : "not at rest", iteration(), scene.minimize.method, evaluations());
+  summary.lines.insert(summary.lines.begin(),
+                       {line("energy", fmt::format("{:.10g} J", energy())),
+                        line("largest force", fmt::format("{:.3g} N, {:.2e} of stiffness / mean diameter",
+                                                          largest_force(), force_in_units()))});
+  const std::vector<Quantity> own{{"at_rest", at_rest() ? 1.0 : 0.0, "1"},
+                                  {"iterations", time(), "1"},
+                                  {"evaluations", static_cast<double>(evaluations()), "1"},
+                                  {"energy", energy(), "J"},
+                                  {"largest_force", largest_force(), "N"},
+                                  {"relative_largest_force", force_in_units(), "1"}};
+  summary.quantities.insert(summary.quantities.begin(), own.begin(), own.end());
+  return summary;
+}
+
+std::vector<std::string> Relaxation::final_warnings() {
+  if (at_rest()) return {};
+  return {fmt::format(
+      "not at rest after {} iterations: {}", iteration(),
+      stuck_ ? "the energy goes no lower with the digits that there are" : "minimize.max_iterations allows no more")};
+}
+
+std::map<std::string, double> Relaxation::seconds() const { return {{"relaxation", seconds_}}; }
+
+Checkpoint Relaxation::checkpoint() {
   const Implementation& self = *implementation_;
   Checkpoint checkpoint;
   checkpoint.reals = self.minimizer->memory();
   checkpoint.reals["position"] = self.in_scene_order(self.minimizer->point().x);
-  checkpoint.integers["counters"] = {self.iteration, evaluations()};
+  checkpoint.integers["counters"] = {self.iteration, evaluations(), noted_at_};
   checkpoint.integers["method"] = {self.method == "newton-cg", self.changed_at};
   checkpoint.reals["settled"] = {self.settled};
   return checkpoint;
@@ -220,7 +313,7 @@ void Relaxation::restore(const Checkpoint& checkpoint) {
   Implementation& self = *implementation_;
   const auto position = checkpoint.reals.find("position");
   const auto counters = checkpoint.integers.find("counters");
-  if (position == checkpoint.reals.end() || counters == checkpoint.integers.end() || counters->second.size() != 2 ||
+  if (position == checkpoint.reals.end() || counters == checkpoint.integers.end() || counters->second.size() != 3 ||
       position->second.size() != self.minimizer->point().x.size())
     throw Failure("the checkpoint is not one of this scene's relaxation");
   const std::vector<std::int64_t>& method = checkpoint.integers.at("method");
@@ -230,6 +323,8 @@ void Relaxation::restore(const Checkpoint& checkpoint) {
   self.start(self.in_own_order(position->second));
   self.minimizer->remember(checkpoint.reals);
   self.iteration = counters->second[0];
+  notes_.clear();
+  noted_at_ = counters->second[2];
   self.earlier_evaluations = counters->second[1] - self.minimizer->evaluations();
 }
 

@@ -14,7 +14,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/version.hpp"
 
 using namespace lichtenberg;
@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> petsc;
   app.add_option("--petsc", petsc, "options for PETSc, as on its command line")->expected(-1);
   CLI11_PARSE(app, argc, argv);
-  set_petsc_options(petsc);
+  parallel::set_petsc_options(petsc);
 
   try {
     fmt::print("lichtenberg {}, PETSc {}.{}.{}\n", lichtenberg_version().commit, PETSC_VERSION_MAJOR,
@@ -190,7 +190,7 @@ int main(int argc, char** argv) {
         benchmark(cells, n, seed, repeats, host, cells <= largest_compared);
         if (cells <= largest_assembled) benchmark_assembled(cells, scene(n, seed));
       }
-    finish_petsc();
+    parallel::finish_petsc();
   } catch (const InputError& error) {
     fmt::print(stderr, "benchmark_device: {}\n", error.what());
     return 2;

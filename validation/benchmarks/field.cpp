@@ -13,9 +13,9 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "validation/benchmarks/machine.hpp"
 #include "validation/benchmarks/scene.hpp"
 
@@ -77,12 +77,12 @@ Cost moving(LaplaceSolver& solver, LaplaceProblem problem, int repeats) {
 }
 
 void set_preconditioner(const std::vector<std::pair<const char*, const char*>>& options) {
-  start_petsc();
+  parallel::start_petsc();
   for (const char* name :
        {"-field_pc_type", "-field_pc_hypre_boomeramg_coarsen_type", "-field_pc_factor_mat_solver_type",
         "-field_pc_hypre_boomeramg_interp_type", "-field_pc_hypre_boomeramg_agg_nl"})
-    check_petsc(PetscOptionsClearValue(nullptr, name));
-  for (const auto& [name, value] : options) check_petsc(PetscOptionsSetValue(nullptr, name, value));
+    parallel::check_petsc(PetscOptionsClearValue(nullptr, name));
+  for (const auto& [name, value] : options) parallel::check_petsc(PetscOptionsSetValue(nullptr, name, value));
 }
 
 void print(int cells, const std::string& method, Cost cost, double reference) {

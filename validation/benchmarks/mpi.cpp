@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/assembled.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/version.hpp"
 #include "validation/benchmarks/scene.hpp"
 
@@ -66,9 +66,9 @@ void benchmark(int cells, const LaplaceProblem& problem, const std::string& name
     const double now[4] = {discretization, assembly, preconditioner, solve};
     for (int m = 0; m < 4; ++m) least[m] = std::min(least[m], now[m]);
   }
-  if (process_rank() > 0) return;
-  fmt::print("{:>5} {:>9}  {:<31} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>5}\n", cells, process_count(), name,
-             1e3 * least[0], 1e3 * least[1], 1e3 * least[2], 1e3 * least[3],
+  if (parallel::process_rank() > 0) return;
+  fmt::print("{:>5} {:>9}  {:<31} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>5}\n", cells,
+             parallel::process_count(), name, 1e3 * least[0], 1e3 * least[1], 1e3 * least[2], 1e3 * least[3],
              1e3 * (least[0] + least[1] + least[2] + least[3]), solution.iterations);
   std::fflush(stdout);
 }
@@ -85,9 +85,9 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", repeats, "counted solves; the fastest is printed");
   CLI11_PARSE(app, argc, argv);
 
-  start_petsc();
+  parallel::start_petsc();
   const LaplaceProblem problem = benchmarks::disks_round_ground(324, seed);
-  if (process_rank() == 0)
+  if (parallel::process_rank() == 0)
     fmt::print(
         "lichtenberg {}, PETSc {}.{}.{}; 324 conductors, R = S/64 cells, seed {}, tolerance 1e-8; ms\n"
         "{:>5} {:>9}  {:<31} {:>9} {:>9} {:>9} {:>9} {:>9} {:>5}\n",
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
         "processes", "preconditioner", "links", "assembly", "set-up", "solve", "all", "iter");
   for (const int cells : sizes)
     for (const auto& [name, options] : preconditioners) {
-      for (const auto& [option, value] : options) check_petsc(PetscOptionsSetValue(nullptr, option, value));
+      for (const auto& [option, value] : options) parallel::check_petsc(PetscOptionsSetValue(nullptr, option, value));
       benchmark(cells, problem, name, repeats);
     }
 }

@@ -24,6 +24,7 @@
 #include "solvers/network/conduction.hpp"
 #include "solvers/network/elimination.hpp"
 #include "solvers/network/multigrid.hpp"
+#include "solvers/network/resistor.hpp"
 #include "src/version.hpp"
 
 using namespace lichtenberg;

@@ -8,7 +8,7 @@
 #include <ctime>
 #include <fstream>
 
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/statics/potential_energy.hpp"
@@ -138,28 +138,28 @@ void run_tao(const Options& options, int count) {
       .energy = &energy, .dimension = options.dimension, .goal = options.tolerance * unit, .seconds = options.seconds};
   Vec x;
   Tao tao;
-  laplace::check_petsc(
+  parallel::check_petsc(
       VecCreateSeqWithArray(PETSC_COMM_SELF, 1, static_cast<PetscInt>(start.size()), start.data(), &x));
-  laplace::check_petsc(TaoCreate(PETSC_COMM_SELF, &tao));
-  laplace::check_petsc(TaoSetType(tao, TAOLMVM));
-  laplace::check_petsc(TaoSetSolution(tao, x));
-  laplace::check_petsc(TaoSetObjectiveAndGradient(tao, nullptr, evaluate, &self));
-  laplace::check_petsc(TaoSetConvergenceTest(tao, is_at_rest, &self));
-  laplace::check_petsc(TaoSetMaximumIterations(tao, 100000000));
-  laplace::check_petsc(TaoSetMaximumFunctionEvaluations(tao, 100000000));
+  parallel::check_petsc(TaoCreate(PETSC_COMM_SELF, &tao));
+  parallel::check_petsc(TaoSetType(tao, TAOLMVM));
+  parallel::check_petsc(TaoSetSolution(tao, x));
+  parallel::check_petsc(TaoSetObjectiveAndGradient(tao, nullptr, evaluate, &self));
+  parallel::check_petsc(TaoSetConvergenceTest(tao, is_at_rest, &self));
+  parallel::check_petsc(TaoSetMaximumIterations(tao, 100000000));
+  parallel::check_petsc(TaoSetMaximumFunctionEvaluations(tao, 100000000));
   TaoLineSearch search;  // TAO's own default interpolates through the infinite, and gives up
-  laplace::check_petsc(TaoGetLineSearch(tao, &search));
-  laplace::check_petsc(TaoLineSearchSetType(search, TAOLINESEARCHARMIJO));
-  laplace::check_petsc(TaoSetFromOptions(tao));
-  laplace::check_petsc(TaoSolve(tao));
+  parallel::check_petsc(TaoGetLineSearch(tao, &search));
+  parallel::check_petsc(TaoLineSearchSetType(search, TAOLINESEARCHARMIJO));
+  parallel::check_petsc(TaoSetFromOptions(tao));
+  parallel::check_petsc(TaoSolve(tao));
   PetscInt iterations;
   PetscReal value;
   TaoConvergedReason reason;
-  laplace::check_petsc(TaoGetSolutionStatus(tao, &iterations, &value, nullptr, nullptr, nullptr, &reason));
+  parallel::check_petsc(TaoGetSolutionStatus(tao, &iterations, &value, nullptr, nullptr, nullptr, &reason));
   print_row(count, "TAO lmvm", iterations, self.evaluations, self.clock, value, self.largest / unit,
             reason > 0 ? "" : fmt::format("not at rest ({})", TaoConvergedReasons[reason]));
-  laplace::check_petsc(TaoDestroy(&tao));
-  laplace::check_petsc(VecDestroy(&x));
+  parallel::check_petsc(TaoDestroy(&tao));
+  parallel::check_petsc(VecDestroy(&x));
 }
 
 std::string processor() {
@@ -189,11 +189,11 @@ int main(int argc, char** argv) {
   for (const int count : options.sizes)
     for (const std::string& method : options.methods) {
       if (method == "lmvm") {
-        laplace::start_petsc();
+        parallel::start_petsc();
         run_tao(options, count);
       } else {
         run_ours(options, count, method);
       }
     }
-  laplace::finish_petsc();
+  parallel::finish_petsc();
 }

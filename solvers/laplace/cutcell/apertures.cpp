@@ -180,7 +180,7 @@ void build_by_apertures(const LaplaceProblem& problem, Level& level) {
   cover_cells(bodies, faces, level);
   link_cells(faces, level);
   level.link_row_ = link_bodies(bodies, level);
-  level.sort_by_row(Team::single());
+  level.sort_by_row(parallel::Team::single());
   link_sides(problem, faces, level);
 }
 

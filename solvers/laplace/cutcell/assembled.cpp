@@ -1,7 +1,7 @@
 #include "solvers/laplace/cutcell/assembled.hpp"
 
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -20,25 +20,27 @@ void AssembledSystem::assemble_matrix(const LaplaceProblem& problem, const Level
   SparseSystem system = number_unknowns(problem, level);
   const PetscInt n = system.unknowns();
   PetscInt own = PETSC_DECIDE, all = n, end = 0;
-  check_petsc(PetscSplitOwnership(PETSC_COMM_WORLD, &own, &all));
-  check_petsc(MPI_Scan(&own, &end, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  parallel::check_petsc(PetscSplitOwnership(PETSC_COMM_WORLD, &own, &all));
+  parallel::check_petsc(MPI_Scan(&own, &end, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
   assemble_rows(problem, level, static_cast<int>(end - own), static_cast<int>(end), system);
 
   Mat& matrix = krylov_.matrix;
-  check_petsc(MatCreate(PETSC_COMM_WORLD, &matrix));
-  check_petsc(MatSetSizes(matrix, own, own, n, n));
-  check_petsc(MatSetOptionsPrefix(matrix, "field_"));
-  check_petsc(MatSetType(matrix, device_ == CutCellOptions::Device::cuda ? MATAIJCUSPARSE : MATAIJ));
-  check_petsc(MatSetFromOptions(matrix));
+  parallel::check_petsc(MatCreate(PETSC_COMM_WORLD, &matrix));
+  parallel::check_petsc(MatSetSizes(matrix, own, own, n, n));
+  parallel::check_petsc(MatSetOptionsPrefix(matrix, "field_"));
+  parallel::check_petsc(MatSetType(matrix, device_ == CutCellOptions::Device::cuda ? MATAIJCUSPARSE : MATAIJ));
+  parallel::check_petsc(MatSetFromOptions(matrix));
   // One of the two is of no effect, according to the number of processes.
-  check_petsc(MatSeqAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
-  check_petsc(MatMPIAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
-  check_petsc(MatSetOption(matrix, MAT_SPD, PETSC_TRUE));
+  parallel::check_petsc(
+      MatSeqAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
+  parallel::check_petsc(
+      MatMPIAIJSetPreallocationCSR(matrix, system.start.data(), system.index.data(), system.value.data()));
+  parallel::check_petsc(MatSetOption(matrix, MAT_SPD, PETSC_TRUE));
 
-  check_petsc(MatCreateVecs(matrix, &krylov_.x, nullptr));
-  check_petsc(VecSetOptionsPrefix(krylov_.x, "field_"));
-  check_petsc(VecSetFromOptions(krylov_.x));
-  check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
+  parallel::check_petsc(MatCreateVecs(matrix, &krylov_.x, nullptr));
+  parallel::check_petsc(VecSetOptionsPrefix(krylov_.x, "field_"));
+  parallel::check_petsc(VecSetFromOptions(krylov_.x));
+  parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
   entry_ = std::move(system.slot);
   for (const int g : system.group) entry_.push_back(level.layout.size() + g);
   numbering_ = {};
@@ -46,16 +48,16 @@ void AssembledSystem::assemble_matrix(const LaplaceProblem& problem, const Level
 }
 
 void AssembledSystem::set_up_preconditioner(const LaplaceProblem& problem) {
-  check_petsc(KSPCreate(PETSC_COMM_WORLD, &krylov_.ksp));
+  parallel::check_petsc(KSPCreate(PETSC_COMM_WORLD, &krylov_.ksp));
   PC pc = nullptr;
-  check_petsc(KSPGetPC(krylov_.ksp, &pc));
-  check_petsc(PCSetType(pc, PCGAMG));
+  parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
+  parallel::check_petsc(PCSetType(pc, PCGAMG));
   krylov_.set_options(tolerance_);
-  check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+  parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   MatNullSpace constants = nullptr;
   if (!problem.has_ground()) constants = constant_potential();
   krylov_.set_null_space(constants);
-  check_petsc(KSPSetUp(krylov_.ksp));
+  parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
 void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>&,
@@ -82,45 +84,45 @@ std::vector<double> AssembledSystem::by_unknown(const std::vector<double>& x) co
 MatNullSpace AssembledSystem::constant_potential() const {
   MatNullSpace space = nullptr;
   if (numbering_.differences.empty()) {
-    check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 0, nullptr, &space));
+    parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_TRUE, 0, nullptr, &space));
     return space;
   }
   std::vector<double> same(entry_.size(), 1.0);
   numbering_.from_potentials(same.data());
   Vec constant = nullptr;
-  check_petsc(VecDuplicate(krylov_.x, &constant));
+  parallel::check_petsc(VecDuplicate(krylov_.x, &constant));
   scatter(same, constant);
-  check_petsc(VecNormalize(constant, nullptr));
-  check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &constant, &space));
-  check_petsc(VecDestroy(&constant));
+  parallel::check_petsc(VecNormalize(constant, nullptr));
+  parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &constant, &space));
+  parallel::check_petsc(VecDestroy(&constant));
   return space;
 }
 
 /// Each process takes its rows.
 void AssembledSystem::scatter(const std::vector<double>& by_unknown, Vec to) const {
   PetscInt begin = 0, end = 0;
-  check_petsc(VecGetOwnershipRange(to, &begin, &end));
+  parallel::check_petsc(VecGetOwnershipRange(to, &begin, &end));
   PetscScalar* value = nullptr;
-  check_petsc(VecGetArrayWrite(to, &value));
+  parallel::check_petsc(VecGetArrayWrite(to, &value));
   for (PetscInt row = begin; row < end; ++row) value[row - begin] = by_unknown[row];
-  check_petsc(VecRestoreArrayWrite(to, &value));
+  parallel::check_petsc(VecRestoreArrayWrite(to, &value));
 }
 
 /// Each process gets all rows.
 void AssembledSystem::gather(Vec from, std::vector<double>& to) const {
   VecScatter all_of = nullptr;
   Vec all = nullptr;
-  check_petsc(VecScatterCreateToAll(from, &all_of, &all));
-  check_petsc(VecScatterBegin(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
-  check_petsc(VecScatterEnd(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
+  parallel::check_petsc(VecScatterCreateToAll(from, &all_of, &all));
+  parallel::check_petsc(VecScatterBegin(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
+  parallel::check_petsc(VecScatterEnd(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
   const PetscScalar* value = nullptr;
-  check_petsc(VecGetArrayRead(all, &value));
+  parallel::check_petsc(VecGetArrayRead(all, &value));
   std::vector<double> unknowns(value, value + entry_.size());
   numbering_.to_potentials(unknowns.data());
   for (std::size_t row = 0; row < entry_.size(); ++row) to[entry_[row]] = unknowns[row];
-  check_petsc(VecRestoreArrayRead(all, &value));
-  check_petsc(VecScatterDestroy(&all_of));
-  check_petsc(VecDestroy(&all));
+  parallel::check_petsc(VecRestoreArrayRead(all, &value));
+  parallel::check_petsc(VecScatterDestroy(&all_of));
+  parallel::check_petsc(VecDestroy(&all));
 }
 
 }  // namespace lichtenberg::laplace

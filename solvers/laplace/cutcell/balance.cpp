@@ -1,25 +1,24 @@
-#include <Eigen/Sparse>
+#include <Eigen/Core>
 
 #include "solvers/laplace/cutcell/operator.hpp"
+#include "solvers/laplace/cutcell/sparse_factors.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
 
 namespace {
 
-using SparseMatrix = Eigen::SparseMatrix<double>;
-
 /// The links to what has a given potential.
 struct Ground {
-  double flux = 0;           ///< sum of conductance * (given potential - x)
-  double conductance = 0;    ///< sum
-  Eigen::VectorXd of_group;  ///< conductances of each floating group's own such links
+  double flux = 0;               ///< sum of conductance * (given potential - x)
+  double conductance = 0;        ///< sum
+  std::vector<double> of_group;  ///< conductances of each floating group's own such links
 };
 
 Ground links_to_ground(const LaplaceProblem& problem, const Level& level, double scale, const double* x) {
   const double* x_group = x + level.layout.size();
   Ground ground;
-  ground.of_group = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.groups.size()));
+  ground.of_group.assign(problem.groups.size(), 0.0);
   const auto add = [&](double conductance, double given, double own) {
     ground.flux += conductance * (given / scale - own);
     ground.conductance += conductance;
@@ -47,6 +46,11 @@ Ground links_to_ground(const LaplaceProblem& problem, const Level& level, double
       add_to_group(link.conductance, link.potential, problem.bodies[link.body].group);
   }
   return ground;
+}
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto size = static_cast<Eigen::Index>(a.size());
+  return Eigen::Map<const Eigen::VectorXd>(a.data(), size).dot(Eigen::Map<const Eigen::VectorXd>(b.data(), size));
 }
 
 /// What enters the cells, and by how much less if their potentials rise.
@@ -77,37 +81,34 @@ CellSum given_to_cells(const LaplaceProblem& problem, const Level& level, double
 /// notice: the groups' equations, bordered by the sum of all equations. The border is eliminated last.
 void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
   if (level_->is_coupled()) return balance_coupled(problem, scale, b, x);
-  const auto groups = static_cast<Eigen::Index>(groups_);
   double* x_group = x + cells_;
-  Eigen::VectorXd residual = Eigen::VectorXd::Zero(groups);
+  std::vector<double> residual(groups_, 0.0);
   links_.add_to_groups(*team_, x, residual.data());
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<SparseFactors::Entry> entries;
   double charge = 0;
-  for (Eigen::Index g = 0; g < groups; ++g) {
+  for (int g = 0; g < static_cast<int>(groups_); ++g) {
     const bool floating = group_diagonal_[g] > 0;
-    entries.emplace_back(g, g, floating ? group_diagonal_[g] : 1.0);
+    entries.push_back({g, g, floating ? group_diagonal_[g] : 1.0});
     residual[g] = floating ? residual[g] + b[cells_ + g] - group_diagonal_[g] * x_group[g] : 0.0;
     if (problem.groups[g].floating) charge += problem.groups[g].charge / problem.permittivity / scale;
   }
   for (const GroupPair& pair : pairs_) {
     residual[pair.a] += pair.conductance * x_group[pair.b];
     residual[pair.b] += pair.conductance * x_group[pair.a];
-    entries.emplace_back(std::max(pair.a, pair.b), std::min(pair.a, pair.b), -pair.conductance);
+    entries.push_back({std::max(pair.a, pair.b), std::min(pair.a, pair.b), -pair.conductance});
   }
-  SparseMatrix matrix(groups, groups);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<SparseMatrix> factors(matrix);
+  const SparseFactors factors(static_cast<int>(groups_), entries);
 
   const Ground ground = links_to_ground(problem, *level_, scale, x);
-  Eigen::VectorXd shift = groups > 0 ? Eigen::VectorXd(factors.solve(residual)) : residual;
+  std::vector<double> shift = factors.solve(residual);
   if (ground.conductance > 0) {
-    const Eigen::VectorXd grounded = groups > 0 ? Eigen::VectorXd(factors.solve(ground.of_group)) : residual;
+    const std::vector<double> grounded = factors.solve(ground.of_group);
     const double level =
-        (charge + ground.flux - ground.of_group.dot(shift)) / (ground.conductance - ground.of_group.dot(grounded));
+        (charge + ground.flux - dot(ground.of_group, shift)) / (ground.conductance - dot(ground.of_group, grounded));
     shift_cells(level, x);
-    for (Eigen::Index g = 0; g < groups; ++g) shift[g] += level * (1 - grounded[g]);
+    for (std::size_t g = 0; g < groups_; ++g) shift[g] += level * (1 - grounded[g]);
   }
-  for (Eigen::Index g = 0; g < groups; ++g)
+  for (std::size_t g = 0; g < groups_; ++g)
     if (group_diagonal_[g] > 0) x_group[g] += shift[g];
 }
 

@@ -1,8 +1,8 @@
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 
 #include "solvers/laplace/cutcell/fused_iteration.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -147,6 +147,6 @@ PetscErrorCode create(KSP ksp) {
 
 }  // namespace
 
-void register_fused_cg() { check_petsc(KSPRegister(fused_cg, create)); }
+void register_fused_cg() { parallel::check_petsc(KSPRegister(fused_cg, create)); }
 
 }  // namespace lichtenberg::laplace

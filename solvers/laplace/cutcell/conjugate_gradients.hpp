@@ -21,7 +21,7 @@ struct MatrixFreeContext {
 /// rows of x and b in place, needs the multigrid as PCSHELL with a MatrixFreeContext, and no other preconditioner.
 inline constexpr const char* fused_cg = "cutcell";
 
-/// Makes the type known to PETSc, once. Throws Failure.
+/// Makes the type known to PETSc, which must be running. Throws Failure.
 void register_fused_cg();
 
 }  // namespace lichtenberg::laplace

@@ -55,7 +55,7 @@ void residual_row(int n, float* r, const float* f, const float* v, const float* 
 
 }  // namespace
 
-Grid::Grid(const Layout& at, int sweeps, Team& team)
+Grid::Grid(const Layout& at, int sweeps, parallel::Team& team)
     : layout(at),
       v(at.size()),
       f(at.size()),
@@ -183,17 +183,14 @@ void Grid::couple_tightly(const Level& level, const std::vector<float>& group_di
 }
 
 void Grid::factorize_tight(const std::vector<float>& group_diagonal) {
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<SparseFactors::Entry> entries;
   for (const int g : tight_) {
-    entries.emplace_back(tight_place_[g], tight_place_[g], group_diagonal[g]);
+    entries.push_back({tight_place_[g], tight_place_[g], group_diagonal[g]});
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       if (const int h = coupling_.other[m]; tight_place_[h] >= 0)
-        entries.emplace_back(tight_place_[g], tight_place_[h], -coupling_.conductance[m]);
+        entries.push_back({tight_place_[g], tight_place_[h], -coupling_.conductance[m]});
   }
-  const auto n = static_cast<Eigen::Index>(tight_.size());
-  Eigen::SparseMatrix<double> matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  tight_factors_.compute(matrix);
+  tight_factors_ = SparseFactors(static_cast<int>(tight_.size()), entries);
 }
 
 void Grid::factorize_coupled(const Level& level, const std::vector<float>& group_diagonal) {
@@ -229,14 +226,14 @@ float Grid::flux_from_loose(int group) const {
 void Grid::relax_tight() {
   if (tight_.empty()) return;
   if (is_coupled_) return relax_coupled();
-  Eigen::VectorXd flux(static_cast<Eigen::Index>(tight_.size()));
+  std::vector<double> flux(tight_.size());
   for (std::size_t k = 0; k < tight_.size(); ++k) {
     const int g = tight_[k];
     flux[k] = charge[g] + flux_[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       if (const int h = coupling_.other[m]; tight_place_[h] < 0) flux[k] += coupling_.conductance[m] * phi[h];
   }
-  const Eigen::VectorXd solution = tight_factors_.solve(flux);
+  const std::vector<double> solution = tight_factors_.solve(flux);
   for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(solution[k]);
 }
 

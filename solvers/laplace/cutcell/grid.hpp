@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Sparse>
 #include <array>
 #include <span>
 #include <vector>
 
 #include "solvers/laplace/cutcell/link_lists.hpp"
+#include "solvers/laplace/cutcell/sparse_factors.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -14,7 +14,7 @@ namespace lichtenberg::laplace {
 class Grid {
  public:
   /// `sweeps` over the cells go before, and as many after, the correction from the next coarser grid.
-  Grid(const Layout& at, int sweeps, Team& team);
+  Grid(const Layout& at, int sweeps, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, const Level& level);
 
@@ -77,14 +77,14 @@ class Grid {
   const float* natural_row(int j) const { return &natural_[(j + 1) * natural_stride_ + Layout::pad]; }
 
   int sweeps_;
-  Team* team_;
+  parallel::Team* team_;
   LinkLists<float> links_;
   std::vector<float> residual_;          // by slot, red cells only
   std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown
   std::vector<float> group_inverse_diagonal_, flux_;
   GroupCoupling coupling_;
   std::vector<int> tight_, tight_place_;  // groups relaxed together; of each group its place among them or -1
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> tight_factors_;
+  SparseFactors tight_factors_;
   // If there are couplings, all coupled groups are among the tight ones: factors, potentials, and what the
   // others and the cells brought them when they were relaxed last.
   bool is_coupled_ = false;

@@ -54,7 +54,7 @@ std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
 
 }  // namespace
 
-void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer, Team& team) {
+void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer, parallel::Team& team) {
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   east.clear();
@@ -123,7 +123,7 @@ std::vector<float> Level::effective_permittivity(const LaplaceProblem& problem) 
 
 /// Conductances of faces, links and sides in a medium that is not the same everywhere: between two cells that of the
 /// two halves in series.
-void Level::fill_fluid(const std::vector<float>& permittivity, Team& team) {
+void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& team) {
   east.assign(layout.size(), 0.0f);
   north.assign(layout.size(), 0.0f);
   const auto face = [&](std::ptrdiff_t a, int i, int j) {

@@ -4,7 +4,8 @@
 #include <string>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/laplace/cutcell/conjugate_gradients.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -25,7 +26,7 @@ PetscErrorCode stop_test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedRe
 }  // namespace
 
 void Krylov::release() {
-  if (!petsc_started()) return;
+  if (!parallel::petsc_started()) return;
   KSPDestroy(&ksp);
   MatDestroy(&matrix);
   VecDestroy(&x);
@@ -34,24 +35,25 @@ void Krylov::release() {
 }
 
 void Krylov::set_options(double tolerance, KSPType cg) {
-  check_petsc(KSPSetOptionsPrefix(ksp, "field_"));
-  check_petsc(KSPSetType(ksp, cg));
-  check_petsc(KSPSetNormType(ksp, KSP_NORM_NATURAL));
-  check_petsc(KSPSetTolerances(ksp, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, 500));
-  check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
-  check_petsc(KSPSetConvergenceTest(ksp, stop_test, &criterion, nullptr));
-  check_petsc(KSPSetFromOptions(ksp));
+  register_fused_cg();
+  parallel::check_petsc(KSPSetOptionsPrefix(ksp, "field_"));
+  parallel::check_petsc(KSPSetType(ksp, cg));
+  parallel::check_petsc(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  parallel::check_petsc(KSPSetTolerances(ksp, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, 500));
+  parallel::check_petsc(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+  parallel::check_petsc(KSPSetConvergenceTest(ksp, stop_test, &criterion, nullptr));
+  parallel::check_petsc(KSPSetFromOptions(ksp));
   PetscReal value = 0;
   PetscBool given = PETSC_FALSE;
-  check_petsc(PetscOptionsGetReal(nullptr, "field_", "-ksp_rtol", &value, &given));
+  parallel::check_petsc(PetscOptionsGetReal(nullptr, "field_", "-ksp_rtol", &value, &given));
   if (given) rtol = value;
 }
 
 void Krylov::require_shell() {
   PC pc = nullptr;
   PCType type = nullptr;
-  check_petsc(KSPGetPC(ksp, &pc));
-  check_petsc(PCGetType(pc, &type));
+  parallel::check_petsc(KSPGetPC(ksp, &pc));
+  parallel::check_petsc(PCGetType(pc, &type));
   const std::string chosen = type;
   if (chosen == PCSHELL || chosen == PCNONE) return;
   release();
@@ -60,24 +62,34 @@ void Krylov::require_shell() {
 }
 
 void Krylov::set_null_space(MatNullSpace space) {
-  check_petsc(MatNullSpaceDestroy(&null_space));
+  parallel::check_petsc(MatNullSpaceDestroy(&null_space));
   null_space = space;
-  check_petsc(MatSetNullSpace(matrix, null_space));
+  parallel::check_petsc(MatSetNullSpace(matrix, null_space));
 }
 
 void Krylov::solve(LaplaceSolution& solution) {
   if (rtol) criterion.tolerance = *rtol;
-  check_petsc(KSPSolve(ksp, b, x));
+  parallel::check_petsc(KSPSolve(ksp, b, x));
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;
-  check_petsc(KSPGetConvergedReason(ksp, &reason));
-  check_petsc(KSPGetIterationNumber(ksp, &iterations));
+  parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
+  parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
   if (reason < 0)
     throw Failure(std::string("field solver: no convergence after ") + std::to_string(iterations) + " iterations (" +
                   KSPConvergedReasons[reason] + ", relative error estimate " + std::to_string(criterion.last) +
                   "); a larger field.tolerance may be all that rounding allows");
   solution.iterations = static_cast<int>(iterations);
   solution.residual = criterion.last;
+}
+
+void check_petsc_options() {
+  for (const std::string& option : parallel::unused_petsc_options()) {
+    if (option.starts_with("-field_"))
+      throw InputError("--petsc " + option +
+                       ": the field solver has no such option (misspelt, or one of a method that it does not use)");
+    if (option.starts_with("-ksp_") || option.starts_with("-pc_"))
+      throw InputError("--petsc " + option + ": the field solver's options have a prefix, -field_" + option.substr(1));
+  }
 }
 
 }  // namespace lichtenberg::laplace

@@ -44,4 +44,9 @@ struct Krylov {
   void solve(LaplaceSolution& solution);
 };
 
+/// To be called after a field solve, when all that concerns it has been asked for: throws InputError if one of the
+/// options for PETSc was meant for the field solver (-field_..., or -ksp_... and -pc_... without the prefix) and is
+/// unused.
+void check_petsc_options();
+
 }  // namespace lichtenberg::laplace

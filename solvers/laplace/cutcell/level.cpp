@@ -19,7 +19,7 @@ constexpr double largest_coupling = 1e15;
 Level::Level(const LaplaceProblem& problem, int nx, int ny)
     : layout(nx, ny), h(problem.size.x / nx), cover(layout.size(), -1), diagonal(layout.size(), 0.0) {}
 
-void Level::build(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
+void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team) {
   couple(problem, largest_coupling);
   if (formula == LinkFormula::aperture) return build_by_apertures(problem, *this);
   outlines_.clear();
@@ -43,7 +43,7 @@ void Level::couple(const LaplaceProblem& problem, double largest) {
   }
 }
 
-void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, Team& team) {
+void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team) {
   divide();
   cover_cells(team);
   team.for_each(part_count_, [&](int k) { link_part(problem, formula, parts_[k]); });
@@ -78,7 +78,7 @@ void Level::divide() {
 }
 
 /// Where bodies overlap, the first one has the cell.
-void Level::cover_cells(Team& team) {
+void Level::cover_cells(parallel::Team& team) {
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int k) {
     const std::ptrdiff_t size = layout.size();
@@ -195,7 +195,7 @@ void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec
 }
 
 /// One list after the other: the same lists for any number of threads.
-void Level::join_parts(Team& team) {
+void Level::join_parts(parallel::Team& team) {
   std::vector<std::size_t> first_covered(part_count_ + 1, 0), first_link(part_count_ + 1, 0);
   rim.clear();
   cross_gradients.clear();
@@ -230,7 +230,7 @@ void Level::join_parts(Team& team) {
   });
 }
 
-void Level::sort_by_row(Team& team) {
+void Level::sort_by_row(parallel::Team& team) {
   row_start.assign(layout.ny + 1, 0);
   for (const int row : link_row_) ++row_start[row + 1];
   std::partial_sum(row_start.begin(), row_start.end(), row_start.begin());
@@ -245,7 +245,7 @@ void Level::sort_by_row(Team& team) {
   });
 }
 
-void Level::sum_diagonal(Team& team) {
+void Level::sum_diagonal(parallel::Team& team) {
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int chunk) {
     for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j) {

@@ -6,9 +6,9 @@
 
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
-#include "solvers/laplace/cutcell/team.hpp"
 #include "solvers/laplace/network_factors.hpp"
 #include "solvers/laplace/problem.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -76,12 +76,12 @@ class Level {
 
   /// Discretizes the problem anew on the finest grid, reusing memory. Throws InputError if the formula cannot do a
   /// shape.
-  void build(const LaplaceProblem& problem, LinkFormula formula, Team& team = Team::single());
+  void build(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team = parallel::Team::single());
   /// The same for a coarse grid of the preconditioner, which has unknowns only for the conductors that it resolves:
   /// smaller ones are smeared out (homogenize.cpp). `finer` is the grid of cells half as large, null if that one is the
   /// finest.
   void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer,
-                    Team& team = Team::single());
+                    parallel::Team& team = parallel::Team::single());
 
   Layout layout;
   double h = 0;  ///< m
@@ -140,24 +140,24 @@ class Level {
     std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
     std::vector<PairLink> pairs;
   };
-  void discretize(const LaplaceProblem& problem, LinkFormula formula, Team& team);
+  void discretize(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team);
   void divide();
-  void cover_cells(Team& team);
+  void cover_cells(parallel::Team& team);
   void claim(const Piece& piece, bool alone);
   bool has_cell(int body) const;
   void link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part);
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
   void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c, Part& part);
-  void join_parts(Team& team);
-  void sort_by_row(Team& team);
-  void sum_diagonal(Team& team);
+  void join_parts(parallel::Team& team);
+  void sort_by_row(parallel::Team& team);
+  void sum_diagonal(parallel::Team& team);
   void link_lodger(const LaplaceProblem& problem, Lodger lodger);
   void link_sides(const LaplaceProblem& problem);
   void couple(const LaplaceProblem& problem, double largest);
   void choose_resolved(const LaplaceProblem& problem, const Sets& sets);
   void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer);
   std::vector<float> effective_permittivity(const LaplaceProblem& problem) const;
-  void fill_fluid(const std::vector<float>& permittivity, Team& team);
+  void fill_fluid(const std::vector<float>& permittivity, parallel::Team& team);
   void link_well(const LaplaceProblem& problem, int body, Part& part) const;
   bool resolves(int body) const { return is_resolved_.empty() || is_resolved_[body]; }
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }

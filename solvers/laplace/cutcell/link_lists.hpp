@@ -13,7 +13,7 @@ namespace lichtenberg::laplace {
 template <class Real>
 class LinkLists {
  public:
-  void build(const LaplaceProblem& problem, const Level& level, Team& team) {
+  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
     const int bodies = static_cast<int>(problem.bodies.size()), rows = level.layout.ny;
     body_start_ = level.link_start;
     row_start_ = level.row_start;
@@ -65,12 +65,12 @@ class LinkLists {
   }
 
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].
-  void add_to_groups(Team& team, const Real* v, Real* sum) const {
+  void add_to_groups(parallel::Team& team, const Real* v, Real* sum) const {
     add_of_links(team, sum, [v](const OfBody& link) { return link.conductance * v[link.cell]; });
   }
 
   /// Adds each group's conductances to `sum` [groups].
-  void add_conductances(Team& team, Real* sum) const {
+  void add_conductances(parallel::Team& team, Real* sum) const {
     add_of_links(team, sum, [](const OfBody& link) { return link.conductance; });
   }
 
@@ -84,7 +84,7 @@ class LinkLists {
     Real conductance;
   };
   template <class Term>
-  void add_of_links(Team& team, Real* sum, const Term& term) const {
+  void add_of_links(parallel::Team& team, Real* sum, const Term& term) const {
     const int bodies = static_cast<int>(body_group_.size());
     constexpr int links_a_chunk = 2048;
     const int chunks = std::clamp(static_cast<int>(by_body_.size()) / links_a_chunk, 1, 4 * team.size());
@@ -108,7 +108,7 @@ class LinkLists {
 /// potential.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
-                                  Team& team) {
+                                  parallel::Team& team) {
   std::vector<Real> diagonal(problem.groups.size(), 0);
   links.add_conductances(team, diagonal.data());
   const auto group = [&](int body) { return problem.bodies[body].group; };

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -38,17 +38,17 @@ PetscErrorCode precondition(PC pc, Vec r, Vec z) {
 /// 1 on every unknown; padding and covered cells are no unknowns.
 MatNullSpace constants(const Level& level, const CutCellOperator& op) {
   Vec ones = nullptr;
-  check_petsc(VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(op.size()), &ones));
+  parallel::check_petsc(VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(op.size()), &ones));
   PetscScalar* value = nullptr;
-  check_petsc(VecGetArrayWrite(ones, &value));
+  parallel::check_petsc(VecGetArrayWrite(ones, &value));
   const std::size_t cells = level.layout.size();
   for (std::size_t k = 0; k < cells; ++k) value[k] = level.diagonal[k] > 0 ? 1.0 : 0.0;
   std::fill(value + cells, value + op.size(), 1.0);
-  check_petsc(VecRestoreArrayWrite(ones, &value));
-  check_petsc(VecNormalize(ones, nullptr));
+  parallel::check_petsc(VecRestoreArrayWrite(ones, &value));
+  parallel::check_petsc(VecNormalize(ones, nullptr));
   MatNullSpace space = nullptr;
-  check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
-  check_petsc(VecDestroy(&ones));
+  parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
+  parallel::check_petsc(VecDestroy(&ones));
   return space;
 }
 
@@ -56,17 +56,17 @@ MatNullSpace constants(const Level& level, const CutCellOperator& op) {
 void use_plain_cg_without_multigrid(KSP ksp) {
   PC pc = nullptr;
   PetscBool has_multigrid = PETSC_FALSE, is_fused = PETSC_FALSE;
-  check_petsc(KSPGetPC(ksp, &pc));
-  check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
-  check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), fused_cg, &is_fused));
-  if (is_fused && !has_multigrid) check_petsc(KSPSetType(ksp, KSPCG));
+  parallel::check_petsc(KSPGetPC(ksp, &pc));
+  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
+  parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), fused_cg, &is_fused));
+  if (is_fused && !has_multigrid) parallel::check_petsc(KSPSetType(ksp, KSPCG));
 }
 
 /// Lends an array to a vector, also if what is done with it throws.
 class PlacedArray {
  public:
   PlacedArray(Vec vector, std::vector<double>& array) : vector_(vector) {
-    check_petsc(VecPlaceArray(vector_, array.data()));
+    parallel::check_petsc(VecPlaceArray(vector_, array.data()));
   }
   PlacedArray(const PlacedArray&) = delete;
   PlacedArray& operator=(const PlacedArray&) = delete;
@@ -78,7 +78,7 @@ class PlacedArray {
 
 }  // namespace
 
-MatrixFreeSystem::MatrixFreeSystem(LinkFormula links, double tolerance, Team& team)
+MatrixFreeSystem::MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team)
     : links_(links), tolerance_(tolerance), team_(team), multigrid_(links, team) {}
 
 void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
@@ -88,7 +88,7 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
   context_.null_space = !problem.has_ground();
   make_krylov(op);
   krylov_.set_null_space(context_.null_space ? constants(level, op) : nullptr);
-  check_petsc(KSPSetUp(krylov_.ksp));
+  parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
 /// The factorization of the coarsest grid knows nothing of the finest: it is made beside it.
@@ -112,25 +112,25 @@ void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, C
 void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
   const auto n = static_cast<PetscInt>(op.size());
   PetscInt have = -1;
-  if (krylov_.x) check_petsc(VecGetSize(krylov_.x, &have));
+  if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
   if (have != n) {
     krylov_.release();
-    check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, &krylov_.x));
-    check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &context_, &krylov_.matrix));
-    check_petsc(MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
-    check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
+    parallel::check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, &krylov_.x));
+    parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
+    parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &context_, &krylov_.matrix));
+    parallel::check_petsc(MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+    parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
     PC pc = nullptr;
-    check_petsc(KSPGetPC(krylov_.ksp, &pc));
-    check_petsc(PCSetType(pc, PCSHELL));
-    check_petsc(PCShellSetApply(pc, precondition));
-    check_petsc(PCShellSetContext(pc, &context_));
-    check_petsc(PCShellSetName(pc, "cut-cell multigrid"));
+    parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
+    parallel::check_petsc(PCSetType(pc, PCSHELL));
+    parallel::check_petsc(PCShellSetApply(pc, precondition));
+    parallel::check_petsc(PCShellSetContext(pc, &context_));
+    parallel::check_petsc(PCShellSetName(pc, "cut-cell multigrid"));
     krylov_.set_options(tolerance_, fused_cg);
     krylov_.require_shell();
     use_plain_cg_without_multigrid(krylov_.ksp);
   }
-  check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+  parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
 }
 
 void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,

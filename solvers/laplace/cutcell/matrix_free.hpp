@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 class MatrixFreeSystem : public LinearSystem {
  public:
   /// `tolerance` is what KSP's views show; each solve has its own.
-  MatrixFreeSystem(LinkFormula links, double tolerance, Team& team);
+  MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
   void first_guess(const LaplaceProblem& problem, double scale, std::vector<double>& x) override;
@@ -21,7 +21,7 @@ class MatrixFreeSystem : public LinearSystem {
   void make_krylov(CutCellOperator& op);
   LinkFormula links_;
   double tolerance_;
-  Team& team_;
+  parallel::Team& team_;
   Multigrid multigrid_;
   MatrixFreeContext context_;
   Krylov krylov_;

@@ -9,7 +9,7 @@
 
 namespace lichtenberg::laplace {
 
-Multigrid::Multigrid(LinkFormula formula, Team& team, int coarse_sweeps)
+Multigrid::Multigrid(LinkFormula formula, parallel::Team& team, int coarse_sweeps)
     : formula_(formula), team_(team), coarse_sweeps_(coarse_sweeps) {}
 Multigrid::~Multigrid() = default;
 

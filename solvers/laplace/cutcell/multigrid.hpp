@@ -17,7 +17,7 @@ class Multigrid {
  public:
   /// `coarse_sweeps` go before and after on all grids but the finest. What a second one costs there, an eighth of an
   /// iteration of CG, takes two iterations of eleven away.
-  explicit Multigrid(LinkFormula formula, Team& team = Team::single(), int coarse_sweeps = 2);
+  explicit Multigrid(LinkFormula formula, parallel::Team& team = parallel::Team::single(), int coarse_sweeps = 2);
   ~Multigrid();
 
   /// Chooses the grids below `finest`, at the first call. Then the two builds, in this order.
@@ -51,7 +51,7 @@ class Multigrid {
   void spread_correction(int l);
   double share(int l) const;
   LinkFormula formula_;
-  Team& team_;
+  parallel::Team& team_;
   int coarse_sweeps_;
   std::vector<std::unique_ptr<Level>> coarse_levels_;
   std::vector<std::unique_ptr<Grid>> grids_;

@@ -8,7 +8,7 @@
 
 namespace lichtenberg::laplace {
 
-void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, Team& team) {
+void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
   level_ = &level;
   team_ = &team;
   cells_ = level.layout.size();

@@ -12,7 +12,7 @@ namespace lichtenberg::laplace {
 /// of given potential, which stand on the right-hand side).
 class CutCellOperator {
  public:
-  void build(const LaplaceProblem& problem, const Level& level, Team& team = Team::single());
+  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team = parallel::Team::single());
   std::size_t size() const { return cells_ + groups_; }
   std::size_t cells() const { return cells_; }
 
@@ -43,7 +43,7 @@ class CutCellOperator {
   const Level& level() const { return *level_; }
   /// Whether nothing has a given potential but what groups are coupled to.
   bool hangs() const { return hangs_; }
-  Team& team() const { return *team_; }
+  parallel::Team& team() const { return *team_; }
 
  private:
   void factorize_groups();
@@ -56,7 +56,7 @@ class CutCellOperator {
   void relax_edges_of_row(int colour, int j, const double* b, double* x) const;
   void narrow_row(int j, const double* x, double* y) const;
   const Level* level_ = nullptr;
-  Team* team_ = nullptr;
+  parallel::Team* team_ = nullptr;
   std::size_t cells_ = 0, groups_ = 0;
   LinkLists<double> links_;
   struct GroupPair {

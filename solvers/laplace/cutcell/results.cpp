@@ -5,7 +5,7 @@
 namespace lichtenberg::laplace {
 
 void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, double scale,
-              LaplaceSolution& solution, Team& team) {
+              LaplaceSolution& solution, parallel::Team& team) {
   const double eps = problem.permittivity;
   const double stress = 0.5 * eps / level.h;
   solution.body_charge.assign(problem.bodies.size(), 0.0);

@@ -9,6 +9,6 @@ namespace lichtenberg::laplace {
 /// Force on a body: virtual work, eps/2 sum over its links of (dV)^2 dc/dx, the closed-form derivative of the energy
 /// eps/2 sum c (dV)^2. (The energy itself must not be differenced: it jumps when a cell centre becomes covered.)
 void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, double scale,
-              LaplaceSolution& solution, Team& team = Team::single());
+              LaplaceSolution& solution, parallel::Team& team = parallel::Team::single());
 
 }  // namespace lichtenberg::laplace

@@ -11,10 +11,11 @@
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
+#include "solvers/laplace/cutcell/krylov.hpp"
 #include "solvers/laplace/cutcell/matrix_free.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
-#include "solvers/laplace/cutcell/processes.hpp"
 #include "solvers/laplace/cutcell/results.hpp"
+#include "solvers/laplace/cutcell/shares.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -52,7 +53,7 @@ struct CutCellSolver::Implementation {
 
   CutCellOptions options;
   int number;  // among the solvers of this program, for its other processes
-  Team team{team_size(options)};
+  parallel::Team team{team_size(options)};
   Vec2 size;  // of the box the grids were made for
   std::unique_ptr<Level> level;
   CutCellOperator op;
@@ -70,7 +71,7 @@ struct CutCellSolver::Implementation {
 
 namespace {
 
-std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, Team& team) {
+std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, parallel::Team& team) {
   if (options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     return std::make_unique<MatrixFreeSystem>(options.links, options.tolerance, team);
   return std::make_unique<AssembledSystem>(options.links, options.tolerance, options.device);
@@ -119,7 +120,7 @@ void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) 
 }
 
 LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
-  start_petsc();
+  parallel::start_petsc();
   LaplaceSolution solution;
   auto start = std::chrono::steady_clock::now();
   prepare_grids(problem);

@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/layout.hpp"
-#include "solvers/laplace/cutcell/team.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::laplace {
 
 /// Into how many bands of rows a loop over a grid is divided. Small grids stay whole: a band takes longer than it
 /// takes to call the others.
-inline int bands(const Layout& layout, const Team& team) {
+inline int bands(const Layout& layout, const parallel::Team& team) {
   constexpr long cells_a_band = 8192;
   constexpr int rows_a_band = 16;  // more than any wavefront's stages need
   const long most = std::min<long>(static_cast<long>(layout.nx) * layout.ny / cells_a_band, layout.ny / rows_a_band);
@@ -19,7 +19,7 @@ inline int bands(const Layout& layout, const Team& team) {
 
 /// Calls row(j) for all rows of the grid.
 template <class Row>
-void for_each_row(Team& team, const Layout& layout, const Row& row) {
+void for_each_row(parallel::Team& team, const Layout& layout, const Row& row) {
   const int count = bands(layout, team);
   team.for_each(count, [&](int band) {
     for (int j = layout.ny * band / count; j < layout.ny * (band + 1) / count; ++j) row(j);
@@ -30,7 +30,7 @@ void for_each_row(Team& team, const Layout& layout, const Row& row) {
 /// stages 0 ... stages - 1. Stage s of row j comes after stage s - 1 of rows j - 1, j, j + 1 and before stage s + 1 of
 /// them. Each band of rows goes as far as it can without its neighbours; the triangles left between bands follow.
 template <class Row>
-void wavefront(Team& team, const Layout& layout, int stages, const Row& row) {
+void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row& row) {
   const int count = bands(layout, team), ny = layout.ny;
   const auto first_row = [&](int band) { return ny * band / count; };
   team.for_each(count, [&](int band) {

@@ -79,8 +79,8 @@ class Coarsest {
   const Executor& run_;
   CoarsestSystem system_;
   int unknowns_ = 0;
-  Array<int, Executor> unknown_;
-  Array<float, Executor> inverse_;
+  parallel::Array<int, Executor> unknown_;
+  parallel::Array<float, Executor> inverse_;
   std::vector<float> f_, charge_, v_, phi_;
 };
 

@@ -1,23 +1,18 @@
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/SparseCholesky>
+#include <algorithm>
 
 #include "solvers/error.hpp"
 
 namespace lichtenberg::laplace::device {
 
-struct CoarsestSystem::Factor {
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
-};
-
 namespace {
 
-using Entries = std::vector<Eigen::Triplet<double>>;
+using Entries = std::vector<SparseFactors::Entry>;
 
 /// Lower triangle.
 void couple(Entries& entries, int a, int b, double conductance) {
-  if (a >= 0 && b >= 0) entries.emplace_back(std::max(a, b), std::min(a, b), -conductance);
+  if (a >= 0 && b >= 0) entries.push_back({std::max(a, b), std::min(a, b), -conductance});
 }
 
 void couple_cells(const CoarsestArrays& arrays, const std::vector<int>& of_slot, Entries& entries) {
@@ -34,18 +29,12 @@ void couple_cells(const CoarsestArrays& arrays, const std::vector<int>& of_slot,
 
 }  // namespace
 
-CoarsestSystem::CoarsestSystem() = default;
-CoarsestSystem::CoarsestSystem(CoarsestSystem&&) noexcept = default;
-CoarsestSystem& CoarsestSystem::operator=(CoarsestSystem&&) noexcept = default;
-CoarsestSystem::~CoarsestSystem() = default;
-
-CoarsestSystem::CoarsestSystem(const CoarsestArrays& arrays, bool pin)
-    : factor_(std::make_unique<Factor>()), groups_(arrays.group_diagonal.size()) {
+CoarsestSystem::CoarsestSystem(const CoarsestArrays& arrays, bool pin) : groups_(arrays.group_diagonal.size()) {
   Entries entries;
   std::vector<int> of_slot(arrays.inverse_diagonal.size(), -1), of_group(groups_, -1);
   const auto add = [&](int name, double diagonal) {
     const int index = static_cast<int>(unknown_.size());
-    entries.emplace_back(index, index, diagonal);
+    entries.push_back({index, index, diagonal});
     unknown_.push_back(name);
     return index;
   };
@@ -57,41 +46,42 @@ CoarsestSystem::CoarsestSystem(const CoarsestArrays& arrays, bool pin)
   if (pin && !unknown_.empty()) {
     // Twice the last one's diagonal.
     const int last = static_cast<int>(unknown_.size()) - 1;
-    entries.emplace_back(last, last, entries[last].value());
+    entries.push_back({last, last, entries[last].value});
   }
   couple_cells(arrays, of_slot, entries);
   for (std::size_t m = 0; m < arrays.link_slot.size(); ++m)
     couple(entries, of_slot[arrays.link_slot[m]], of_group[arrays.link_group[m]], arrays.conductance[m]);
   for (const auto& [own, other, conductance] : arrays.contacts)
     if (own < other) couple(entries, of_group[own], of_group[other], conductance);
-  const auto n = static_cast<Eigen::Index>(unknown_.size());
-  Eigen::SparseMatrix<double> matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  factor_->solver.compute(matrix);
-  if (n > 0 && (factor_->solver.info() != Eigen::Success || factor_->solver.vectorD().minCoeff() <= 0))
+  factors_ = SparseFactors(static_cast<int>(unknown_.size()), entries);
+  if (!factors_.are_positive())
     throw Failure(
         "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
 }
 
 std::vector<float> CoarsestSystem::inverse() const {
-  const auto n = static_cast<Eigen::Index>(unknown_.size());
-  if (n == 0) return {};
-  const Eigen::MatrixXd inverse = factor_->solver.solve(Eigen::MatrixXd::Identity(n, n));
+  const std::size_t n = unknown_.size();
+  std::vector<std::vector<double>> column(n);
+  for (std::size_t a = 0; a < n; ++a) {
+    std::vector<double> unit(n, 0.0);
+    unit[a] = 1;
+    column[a] = factors_.solve(unit);
+  }
   std::vector<float> values(n * n);
-  for (Eigen::Index a = 0; a < n; ++a)
-    for (Eigen::Index b = 0; b < n; ++b)
-      values[a * n + b] = static_cast<float>(0.5 * (inverse(a, b) + inverse(b, a)));  // symmetric to the last bit
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b)
+      values[a * n + b] = static_cast<float>(0.5 * (column[b][a] + column[a][b]));  // symmetric to the last bit
   return values;
 }
 
 void CoarsestSystem::solve(const std::vector<float>& f, const std::vector<float>& charge, std::vector<float>& v,
                            std::vector<float>& phi) const {
-  Eigen::VectorXd rhs(static_cast<Eigen::Index>(unknown_.size()));
+  std::vector<double> rhs(unknown_.size());
   for (std::size_t a = 0; a < unknown_.size(); ++a)
-    rhs[static_cast<Eigen::Index>(a)] = unknown_[a] >= 0 ? f[unknown_[a]] : charge[-1 - unknown_[a]];
-  const Eigen::VectorXd x = factor_->solver.solve(rhs);
+    rhs[a] = unknown_[a] >= 0 ? f[unknown_[a]] : charge[-1 - unknown_[a]];
+  const std::vector<double> x = factors_.solve(rhs);
   for (std::size_t a = 0; a < unknown_.size(); ++a)
-    (unknown_[a] >= 0 ? v[unknown_[a]] : phi[-1 - unknown_[a]]) = static_cast<float>(x[static_cast<Eigen::Index>(a)]);
+    (unknown_[a] >= 0 ? v[unknown_[a]] : phi[-1 - unknown_[a]]) = static_cast<float>(x[a]);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "solvers/laplace/cutcell/layout.hpp"
+#include "solvers/laplace/cutcell/sparse_factors.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -24,13 +24,10 @@ struct CoarsestArrays {
 /// The coarsest grid's system, factorized.
 class CoarsestSystem {
  public:
-  CoarsestSystem();
+  CoarsestSystem() = default;
   /// `pin`: nothing is grounded, and the potential of one unknown is to be held. Throws Failure if the system is not
   /// positive definite to working precision.
   CoarsestSystem(const CoarsestArrays& arrays, bool pin);
-  CoarsestSystem(CoarsestSystem&&) noexcept;
-  CoarsestSystem& operator=(CoarsestSystem&&) noexcept;
-  ~CoarsestSystem();
 
   /// By unknown: a cell's slot, or -1 - group.
   const std::vector<int>& unknown() const { return unknown_; }
@@ -42,8 +39,7 @@ class CoarsestSystem {
              std::vector<float>& phi) const;
 
  private:
-  struct Factor;
-  std::unique_ptr<Factor> factor_;
+  SparseFactors factors_;
   std::vector<int> unknown_;
   std::size_t groups_ = 0;
 };

@@ -5,7 +5,7 @@
 // are those of any other; -field_ksp_type cg takes PETSc's own.
 
 #include "solvers/laplace/cutcell/fused_iteration.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -47,7 +47,7 @@ PetscErrorCode solve_by_conjugate_gradients(KSP ksp) {
 /// Registers the method under `name`; its preconditioner must be a shell whose context is a Solver.
 template <class Solver>
 void register_conjugate_gradients(const char* name) {
-  check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
+  parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
     PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NATURAL, PC_LEFT, 3));
     ksp->ops->setup = [](KSP method) -> PetscErrorCode { return KSPSetWorkVecs(method, 4); };
     ksp->ops->solve = solve_by_conjugate_gradients<Solver>;

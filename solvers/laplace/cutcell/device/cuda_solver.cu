@@ -1,7 +1,20 @@
-#include "solvers/laplace/cutcell/device/cuda_executor.hpp"
+#include <petscdevice_cuda.h>
+
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
+#include "solvers/parallel/cuda_executor.hpp"
 
 namespace lichtenberg::laplace::device {
+
+template <>
+struct PetscSide<parallel::CudaExecutor> {
+  static constexpr const char *vector_type = VECSEQCUDA, *method = "device_cg";
+  static std::unique_ptr<parallel::CudaExecutor> make() {
+    parallel::check_petsc(PetscDeviceInitialize(PETSC_DEVICE_CUDA));
+    cudaStream_t stream = nullptr;
+    parallel::check_petsc(PetscGetCurrentCUDAStream(&stream));
+    return std::make_unique<parallel::CudaExecutor>(stream);
+  }
+};
 
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
   int count = 0;
@@ -9,8 +22,8 @@ std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
   if (code != cudaSuccess || count == 0)
     throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
                      cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
-  start_petsc();
-  return std::make_unique<CutCell<CudaExecutor>>(options);
+  parallel::start_petsc();
+  return std::make_unique<CutCell<parallel::CudaExecutor>>(options);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -17,7 +17,7 @@
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -25,7 +25,7 @@ namespace lichtenberg::laplace::device {
 class ReadAccess {
  public:
   explicit ReadAccess(Vec vector) : vector_(vector) {
-    check_petsc(VecGetArrayReadAndMemType(vector_, &data_, nullptr));
+    parallel::check_petsc(VecGetArrayReadAndMemType(vector_, &data_, nullptr));
   }
   ReadAccess(const ReadAccess&) = delete;
   ReadAccess& operator=(const ReadAccess&) = delete;
@@ -39,7 +39,9 @@ class ReadAccess {
 
 class WriteAccess {
  public:
-  explicit WriteAccess(Vec vector) : vector_(vector) { check_petsc(VecGetArrayAndMemType(vector_, &data_, nullptr)); }
+  explicit WriteAccess(Vec vector) : vector_(vector) {
+    parallel::check_petsc(VecGetArrayAndMemType(vector_, &data_, nullptr));
+  }
   WriteAccess(const WriteAccess&) = delete;
   WriteAccess& operator=(const WriteAccess&) = delete;
   ~WriteAccess() { VecRestoreArrayAndMemType(vector_, &data_); }
@@ -49,6 +51,11 @@ class WriteAccess {
   Vec vector_;
   PetscScalar* data_ = nullptr;
 };
+
+/// What PETSc calls an executor's things, said where a solver is made on it: `vector_type`; `method`, the name of the
+/// fused conjugate gradients on it; make(), the executor on PETSc's device (PETSc runs by then).
+template <class Executor>
+struct PetscSide;
 
 /// The cut-cell solver on an executor's device: ../solver.cpp with the vectors, the grids and the sums over there.
 template <class Executor>
@@ -63,8 +70,8 @@ class CutCell : public DeviceSolver {
     LaplaceSolution solution;
     auto start = std::chrono::steady_clock::now();
     prepare_grids(problem);
-    scene_->upload(problem, nx_, ny_);
-    multigrid_->build(problem, scene_->view());
+    problem_->upload(problem, nx_, ny_);
+    multigrid_->build(problem, problem_->view());
     prepare_system(problem);
     run_->wait();
     solution.seconds.setup = since(start);
@@ -106,7 +113,7 @@ class CutCell : public DeviceSolver {
   Profile profile(int repeats) override;
 
   void multiply(const double* x, double* y) const {
-    apply_operator(*run_, scene_->view(), finest().view(), x, y, finest().partial());
+    apply_operator(*run_, problem_->view(), finest().view(), x, y, finest().partial());
   }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
@@ -116,23 +123,23 @@ class CutCell : public DeviceSolver {
     const ReadAccess given(b), guess(x);
     const WriteAccess image(q), residual(r);
     multiply(guess, image);
-    subtract_from<Executor>(*run_, scene_->view(), finest().view(), given, image, residual);
+    subtract_from<Executor>(*run_, problem_->view(), finest().view(), given, image, residual);
   }
   void turn(Vec z, double beta, Vec p, Vec q) const {
     const ReadAccess preconditioned(z);
     const WriteAccess direction(p), image(q);
-    turn_direction<Executor>(*run_, scene_->view(), finest().view(), preconditioned, beta, direction);
+    turn_direction<Executor>(*run_, problem_->view(), finest().view(), preconditioned, beta, direction);
     multiply(direction, image);
   }
   void step(double alpha, Vec p, Vec q, Vec x, Vec r) const {
     const ReadAccess direction(p), image(q);
     const WriteAccess solution(x), residual(r);
-    step_along<Executor>(*run_, scene_->view(), finest().view(), alpha, direction, image, solution, residual);
+    step_along<Executor>(*run_, problem_->view(), finest().view(), alpha, direction, image, solution, residual);
   }
 
  private:
   struct Past {
-    Array<double, Executor> cell, body;
+    parallel::Array<double, Executor> cell, body;
     PastView view() const { return {cell.data(), body.data()}; }
   };
   static constexpr int history_length = 3;
@@ -157,21 +164,21 @@ class CutCell : public DeviceSolver {
   int nx_ = 0, ny_ = 0;
   Vec2 size_;
   std::size_t bodies_ = 0, groups_ = 0;
-  std::unique_ptr<Scene<Executor>> scene_;
+  std::unique_ptr<DeviceProblem<Executor>> problem_;
   std::unique_ptr<Multigrid<Executor>> multigrid_;
   Krylov krylov_;
   Vec *basis_ = nullptr, *image_ = nullptr;
   double scale_ = 1;        // V: x, b and the past are in units of it
   std::vector<Past> past_;  // newest first
   int past_count_ = 0;
-  std::optional<Array<double, Executor>> group_potential_, next_potential_;
-  std::optional<Array<BodyResult, Executor>> body_result_;
-  std::optional<Array<SideResult, Executor>> side_result_;
+  std::optional<parallel::Array<double, Executor>> group_potential_, next_potential_;
+  std::optional<parallel::Array<BodyResult, Executor>> body_result_;
+  std::optional<parallel::Array<SideResult, Executor>> side_result_;
 };
 
 template <class Executor>
 void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
-  if (!run_) run_ = std::make_unique<Executor>();
+  if (!run_) run_ = PetscSide<Executor>::make();
   if (bodies_ != problem.bodies.size()) forget();
   bodies_ = problem.bodies.size();
   if (multigrid_ && size_ == problem.size) return;
@@ -185,10 +192,10 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   // In double: x, b, the basis and its image, four of CG, and the past; the grids' cover, diagonals, v and f.
   run_->check_room(static_cast<std::size_t>(nx_) * ny_ * ((6 + 3 * history_length) * sizeof(double) + 20));
   const Executor& run = *run_;
-  scene_ = std::make_unique<Scene<Executor>>(run);
+  problem_ = std::make_unique<DeviceProblem<Executor>>(run);
   multigrid_ = std::make_unique<Multigrid<Executor>>(run, problem, nx_, ny_, options_.links);
   for (int k = 0; k < history_length; ++k)
-    past_.push_back({Array<double, Executor>(run), Array<double, Executor>(run)});
+    past_.push_back({parallel::Array<double, Executor>(run), parallel::Array<double, Executor>(run)});
   group_potential_.emplace(run);
   next_potential_.emplace(run);
   body_result_.emplace(run);
@@ -198,7 +205,7 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
 
 template <class Executor>
 void CutCell<Executor>::release_vectors() {
-  if (!petsc_started()) return;
+  if (!parallel::petsc_started()) return;
   if (basis_) VecDestroyVecs(history_length, &basis_);
   if (image_) VecDestroyVecs(history_length, &image_);
   krylov_.release();
@@ -237,93 +244,93 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   const auto n =
       static_cast<PetscInt>(finest().view().layout.size() + static_cast<std::ptrdiff_t>(problem.groups.size()));
   PetscInt have = -1;
-  if (krylov_.x) check_petsc(VecGetSize(krylov_.x, &have));
+  if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
   groups_ = problem.groups.size();
   if (have != n) {
     release_vectors();
-    check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
-    check_petsc(VecSetSizes(krylov_.x, n, n));
-    check_petsc(VecSetType(krylov_.x, run_->vector_type()));
-    check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    check_petsc(VecDuplicateVecs(krylov_.x, history_length, &basis_));
-    check_petsc(VecDuplicateVecs(krylov_.x, history_length, &image_));
-    check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, this, &krylov_.matrix));
-    check_petsc(MatShellSetVecType(krylov_.matrix, run_->vector_type()));
-    check_petsc(
+    parallel::check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
+    parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
+    parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
+    parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
+    parallel::check_petsc(VecDuplicateVecs(krylov_.x, history_length, &basis_));
+    parallel::check_petsc(VecDuplicateVecs(krylov_.x, history_length, &image_));
+    parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, this, &krylov_.matrix));
+    parallel::check_petsc(MatShellSetVecType(krylov_.matrix, PetscSide<Executor>::vector_type));
+    parallel::check_petsc(
         MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)(void)>(device::multiply<Executor>)));
-    check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
+    parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
     PC pc = nullptr;
-    check_petsc(KSPGetPC(krylov_.ksp, &pc));
-    check_petsc(PCSetType(pc, PCSHELL));
-    check_petsc(PCShellSetApply(pc, device::precondition<Executor>));
-    check_petsc(PCShellSetContext(pc, this));
-    check_petsc(PCShellSetName(pc, "cut-cell multigrid on the device"));
-    const char* method = run_->method_name();
+    parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
+    parallel::check_petsc(PCSetType(pc, PCSHELL));
+    parallel::check_petsc(PCShellSetApply(pc, device::precondition<Executor>));
+    parallel::check_petsc(PCShellSetContext(pc, this));
+    parallel::check_petsc(PCShellSetName(pc, "cut-cell multigrid on the device"));
+    const char* method = PetscSide<Executor>::method;
     register_conjugate_gradients<CutCell>(method);
     krylov_.set_options(options_.tolerance, method);
     krylov_.require_shell();
     PetscBool has_multigrid = PETSC_FALSE, is_fused = PETSC_FALSE;
-    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
-    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), method, &is_fused));
-    if (is_fused && !has_multigrid) check_petsc(KSPSetType(krylov_.ksp, KSPCG));
+    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
+    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), method, &is_fused));
+    if (is_fused && !has_multigrid) parallel::check_petsc(KSPSetType(krylov_.ksp, KSPCG));
     PetscBool is_cpus = PETSC_FALSE;
-    check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), fused_cg, &is_cpus));
+    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), fused_cg, &is_cpus));
     if (is_cpus && !is_fused)
       throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
   }
-  check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+  parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   MatNullSpace space = nullptr;
   if (!problem.has_ground()) {
     Vec ones = nullptr;
-    check_petsc(VecDuplicate(krylov_.x, &ones));
+    parallel::check_petsc(VecDuplicate(krylov_.x, &ones));
     {
       const WriteAccess value(ones);
-      mark_unknowns(*run_, scene_->view(), finest().view(), static_cast<double*>(value));
+      mark_unknowns(*run_, problem_->view(), finest().view(), static_cast<double*>(value));
     }
-    check_petsc(VecNormalize(ones, nullptr));
-    check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
-    check_petsc(VecDestroy(&ones));
+    parallel::check_petsc(VecNormalize(ones, nullptr));
+    parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
+    parallel::check_petsc(VecDestroy(&ones));
   }
   krylov_.set_null_space(space);
-  check_petsc(KSPSetUp(krylov_.ksp));
+  parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
 /// Also the unit of all potentials: single precision holds 38 decades either way, enough for any right-hand side of
 /// about 1. It is kept while it is good enough, so that past solutions need no rescaling.
 template <class Executor>
 void CutCell<Executor>::make_right_hand_side() {
-  check_petsc(VecSet(krylov_.b, 0.0));
+  parallel::check_petsc(VecSet(krylov_.b, 0.0));
   {
     const WriteAccess b(krylov_.b);
-    right_hand_side(*run_, scene_->view(), finest().view(), static_cast<double*>(b));
+    right_hand_side(*run_, problem_->view(), finest().view(), static_cast<double*>(b));
   }
   double largest = 0;
-  check_petsc(VecNorm(krylov_.b, NORM_INFINITY, &largest));
+  parallel::check_petsc(VecNorm(krylov_.b, NORM_INFINITY, &largest));
   const double ratio = largest / scale_;
   if (past_count_ == 0 || !(largest == 0 || (ratio > 1e-6 && ratio < 1e6))) {
     forget();
     scale_ = largest > 0 ? largest : 1;
   }
-  check_petsc(VecScale(krylov_.b, 1 / scale_));
+  parallel::check_petsc(VecScale(krylov_.b, 1 / scale_));
 }
 
 /// History::first_guess.
 template <class Executor>
 double CutCell<Executor>::first_guess() {
-  check_petsc(VecSet(krylov_.x, 0.0));
+  parallel::check_petsc(VecSet(krylov_.x, 0.0));
   const int m = past_count_;
   if (m == 0) return 0.0;
   std::vector<double> gram(m * m), projection(m);
   for (int p = 0; p < m; ++p) {
     const WriteAccess v(basis_[p]), image(image_[p]);
-    past_on_unknowns(*run_, scene_->view(), finest().view(), past_[p == 0 ? 0 : p - 1].view(),
+    past_on_unknowns(*run_, problem_->view(), finest().view(), past_[p == 0 ? 0 : p - 1].view(),
                      p == 0 ? PastView{} : past_[p].view(), static_cast<double*>(v));
     multiply(v, image);
   }
-  for (int p = 0; p < m; ++p) check_petsc(VecMDot(image_[p], m, basis_, &gram[p * m]));
-  check_petsc(VecMDot(krylov_.b, m, basis_, projection.data()));
+  for (int p = 0; p < m; ++p) parallel::check_petsc(VecMDot(image_[p], m, basis_, &gram[p * m]));
+  parallel::check_petsc(VecMDot(krylov_.b, m, basis_, projection.data()));
   const std::vector<double> alpha = closest_combination(gram, projection);
-  check_petsc(VecMAXPY(krylov_.x, m, alpha.data(), basis_));
+  parallel::check_petsc(VecMAXPY(krylov_.x, m, alpha.data(), basis_));
   double norm2 = 0;
   for (int p = 0; p < m; ++p) norm2 += alpha[p] * projection[p];
   return std::sqrt(std::max(0.0, norm2));
@@ -347,7 +354,7 @@ void CutCell<Executor>::finish_potentials(const LaplaceProblem& problem, Laplace
   {
     const ReadAccess b(krylov_.b);
     const WriteAccess x(krylov_.x);
-    balance_groups(*run_, scene_->view(), grid, static_cast<const double*>(b), static_cast<double*>(x),
+    balance_groups(*run_, problem_->view(), grid, static_cast<const double*>(b), static_cast<double*>(x),
                    finest().partial(), next_potential_->data());
   }
   std::vector<double> unknown = group_unknowns();
@@ -357,7 +364,7 @@ void CutCell<Executor>::finish_potentials(const LaplaceProblem& problem, Laplace
     mean /= static_cast<double>(std::max<std::size_t>(problem.bodies.size(), 1));
     {
       const WriteAccess x(krylov_.x);
-      subtract(*run_, scene_->view(), grid, mean, static_cast<double*>(x));
+      subtract(*run_, problem_->view(), grid, mean, static_cast<double*>(x));
     }
     unknown = group_unknowns();
   }
@@ -376,7 +383,7 @@ void CutCell<Executor>::evaluate(const LaplaceProblem& problem, LaplaceSolution&
   side_result_->resize(4 * side_parts);
   {
     const ReadAccess x(krylov_.x);
-    const SolvedView solved{scene_->view(), finest().view(), x, scale_, group_potential_->data()};
+    const SolvedView solved{problem_->view(), finest().view(), x, scale_, group_potential_->data()};
     sum_bodies(*run_, solved, body_result_->data());
     sum_sides(*run_, solved, side_result_->data());
   }
@@ -403,7 +410,7 @@ void CutCell<Executor>::keep() {
   past_[0].cell.resize(finest().view().layout.size());
   past_[0].body.resize(bodies_);
   const ReadAccess x(krylov_.x);
-  remember(*run_, scene_->view(), finest().view(), static_cast<const double*>(x), group_potential_->data(), scale_,
+  remember(*run_, problem_->view(), finest().view(), static_cast<const double*>(x), group_potential_->data(), scale_,
            past_[0].view());
   past_count_ = std::min(past_count_ + 1, history_length);
 }

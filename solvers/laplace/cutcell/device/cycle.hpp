@@ -37,24 +37,25 @@ struct TakeResidual {
 };
 
 template <class Executor>
-void take_residual(const Executor& run, SceneView scene, GridView grid, const double* r) {
+void take_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
   const TakeResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups,
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
 /// phi_next = (flux + what contacts bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
 template <class Executor>
-void relax_contacts(const Executor& run, SceneView scene, GridView grid, const float* flux, const float* phi,
+void relax_contacts(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                     float* phi_next) {
   run.sum_segments(
-      scene.groups,
+      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+        return grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t];
-        return contact.other < 0 ? 0.0f : static_cast<float>(contact.conductance) * phi[scene.group_of[contact.other]];
+        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t];
+        return contact.other < 0 ? 0.0f
+                                 : static_cast<float>(contact.conductance) * phi[problem.group_of[contact.other]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         phi_next[g] = (flux[g] + sum) * grid.group_inverse_diagonal[g];
@@ -79,10 +80,11 @@ void add_group_potentials(const Executor& run, GridView grid, const float* phi, 
 
 /// The same for what wells bring, in all cells.
 template <class Executor>
-void add_well_potentials(const Executor& run, SceneView scene, GridView grid, const float* phi, bool red, bool black) {
+void add_well_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
+                         bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
   sum_wells(
-      run, scene, grid, [=] LICHTENBERG_HOST_DEVICE(int body, float c) { return c * phi[scene.group_of[body]]; },
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int body, float c) { return c * phi[problem.group_of[body]]; },
       [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) {
         if (slot < colour_size ? red : black) grid.f[slot] += sum;
       });
@@ -144,7 +146,8 @@ void leave_residual(const Executor& run, GridView grid, const V* v, float* resid
 
 /// The coarse f by full weighting.
 template <class Executor>
-void restrict_residual(const Executor& run, SceneView scene, GridView fine, GridView coarse, const float* residual) {
+void restrict_residual(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
+                       const float* residual) {
   run.for_each(2 * (coarse.layout.ny + 2), static_cast<int>(coarse.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = coarse.layout;
@@ -155,7 +158,7 @@ void restrict_residual(const Executor& run, SceneView scene, GridView fine, Grid
                  // Red cell number m of fine row 2 J + j.
                  const std::ptrdiff_t stride = fine.layout.stride, own = (2 * J + 1) * stride + Layout::pad;
                  const auto red = [&](int m, int j) { return residual[own + j * stride + m]; };
-                 const auto mirror = [&](int side) { return scene.electrode[side] ? -1.0f : 1.0f; };
+                 const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
                  const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
                  const float own_upper = J == at.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
                  const auto even = [&](int m) { return own_lower * red(m, 0) + 0.25f * red(m, 2); };
@@ -182,11 +185,11 @@ struct LinkFlux {
 };
 
 template <class V, class Executor>
-void sum_pieces(const Executor& run, SceneView scene, GridView grid, LinkFlux<V> flux) {
+void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlux<V> flux) {
   run.sum_segments(
       grid.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int piece) {
-        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
+        return piece < grid.piece_start[problem.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int piece, int t) { return flux(grid.piece_begin[piece] + t); },
       [=] LICHTENBERG_HOST_DEVICE(int piece, float sum) { grid.partial[piece] = sum; });
@@ -194,20 +197,21 @@ void sum_pieces(const Executor& run, SceneView scene, GridView grid, LinkFlux<V>
 
 /// finish(g, what a group's links and contacts bring).
 template <class Executor, class Finish>
-void sum_groups(const Executor& run, SceneView scene, GridView grid, const float* phi, Finish finish) {
+void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
   const bool contacts = grid.contacts > 0;
   run.sum_segments(
-      scene.groups,
+      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (!contacts) return links;
-        return links + grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+        return links + grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < links) return grid.partial[grid.piece_start[g] + t];
-        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t - links];
-        return contact.other < 0 ? 0.0f : static_cast<float>(contact.conductance) * phi[scene.group_of[contact.other]];
+        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t - links];
+        return contact.other < 0 ? 0.0f
+                                 : static_cast<float>(contact.conductance) * phi[problem.group_of[contact.other]];
       },
       finish);
 }
@@ -215,14 +219,14 @@ void sum_groups(const Executor& run, SceneView scene, GridView grid, const float
 /// The residuals of the groups, and with what the coarse grid's covered cells have collected its groups' charges; the
 /// coarse grid's conductors start from these.
 template <class V, class Executor>
-void restrict_groups(const Executor& run, SceneView scene, GridView fine, GridView coarse, const V* v) {
+void restrict_groups(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const V* v) {
   const LinkFlux<V> flux{fine, v, true};
   run.sum_segments(
       fine.pieces + coarse.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int p) {
         const GridView& grid = p < fine.pieces ? fine : coarse;
         const int piece = p < fine.pieces ? p : p - fine.pieces;
-        const bool of_links = piece < grid.piece_start[scene.groups];
+        const bool of_links = piece < grid.piece_start[problem.groups];
         return of_links == (p < fine.pieces) ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
@@ -237,23 +241,23 @@ void restrict_groups(const Executor& run, SceneView scene, GridView fine, GridVi
       });
   const bool contacts = fine.contacts > 0;
   run.sum_segments(
-      scene.groups,
+      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        const int covered = scene.groups + g;
+        const int covered = problem.groups + g;
         const int links = fine.piece_start[g + 1] - fine.piece_start[g];
         const int own =
-            contacts ? fine.contact_start[scene.first_rank[g + 1]] - fine.contact_start[scene.first_rank[g]] : 0;
+            contacts ? fine.contact_start[problem.first_rank[g + 1]] - fine.contact_start[problem.first_rank[g]] : 0;
         return links + coarse.piece_start[covered + 1] - coarse.piece_start[covered] + own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = fine.piece_start[g + 1] - fine.piece_start[g];
         if (t < links) return fine.partial[fine.piece_start[g] + t];
-        const int first = coarse.piece_start[scene.groups + g];
-        const int covered = coarse.piece_start[scene.groups + g + 1] - first;
+        const int first = coarse.piece_start[problem.groups + g];
+        const int covered = coarse.piece_start[problem.groups + g + 1] - first;
         if (t < links + covered) return coarse.partial[first + t - links];
-        const Contact& contact = fine.contact[fine.contact_start[scene.first_rank[g]] + t - links - covered];
+        const Contact& contact = fine.contact[fine.contact_start[problem.first_rank[g]] + t - links - covered];
         return contact.other < 0 ? 0.0f
-                                 : static_cast<float>(contact.conductance) * fine.phi[scene.group_of[contact.other]];
+                                 : static_cast<float>(contact.conductance) * fine.phi[problem.group_of[contact.other]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         const float inverse = fine.group_inverse_diagonal[g];
@@ -265,9 +269,9 @@ void restrict_groups(const Executor& run, SceneView scene, GridView fine, GridVi
 
 /// The residuals of the groups, in `flux`: for those that the coarse grid absorbs.
 template <class V, class Executor>
-void leave_group_residual(const Executor& run, SceneView scene, GridView grid, const V* v) {
-  sum_pieces(run, scene, grid, LinkFlux<V>{grid, v, true});
-  sum_groups(run, scene, grid, grid.phi, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+void leave_group_residual(const Executor& run, ProblemView problem, GridView grid, const V* v) {
+  sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, true});
+  sum_groups(run, problem, grid, grid.phi, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
     const float inverse = grid.group_inverse_diagonal[g];
     grid.flux[g] = inverse > 0 ? grid.charge[g] + sum - grid.phi[g] / inverse : 0.0f;
   });
@@ -275,21 +279,21 @@ void leave_group_residual(const Executor& run, SceneView scene, GridView grid, c
 
 /// The residual of a group that the coarse grid absorbs goes to the four cells around it.
 template <class Executor>
-void restrict_absorbed(const Executor& run, SceneView scene, GridView grid, const float* residual) {
+void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, const float* residual) {
   gather(
       run, grid, grid.absorbed_groups,
       [=] LICHTENBERG_HOST_DEVICE(int g, int slot) {
-        return residual[g] * weight_in(grid.layout, grid.centre[g], scene.electrode, slot, true);
+        return residual[g] * weight_in(grid.layout, grid.centre[g], problem.electrode, slot, true);
       },
       [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] += sum; });
 }
 
 /// And its potential is theirs.
 template <class Executor>
-void interpolate_absorbed(const Executor& run, SceneView scene, GridView grid) {
+void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.absorbed_groups.item[m];
-    const Interpolation around = interpolate(grid.layout, grid.centre[g], scene.electrode);
+    const Interpolation around = interpolate(grid.layout, grid.centre[g], problem.electrode);
     float sum = 0;
     for (int k = 0; k < 4; ++k) sum += around.weight[k] * grid.v[around.cell[k]];
     grid.phi[g] = sum;
@@ -321,7 +325,7 @@ void fill_covered(const Executor& run, GridView grid, int covered) {
 /// The coarse potentials around coarse cell (I, J), beyond the box their mirror images.
 struct CoarsePatch {
   const GridView& grid;
-  const SceneView& scene;
+  const ProblemView& problem;
   int I, J;
 
   LICHTENBERG_HOST_DEVICE float operator()(int i, int j) const {
@@ -330,8 +334,8 @@ struct CoarsePatch {
     j += J;
     float sign = 1;
     if (!inside(at, i, j)) {
-      if (i < 0 ? scene.electrode[0] : i >= at.nx && scene.electrode[1]) sign = -sign;
-      if (j < 0 ? scene.electrode[2] : j >= at.ny && scene.electrode[3]) sign = -sign;
+      if (i < 0 ? problem.electrode[0] : i >= at.nx && problem.electrode[1]) sign = -sign;
+      if (j < 0 ? problem.electrode[2] : j >= at.ny && problem.electrode[3]) sign = -sign;
       i = i < 0 ? 0 : i < at.nx ? i : at.nx - 1;
       j = j < 0 ? 0 : j < at.ny ? j : at.ny - 1;
     }
@@ -343,7 +347,7 @@ struct CoarsePatch {
 /// even rows lie left and below in their coarse cell, those of odd rows right and above, so that what an odd row's
 /// black cell sees is what an even row's does, turned by half a turn: s = 1 and -1.
 template <class V, class Executor>
-void prolongate_and_relax_black(const Executor& run, SceneView scene, GridView fine, GridView coarse, V* v) {
+void prolongate_and_relax_black(const Executor& run, ProblemView problem, GridView fine, GridView coarse, V* v) {
   run.for_each(fine.layout.ny + 2, static_cast<int>(fine.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = fine.layout;
@@ -352,7 +356,7 @@ void prolongate_and_relax_black(const Executor& run, SceneView scene, GridView f
                  float value = 0;
                  if (inverse > 0) {
                    const int j = row - 1, s = j & 1 ? 1 : -1;
-                   const CoarsePatch patch{coarse, scene, column - Layout::pad, j >> 1};
+                   const CoarsePatch patch{coarse, problem, column - Layout::pad, j >> 1};
                    const float own = patch(0, 0), ahead = patch(s, 0), behind = patch(-s, 0), up = patch(0, s),
                                up_ahead = patch(s, s), up_behind = patch(-s, s), down = patch(0, -s),
                                down_behind = patch(-s, -s);
@@ -400,10 +404,10 @@ void relax_red(const Executor& run, GridView grid, V* v) {
 
 /// flux: the groups' charges and what their cells bring; phi_next: their potentials from that, contacts left out.
 template <class V, class Executor>
-void relax_groups(const Executor& run, SceneView scene, GridView grid, const V* v) {
-  sum_pieces(run, scene, grid, LinkFlux<V>{grid, v, false});
+void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v) {
+  sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, false});
   run.sum_segments(
-      scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.piece_start[g + 1] - grid.piece_start[g]; },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.piece_start[g + 1] - grid.piece_start[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.partial[grid.piece_start[g] + t]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.flux[g] = grid.charge[g] + sum;

@@ -17,13 +17,13 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
 }
 
 /// A disk that its grid does not resolve and that is no part of the medium either.
-LICHTENBERG_HOST_DEVICE inline bool is_well(const SceneView& scene, const GridView& grid, int body) {
-  return !grid.resolved[body] && !grid.absorbed[scene.group_of[body]];
+LICHTENBERG_HOST_DEVICE inline bool is_well(const ProblemView& problem, const GridView& grid, int body) {
+  return !grid.resolved[body] && !grid.absorbed[problem.group_of[body]];
 }
 
-LICHTENBERG_HOST_DEVICE inline Strip strip_at(const SceneView& scene, const GridView& grid, int index) {
-  const int rank = segment_of(grid.strip_start, scene.bodies, index);
-  const int body = scene.body_at[rank];
+LICHTENBERG_HOST_DEVICE inline Strip strip_at(const ProblemView& problem, const GridView& grid, int index) {
+  const int rank = segment_of(grid.strip_start, problem.bodies, index);
+  const int body = problem.body_at[rank];
   const CellRange range = cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny);
   const int a_row = (range.to_i - range.from_i) / strip_width + 1;
   const int local = index - grid.strip_start[rank];
@@ -33,14 +33,14 @@ LICHTENBERG_HOST_DEVICE inline Strip strip_at(const SceneView& scene, const Grid
 }
 
 template <class Executor>
-void outline_bodies(const Executor& run, SceneView scene, GridView grid) {
-  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
-    const int body = scene.body_at[rank];
-    const Outline& shape = scene.shape[body];
+void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    const int body = problem.body_at[rank];
+    const Outline& shape = problem.shape[body];
     const Outline outline{shape.kind, shape.centre / grid.h, shape.end / grid.h, shape.size / grid.h};
     grid.outline[body] = outline;
-    const int g = scene.group_of[body];
-    const bool alone = scene.floating[g] && scene.first_rank[g + 1] - scene.first_rank[g] == 1;
+    const int g = problem.group_of[body];
+    const bool alone = problem.floating[g] && problem.first_rank[g + 1] - problem.first_rank[g] == 1;
     const bool resolved = !grid.medium || is_resolved(outline, alone);
     grid.resolved[body] = resolved;
     grid.present[body] = !resolved;  // it needs no cell
@@ -50,15 +50,15 @@ void outline_bodies(const Executor& run, SceneView scene, GridView grid) {
 
 /// Strips of a body's cells. A well has a strip for its links.
 template <class Executor>
-void count_strips(const Executor& run, SceneView scene, GridView grid) {
-  run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
+void count_strips(const Executor& run, ProblemView problem, GridView grid) {
+  run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     int strips = 0;
-    if (rank < scene.bodies) {
-      const int body = scene.body_at[rank];
+    if (rank < problem.bodies) {
+      const int body = problem.body_at[rank];
       if (grid.resolved[body])
         strips = strips_of(cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny));
       else
-        strips = is_well(scene, grid, body);
+        strips = is_well(problem, grid, body);
     }
     grid.strip_start[rank] = strips;
   });
@@ -67,16 +67,16 @@ void count_strips(const Executor& run, SceneView scene, GridView grid) {
 /// Which body has which cell: the first one where they overlap; then, of the disks that have none, the first one in a
 /// cell that is still free.
 template <class Executor>
-void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips) {
+void cover_cells(const Executor& run, ProblemView problem, GridView grid, int strips) {
   run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
-    const Strip strip = strip_at(scene, grid, index);
+    const Strip strip = strip_at(problem, grid, index);
     if (!grid.resolved[strip.body]) return;
     const Outline& outline = grid.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (covers(outline, i, strip.j)) claim(&grid.cover[slot_of(grid.layout, i, strip.j)], strip.body);
   });
   run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
-    const Strip strip = strip_at(scene, grid, index);
+    const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (grid.cover[slot_of(grid.layout, i, strip.j)] == strip.body) grid.present[strip.body] = 1;
   });
@@ -86,13 +86,13 @@ void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips
     const Layout& at = grid.layout;
     return &grid.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
   };
-  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (int* cover = own_cell(body)) claim(cover, scene.bodies + body);  // behind all bodies of the first round
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    if (int* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
   });
-  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     if (int* cover = own_cell(body)) {
       const int had = *cover;  // read once: the winner may be writing it
-      const int winner = had < scene.bodies ? had : had - scene.bodies;
+      const int winner = had < problem.bodies ? had : had - problem.bodies;
       if (winner == body)
         *cover = body;
       else
@@ -103,10 +103,11 @@ void cover_cells(const Executor& run, SceneView scene, GridView grid, int strips
 
 /// Calls the visitor for each covered cell, link, boundary cell and contact of a strip, in order.
 template <class Visitor>
-LICHTENBERG_HOST_DEVICE void visit(const SceneView& scene, const GridView& grid, const Strip& strip, Visitor& visitor) {
+LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
+                                   Visitor& visitor) {
   const Layout& at = grid.layout;
   if (!grid.resolved[strip.body]) {
-    const Interpolation around = interpolate(at, grid.outline[strip.body].centre, scene.electrode);
+    const Interpolation around = interpolate(at, grid.outline[strip.body].centre, problem.electrode);
     for (int k = 0; k < 4; ++k)
       if (around.weight[k] != 0 && grid.cover[around.cell[k]] < 0)
         visitor.link(static_cast<int>(around.cell[k]), -1 - (4 * strip.body + k), false);
@@ -119,13 +120,14 @@ LICHTENBERG_HOST_DEVICE void visit(const SceneView& scene, const GridView& grid,
     for (int side = 0; side < 4; ++side) {
       const int ni = i + step_i(side), nj = strip.j + step_j(side);
       if (!inside(at, ni, nj)) {
-        if (scene.electrode[side]) visitor.contact(slot, side, -1 - (side * scene.faces + (side < 2 ? strip.j : i)));
+        if (problem.electrode[side])
+          visitor.contact(slot, side, -1 - (side * problem.faces + (side < 2 ? strip.j : i)));
         continue;
       }
       const int next = slot_of(at, ni, nj);
       const int other = grid.cover[next];
       if (other >= 0) {
-        if (other != strip.body && scene.group_of[other] != scene.group_of[strip.body])
+        if (other != strip.body && problem.group_of[other] != problem.group_of[strip.body])
           visitor.contact(slot, side, other);
         continue;
       }
@@ -172,20 +174,20 @@ struct FillVisitor {
 };
 
 template <class Executor>
-void count_in_strips(const Executor& run, SceneView scene, GridView grid, int strips) {
+void count_in_strips(const Executor& run, ProblemView problem, GridView grid, int strips) {
   run.for_each(strips + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
-    if (index < strips) visit(scene, grid, strip_at(scene, grid, index), visitor);
+    if (index < strips) visit(problem, grid, strip_at(problem, grid, index), visitor);
     grid.counts[index] = visitor.counts;
   });
 }
 
 template <class Executor>
-void fill_strips(const Executor& run, SceneView scene, GridView grid, int strips) {
+void fill_strips(const Executor& run, ProblemView problem, GridView grid, int strips) {
   run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
-    const Strip strip = strip_at(scene, grid, index);
-    FillVisitor visitor{grid, strip.body, scene.group_of[strip.body], grid.counts[index]};
-    visit(scene, grid, strip, visitor);
+    const Strip strip = strip_at(problem, grid, index);
+    FillVisitor visitor{grid, strip.body, problem.group_of[strip.body], grid.counts[index]};
+    visit(problem, grid, strip, visitor);
   });
 }
 
@@ -207,12 +209,12 @@ struct Extent {
 /// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `key`, `index`:
 /// for sorting, the bins of the groups that this grid is the first to absorb.
 template <class Executor>
-void absorb_groups(const Executor& run, SceneView scene, GridView grid, const int* finer_absorbed, int* key,
+void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed, int* key,
                    int* index) {
   run.sum_segments(
-      scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return scene.first_rank[g + 1] - scene.first_rank[g]; },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int body = scene.body_at[scene.first_rank[g] + t];
+        const int body = problem.body_at[problem.first_rank[g] + t];
         const Outline& outline = grid.outline[body];
         Extent extent;
         extent.resolved = grid.resolved[body];
@@ -225,7 +227,7 @@ void absorb_groups(const Executor& run, SceneView scene, GridView grid, const in
       [=] LICHTENBERG_HOST_DEVICE(int g, Extent extent) {
         const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
         const bool absorbed =
-            scene.floating[g] && extent.resolved == 0 && width <= least_extent && height <= least_extent;
+            problem.floating[g] && extent.resolved == 0 && width <= least_extent && height <= least_extent;
         const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
         grid.absorbed[g] = absorbed;
         grid.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
@@ -235,8 +237,8 @@ void absorb_groups(const Executor& run, SceneView scene, GridView grid, const in
 }
 
 template <class Executor>
-void smeared_keys(const Executor& run, SceneView scene, GridView grid, int* key, int* index) {
-  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     key[body] = grid.resolved[body] ? bins_of(grid.layout) : bin_of(grid.layout, grid.outline[body].centre);
     index[body] = body;
   });
@@ -301,13 +303,13 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Layout& at, Vec2 p, const b
 
 /// finish(slot, sum over a cell's wells of value(body, conductance)).
 template <class Executor, class Value, class Finish>
-void sum_wells(const Executor& run, SceneView scene, GridView grid, Value value, Finish finish) {
+void sum_wells(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
   gather(
       run, grid, grid.smeared_bodies,
       [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
-        if (grid.absorbed[scene.group_of[body]]) return 0.0f;
+        if (grid.absorbed[problem.group_of[body]]) return 0.0f;
         const Outline& well = grid.outline[body];
-        const float weight = weight_in(grid.layout, well.centre, scene.electrode, slot, false);
+        const float weight = weight_in(grid.layout, well.centre, problem.electrode, slot, false);
         return value(body, weight * static_cast<float>(well_conductance(well.size)));
       },
       finish);
@@ -315,26 +317,26 @@ void sum_wells(const Executor& run, SceneView scene, GridView grid, Value value,
 
 /// What the smeared-out disks make of the medium.
 template <class Executor>
-void make_permittivity(const Executor& run, SceneView scene, GridView grid) {
+void make_permittivity(const Executor& run, ProblemView problem, GridView grid) {
   gather(
       run, grid, grid.smeared_bodies,
       [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
-        if (!grid.absorbed[scene.group_of[body]]) return 0.0f;
+        if (!grid.absorbed[problem.group_of[body]]) return 0.0f;
         const Outline& disk = grid.outline[body];
         const float area = static_cast<float>(std::numbers::pi * disk.size * disk.size);
-        return area * weight_in(grid.layout, disk.centre, scene.electrode, slot, false);
+        return area * weight_in(grid.layout, disk.centre, problem.electrode, slot, false);
       },
       [=] LICHTENBERG_HOST_DEVICE(int slot, float fill) { grid.permittivity[slot] = effective_permittivity(fill); });
 }
 
 /// Every link's conductance, on the finest grid with its derivatives.
 template <class Executor>
-void make_links(const Executor& run, SceneView scene, GridView grid) {
+void make_links(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int slot = grid.link_slot[m], code = grid.link_code[m];
     if (code < 0) {
       const Outline& well = grid.outline[(-1 - code) / 4];
-      const Interpolation around = interpolate(grid.layout, well.centre, scene.electrode);
+      const Interpolation around = interpolate(grid.layout, well.centre, problem.electrode);
       grid.conductance[m] = std::abs(around.weight[(-1 - code) % 4]) * well_conductance(well.size);
       return;
     }
@@ -347,13 +349,13 @@ void make_links(const Executor& run, SceneView scene, GridView grid) {
     Vec2 partner_gradient;
     const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
     const int other = inside(grid.layout, bi, bj) ? grid.cover[slot_of(grid.layout, bi, bj)] : -1;
-    if (other >= 0 && scene.group_of[other] != scene.group_of[body]) {
+    if (other >= 0 && problem.group_of[other] != problem.group_of[body]) {
       const Outline& beyond = grid.outline[other];
       Conductance back = fluid_link(beyond, p, onward, grid.formula);
       squeeze(outline, p + to_body, onward, beyond, c);
       const Squeeze squeezed = squeeze(beyond, p + onward, to_body, outline, back);
       if (squeezed.close) {
-        partner = scene.group_of[other];
+        partner = problem.group_of[other];
         partner_gradient = squeezed.partner_gradient;
       }
     }
@@ -383,13 +385,13 @@ void make_faces(const Executor& run, GridView grid) {
 }
 
 template <class Executor>
-void make_medium_diagonals(const Executor& run, SceneView scene, GridView grid) {
+void make_medium_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   make_faces(run, grid);
   // f is the sum over a cell's wells for now.
   run.fill(grid.f, 0, grid.layout.size() * sizeof(float));
   if (grid.wells > 0)
     sum_wells(
-        run, scene, grid, [=] LICHTENBERG_HOST_DEVICE(int, float c) { return c; },
+        run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int, float c) { return c; },
         [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] = sum; });
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
     const Layout& at = grid.layout;
@@ -400,7 +402,7 @@ void make_medium_diagonals(const Executor& run, SceneView scene, GridView grid) 
       sum = static_cast<double>(grid.east[n.west]) + grid.east[slot] + grid.north[n.south] + grid.north[slot] +
             grid.f[slot];
       for (int side = 0; side < 4; ++side) {
-        if (!inside(at, i + step_i(side), j + step_j(side)) && scene.electrode[side])
+        if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
           sum += 2 * grid.permittivity[slot];
         const int link = grid.cover[slot] <= -2 ? grid.boundary_link[side * grid.boundary - 2 - grid.cover[slot]] : -1;
         if (link >= 0) sum += grid.conductance[link];
@@ -413,9 +415,9 @@ void make_medium_diagonals(const Executor& run, SceneView scene, GridView grid) 
 /// 1 / sum of conductances, for cells that have no link: 4 neighbours, at an electrode half a cell away conductance 2,
 /// at an insulating side none; the boundary cells' own sums.
 template <class Executor>
-void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
+void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   if (grid.medium) {
-    make_medium_diagonals(run, scene, grid);
+    make_medium_diagonals(run, problem, grid);
     return;
   }
   const int rows = 2 * (grid.layout.ny + 2), columns = static_cast<int>(grid.layout.stride);
@@ -429,10 +431,10 @@ void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
     if (k >= 0 && inside(at, i, j)) {
       if (grid.cover[slot] <= -2) return;  // below
       int sum = 4;
-      if (i == 0) sum += scene.electrode[0] ? 1 : -1;
-      if (i == at.nx - 1) sum += scene.electrode[1] ? 1 : -1;
-      if (j == 0) sum += scene.electrode[2] ? 1 : -1;
-      if (j == at.ny - 1) sum += scene.electrode[3] ? 1 : -1;
+      if (i == 0) sum += problem.electrode[0] ? 1 : -1;
+      if (i == at.nx - 1) sum += problem.electrode[1] ? 1 : -1;
+      if (j == 0) sum += problem.electrode[2] ? 1 : -1;
+      if (j == at.ny - 1) sum += problem.electrode[3] ? 1 : -1;
       if (grid.cover[slot] == -1 && sum > 0) inverse = 1.0f / static_cast<float>(sum);
     }
     grid.inverse_diagonal[slot] = inverse;
@@ -447,7 +449,7 @@ void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
         sum += grid.conductance[link];
       else if (inside(grid.layout, cell.i + step_i(side), cell.j + step_j(side)))
         sum += 1;
-      else if (scene.electrode[side])
+      else if (problem.electrode[side])
         sum += 2;
     }
     grid.boundary_diagonal[k] = sum;
@@ -457,25 +459,25 @@ void make_diagonals(const Executor& run, SceneView scene, GridView grid) {
 
 /// Calls f(host, slot) for each body in whose cells one without a cell is: slot as in Contact.
 template <class F>
-LICHTENBERG_HOST_DEVICE void for_each_host(const SceneView& scene, const GridView& grid, int body, F f) {
-  const int group = scene.group_of[body];
-  if (const int host = grid.lodger[body]; host >= 0 && scene.group_of[host] != group) f(host, -1);
-  if (!grid.medium || !is_well(scene, grid, body)) return;
-  const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, scene.electrode);
+LICHTENBERG_HOST_DEVICE void for_each_host(const ProblemView& problem, const GridView& grid, int body, F f) {
+  const int group = problem.group_of[body];
+  if (const int host = grid.lodger[body]; host >= 0 && problem.group_of[host] != group) f(host, -1);
+  if (!grid.medium || !is_well(problem, grid, body)) return;
+  const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
     const int host = grid.cover[around.cell[k]];
-    if (around.weight[k] != 0 && host >= 0 && scene.group_of[host] != group) f(host, -2 - k);
+    if (around.weight[k] != 0 && host >= 0 && problem.group_of[host] != group) f(host, -2 - k);
   }
 }
 
 template <class Executor>
-void count_homeless(const Executor& run, SceneView scene, GridView grid, Homeless* number) {
-  run.for_each(scene.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
+void count_homeless(const Executor& run, ProblemView problem, GridView grid, Homeless* number) {
+  run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
     Homeless own;
-    if (body < scene.bodies) {
-      for_each_host(scene, grid, body, [&](int, int) { ++own.contacts; });
-      own.wells = grid.medium && is_well(scene, grid, body);
-      own.floating_wells = own.wells > 0 && scene.floating[scene.group_of[body]];
+    if (body < problem.bodies) {
+      for_each_host(problem, grid, body, [&](int, int) { ++own.contacts; });
+      own.wells = grid.medium && is_well(problem, grid, body);
+      own.floating_wells = own.wells > 0 && problem.floating[problem.group_of[body]];
     }
     number[body] = own;
   });
@@ -483,10 +485,10 @@ void count_homeless(const Executor& run, SceneView scene, GridView grid, Homeles
 
 /// Their contacts behind those of the strips; `number`: how many before each body.
 template <class Executor>
-void list_homeless(const Executor& run, SceneView scene, GridView grid, const Homeless* number, int from_strips) {
-  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+void list_homeless(const Executor& run, ProblemView problem, GridView grid, const Homeless* number, int from_strips) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     int at = from_strips + 2 * number[body].contacts;
-    for_each_host(scene, grid, body, [&](int host, int slot) {
+    for_each_host(problem, grid, body, [&](int host, int slot) {
       grid.contact[at++] = {body, host, slot, 0, 0, {}};
       grid.contact[at++] = {host, body, slot, 1, 0, {}};
     });
@@ -494,7 +496,7 @@ void list_homeless(const Executor& run, SceneView scene, GridView grid, const Ho
 }
 
 template <class Executor>
-void make_contacts(const Executor& run, SceneView scene, GridView grid) {
+void make_contacts(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
     Contact& contact = grid.contact[m];
     const Outline& own = grid.outline[contact.own];
@@ -503,7 +505,7 @@ void make_contacts(const Executor& run, SceneView scene, GridView grid) {
       const Outline& other = grid.outline[contact.other];
       if (contact.slot <= -2) {
         const Outline& well = host ? other : own;
-        const Interpolation around = interpolate(grid.layout, well.centre, scene.electrode);
+        const Interpolation around = interpolate(grid.layout, well.centre, problem.electrode);
         contact.conductance = std::abs(around.weight[-2 - contact.slot]) * well_conductance(well.size);
         return;
       }
@@ -532,9 +534,9 @@ void make_contacts(const Executor& run, SceneView scene, GridView grid) {
 
 /// By the own body's rank, for sorting.
 template <class Executor>
-void contact_keys(const Executor& run, SceneView scene, GridView grid, int* key, int* index) {
+void contact_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
   run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    key[m] = scene.rank_of[grid.contact[m].own];
+    key[m] = problem.rank_of[grid.contact[m].own];
     index[m] = m;
   });
 }

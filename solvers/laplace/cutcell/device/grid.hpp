@@ -3,16 +3,16 @@
 #include <array>
 #include <cstdint>
 
-#include "solvers/laplace/cutcell/device/array.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
+#include "solvers/parallel/array.hpp"
 
 namespace lichtenberg::laplace::device {
 
 /// Electrode side faces, and what else a grid shares with all others. Bodies are sorted by group ("rank"), so that
 /// what belongs to a body or a group is contiguous.
-struct SceneView {
+struct ProblemView {
   int bodies, groups;
   Vec2 size;
   double permittivity;

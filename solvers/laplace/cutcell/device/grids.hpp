@@ -87,33 +87,33 @@ class Grid {
   double* partial() const { return partial_double_.data(); }
 
   /// `medium`: some bodies are smaller than this grid resolves; `finer`: the next finer grid, null for the finest.
-  void build(const SceneView& scene, bool medium, const GridView* finer) {
+  void build(const ProblemView& problem, bool medium, const GridView* finer) {
     view_.medium = medium;
-    outline(scene, finer);
-    const int strips = cover(scene);
-    count(scene, strips);
-    fill_strips(run_, scene, view_, strips);
+    outline(problem, finer);
+    const int strips = cover(problem);
+    count(problem, strips);
+    fill_strips(run_, problem, view_, strips);
     run_.fill(boundary_link_.data(), 0xff, boundary_link_.size() * sizeof(int));
-    if (medium) make_permittivity(run_, scene, view_);
-    make_links(run_, scene, view_);
-    make_diagonals(run_, scene, view_);
-    build_contacts(scene);
-    build_groups(scene);
+    if (medium) make_permittivity(run_, problem, view_);
+    make_links(run_, problem, view_);
+    make_diagonals(run_, problem, view_);
+    build_contacts(problem);
+    build_groups(problem);
   }
 
  private:
-  void outline(const SceneView& scene, const GridView* finer) {
-    view_.outline = sized(outline_, scene.bodies);
-    view_.present = sized(present_, scene.bodies);
-    view_.lodger = sized(lodger_, scene.bodies);
-    view_.resolved = sized(resolved_, scene.bodies);
+  void outline(const ProblemView& problem, const GridView* finer) {
+    view_.outline = sized(outline_, problem.bodies);
+    view_.present = sized(present_, problem.bodies);
+    view_.lodger = sized(lodger_, problem.bodies);
+    view_.resolved = sized(resolved_, problem.bodies);
     view_.wells = view_.newly_absorbed = 0;
-    outline_bodies(run_, scene, view_);
-    if (view_.medium) smear(scene, finer && finer->medium ? finer->absorbed : nullptr);
+    outline_bodies(run_, problem, view_);
+    if (view_.medium) smear(problem, finer && finer->medium ? finer->absorbed : nullptr);
   }
 
   /// Sorts what is smeared out by where it is.
-  void smear(const SceneView& scene, const int* finer_absorbed) {
+  void smear(const ProblemView& problem, const int* finer_absorbed) {
     const std::size_t size = view_.layout.size();
     if (permittivity_.size() == 0)
       for (auto* array : {&permittivity_, &east_, &north_}) {
@@ -123,43 +123,43 @@ class Grid {
     view_.permittivity = permittivity_.data();
     view_.east = east_.data();
     view_.north = north_.data();
-    view_.absorbed = sized(absorbed_, scene.groups);
-    view_.centre = sized(centre_, scene.groups);
+    view_.absorbed = sized(absorbed_, problem.groups);
+    view_.centre = sized(centre_, problem.groups);
     const int bins = bins_of(view_.layout);
-    int* key = sized(sort_key_, std::max(scene.groups, scene.bodies));
-    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, scene.groups)};
-    absorb_groups(run_, scene, view_, finer_absorbed, key, view_.absorbed_groups.item);
-    run_.sort(key, view_.absorbed_groups.item, scene.groups);
-    start_segments(run_, key, scene.groups, bins, view_.absorbed_groups.start);
+    int* key = sized(sort_key_, std::max(problem.groups, problem.bodies));
+    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups)};
+    absorb_groups(run_, problem, view_, finer_absorbed, key, view_.absorbed_groups.item);
+    run_.sort(key, view_.absorbed_groups.item, problem.groups);
+    start_segments(run_, key, problem.groups, bins, view_.absorbed_groups.start);
     run_.to_host(&view_.newly_absorbed, view_.absorbed_groups.start + bins, sizeof(int));
-    view_.smeared_bodies = {sized(body_bin_start_, bins + 1), sized(body_in_bin_, scene.bodies)};
-    smeared_keys(run_, scene, view_, key, view_.smeared_bodies.item);
-    run_.sort(key, view_.smeared_bodies.item, scene.bodies);
-    start_segments(run_, key, scene.bodies, bins, view_.smeared_bodies.start);
+    view_.smeared_bodies = {sized(body_bin_start_, bins + 1), sized(body_in_bin_, problem.bodies)};
+    smeared_keys(run_, problem, view_, key, view_.smeared_bodies.item);
+    run_.sort(key, view_.smeared_bodies.item, problem.bodies);
+    start_segments(run_, key, problem.bodies, bins, view_.smeared_bodies.start);
   }
 
   /// Returns the number of strips.
-  int cover(const SceneView& scene) {
-    view_.strip_start = sized(strip_start_, scene.bodies + 1);
-    count_strips(run_, scene, view_);
-    run_.exclusive_scan(view_.strip_start, scene.bodies + 1);
+  int cover(const ProblemView& problem) {
+    view_.strip_start = sized(strip_start_, problem.bodies + 1);
+    count_strips(run_, problem, view_);
+    run_.exclusive_scan(view_.strip_start, problem.bodies + 1);
     int strips = 0;
-    run_.to_host(&strips, view_.strip_start + scene.bodies, sizeof strips);
+    run_.to_host(&strips, view_.strip_start + problem.bodies, sizeof strips);
     run_.fill(cover_.data(), 0xff, cover_.size() * sizeof(int));
-    cover_cells(run_, scene, view_, strips);
+    cover_cells(run_, problem, view_, strips);
     return strips;
   }
 
-  void count(const SceneView& scene, int strips) {
+  void count(const ProblemView& problem, int strips) {
     view_.counts = sized(counts_, strips + 1);
-    count_in_strips(run_, scene, view_, strips);
+    count_in_strips(run_, problem, view_, strips);
     run_.exclusive_scan(view_.counts, strips + 1);
-    count_homeless(run_, scene, view_, sized(homeless_number_, scene.bodies + 1));
-    run_.exclusive_scan(homeless_number_.data(), scene.bodies + 1);
+    count_homeless(run_, problem, view_, sized(homeless_number_, problem.bodies + 1));
+    run_.exclusive_scan(homeless_number_.data(), problem.bodies + 1);
     Counts total;
     Homeless homeless;
     run_.to_host(&total, view_.counts + strips, sizeof total);
-    run_.to_host(&homeless, homeless_number_.data() + scene.bodies, sizeof homeless);
+    run_.to_host(&homeless, homeless_number_.data() + problem.bodies, sizeof homeless);
     homeless_ = homeless.contacts;
     view_.wells = homeless.wells;
     view_.floating_wells = homeless.floating_wells;
@@ -183,47 +183,47 @@ class Grid {
     view_.boundary_link = sized(boundary_link_, 4 * total.boundary);
     view_.boundary_diagonal = sized(boundary_diagonal_, total.boundary);
     view_.contact = sized(contact_, view_.contacts);
-    view_.contact_start = sized(contact_start_, scene.bodies + 1);
+    view_.contact_start = sized(contact_start_, problem.bodies + 1);
   }
 
-  void build_contacts(const SceneView& scene) {
-    if (homeless_ > 0) list_homeless(run_, scene, view_, homeless_number_.data(), from_strips_);
-    make_contacts(run_, scene, view_);
+  void build_contacts(const ProblemView& problem) {
+    if (homeless_ > 0) list_homeless(run_, problem, view_, homeless_number_.data(), from_strips_);
+    make_contacts(run_, problem, view_);
     int* key = sized(sort_key_, view_.contacts);
     int* index = sized(contact_index_, view_.contacts);
-    contact_keys(run_, scene, view_, key, index);
+    contact_keys(run_, problem, view_, key, index);
     if (homeless_ > 0) {
       run_.sort(key, index, view_.contacts);
       sort_contacts(run_, view_, index, sized(sorted_contact_, view_.contacts));
       std::swap(contact_, sorted_contact_);
       view_.contact = contact_.data();
     }
-    start_segments(run_, key, view_.contacts, scene.bodies, view_.contact_start);
+    start_segments(run_, key, view_.contacts, problem.bodies, view_.contact_start);
   }
 
-  void build_groups(const SceneView& scene) {
-    view_.piece_start = sized(piece_start_, 2 * scene.groups + 1);
-    view_.group_diagonal = sized(group_diagonal_, scene.groups);
-    view_.group_inverse_diagonal = sized(group_inverse_diagonal_, scene.groups);
-    view_.phi = sized(phi_, scene.groups);
-    view_.phi_next = sized(phi_next_, scene.groups);
-    view_.charge = sized(charge_, scene.groups);
-    view_.flux = sized(flux_, scene.groups);
+  void build_groups(const ProblemView& problem) {
+    view_.piece_start = sized(piece_start_, 2 * problem.groups + 1);
+    view_.group_diagonal = sized(group_diagonal_, problem.groups);
+    view_.group_inverse_diagonal = sized(group_inverse_diagonal_, problem.groups);
+    view_.phi = sized(phi_, problem.groups);
+    view_.phi_next = sized(phi_next_, problem.groups);
+    view_.charge = sized(charge_, problem.groups);
+    view_.flux = sized(flux_, problem.groups);
     phi_.zero();
-    count_pieces(run_, scene, view_);
-    run_.exclusive_scan(view_.piece_start, 2 * scene.groups + 1);
-    run_.to_host(&view_.pieces, view_.piece_start + 2 * scene.groups, sizeof(int));
+    count_pieces(run_, problem, view_);
+    run_.exclusive_scan(view_.piece_start, 2 * problem.groups + 1);
+    run_.to_host(&view_.pieces, view_.piece_start + 2 * problem.groups, sizeof(int));
     view_.piece_begin = sized(piece_begin_, view_.pieces);
     view_.piece_end = sized(piece_end_, view_.pieces);
     view_.partial = sized(partial_, view_.pieces);
-    cut_pieces(run_, scene, view_);
-    make_group_diagonals(run_, scene, view_, sized(partial_double_, view_.pieces));
-    count_unknown_groups(run_, scene, view_, sized(unknown_groups_, 1));
+    cut_pieces(run_, problem, view_);
+    make_group_diagonals(run_, problem, view_, sized(partial_double_, view_.pieces));
+    count_unknown_groups(run_, problem, view_, sized(unknown_groups_, 1));
     run_.to_host(&view_.unknown_groups, unknown_groups_.data(), sizeof(int));
   }
 
   template <class T>
-  static T* sized(Array<T, Executor>& array, long size) {
+  static T* sized(parallel::Array<T, Executor>& array, long size) {
     array.resize(size);
     return array.data();
   }
@@ -231,29 +231,29 @@ class Grid {
   const Executor& run_;
   GridView view_{};
   int covered_ = 0, homeless_ = 0, from_strips_ = 0;
-  Array<Outline, Executor> outline_;
-  Array<int, Executor> present_, lodger_, resolved_, absorbed_;
-  Array<Vec2, Executor> centre_;
-  Array<float, Executor> permittivity_, east_, north_;
-  Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
-  Array<Homeless, Executor> homeless_number_;
-  Array<int, Executor> sort_key_, cover_;
-  Array<float, Executor> inverse_diagonal_;
-  Array<int, Executor> strip_start_;
-  Array<Counts, Executor> counts_;
-  Array<int, Executor> covered_slot_, covered_group_, link_slot_, link_code_, link_group_;
-  Array<double, Executor> conductance_;
-  Array<Vec2, Executor> gradient_;
-  Array<int, Executor> partner_group_;
-  Array<Vec2, Executor> partner_gradient_;
-  Array<int, Executor> boundary_slot_, boundary_link_;
-  Array<double, Executor> boundary_diagonal_;
-  Array<Contact, Executor> contact_, sorted_contact_;
-  Array<int, Executor> contact_index_, contact_start_, unknown_groups_;
-  Array<int, Executor> piece_start_, piece_begin_, piece_end_;
-  Array<double, Executor> group_diagonal_;
-  Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;
-  Array<double, Executor> partial_double_;
+  parallel::Array<Outline, Executor> outline_;
+  parallel::Array<int, Executor> present_, lodger_, resolved_, absorbed_;
+  parallel::Array<Vec2, Executor> centre_;
+  parallel::Array<float, Executor> permittivity_, east_, north_;
+  parallel::Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
+  parallel::Array<Homeless, Executor> homeless_number_;
+  parallel::Array<int, Executor> sort_key_, cover_;
+  parallel::Array<float, Executor> inverse_diagonal_;
+  parallel::Array<int, Executor> strip_start_;
+  parallel::Array<Counts, Executor> counts_;
+  parallel::Array<int, Executor> covered_slot_, covered_group_, link_slot_, link_code_, link_group_;
+  parallel::Array<double, Executor> conductance_;
+  parallel::Array<Vec2, Executor> gradient_;
+  parallel::Array<int, Executor> partner_group_;
+  parallel::Array<Vec2, Executor> partner_gradient_;
+  parallel::Array<int, Executor> boundary_slot_, boundary_link_;
+  parallel::Array<double, Executor> boundary_diagonal_;
+  parallel::Array<Contact, Executor> contact_, sorted_contact_;
+  parallel::Array<int, Executor> contact_index_, contact_start_, unknown_groups_;
+  parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_;
+  parallel::Array<double, Executor> group_diagonal_;
+  parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;
+  parallel::Array<double, Executor> partial_double_;
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -1,11 +1,17 @@
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
-#include "solvers/laplace/cutcell/device/host_executor.hpp"
+#include "solvers/parallel/host_executor.hpp"
 
 namespace lichtenberg::laplace::device {
 
+template <>
+struct PetscSide<parallel::HostExecutor> {
+  static constexpr const char *vector_type = VECSEQ, *method = "device_cg_on_host";
+  static std::unique_ptr<parallel::HostExecutor> make() { return std::make_unique<parallel::HostExecutor>(); }
+};
+
 std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options) {
-  start_petsc();
-  return std::make_unique<CutCell<HostExecutor>>(options);
+  parallel::start_petsc();
+  return std::make_unique<CutCell<parallel::HostExecutor>>(options);
 }
 
 #ifndef LICHTENBERG_WITH_CUDA

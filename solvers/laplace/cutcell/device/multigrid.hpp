@@ -6,7 +6,7 @@
 #include "solvers/laplace/cutcell/device/coarsest.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
-#include "solvers/laplace/cutcell/device/scene.hpp"
+#include "solvers/laplace/cutcell/device/problem.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 
 namespace lichtenberg::laplace::device {
@@ -22,16 +22,16 @@ class Multigrid {
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
   }
 
-  void build(const LaplaceProblem& problem, const SceneView& scene) {
+  void build(const LaplaceProblem& problem, const ProblemView& view) {
     recordings_.clear();
     if (levels() == 1) {
       only_.resize(grids_[0].view().layout.size());
       only_.zero();
     }
-    scene_ = scene;
+    problem_ = view;
     const GridView* finer = nullptr;
     for (Grid<Executor>& grid : grids_) {
-      grid.build(scene, finer && unresolved(problem, grid.view().h), finer);
+      grid.build(view, finer && unresolved(problem, grid.view().h), finer);
       finer = &grid.view();
     }
     coarsest_.build(problem, grids_.back().view());
@@ -43,7 +43,7 @@ class Multigrid {
 
   /// z = M r
   void apply(const double* r, double* z) {
-    take_residual(run_, scene_, grids_[0].view(), r);
+    take_residual(run_, problem_, grids_[0].view(), r);
     apply(z);
   }
 
@@ -68,18 +68,18 @@ class Multigrid {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     // Conductors first: a conductor's charge spreads into its potential before the cells see it.
     if (grid.contacts > 0) {
-      relax_contacts(run_, scene_, grid, grid.charge, grid.phi, grid.phi_next);
-      run_.copy(grid.phi, grid.phi_next, scene_.groups * sizeof(float));
+      relax_contacts(run_, problem_, grid, grid.charge, grid.phi, grid.phi_next);
+      run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
     }
     add_potentials(grid, grid.phi, true, true);
     sweep_from_zero(run_, grid, v);
     leave_residual(run_, grid, static_cast<const V*>(v), residual_of(v));
-    restrict_residual(run_, scene_, grid, coarse, residual_of(v));
+    restrict_residual(run_, problem_, grid, coarse, residual_of(v));
     if (coarse.newly_absorbed > 0) {
-      leave_group_residual(run_, scene_, grid, static_cast<const V*>(v));
-      restrict_absorbed(run_, scene_, coarse, grid.flux);
+      leave_group_residual(run_, problem_, grid, static_cast<const V*>(v));
+      restrict_absorbed(run_, problem_, coarse, grid.flux);
     }
-    if (coarse.unknown_groups > 0) restrict_groups(run_, scene_, grid, coarse, static_cast<const V*>(v));
+    if (coarse.unknown_groups > 0) restrict_groups(run_, problem_, grid, coarse, static_cast<const V*>(v));
   }
 
   /// The mirror image: black, red, conductors.
@@ -87,20 +87,20 @@ class Multigrid {
   void up(int l, V* v) {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     fill_covered(run_, coarse, grids_[l + 1].covered());
-    if (coarse.newly_absorbed > 0) interpolate_absorbed(run_, scene_, coarse);
+    if (coarse.newly_absorbed > 0) interpolate_absorbed(run_, problem_, coarse);
     add_potentials(grid, coarse.phi, false, true);
-    prolongate_and_relax_black(run_, scene_, grid, coarse, v);
+    prolongate_and_relax_black(run_, problem_, grid, coarse, v);
     add_potentials(grid, coarse.phi, true, false);
     relax_red(run_, grid, v);
     if (grid.unknown_groups == 0) return;
-    relax_groups(run_, scene_, grid, static_cast<const V*>(v));
+    relax_groups(run_, problem_, grid, static_cast<const V*>(v));
     if (grid.contacts == 0) {
-      run_.copy(grid.phi, grid.phi_next, scene_.groups * sizeof(float));
+      run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
       return;
     }
-    add(run_, scene_.groups, coarse.phi, grid.phi);
-    relax_contacts(run_, scene_, grid, grid.flux, grid.phi, grid.phi_next);
-    relax_contacts(run_, scene_, grid, grid.flux, grid.phi_next, grid.phi);
+    add(run_, problem_.groups, coarse.phi, grid.phi);
+    relax_contacts(run_, problem_, grid, grid.flux, grid.phi, grid.phi_next);
+    relax_contacts(run_, problem_, grid, grid.flux, grid.phi_next, grid.phi);
   }
 
  private:
@@ -116,13 +116,13 @@ class Multigrid {
   void go_up(double* z) {
     for (int l = levels() - 2; l > 0; --l) up(l, grids_[l].view().v);
     if (levels() > 1) up(0, z);
-    widen(run_, scene_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
+    widen(run_, problem_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
   }
 
   void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
     if (grid.unknown_groups == 0) return;
     add_group_potentials(run_, grid, phi, red, black);
-    if (grid.floating_wells > 0) add_well_potentials(run_, scene_, grid, phi, red, black);
+    if (grid.floating_wells > 0) add_well_potentials(run_, problem_, grid, phi, red, black);
   }
 
   /// Whether a grid of cells of size h leaves a disk unresolved.
@@ -149,10 +149,10 @@ class Multigrid {
 
   const Executor& run_;
   std::vector<Grid<Executor>> grids_;
-  SceneView scene_{};
+  ProblemView problem_{};
   Coarsest<Executor> coarsest_;
   std::map<double*, Recordings> recordings_;  // by z
-  Array<float, Executor> only_{run_};
+  parallel::Array<float, Executor> only_{run_};
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -8,11 +8,11 @@ namespace lichtenberg::laplace::device {
 
 /// Sums over a group's links, by piece, of conductance times potential.
 template <class Executor>
-void link_fluxes(const Executor& run, SceneView scene, GridView grid, const double* x, double* partial) {
+void link_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, double* partial) {
   run.sum_segments(
       grid.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int piece) {
-        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
+        return piece < grid.piece_start[problem.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int piece, int t) {
         const int link = grid.piece_begin[piece] + t;
@@ -23,24 +23,24 @@ void link_fluxes(const Executor& run, SceneView scene, GridView grid, const doub
 
 /// finish(g, what a group's links and contacts with floating groups bring).
 template <class Executor, class Finish>
-void group_fluxes(const Executor& run, SceneView scene, GridView grid, const double* x, const double* partial,
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* partial,
                   Finish finish) {
   const int cells = static_cast<int>(grid.layout.size());
   const bool contacts = grid.contacts > 0;
   run.sum_segments(
-      scene.groups,
+      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (!contacts) return links;
-        return links + grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+        return links + grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < links) return partial[grid.piece_start[g] + t];
-        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t - links];
+        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t - links];
         if (contact.other < 0) return 0.0;
-        const int other = scene.group_of[contact.other];
-        return scene.floating[other] ? contact.conductance * x[cells + other] : 0.0;
+        const int other = problem.group_of[contact.other];
+        return problem.floating[other] ? contact.conductance * x[cells + other] : 0.0;
       },
       finish);
 }
@@ -48,7 +48,8 @@ void group_fluxes(const Executor& run, SceneView scene, GridView grid, const dou
 /// y = A x. Cells without links have a diagonal that is a small whole number, and the preconditioner's 1 / diagonal
 /// says which; boundary cells keep theirs in double precision.
 template <class Executor>
-void apply_operator(const Executor& run, SceneView scene, GridView grid, const double* x, double* y, double* partial) {
+void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y,
+                    double* partial) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
@@ -76,8 +77,8 @@ void apply_operator(const Executor& run, SceneView scene, GridView grid, const d
     }
     y[slot] = value;
   });
-  link_fluxes(run, scene, grid, x, partial);
-  group_fluxes(run, scene, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+  link_fluxes(run, problem, grid, x, partial);
+  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.group_diagonal[g];
     y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
   });
@@ -85,9 +86,10 @@ void apply_operator(const Executor& run, SceneView scene, GridView grid, const d
 
 /// r = b - q, taken for the V-cycle.
 template <class Executor>
-void subtract_from(const Executor& run, SceneView scene, GridView grid, const double* b, const double* q, double* r) {
+void subtract_from(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* q,
+                   double* r) {
   const TakeResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double residual = b[k] - q[k];
     r[k] = residual;
     take(k, residual);
@@ -96,17 +98,17 @@ void subtract_from(const Executor& run, SceneView scene, GridView grid, const do
 
 /// p = z + beta p; without reading p if beta is 0.
 template <class Executor>
-void turn_direction(const Executor& run, SceneView scene, GridView grid, const double* z, double beta, double* p) {
-  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups,
+void turn_direction(const Executor& run, ProblemView problem, GridView grid, const double* z, double beta, double* p) {
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { p[k] = beta == 0 ? z[k] : z[k] + beta * p[k]; });
 }
 
 /// x += alpha p, r -= alpha q, taken for the V-cycle.
 template <class Executor>
-void step_along(const Executor& run, SceneView scene, GridView grid, double alpha, const double* p, const double* q,
+void step_along(const Executor& run, ProblemView problem, GridView grid, double alpha, const double* p, const double* q,
                 double* x, double* r) {
   const TakeResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + scene.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     x[k] += alpha * p[k];
     const double residual = r[k] - alpha * q[k];
     r[k] = residual;
@@ -116,73 +118,73 @@ void step_along(const Executor& run, SceneView scene, GridView grid, double alph
 
 /// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group.
 template <class Executor>
-void balance_groups(const Executor& run, SceneView scene, GridView grid, const double* b, double* x, double* partial,
-                    double* next) {
+void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
+                    double* partial, double* next) {
   const int cells = static_cast<int>(grid.layout.size());
-  link_fluxes(run, scene, grid, x, partial);
-  group_fluxes(run, scene, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+  link_fluxes(run, problem, grid, x, partial);
+  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.group_diagonal[g];
     next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];
   });
-  run.for_each(scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 
 /// b, which is zero before: charges, and what groups and sides of given potential bring.
 template <class Executor>
-void right_hand_side(const Executor& run, SceneView scene, GridView grid, double* b) {
+void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
       const int link = grid.boundary_link[side * grid.boundary + k];
-      if (link < 0 || scene.floating[grid.link_group[link]]) continue;
-      sum += grid.conductance[link] * scene.potential[grid.link_group[link]];
+      if (link < 0 || problem.floating[grid.link_group[link]]) continue;
+      sum += grid.conductance[link] * problem.potential[grid.link_group[link]];
     }
     b[grid.boundary_slot[k]] = sum;
   });
   // The sides left and right, then bottom and top: a corner has one of either.
   for (int first = 0; first < 4; first += 2)
-    run.for_each(2, scene.faces, [=] LICHTENBERG_HOST_DEVICE(int row, int face) {
+    run.for_each(2, problem.faces, [=] LICHTENBERG_HOST_DEVICE(int row, int face) {
       const int side = first + row;
       const Layout& at = grid.layout;
-      if (!scene.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
+      if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
       const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
       const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
-      if (grid.cover[slot] < 0) b[slot] += 2 * scene.side_potential[side * scene.faces + face];
+      if (grid.cover[slot] < 0) b[slot] += 2 * problem.side_potential[side * problem.faces + face];
     });
   run.sum_segments(
-      scene.groups,
+      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+        return grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const Contact& contact = grid.contact[grid.contact_start[scene.first_rank[g]] + t];
-        if (contact.other < 0) return contact.conductance * scene.side_potential[-1 - contact.other];
-        const int other = scene.group_of[contact.other];
-        return scene.floating[other] ? 0.0 : contact.conductance * scene.potential[other];
+        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t];
+        if (contact.other < 0) return contact.conductance * problem.side_potential[-1 - contact.other];
+        const int other = problem.group_of[contact.other];
+        return problem.floating[other] ? 0.0 : contact.conductance * problem.potential[other];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        b[cells + g] = scene.floating[g] ? scene.charge[g] / scene.permittivity + sum : 0.0;
+        b[cells + g] = problem.floating[g] ? problem.charge[g] / problem.permittivity + sum : 0.0;
       });
 }
 
 /// v: 1 on every unknown.
 template <class Executor>
-void mark_unknowns(const Executor& run, SceneView scene, GridView grid, double* v) {
+void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, double* v) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) { v[slot] = grid.inverse_diagonal[slot] > 0 ? 1.0 : 0.0; });
-  run.for_each(scene.groups,
+  run.for_each(problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int g) { v[cells + g] = grid.group_diagonal[g] > 0 ? 1.0 : 0.0; });
 }
 
 /// x - mean on every unknown.
 template <class Executor>
-void subtract(const Executor& run, SceneView scene, GridView grid, double mean, double* x) {
+void subtract(const Executor& run, ProblemView problem, GridView grid, double mean, double* x) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
     if (grid.inverse_diagonal[slot] > 0) x[slot] -= mean;
   });
-  run.for_each(scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
     if (grid.group_diagonal[g] > 0) x[cells + g] -= mean;
   });
 }
@@ -194,34 +196,35 @@ struct PastView {
 };
 
 template <class Executor>
-void remember(const Executor& run, SceneView scene, GridView grid, const double* x, const double* group_potential,
+void remember(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* group_potential,
               double scale, PastView past) {
   run.for_each(static_cast<long>(grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
     const int body = grid.cover[slot];
-    past.cell[slot] = body >= 0 ? group_potential[scene.group_of[body]] / scale : x[slot];
+    past.cell[slot] = body >= 0 ? group_potential[problem.group_of[body]] / scale : x[slot];
   });
-  run.for_each(scene.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    past.body[body] = group_potential[scene.group_of[body]] / scale;
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    past.body[body] = group_potential[problem.group_of[body]] / scale;
   });
 }
 
 /// The past solution on the present unknowns, less an older one (null: none): uncovered cells have their conductor's
 /// last potential, a new group the mean of its members'.
 template <class Executor>
-void past_on_unknowns(const Executor& run, SceneView scene, GridView grid, PastView past, PastView older, double* v) {
+void past_on_unknowns(const Executor& run, ProblemView problem, GridView grid, PastView past, PastView older,
+                      double* v) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
     const double value = older.cell ? past.cell[slot] - older.cell[slot] : past.cell[slot];
     v[slot] = grid.inverse_diagonal[slot] > 0 ? value : 0.0;
   });
   run.sum_segments(
-      scene.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return scene.first_rank[g + 1] - scene.first_rank[g]; },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int body = scene.body_at[scene.first_rank[g] + t];
+        const int body = problem.body_at[problem.first_rank[g] + t];
         return older.body ? past.body[body] - older.body[body] : past.body[body];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        const int members = scene.first_rank[g + 1] - scene.first_rank[g];
+        const int members = problem.first_rank[g + 1] - problem.first_rank[g];
         v[cells + g] = grid.group_diagonal[g] > 0 ? sum / members : 0.0;
       });
 }

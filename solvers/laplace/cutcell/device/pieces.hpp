@@ -7,31 +7,31 @@
 namespace lichtenberg::laplace::device {
 
 /// Begin and end of a group's links (segment < groups) or covered cells.
-LICHTENBERG_HOST_DEVICE inline int piece_segment(const SceneView& scene, const GridView& grid, int segment) {
-  if (segment < scene.groups) return grid.link_start(scene.first_rank[segment]);
-  return grid.covered_start(scene.first_rank[segment - scene.groups]);
+LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
+  if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
+  return grid.covered_start(problem.first_rank[segment - problem.groups]);
 }
-LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const SceneView& scene, const GridView& grid, int segment) {
-  if (segment < scene.groups) return grid.link_start(scene.first_rank[segment + 1]);
-  return grid.covered_start(scene.first_rank[segment - scene.groups + 1]);
+LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
+  if (segment < problem.groups) return grid.link_start(problem.first_rank[segment + 1]);
+  return grid.covered_start(problem.first_rank[segment - problem.groups + 1]);
 }
 
 template <class Executor>
-void count_pieces(const Executor& run, SceneView scene, GridView grid) {
-  run.for_each(2 * scene.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
+void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
+  run.for_each(2 * problem.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
     int length = 0;
-    if (segment < 2 * scene.groups)
-      length = piece_segment_end(scene, grid, segment) - piece_segment(scene, grid, segment);
+    if (segment < 2 * problem.groups)
+      length = piece_segment_end(problem, grid, segment) - piece_segment(problem, grid, segment);
     grid.piece_start[segment] = (length + piece_length - 1) / piece_length;
   });
 }
 
 template <class Executor>
-void cut_pieces(const Executor& run, SceneView scene, GridView grid) {
+void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.pieces, [=] LICHTENBERG_HOST_DEVICE(int piece) {
-    const int segment = segment_of(grid.piece_start, 2 * scene.groups, piece);
-    const int begin = piece_segment(scene, grid, segment) + (piece - grid.piece_start[segment]) * piece_length;
-    const int end = piece_segment_end(scene, grid, segment);
+    const int segment = segment_of(grid.piece_start, 2 * problem.groups, piece);
+    const int begin = piece_segment(problem, grid, segment) + (piece - grid.piece_start[segment]) * piece_length;
+    const int end = piece_segment_end(problem, grid, segment);
     grid.piece_begin[piece] = begin;
     grid.piece_end[piece] = begin + piece_length < end ? begin + piece_length : end;
   });
@@ -39,36 +39,36 @@ void cut_pieces(const Executor& run, SceneView scene, GridView grid) {
 
 /// Partial sums of the links' conductances, then the groups' sums of all that they are linked to.
 template <class Executor>
-void make_group_diagonals(const Executor& run, SceneView scene, GridView grid, double* partial) {
+void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
   run.sum_segments(
       grid.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int piece) {
-        return piece < grid.piece_start[scene.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
+        return piece < grid.piece_start[problem.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
       },
       [=] LICHTENBERG_HOST_DEVICE(int piece, int t) { return grid.conductance[grid.piece_begin[piece] + t]; },
       [=] LICHTENBERG_HOST_DEVICE(int piece, double sum) { partial[piece] = sum; });
   run.sum_segments(
-      scene.groups,
+      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        const int contacts = grid.contact_start[scene.first_rank[g + 1]] - grid.contact_start[scene.first_rank[g]];
+        const int contacts = grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
         return grid.piece_start[g + 1] - grid.piece_start[g] + contacts;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int own_pieces = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < own_pieces) return partial[grid.piece_start[g] + t];
-        return grid.contact[grid.contact_start[scene.first_rank[g]] + t - own_pieces].conductance;
+        return grid.contact[grid.contact_start[problem.first_rank[g]] + t - own_pieces].conductance;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        const bool unknown = scene.floating[g] && sum > 0;
+        const bool unknown = problem.floating[g] && sum > 0;
         grid.group_diagonal[g] = unknown ? sum : 0.0;
         grid.group_inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
       });
 }
 
 template <class Executor>
-void count_unknown_groups(const Executor& run, SceneView scene, GridView grid, int* number) {
+void count_unknown_groups(const Executor& run, ProblemView problem, GridView grid, int* number) {
   run.sum_segments(
-      1, [=] LICHTENBERG_HOST_DEVICE(int) { return scene.groups; },
+      1, [=] LICHTENBERG_HOST_DEVICE(int) { return problem.groups; },
       [=] LICHTENBERG_HOST_DEVICE(int, int g) { return static_cast<int>(grid.group_diagonal[g] > 0); },
       [=] LICHTENBERG_HOST_DEVICE(int, int sum) { *number = sum; });
 }

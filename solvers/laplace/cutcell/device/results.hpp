@@ -33,7 +33,7 @@ struct SideResult {
 
 /// A solved grid: cell potentials in units of `scale` and the groups' in V.
 struct SolvedView {
-  SceneView scene;
+  ProblemView problem;
   GridView grid;
   const double* cell;
   double scale;
@@ -42,7 +42,7 @@ struct SolvedView {
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
 
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int link) const {
-    const double eps = scene.permittivity, stress = 0.5 * eps / grid.h;
+    const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
     const double d = group_potential[grid.link_group[link]] - potential(grid.link_slot[link]);
     BodyResult result;
     result.charge = eps * grid.conductance[link] * d;
@@ -55,10 +55,10 @@ struct SolvedView {
   }
 
   LICHTENBERG_HOST_DEVICE BodyResult contact_result(const Contact& contact) const {
-    const double eps = scene.permittivity, stress = 0.5 * eps / grid.h;
-    const double other =
-        contact.other < 0 ? scene.side_potential[-1 - contact.other] : group_potential[scene.group_of[contact.other]];
-    const double d = group_potential[scene.group_of[contact.own]] - other;
+    const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
+    const double other = contact.other < 0 ? problem.side_potential[-1 - contact.other]
+                                           : group_potential[problem.group_of[contact.other]];
+    const double d = group_potential[problem.group_of[contact.own]] - other;
     BodyResult result;
     result.charge = eps * contact.conductance * d;
     result.pull(stress * d * d, contact.gradient);
@@ -70,15 +70,15 @@ struct SolvedView {
     const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
     const int i = side < 2 ? far : face, j = side < 2 ? face : far;
     const int slot = slot_of(at, i, j), body = grid.cover[slot];
-    const double given = scene.side_potential[side * scene.faces + face];
+    const double given = problem.side_potential[side * problem.faces + face];
     double conductance = 2, other = 0;
     if (body < 0) {
       other = potential(slot);
     } else {
       conductance = channel_between(grid.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
-      other = group_potential[scene.group_of[body]];
+      other = group_potential[problem.group_of[body]];
     }
-    const double flux = scene.permittivity * conductance * (given - other);
+    const double flux = problem.permittivity * conductance * (given - other);
     return {flux, 0.5 * flux * given};
   }
 };
@@ -86,10 +86,10 @@ struct SolvedView {
 /// By body.
 template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
-  const SceneView& scene = solved.scene;
+  const ProblemView& problem = solved.problem;
   const GridView& grid = solved.grid;
   run.sum_segments(
-      scene.bodies,
+      problem.bodies,
       [=] LICHTENBERG_HOST_DEVICE(int rank) {
         return grid.link_start(rank + 1) - grid.link_start(rank) + grid.contact_start[rank + 1] -
                grid.contact_start[rank];
@@ -99,7 +99,7 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
         if (t < links) return solved.link_result(grid.link_start(rank) + t);
         return solved.contact_result(grid.contact[grid.contact_start[rank] + t - links]);
       },
-      [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[scene.body_at[rank]] = sum; });
+      [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[problem.body_at[rank]] = sum; });
 }
 
 /// Each side is summed in this many parts.
@@ -108,13 +108,13 @@ constexpr int side_parts = 64;
 /// By side and part: 4 side_parts.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
-  const SceneView& scene = solved.scene;
+  const ProblemView& problem = solved.problem;
   const Layout& at = solved.grid.layout;
   run.sum_segments(
       4 * side_parts,
       [=] LICHTENBERG_HOST_DEVICE(int segment) {
         const int side = segment / side_parts, part = segment % side_parts, faces = side < 2 ? at.ny : at.nx;
-        if (!scene.electrode[side]) return 0;
+        if (!problem.electrode[side]) return 0;
         return (part + 1) * faces / side_parts - part * faces / side_parts;
       },
       [=] LICHTENBERG_HOST_DEVICE(int segment, int t) {

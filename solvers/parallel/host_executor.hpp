@@ -5,20 +5,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <numeric>
+#include <utility>
 #include <vector>
 
-#include <petscvec.h>
+namespace lichtenberg::parallel {
 
-namespace lichtenberg::laplace::device {
-
-/// Runs the device's algorithms on the CPU, item after item: their reference, and what the tests run. CudaExecutor has
+/// Runs a device's algorithms on the CPU, item after item: their reference, and what the tests run. CudaExecutor has
 /// the same functions.
 class HostExecutor {
  public:
-  /// Of the fused conjugate gradients.
-  const char* method_name() const { return "device_cg_on_host"; }
-  const char* vector_type() const { return VECSEQ; }
-
   /// f(k) for k = 0 ... n - 1, in any order.
   template <class F>
   void for_each(long n, F f) const {
@@ -95,4 +90,4 @@ class HostExecutor {
   }
 };
 
-}  // namespace lichtenberg::laplace::device
+}  // namespace lichtenberg::parallel

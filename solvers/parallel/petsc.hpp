@@ -1,14 +1,14 @@
 #pragma once
 
-#include <petscksp.h>
+#include <petscsys.h>
 
 #include <string>
 #include <vector>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::parallel {
 
 /// Options for PETSc, verbatim as on its command line ("-field_pc_type", "gamg", ...). To be called before the first
-/// field solver is made; PETSc itself starts with that one and never without it.
+/// solver that uses it is made; PETSc itself starts with that one and never without it.
 void set_petsc_options(std::vector<std::string> options);
 
 /// Starts PETSc if it is not running (once a process). Throws Failure.
@@ -28,11 +28,7 @@ int process_count();
 /// Which of the options of `set_petsc_options` nothing has asked for (yet); none before PETSc runs.
 std::vector<std::string> unused_petsc_options();
 
-/// To be called after a field solve, when all that concerns it has been asked for: throws InputError if one of the
-/// options was meant for the field solver (-field_..., or -ksp_... and -pc_... without the prefix) and is unused.
-void check_petsc_options();
-
 /// Turns a PETSc error code into a Failure with PETSc's own message.
 void check_petsc(PetscErrorCode code);
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::parallel

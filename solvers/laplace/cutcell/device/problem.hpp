@@ -10,9 +10,9 @@ namespace lichtenberg::laplace::device {
 
 /// A problem's bodies, groups and sides on the device.
 template <class Executor>
-class Scene {
+class DeviceProblem {
  public:
-  explicit Scene(const Executor& run)
+  explicit DeviceProblem(const Executor& run)
       : side_potential_(run),
         shape_(run),
         group_of_(run),
@@ -30,8 +30,8 @@ class Scene {
     upload_sides(problem, nx, ny);
   }
 
-  SceneView view() const {
-    SceneView view = view_;
+  ProblemView view() const {
+    ProblemView view = view_;
     view.side_potential = side_potential_.data();
     view.shape = shape_.data();
     view.group_of = group_of_.data();
@@ -100,11 +100,11 @@ class Scene {
     side_potential_.upload(potential);
   }
 
-  SceneView view_{};
-  Array<double, Executor> side_potential_;
-  Array<Outline, Executor> shape_;
-  Array<int, Executor> group_of_, body_at_, rank_of_, first_rank_, floating_;
-  Array<double, Executor> charge_, potential_;
+  ProblemView view_{};
+  parallel::Array<double, Executor> side_potential_;
+  parallel::Array<Outline, Executor> shape_;
+  parallel::Array<int, Executor> group_of_, body_at_, rank_of_, first_rank_, floating_;
+  parallel::Array<double, Executor> charge_, potential_;
 };
 
 }  // namespace lichtenberg::laplace::device

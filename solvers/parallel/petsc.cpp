@@ -1,12 +1,11 @@
-#include "solvers/laplace/cutcell/petsc.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 #include <cctype>
 #include <cstdlib>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::parallel {
 
 namespace {
 
@@ -72,7 +71,6 @@ void start_petsc() {
   if (PetscInitialize(&count, &values, nullptr, nullptr)) throw Failure("PETSc could not be started");
   PetscPopSignalHandler();
   check_petsc(PetscPushErrorHandler(keep_message, nullptr));
-  register_fused_cg();
   std::atexit(finish_petsc);
 }
 
@@ -89,16 +87,6 @@ std::vector<std::string> unused_petsc_options() {
   return unused;
 }
 
-void check_petsc_options() {
-  for (const std::string& option : unused_petsc_options()) {
-    if (option.starts_with("-field_"))
-      throw InputError("--petsc " + option +
-                       ": the field solver has no such option (misspelt, or one of a method that it does not use)");
-    if (option.starts_with("-ksp_") || option.starts_with("-pc_"))
-      throw InputError("--petsc " + option + ": the field solver's options have a prefix, -field_" + option.substr(1));
-  }
-}
-
 void check_petsc(PetscErrorCode code) {
   if (code == 0) return;
   const char* text = nullptr;
@@ -106,4 +94,4 @@ void check_petsc(PetscErrorCode code) {
   throw Failure("PETSc: " + (last_message().empty() ? std::string(text ? text : "unknown error") : last_message()));
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::parallel

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::parallel {
 
 /// Threads that share loops of some microseconds. Who has nothing to do watches for the next loop for a moment, then
 /// sleeps; a loop never waits for a thread that has not come to help, so that a busy machine delays nobody. What a task
@@ -65,4 +65,4 @@ class Team {
   std::vector<std::jthread> helpers_;
 };
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::parallel

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace lichtenberg::laplace::device {
+namespace lichtenberg::parallel {
 
 /// Memory of an executor's device. It grows and never shrinks, so that a moving scene allocates nothing.
 template <class T, class Executor>
@@ -57,4 +57,4 @@ class Array {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-}  // namespace lichtenberg::laplace::device
+}  // namespace lichtenberg::parallel

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cuda_runtime.h>
-#include <petscdevice_cuda.h>
-#include <petscvec.h>
 
 #include <cstring>
 #include <cub/device/device_radix_sort.cuh>
@@ -11,9 +9,8 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/petsc.hpp"
 
-namespace lichtenberg::laplace::device {
+namespace lichtenberg::parallel {
 
 inline void check_cuda(cudaError_t code) {
   if (code == cudaSuccess) return;
@@ -66,12 +63,10 @@ struct Plus {
   }
 };
 
-/// Runs the device's algorithms on PETSc's CUDA device, in PETSc's stream.
+/// Runs a device's algorithms on the current CUDA device, in the stream given: another library's, or the default one.
 class CudaExecutor {
  public:
-  CudaExecutor() {
-    check_petsc(PetscDeviceInitialize(PETSC_DEVICE_CUDA));
-    check_petsc(PetscGetCurrentCUDAStream(&stream_));
+  explicit CudaExecutor(cudaStream_t stream = nullptr) : stream_(stream) {
     check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
   }
@@ -83,10 +78,6 @@ class CudaExecutor {
     if (scratch_) cudaFree(scratch_);
     if (sorted_) cudaFree(sorted_);
   }
-
-  /// Of the fused conjugate gradients.
-  const char* method_name() const { return "device_cg"; }
-  const char* vector_type() const { return VECSEQCUDA; }
 
   template <class F>
   void for_each(long n, F f) const {
@@ -243,8 +234,8 @@ class CudaExecutor {
 
   [[noreturn]] static void refuse(std::size_t bytes, std::size_t room, std::size_t all) {
     const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
-    throw Failure("field solver: the CUDA device has no room for " + megabytes(bytes) + " more: " + megabytes(room) +
-                  " of its " + megabytes(all) + " are free");
+    throw Failure("the CUDA device has no room for " + megabytes(bytes) + " more: " + megabytes(room) + " of its " +
+                  megabytes(all) + " are free");
   }
 
   static constexpr std::size_t pinned_size = 1 << 16;
@@ -255,4 +246,4 @@ class CudaExecutor {
   mutable std::size_t scratch_size_ = 0, sorted_size_ = 0;
 };
 
-}  // namespace lichtenberg::laplace::device
+}  // namespace lichtenberg::parallel

@@ -1,10 +1,10 @@
-#include "solvers/laplace/cutcell/team.hpp"
+#include "solvers/parallel/team.hpp"
 
 #include <chrono>
 #include <exception>
 #include <utility>
 
-namespace lichtenberg::laplace {
+namespace lichtenberg::parallel {
 
 namespace {
 
@@ -112,4 +112,4 @@ void Team::finish() {
   if (side_error_) std::rethrow_exception(std::exchange(side_error_, nullptr));
 }
 
-}  // namespace lichtenberg::laplace
+}  // namespace lichtenberg::parallel

@@ -1,0 +1,88 @@
+#include "solvers/laplace/cutcell/shares.hpp"
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+using parallel::Message;
+
+enum class Word : int { solve, forget, end };
+
+void put(Message& message, const LaplaceProblem& problem) {
+  message.put(problem.size);
+  for (const Side& side : problem.sides) {
+    if (side.profile) throw Failure("field solver: a potential that varies along a side stays within one process");
+    message.put(side.kind);
+    message.put(side.potential);
+  }
+  message.put(problem.permittivity);
+  message.put(problem.bodies);
+  message.put(problem.groups);
+  message.put(problem.couplings);
+}
+
+LaplaceProblem get_problem(Message& message) {
+  LaplaceProblem problem;
+  problem.size = message.get<Vec2>();
+  for (Side& side : problem.sides) {
+    side.kind = message.get<Side::Kind>();
+    side.potential = message.get<double>();
+  }
+  problem.permittivity = message.get<double>();
+  problem.bodies = message.get_all<Body>();
+  problem.groups = message.get_all<Group>();
+  problem.couplings = message.get_all<Coupling>();
+  return problem;
+}
+
+Message say(Word word, int number) {
+  Message message;
+  message.put(word);
+  message.put(number);
+  return message;
+}
+
+}  // namespace
+
+void SolverShares::operator()(Message& announcement) {
+  const auto word = announcement.get<Word>();
+  const int number = announcement.get<int>();
+  if (word == Word::end) solvers_.erase(number);
+  if (const auto solver = solvers_.find(number); word == Word::forget && solver != solvers_.end())
+    solver->second.forget();
+  if (word == Word::solve) solve(number, announcement);
+}
+
+void SolverShares::solve(int number, Message& announcement) {
+  if (failed_) throw Failure("field solver: a solve after one that has failed in this process");
+  try {
+    const auto options = announcement.get<CutCellOptions>();
+    CutCellSolver& solver = solvers_.try_emplace(number, options).first->second;
+    solver.set_tolerance(options.tolerance);
+    solver.solve(get_problem(announcement));
+  } catch (const InputError&) {
+  } catch (...) {
+    failed_ = true;
+    throw;
+  }
+}
+
+void announce_solve(int solver, const CutCellOptions& options, const LaplaceProblem& problem) {
+  if (!parallel::leads_processes()) return;
+  Message message = say(Word::solve, solver);
+  message.put(options);
+  put(message, problem);
+  parallel::tell_others(message);
+}
+
+void announce_forgetting(int solver) {
+  if (parallel::leads_processes()) parallel::tell_others(say(Word::forget, solver));
+}
+
+void announce_end(int solver) {
+  if (parallel::leads_processes()) parallel::tell_others(say(Word::end, solver));
+}
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,119 @@
+#include "solvers/parallel/processes.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <string>
+#include <thread>
+
+#include "solvers/error.hpp"
+#include "solvers/parallel/petsc.hpp"
+
+namespace lichtenberg::parallel {
+
+namespace {
+
+/// Of a message: one for `take_part`, or the last one.
+constexpr int work_tag = 1, dismissal_tag = 2;
+
+/// How long a process waits for another's word after something went wrong. An error that all have is found by all at
+/// about the same time; one that has it alone must not leave the others waiting for it forever.
+constexpr std::chrono::seconds patience{2};
+
+bool leading = false;
+
+void send_to_others(const Message& message, int tag) {
+  const std::vector<char>& bytes = message.bytes();
+  for (int rank = 1; rank < process_count(); ++rank)
+    MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, rank, tag, PETSC_COMM_WORLD);
+}
+
+Message receive(int from, int* tag) {
+  MPI_Status status;
+  MPI_Probe(from, MPI_ANY_TAG, PETSC_COMM_WORLD, &status);
+  *tag = status.MPI_TAG;
+  int size = 0;
+  MPI_Get_count(&status, MPI_BYTE, &size);
+  std::vector<char> bytes(size);
+  MPI_Recv(bytes.data(), size, MPI_BYTE, from, *tag, PETSC_COMM_WORLD, MPI_STATUS_IGNORE);
+  return Message(std::move(bytes));
+}
+
+/// False if nothing has come when patience ends.
+bool hears_from(int rank) {
+  const auto end = std::chrono::steady_clock::now() + patience;
+  while (std::chrono::steady_clock::now() < end) {
+    int there = 0;
+    MPI_Iprobe(rank, MPI_ANY_TAG, PETSC_COMM_WORLD, &there, MPI_STATUS_IGNORE);
+    if (there) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
+[[noreturn]] void abort_all(const std::string& trouble) {
+  std::fprintf(stderr, "lichtenberg, process %d: %s\n", process_rank(), trouble.c_str());
+  MPI_Abort(PETSC_COMM_WORLD, 1);
+  std::abort();
+}
+
+/// Until the first process has no more need of this one.
+void follow(const std::function<void(Message&)>& take_part) {
+  std::string trouble;
+  for (;;) {
+    if (!trouble.empty() && !hears_from(0)) abort_all(trouble);
+    int tag = 0;
+    Message message = receive(0, &tag);
+    if (tag == dismissal_tag) {
+      MPI_Send(nullptr, 0, MPI_BYTE, 0, dismissal_tag, PETSC_COMM_WORLD);
+      return;
+    }
+    try {
+      take_part(message);
+    } catch (const std::exception& error) {
+      if (!trouble.empty()) abort_all(trouble);  // the first process goes on as if nothing had happened
+      trouble = error.what();
+    }
+  }
+}
+
+bool launched_with_others() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
+    if (const char* size = std::getenv(name); size && std::atoi(size) > 1) return true;
+  return false;
+}
+
+}  // namespace
+
+bool join_processes(const std::function<void(Message&)>& take_part) {
+  if (!launched_with_others()) return true;
+#ifdef PETSC_HAVE_MPIUNI
+  throw InputError("this program stands on a PETSc without MPI and runs on one process: start it without mpirun");
+#endif
+  start_petsc();
+  if (process_rank() > 0) {
+    follow(take_part);
+    return false;
+  }
+  leading = process_count() > 1;
+  return true;
+}
+
+bool leads_processes() { return leading; }
+
+void dismiss_processes(bool after_error) {
+  if (!leading) return;
+  leading = false;
+  send_to_others({}, dismissal_tag);
+  for (int rank = 1; rank < process_count(); ++rank) {
+    // It may wait for what the error has kept this one from.
+    if (after_error && !hears_from(rank)) MPI_Abort(PETSC_COMM_WORLD, 1);
+    int tag = 0;
+    receive(rank, &tag);
+  }
+}
+
+void tell_others(const Message& message) { send_to_others(message, work_tag); }
+
+}  // namespace lichtenberg::parallel

@@ -1,0 +1,182 @@
+#include "src/mechanics/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/analysis/circuit.hpp"
+#include "src/effects/contact_resistance.hpp"
+
+namespace lichtenberg::mechanics {
+namespace {
+
+using Lines = std::vector<Summary::Line>;
+
+double connected_fraction(const Outcome& outcome) {
+  const double n = static_cast<double>(outcome.frame.position.size());
+  return n > 0 ? outcome.network->degrees.connected / n : 0;
+}
+
+/// The charge imbalance as a fraction of the largest charge in that balance.
+double relative_charge_imbalance(const Outcome& outcome) {
+  const ConductorFrame& frame = outcome.frame;
+  double largest = 0;
+  for (const double charge :
+       {frame.charge_held, frame.charge_drained, frame.charge_leaked, frame.charge_fed, outcome.initial_charge})
+    largest = std::max(largest, std::abs(charge));
+  return largest > 0 ? charge_imbalance(outcome) / largest : 0;
+}
+
+/// The energy imbalance as a fraction of what was supplied, or of the heat if that is more.
+double relative_energy_imbalance(const Outcome& outcome) {
+  const EnergyFlows& flows = outcome.frame.energy_balance->flows;
+  const double turned_over = std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
+  return turned_over > 0 ? energy_imbalance(outcome) / turned_over : 0;
+}
+
+void add_network(const Outcome& outcome, Lines& lines) {
+  const analysis::DegreeDistribution& degrees = outcome.network->degrees;
+  lines.push_back({"connected", fmt::format("{} of {} ({:.3g} %)", degrees.connected, outcome.frame.position.size(),
+                                            100 * connected_fraction(outcome))});
+  lines.push_back({"endpoints", fmt::format("{} ({:.3f} of the connected)", degrees.endpoints(), degrees.fraction(1))});
+  lines.push_back(
+      {"branch points", fmt::format("{} ({:.3f} of the connected)", degrees.branch_points(), degrees.branching())});
+  lines.push_back({"loops", fmt::format("{}", degrees.loops)});
+}
+
+std::string charges(const Outcome& outcome) {
+  const ConductorFrame& frame = outcome.frame;
+  std::string text = fmt::format("{:.6g} C held + {:.6g} C drained - {:.6g} C fed", frame.charge_held,
+                                 frame.charge_drained, frame.charge_fed);
+  if (frame.charge_leaked != 0) text += fmt::format(" + {:.6g} C leaked", frame.charge_leaked);
+  if (outcome.initial_charge != 0) text += fmt::format(" - {:.6g} C at the start", outcome.initial_charge);
+  return text +
+         fmt::format(" = {:.1e} C (relative {:.1e})", charge_imbalance(outcome), relative_charge_imbalance(outcome));
+}
+
+/// What passed through each terminal, if there is a potential difference to drive it.
+void add_terminals(const ConductorFrame& frame, Lines& lines) {
+  const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
+  if (std::ranges::none_of(frame.terminals, differs)) return;
+  for (const TerminalReading& terminal : frame.terminals)
+    lines.push_back(
+        {"drained", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained, terminal.name,
+                                terminal.potential, frame.time > 0 ? terminal.drained / frame.time : 0)});
+}
+
+std::string heat(const EnergyFlows& flows) {
+  std::string text = fmt::format("{:.6g} J:", flows.dissipated());
+  const char* separator = " ";
+  for (const auto& [where, joule] : {std::pair{"series resistors", flows.series_resistors},
+                                     {"contacts", flows.contacts},
+                                     {"the fluid's leakage", flows.leakage},
+                                     {"sparks", flows.sparks},
+                                     {"drag", flows.drag}}) {
+    if (joule == 0) continue;
+    text += fmt::format("{}{:.4g} J in {}", separator, joule, where);
+    separator = ", ";
+  }
+  return text;
+}
+
+/// Where a circuit's energy went.
+void add_circuit(const Outcome& outcome, Lines& lines) {
+  const ConductorFrame& frame = outcome.frame;
+  const EnergyFlows& flows = frame.energy_balance->flows;
+  std::string supplied = fmt::format("{:.6g} J", flows.supplied());
+  if (flows.by_source != 0) supplied += fmt::format(", {:.6g} J of it by the current source", flows.by_source);
+  lines.push_back({"supplied", supplied});
+  lines.push_back({"heat", heat(flows)});
+  lines.push_back({"balance", fmt::format("{:.1e} J: stored - stored at the start + heat - supplied (relative {:.1e})",
+                                          energy_imbalance(outcome), relative_energy_imbalance(outcome))});
+  if (frame.rates)
+    lines.push_back({"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal, {:.4g} W into heat, "
+                                               "{:.4g} W/K of entropy (means since the frame before)",
+                                               frame.rates->structure_resistance, frame.rates->dissipated_power,
+                                               frame.rates->entropy_production)});
+}
+
+void add_electrics(const Outcome& outcome, Lines& lines) {
+  const Counters& counters = outcome.counters;
+  lines.push_back({"energy", fmt::format("{:.6g} J", outcome.frame.energy)});
+  lines.push_back({"charge", charges(outcome)});
+  add_terminals(outcome.frame, lines);
+  if (outcome.frame.energy_balance) add_circuit(outcome, lines);
+  lines.push_back(
+      {"field solves", fmt::format("{}, {:.3g} iterations each", counters.field_solves,
+                                   static_cast<double>(counters.iterations) /
+                                       static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)))});
+  if (outcome.largest_error)
+    lines.push_back({"field error", fmt::format("at most {:.1e} of the largest value, estimated at checkpoints",
+                                                *outcome.largest_error)});
+  if (counters.predictions > 0)
+    lines.push_back({"predictions", fmt::format("{} between them, on a coarser grid", counters.predictions)});
+  lines.push_back({"contacts", fmt::format("{} made, {} lost", counters.contacts_made, counters.contacts_lost)});
+}
+
+std::vector<Quantity> quantities(const Scene& scene, const Outcome& outcome) {
+  std::vector<Quantity> result{{"time", outcome.frame.time, "s"},
+                               {"stationary", outcome.stationary ? 1.0 : 0.0, "1"},
+                               {"energy", outcome.frame.energy, "J"},
+                               {"charge_imbalance", charge_imbalance(outcome), "C"},
+                               {"relative_charge_imbalance", relative_charge_imbalance(outcome), "1"}};
+  if (outcome.largest_error) result.push_back({"field_error_estimate", *outcome.largest_error, "1"});
+  if (const std::optional<EnergyBalance>& balance = outcome.frame.energy_balance) {
+    result.push_back({"energy_supplied", balance->flows.supplied(), "J"});
+    result.push_back({"heat", balance->flows.dissipated(), "J"});
+    result.push_back({"energy_imbalance", energy_imbalance(outcome), "J"});
+    result.push_back({"relative_energy_imbalance", relative_energy_imbalance(outcome), "1"});
+    result.push_back({"allowed_energy_imbalance", analysis::allowed_energy_imbalance(scene), "1"});
+  }
+  if (outcome.network) {
+    const analysis::DegreeDistribution& degrees = outcome.network->degrees;
+    result.push_back({"connected_fraction", connected_fraction(outcome), "1"});
+    result.push_back({"endpoint_fraction", degrees.fraction(1), "1"});
+    result.push_back({"branch_fraction", degrees.branching(), "1"});
+    result.push_back({"loops", static_cast<double>(degrees.loops), "1"});
+  }
+  return result;
+}
+
+}  // namespace
+
+double charge_imbalance(const Outcome& outcome) {
+  const ConductorFrame& frame = outcome.frame;
+  return frame.charge_held + frame.charge_drained + frame.charge_leaked - frame.charge_fed - outcome.initial_charge;
+}
+
+double energy_imbalance(const Outcome& outcome) {
+  return analysis::energy_account(outcome.frame) - outcome.initial_energy;
+}
+
+Summary summarize(const Scene& scene, const Outcome& outcome) {
+  Summary summary{.title = fmt::format("holds the run up to t = {:.6g} s{}", outcome.frame.time,
+                                       outcome.stationary ? ", its stationary state" : ""),
+                  .lines = {},
+                  .quantities = quantities(scene, outcome),
+                  .goal = "stationary"};
+  if (outcome.network) add_network(outcome, summary.lines);
+  if (!outcome.frame.charge.empty()) add_electrics(outcome, summary.lines);
+  return summary;
+}
+
+std::string energy_warning(const Scene& scene, const Outcome& outcome) {
+  if (!outcome.frame.energy_balance) return "";
+  const double found = std::abs(relative_energy_imbalance(outcome)),
+               allowed = analysis::allowed_energy_imbalance(scene);
+  if (found <= allowed) return "";
+  const std::string what = fmt::format(
+      "the energy balance is off by {:.2g} % of what was supplied or became heat, where steps and grid account for "
+      "{:.2g} %",
+      100 * found, 100 * allowed);
+  if (scene.effects.has<effects::ContactResistanceOptions>())
+    return what +
+           ": conductors are pressed together before they share their charge, unless a contact's resistance times its "
+           "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "
+           "or widen effects.contact_discharge.gap";
+  return fmt::format("{}: take more field.cells or a smaller mechanics.{}", what,
+                     scene.mechanics.integrator == "euler" ? "euler_field_step" : "position_tolerance");
+}
+
+}  // namespace lichtenberg::mechanics

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+
+#include "src/analysis/network.hpp"
+#include "src/effects/conductor_frame.hpp"
+
+namespace lichtenberg {
+
+/// What a run of conductors records of an instant.
+inline Frame recorded(const ConductorFrame& state, const std::optional<analysis::Network>& network = {}) {
+  Frame frame = columns_of(state);
+  if (network) analysis::add_columns(*network, frame);
+  return frame;
+}
+
+}  // namespace lichtenberg

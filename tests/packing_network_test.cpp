@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/commands/packing_network.hpp"
+#include "src/record/frame_columns.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/recorder.hpp"
 #include "tests/folder.hpp"
@@ -55,7 +56,7 @@ class ResultFile {
     frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
     frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
     frame.group = {0, 1, 2, 3, 4};
-    recorder_.add(frame, {});
+    recorder_.add(columns_of(frame, {}));
   }
 
   Folder folder_;

@@ -56,7 +56,7 @@ class Columns {
       values.insert(values.end(), row.begin(), row.end());
       values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size());
     }
-    columns_.push_back({name, unit, width, std::move(values)});
+    columns_.push_back({name, unit, Column::Of::list, width, std::move(values)});
   }
 
   const Frames& frames_;

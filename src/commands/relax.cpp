@@ -11,7 +11,7 @@
 #include "src/commands/progress.hpp"
 #include "src/commands/summary.hpp"
 #include "src/mechanics/counters.hpp"
-#include "src/record/hdf5.hpp"
+#include "src/record/frame_columns.hpp"
 #include "src/statics/relaxation.hpp"
 
 namespace lichtenberg {
@@ -43,7 +43,7 @@ class RelaxationRun {
   void go() {
     if (recorder_.frames() == 0) {
       note();
-      recorder_.add(relaxation_.frame(), {});
+      recorder_.add(columns_of(relaxation_.frame(), {}));
     }
     go_on_until_rest();
     packing_ = analysis::packing(relaxation_.bodies(), scene_);
@@ -88,7 +88,7 @@ class RelaxationRun {
 
   void record_frame() {
     const std::int64_t index = recorder_.frames();
-    recorder_.add(relaxation_.frame(), {});
+    recorder_.add(columns_of(relaxation_.frame(), {}));
     recorded_at_ = relaxation_.iteration();
     next_frame_ = next_frame(relaxation_.iteration());
     if (index % scene_.output.checkpoint_every == 0) save({});
@@ -97,14 +97,14 @@ class RelaxationRun {
   /// The file holds this iteration, its note and a summary.
   bool is_recorded() const { return recorder_.finished() && relaxation_.iteration() == began_at_; }
   bool recorded_at_rest() const {
-    return hdf5::get<double>(hdf5::load(scene_.output.file), "summary/at_rest").at(0) != 0;
+    return hdf5::get<double>(ResultFile(scene_.output.file, "resumed").file(), "summary/at_rest").at(0) != 0;
   }
 
   void record_the_end() {
-    if (recorded_at_ != relaxation_.iteration()) recorder_.add(relaxation_.frame(), {});
+    if (recorded_at_ != relaxation_.iteration()) recorder_.add(columns_of(relaxation_.frame(), {}));
     if (noted_at_ != relaxation_.iteration()) note();
     Milestone last;
-    last.packing = packing_;
+    last.findings = {columns_of(packing_)};
     last.summary = quantities();
     save(std::move(last));
   }
@@ -112,7 +112,7 @@ class RelaxationRun {
   void save(Milestone milestone) {
     const Stopwatch stopwatch(recording_seconds_);
     milestone.checkpoint = relaxation_.checkpoint();
-    milestone.relaxation = std::move(history_);
+    if (!history_.empty()) milestone.history = columns_of(history_);
     milestone.seconds = seconds();
     recorder_.save(milestone);
     history_.clear();

@@ -22,6 +22,7 @@
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "src/record/frame_columns.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/result.hpp"
 #include "src/scene/scene.hpp"
@@ -143,7 +144,7 @@ class Run {
 
   void record() {
     const std::int64_t index = recorder_.frames();
-    recorder_.add(outcome_.frame, outcome_.network);
+    recorder_.add(columns_of(outcome_.frame, outcome_.network));
     nothing_unsaved_ = outcome_.over || index % scene_.output.checkpoint_every == 0;
     if (nothing_unsaved_) return save();
     last_state_ = simulation_.snapshot();

@@ -1,12 +1,8 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "src/analysis/network.hpp"
-#include "src/analysis/packing.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/provenance.hpp"
@@ -17,7 +13,7 @@ namespace lichtenberg {
 // The parts of a result file, each written by one function. All throw hdf5::Error.
 
 /// Changes when a reader of the files has to change.
-constexpr int result_format = 1;
+constexpr int result_format = 2;
 
 /// Root attributes, and /h5md (H5MD 1.1): who wrote the file.
 void put_header(const hdf5::Handle& file, const Provenance& provenance);
@@ -28,35 +24,8 @@ void put_scene(const hdf5::Handle& file, const Scene& scene);
 /// What does not change of /particles/conductors: box, species, radius, mass (kg, one a conductor).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 
-/// Appends a frame to /particles/conductors, /observables and the contacts of all frames in /network.
-void append_frame(const hdf5::Handle& file, const Frame& frame, const std::optional<analysis::Network>& network);
-
-/// /network: the contacts of the last frame, over those of an earlier one.
-void put_contacts(const hdf5::Handle& file, const analysis::Network& network);
-
-/// Of every frame, where its contacts end among those of all frames; empty in a file that holds the last frame's only.
-std::vector<std::int64_t> contact_ends(const hdf5::Handle& file);
-/// Those from `first` on, up to before `end`.
-std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::int64_t first, std::int64_t end);
-
-/// A relaxation to rest after some iterations.
-struct RelaxationState {
-  std::int64_t iteration = 0;
-  double energy = 0;         ///< J
-  double largest_force = 0;  ///< N
-};
-
-/// Appends to /relaxation.
-void append_relaxation(const hdf5::Handle& file, std::span<const RelaxationState> states);
-
-/// /packing: what holds the particles of the last frame.
-void put_packing(const hdf5::Handle& file, const analysis::Packing& packing);
-
 /// /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);
 Checkpoint get_checkpoint(const hdf5::Handle& file);
-
-/// s, at least one.
-std::vector<double> frame_times(const hdf5::Handle& file);
 
 }  // namespace lichtenberg

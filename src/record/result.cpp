@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "solvers/error.hpp"
 #include "src/record/layout.hpp"
@@ -14,39 +13,7 @@ namespace {
 
 constexpr const char* conductors = "/particles/conductors/";
 
-void put_column(hid_t group, const Column& column, std::size_t frames) {
-  hdf5::Shape shape{frames};
-  if (column.width > 0) shape.push_back(column.width);
-  std::visit(
-      [&]<class Number>(const std::vector<Number>& values) {
-        hdf5::put<Number>(group, column.name, values, shape, column.unit);
-      },
-      column.values);
-}
-
-void remove_others(hid_t group, const std::vector<Column>& columns) {
-  for (const std::string& name : hdf5::names(group))
-    if (std::ranges::find(columns, name, &Column::name) == columns.end())
-      hdf5::check(H5Ldelete(group, name.c_str(), H5P_DEFAULT));
-}
-
 }  // namespace
-
-hdf5::Handle load_result(const std::string& path, const std::string& used) {
-  if (!std::filesystem::exists(path)) throw InputError(fmt::format("{} does not exist", path));
-  if (!hdf5::is_hdf5(path))
-    throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be {}", path, used));
-  hdf5::Handle file = hdf5::load(path);
-  const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
-  if (!format)
-    throw InputError(
-        fmt::format("{} was not written by `lichtenberg run`: only its result files can be {}", path, used));
-  if (*format != result_format)
-    throw InputError(
-        fmt::format("{} has result format {}, but with this version of lichtenberg only format {} can be {}", path,
-                    *format, result_format, used));
-  return file;
-}
 
 /// Whatever HDF5 has against the file is the file's fault.
 template <class Reading>
@@ -60,28 +27,28 @@ auto Result::guarded(Reading reading) const {
 
 Result::Result(const std::string& path) : path_(path) {
   guarded([&] {
-    identity_ = identity_of(path);
-    file_ = load_result(path, "analysed");
-    if (!hdf5::exists(*file_, std::string(conductors) + "position/time"))
+    file_.emplace(path, "analysed");
+    const std::string time = std::string(conductors) + "position/time", ends = "network/contacts_end";
+    if (!file_->has(time) || file_->frames() == 0)
       throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
-    times_ = hdf5::get<double>(*file_, std::string(conductors) + "position/time");
-    if (times_.empty()) throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
+    times_ = file_->rows<double>(time);
+    if (file_->has(ends)) contact_ends_ = file_->rows<std::int64_t>(ends);
     conductors_ = radius().size();
   });
 }
 
 Scene Result::scene() const {
-  const std::string text = guarded([&] { return hdf5::get_text(*file_, "scene/text"); });
+  const std::string text = guarded([&] { return hdf5::get_text(file_->file(), "scene/text"); });
   return parse_scene(text, fmt::format("{}:/scene/text", path_));
 }
 
 std::vector<double> Result::radius() const {
-  return guarded([&] { return hdf5::get<double>(*file_, std::string(conductors) + "radius"); });
+  return guarded([&] { return hdf5::get<double>(file_->file(), std::string(conductors) + "radius"); });
 }
 
 std::vector<double> Result::mass() const {
   return guarded([&] {
-    std::vector<double> mass = hdf5::get<double>(*file_, std::string(conductors) + "mass");
+    std::vector<double> mass = hdf5::get<double>(file_->file(), std::string(conductors) + "mass");
     if (mass.size() != conductors_)
       throw hdf5::Error(fmt::format("there are {} masses of {} conductors", mass.size(), conductors_));
     return mass;
@@ -89,8 +56,8 @@ std::vector<double> Result::mass() const {
 }
 
 std::vector<double> Result::reals(const std::string& name, int index, std::size_t count) const {
-  if (!hdf5::exists(*file_, name)) throw hdf5::Error(name + " is missing");
-  std::vector<double> row = hdf5::get_rows<double>(*file_, name + "/value", index, 1);
+  if (!file_->has(name)) throw hdf5::Error(name + " is missing");
+  std::vector<double> row = file_->rows<double>(name + "/value", index, 1);
   if (row.size() != count)
     throw hdf5::Error(fmt::format("{} has {} numbers a frame where there should be {}", name, row.size(), count));
   return row;
@@ -106,7 +73,7 @@ std::vector<Vec2> Result::vectors(const std::string& name, int index) const {
 Frame Result::frame(int index) const {
   return guarded([&] {
     const auto if_any = [&](const std::string& name) {
-      const bool any = hdf5::exists(*file_, conductors + name);
+      const bool any = file_->has(conductors + name);
       return any ? reals(conductors + name, index, conductors_) : std::vector<double>{};
     };
     const auto observable = [&](const std::string& name) { return reals("observables/" + name, index, 1).at(0); };
@@ -122,7 +89,7 @@ Frame Result::frame(int index) const {
     frame.charge_held = observable("charge_held");
     frame.charge_fed = observable("charge_fed");
     frame.charge_drained = observable("charge_drained");
-    if (hdf5::exists(*file_, "observables/energy_by_supplies"))
+    if (file_->has("observables/energy_by_supplies"))
       frame.energy_balance = {.kinetic = observable("energy_kinetic"),
                               .elastic = observable("energy_elastic"),
                               .flows = {.by_supplies = observable("energy_by_supplies"),
@@ -139,13 +106,12 @@ Frame Result::frame(int index) const {
 std::vector<double> Result::observable(const std::string& name, int index) const {
   return guarded([&] {
     const std::string element = "observables/" + name;
-    return hdf5::exists(*file_, element) ? hdf5::get_rows<double>(*file_, element + "/value", index, 1)
-                                         : std::vector<double>{};
+    return file_->has(element) ? file_->rows<double>(element + "/value", index, 1) : std::vector<double>{};
   });
 }
 
 bool Result::has_network() const {
-  return guarded([&] { return hdf5::exists(*file_, std::string(conductors) + "successor"); });
+  return guarded([&] { return file_->has(std::string(conductors) + "successor"); });
 }
 
 std::vector<int> Result::successor(int index) const {
@@ -162,25 +128,28 @@ std::vector<int> Result::successor(int index) const {
 
 std::optional<std::vector<analysis::Contact>> Result::contacts(int index) const {
   return guarded([&]() -> std::optional<std::vector<analysis::Contact>> {
-    const std::vector<std::int64_t> ends = contact_ends(*file_);
-    if (ends.size() != times_.size()) return {};
-    const std::int64_t first = index > 0 ? ends[index - 1] : 0;
-    const std::vector<analysis::Contact> contacts = contacts_between(*file_, first, ends[index]);
-    for (const auto& [i, j] : contacts)
+    if (contact_ends_.empty()) return {};
+    const std::vector<std::int32_t> pairs = file_->list<std::int32_t>("contacts", contact_ends_, index);
+    std::vector<analysis::Contact> contacts;
+    for (std::size_t k = 0; k + 1 < pairs.size(); k += 2) {
+      const int i = pairs[k], j = pairs[k + 1];
       if (i < 0 || std::max(i, j) >= static_cast<int>(conductors_) || j < analysis::to_ground)
         throw hdf5::Error(fmt::format("contact {} - {} is not one of conductors", i, j));
+      contacts.emplace_back(i, j);
+    }
     return contacts;
   });
 }
 
 void Result::put_analysis(const std::vector<Column>& columns) const {
   try {
-    const hdf5::Handle group = hdf5::open_group(*file_, "analysis");
-    hdf5::put_attribute(group, "version", lichtenberg_version().number);
-    hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
-    remove_others(group, columns);
-    for (const Column& column : columns) put_column(group, column, times_.size());
-    replace_if_same(path_, identity_, hdf5::image(*file_));
+    store(*file_, [&](const hdf5::Handle& file) {
+      if (hdf5::exists(file, "analysis")) hdf5::check(H5Ldelete(file, "analysis", H5P_DEFAULT));
+      const hdf5::Handle group = hdf5::open_group(file, "analysis");
+      hdf5::put_attribute(group, "version", lichtenberg_version().number);
+      hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
+      put_columns(group, columns);
+    });
   } catch (const std::exception& error) {
     throw Failure(fmt::format("the analysis is not in {} ({}); the file was left alone", path_, error.what()));
   }

@@ -331,7 +331,7 @@ TEST_CASE("contacts of a packing that was at rest do not stand beside the frames
   const Folder folder;
   Milestone last = milestone(1);
   last.findings = {
-      columns_of(analysis::Packing{.contacts = {{.particle = 0, .partner = 1}}, .rattler = {false, false}})};
+      analysis::columns_of(analysis::Packing{.contacts = {{.particle = 0, .partner = 1}}, .rattler = {false, false}})};
   saved_run(folder / "run.h5", 2).save(last);
   CHECK(hdf5::exists(hdf5::load(folder / "run.h5"), "packing/contacts"));
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());

@@ -49,7 +49,6 @@ class OpenFile {
   OpenFile& operator=(OpenFile&& other) noexcept;
   ~OpenFile();
 
-  int descriptor() const { return descriptor_; }
   std::uint64_t size() const { return size_; }
   const FileIdentity& identity() const { return identity_; }
   /// Throws std::system_error; of a file that is too short, too.

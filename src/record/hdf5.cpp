@@ -1,7 +1,5 @@
 #include "src/record/hdf5.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -52,6 +50,23 @@ Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shap
   return dataset;
 }
 
+/// A file on the disk as it is.
+class FileBytes : public Bytes {
+ public:
+  explicit FileBytes(const OpenFile& file) : file_(file) {}
+  std::uint64_t size() const override { return file_.size(); }
+  void resize(std::uint64_t) override {}
+  void read(std::uint64_t offset, std::span<std::byte> bytes) const override {
+    const std::uint64_t there = std::min<std::uint64_t>(bytes.size(), offset < size() ? size() - offset : 0);
+    file_.read(offset, bytes.first(there));
+    std::ranges::fill(bytes.subspan(there), std::byte{0});
+  }
+  void write(std::uint64_t, std::span<const std::byte>) override { throw Error("the file is open to be read only"); }
+
+ private:
+  const OpenFile& file_;
+};
+
 /// The stack is walked from the call that failed first; its message names the cause.
 herr_t keep_first_message(unsigned, const H5E_error2_t* entry, void* message) {
   auto& text = *static_cast<std::string*>(message);
@@ -84,14 +99,13 @@ bool is_hdf5(const OpenFile& file) {
 
 Handle create_in_memory(const std::shared_ptr<Pages>& pages) {
   silence();
-  const Handle access(access_to(pages));
-  return Handle(H5Fcreate("new file", H5F_ACC_TRUNC, H5P_DEFAULT, access));
+  *pages = {};
+  return Handle(create_file(pages));
 }
 
 Handle open_in_memory(const std::shared_ptr<Pages>& pages) {
   silence();
-  const Handle access(access_to(pages));
-  return Handle(H5Fopen("file in memory", H5F_ACC_RDWR, access));
+  return Handle(open_file(pages, H5F_ACC_RDWR));
 }
 
 Pages pages_of(const OpenFile& file) {
@@ -110,9 +124,7 @@ Handle load(const std::string& path) { return open_in_memory(std::make_shared<Pa
 
 Handle open(const OpenFile& file) {
   silence();
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  check(H5Pset_file_locking(access, false, true));
-  return Handle(H5Fopen(fmt::format("/proc/self/fd/{}", file.descriptor()).c_str(), H5F_ACC_RDONLY, access));
+  return Handle(open_file(std::make_shared<FileBytes>(file), H5F_ACC_RDONLY));
 }
 
 std::vector<std::byte> image(const Handle& file) {
@@ -139,6 +151,10 @@ bool exists(hid_t parent, const std::string& path) {
 bool is_group(hid_t parent, const std::string& path) {
   const Handle object(H5Oopen(parent, path.c_str(), H5P_DEFAULT));
   return H5Iget_type(object) == H5I_GROUP;
+}
+
+bool is_group(hid_t parent, const std::string& path) {
+  return H5Iget_type(Handle(H5Oopen(parent, path.c_str(), H5P_DEFAULT))) == H5I_GROUP;
 }
 
 std::vector<std::string> names(hid_t group) {

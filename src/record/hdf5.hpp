@@ -63,7 +63,7 @@ Handle open_in_memory(const std::shared_ptr<Pages>& pages);
 Handle load(const std::string& path);
 /// All bytes of a file on the disk.
 Pages pages_of(const OpenFile& file);
-/// A file on the disk, to read.
+/// A file on the disk, to read; it must live longer than the handle. No name is looked up and no lock is taken.
 Handle open(const OpenFile& file);
 /// The bytes that a file in memory would have on disk.
 std::vector<std::byte> image(const Handle& file);
@@ -73,6 +73,7 @@ Handle open_group(hid_t parent, const std::string& path);
 /// Whether something stands at `path` below `parent`.
 bool exists(hid_t parent, const std::string& path);
 /// Whether that is a group.
+bool is_group(hid_t parent, const std::string& path);
 bool is_group(hid_t parent, const std::string& path);
 /// Names of what stands in a group, in alphabetical order.
 std::vector<std::string> names(hid_t group);

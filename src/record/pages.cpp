@@ -1,6 +1,7 @@
 #include "src/record/pages.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace lichtenberg::hdf5 {
@@ -22,23 +23,33 @@ void for_pages(std::uint64_t offset, std::uint64_t bytes, Visit visit) {
 /// HDF5's view of an open file: it begins with HDF5's own part.
 struct Driver {
   H5FD_t common;
-  std::shared_ptr<Pages> pages;
+  std::shared_ptr<Bytes> bytes;
   haddr_t end = 0;  ///< of what HDF5 has allocated
 };
 
 Driver& of(H5FD_t* file) { return *reinterpret_cast<Driver*>(file); }
 const Driver& of(const H5FD_t* file) { return *reinterpret_cast<const Driver*>(file); }
 
-H5FD_t* open_pages(const char*, unsigned flags, hid_t access, haddr_t) {
-  const auto* pages = static_cast<const std::shared_ptr<Pages>* const*>(H5Pget_driver_info(access));
-  if (pages == nullptr) return nullptr;
+/// What an HDF5 call may return after an exception.
+template <class Work>
+herr_t guarded(Work work) {
+  try {
+    work();
+    return 0;
+  } catch (const std::exception&) {
+    return -1;
+  }
+}
+
+H5FD_t* open_bytes(const char*, unsigned, hid_t access, haddr_t) {
+  const auto* bytes = static_cast<const std::shared_ptr<Bytes>* const*>(H5Pget_driver_info(access));
+  if (bytes == nullptr) return nullptr;
   auto* driver = new Driver{};
-  driver->pages = **pages;
-  if ((flags & H5F_ACC_TRUNC) != 0) *driver->pages = {};
+  driver->bytes = **bytes;
   return &driver->common;
 }
 
-herr_t close_pages(H5FD_t* file) {
+herr_t close_bytes(H5FD_t* file) {
   delete &of(file);
   return 0;
 }
@@ -57,41 +68,49 @@ herr_t allocate(H5FD_t* file, H5FD_mem_t, haddr_t end) {
   return 0;
 }
 
-haddr_t written(const H5FD_t* file, H5FD_mem_t) { return of(file).pages->size(); }
+haddr_t written(const H5FD_t* file, H5FD_mem_t) { return of(file).bytes->size(); }
 
-herr_t read_pages(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t bytes, void* to) {
-  of(file).pages->read(offset, {static_cast<std::byte*>(to), bytes});
-  return 0;
+herr_t read_bytes(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t bytes, void* to) {
+  return guarded([&] { of(file).bytes->read(offset, {static_cast<std::byte*>(to), bytes}); });
 }
 
-herr_t write_pages(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t bytes, const void* from) {
-  of(file).pages->write(offset, {static_cast<const std::byte*>(from), bytes});
-  return 0;
+herr_t write_bytes(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t offset, size_t bytes, const void* from) {
+  return guarded([&] { of(file).bytes->write(offset, {static_cast<const std::byte*>(from), bytes}); });
 }
 
-herr_t truncate_pages(H5FD_t* file, hid_t, hbool_t) {
-  of(file).pages->resize(of(file).end);
-  return 0;
+herr_t truncate(H5FD_t* file, hid_t, hbool_t) {
+  return guarded([&] { of(file).bytes->resize(of(file).end); });
 }
 
 hid_t driver() {
   static H5FD_class_t functions{};
-  functions.name = "lichtenberg_pages";
+  functions.name = "lichtenberg_bytes";
   functions.maxaddr = HADDR_MAX / 2;
   functions.fc_degree = H5F_CLOSE_WEAK;
-  functions.fapl_size = sizeof(const std::shared_ptr<Pages>*);
-  functions.open = open_pages;
-  functions.close = close_pages;
+  functions.fapl_size = sizeof(const std::shared_ptr<Bytes>*);
+  functions.open = open_bytes;
+  functions.close = close_bytes;
   functions.query = query;
   functions.get_eoa = allocated;
   functions.set_eoa = allocate;
   functions.get_eof = written;
-  functions.read = read_pages;
-  functions.write = write_pages;
-  functions.truncate = truncate_pages;
+  functions.read = read_bytes;
+  functions.write = write_bytes;
+  functions.truncate = truncate;
   std::fill(std::begin(functions.fl_map), std::end(functions.fl_map), H5FD_MEM_DEFAULT);
   static const hid_t id = H5FDregister(&functions);
   return id;
+}
+
+/// What `use` returns of a property list for these bytes, which is valid until then.
+template <class Use>
+hid_t with_access(const std::shared_ptr<Bytes>& bytes, Use use) {
+  const std::shared_ptr<Bytes>* place = &bytes;
+  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+  if (access < 0) return H5I_INVALID_HID;
+  const hid_t file = H5Pset_driver(access, driver(), &place) < 0 ? H5I_INVALID_HID : use(access);
+  H5Pclose(access);
+  return file;
 }
 
 }  // namespace
@@ -121,14 +140,12 @@ void Pages::for_each(const std::function<void(std::uint64_t, std::span<const std
       visit(offset, std::span(page).first(std::min(page_bytes, size_ - offset)));
 }
 
-hid_t access_to(const std::shared_ptr<Pages>& pages) {
-  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  const std::shared_ptr<Pages>* place = &pages;
-  if (access >= 0 && H5Pset_driver(access, driver(), &place) < 0) {
-    H5Pclose(access);
-    return H5I_INVALID_HID;
-  }
-  return access;
+hid_t create_file(const std::shared_ptr<Bytes>& bytes) {
+  return with_access(bytes, [](hid_t access) { return H5Fcreate("new file", H5F_ACC_TRUNC, H5P_DEFAULT, access); });
+}
+
+hid_t open_file(const std::shared_ptr<Bytes>& bytes, unsigned flags) {
+  return with_access(bytes, [&](hid_t access) { return H5Fopen("file", flags, access); });
 }
 
 }  // namespace lichtenberg::hdf5

@@ -90,7 +90,8 @@ std::vector<std::string> Result::names_in(const std::string& group) const {
   std::vector<std::string> names;
   if (!hdf5::exists(file_->file(), group)) return names;
   for (const std::string& name : hdf5::names(hdf5::open_group(file_->file(), group)))
-    if (file_->has(group + "/" + name + "/value")) names.push_back(name);
+    if (const std::string path = group + "/" + name; hdf5::is_group(file_->file(), path) && file_->has(path + "/value"))
+      names.push_back(name);
   return names;
 }
 

@@ -15,9 +15,6 @@
 namespace lichtenberg {
 namespace {
 
-/// A file that is larger is not rewritten in memory.
-constexpr std::uint64_t in_memory = 64u << 20;
-
 /// Segments stay open, and there may be more of them than a process is allowed at first.
 void allow_many_files() {
   rlimit limit{};
@@ -207,7 +204,7 @@ void store_in_memory(const ResultFile& opened, const std::function<void(const hd
 
 }  // namespace
 
-void store(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
+void store(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put, std::uint64_t in_memory) {
   const std::optional<WriterLock> lock = WriterLock::if_free(opened.path());
   if (!lock) throw Failure(fmt::format("{} is being written: try again once its run is over", opened.path()));
   try {

@@ -73,7 +73,9 @@ class ResultFile {
 
 /// Adds to the file on the disk what `put` writes, unless it stands there already. Throws Failure, and leaves the file
 /// alone, if that cannot be done, if a run is writing it or if it is no longer the one that was opened.
-void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put);
+/// The frames of a file of more than `in_memory` bytes are copied by a few megabytes at a time.
+void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put,
+           std::uint64_t in_memory = 64u << 20);
 
 /// Copies what stands in these groups of a file, frames excepted, into another.
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups);

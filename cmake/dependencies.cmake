@@ -8,4 +8,5 @@ find_package(MPI REQUIRED COMPONENTS C)  # PETSc's headers include its header
 pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
 pkg_check_modules(FFTW REQUIRED QUIET IMPORTED_TARGET fftw3)
 pkg_check_modules(HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5)
+find_package(ZLIB REQUIRED)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)

@@ -9,6 +9,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/model/checkpoint.hpp"

@@ -15,6 +15,7 @@
 #include "src/record/layout.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/result.hpp"
+#include "tests/frames.hpp"
 #include "tests/program.hpp"
 
 using namespace lichtenberg;
@@ -88,8 +89,8 @@ const std::vector<analysis::Contact> second_contacts{{0, analysis::to_ground}, {
 /// The run of both frames.
 Recorder saved_run(const std::string& path, const std::string& text = scene_text) {
   Recorder recorder = Recorder::start(path, parse_scene(text, "four.toml"), masses, false);
-  recorder.add(recorded(first_frame(), analysis::network(first_contacts, first_frame().position)));
-  recorder.add(recorded(second_frame(), analysis::network(second_contacts, second_frame().position)));
+  recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
+  recorder.add(columns_of(second_frame(), analysis::network(second_contacts, second_frame().position)));
   recorder.save({});
   return recorder;
 }
@@ -219,8 +220,8 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
   pressed.position[0].y = 1e-3 - overlap;
   pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
   const std::vector<analysis::Contact> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
-  recorder.add(recorded(first_frame(), analysis::network(first_contacts, first_frame().position)));
-  recorder.add(recorded(pressed, analysis::network(contacts, pressed.position)));
+  recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
+  recorder.add(columns_of(pressed, analysis::network(contacts, pressed.position)));
   recorder.save({});
   // Hertz: 8/15 E* sqrt(R_eff) overlap^(5/2), 1/E* = 2 (1 - poisson^2) / young.
   const auto energy = [&](double young, double radius) {
@@ -247,10 +248,9 @@ TEST_CASE("what a circuit's run has recorded is not derived again") {
   saved_run(folder / "four.h5");
   change(folder / "four.h5", [](const hdf5::Handle& file) {
     const hdf5::Handle power = hdf5::open_group(file, "observables/dissipated_power");
-    hdf5::append(power, "value", std::nan(""), "W");
-    hdf5::append(power, "value", 7e-6, "W");
+    hdf5::put<double>(power, "value", std::array{std::nan(""), 7e-6}, {2}, "W");
     const hdf5::Handle current = hdf5::open_group(file, "observables/current");
-    for (const double each : {1e-9, 2e-9}) hdf5::append<double>(current, "value", std::array{each, -each}, {2}, "A");
+    hdf5::put<double>(current, "value", std::array{1e-9, -1e-9, 2e-9, -2e-9}, {2, 2}, "A");
   });
   CHECK_EQ(analysed(folder, "four.h5 --frame 1")["frames"][0]["power_dissipated"], 7e-6);
   const json answer = analysed(folder, "four.h5");
@@ -348,7 +348,7 @@ TEST_CASE("a run that goes on takes what was found of fewer frames out of its fi
   REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
   ConductorFrame third = second_frame();
   third.time = 1;
-  recorder.add(recorded(third, analysis::network(second_contacts, third.position)));
+  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
   recorder.save({});
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "four.h5"), "analysis"));
   CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
@@ -360,7 +360,7 @@ TEST_CASE("a file that changes while it is analysed stays as its run left it") {
   const Result result(folder / "four.h5");
   ConductorFrame third = second_frame();
   third.time = 1;
-  recorder.add(recorded(third, analysis::network(second_contacts, third.position)));
+  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
   recorder.save({});
   const std::string newer = text_of(folder / "four.h5");
   CHECK_THROWS_AS(result.put_analysis({{"time", "s", Column::Of::list, 0, result.times()}}), Failure);

@@ -15,6 +15,7 @@
 #include "src/record/hdf5.hpp"
 #include "src/record/recorder.hpp"
 #include "tests/folder.hpp"
+#include "tests/frames.hpp"
 
 using namespace lichtenberg;
 using doctest::Approx;
@@ -24,9 +25,9 @@ namespace {
 /// A result file of its own for each test, gone when the test is over: three spheres of radius 1 m in a column between
 /// bottom and top, overlapping by a tenth; one of 0.5 m that hangs on the middle one, and one that touches nothing. The
 /// frame before has the column open in the middle.
-class ResultFile {
+class TwoFrames {
  public:
-  explicit ResultFile(const std::string& network_table = "") : recorder_(start(network_table)) {
+  explicit TwoFrames(const std::string& network_table = "") : recorder_(start(network_table)) {
     for (const double x : {5.0, 2.0}) add_frame(x);
     recorder_.save({});
   }
@@ -52,11 +53,12 @@ class ResultFile {
   }
   /// `x` of the middle one (m).
   void add_frame(double x) {
-    ConductorFrame frame{.time = 5 - x};
+    ConductorFrame frame;
+    frame.time = 5 - x;
     frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
     frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
     frame.group = {0, 1, 2, 3, 4};
-    recorder_.add(columns_of(frame));
+    recorder_.add(columns_of(frame, {}));
   }
 
   Folder folder_;
@@ -75,7 +77,7 @@ std::string message_of(const std::function<void()>& work) {
 }  // namespace
 
 TEST_CASE("both networks of a result file, and the particles sorted by what they carry") {
-  const ResultFile file;
+  const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.frame == 1);
   const SolvedNetwork particle = solve_network(frame, "particle", {}, 12);
@@ -94,7 +96,7 @@ TEST_CASE("both networks of a result file, and the particles sorted by what they
 }
 
 TEST_CASE("a frame without a path: infinite resistance, no error") {
-  const ResultFile file;
+  const TwoFrames file;
   const SolvedNetwork solved = solve_network(read_packing(file.path(), 0), "particle", {}, 1);
   CHECK(!solved.conduction.connected);
   CHECK(std::isinf(solved.conduction.resistance));
@@ -104,7 +106,7 @@ TEST_CASE("a frame without a path: infinite resistance, no error") {
 }
 
 TEST_CASE("particles as electrodes") {
-  const ResultFile file;
+  const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(solve_network(frame, "particle", {.between = "0,2"}, 1).conduction.resistance == Approx(2).epsilon(1e-14));
   CHECK(solve_network(frame, "contact", {.between = "0,2"}, 1).conduction.resistance == Approx(2.0 / 3).epsilon(1e-14));
@@ -122,7 +124,7 @@ TEST_CASE("particles as electrodes") {
 }
 
 TEST_CASE("the scene chooses the physics of the resistors") {
-  const ResultFile file(
+  const TwoFrames file(
       "[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.scene.network.model == "contact");
@@ -134,7 +136,7 @@ TEST_CASE("the scene chooses the physics of the resistors") {
 }
 
 TEST_CASE("powers balance however small they are") {
-  const ResultFile file;
+  const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved = solve_network(frame, "particle", {.parameters = {.resistance = 1e300}}, 1e-7);
   CHECK(solved.conduction.current == Approx(0.25e-307).epsilon(1e-14));
@@ -142,7 +144,7 @@ TEST_CASE("powers balance however small they are") {
 }
 
 TEST_CASE("conductors of different materials in one network") {
-  const ResultFile file;
+  const TwoFrames file;
   PackingFrame frame = read_packing(file.path(), {});
   frame.packing.resistivity = {1e-30, 1e30, 1e-30, 1, 1};
   // Bottom to top, particle-centred: half of each contact lies in either particle. 1e30 twice, in series.
@@ -152,7 +154,7 @@ TEST_CASE("conductors of different materials in one network") {
 }
 
 TEST_CASE("the file keeps the networks, and everything else") {
-  const ResultFile file;
+  const TwoFrames file;
   for (const double voltage : {1.0, 12.0}) {  // the second call over the first
     const PackingFrame frame = read_packing(file.path(), {});
     save_networks(file.path(), frame, {solve_network(frame, "particle", {}, voltage)});
@@ -173,7 +175,7 @@ TEST_CASE("the file keeps the networks, and everything else") {
 }
 
 TEST_CASE("a file that changes while it is measured stays as its run left it") {
-  ResultFile file;
+  TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
   file.save_another_frame();
@@ -184,7 +186,7 @@ TEST_CASE("a file that changes while it is measured stays as its run left it") {
 }
 
 TEST_CASE("what cannot be measured is refused in a sentence") {
-  const ResultFile file;
+  const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const auto refused = [&](const NetworkOptions& options) {
     return message_of([&] { solve_network(frame, "particle", options, 1); });

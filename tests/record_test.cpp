@@ -18,7 +18,6 @@
 #include <random>
 
 #include "solvers/error.hpp"
-#include "src/analysis/packing.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
@@ -81,6 +80,8 @@ analysis::Network network_of_two() {
   return net;
 }
 
+Frame columns(const ConductorFrame& f) { return columns_of(f, network_of_two()); }
+
 Milestone milestone(double mark) {
   Milestone m;
   m.checkpoint.reals["mark"] = {mark};
@@ -91,7 +92,7 @@ Milestone milestone(double mark) {
 /// A run of frames 0, 1, ..., n - 1 (s), saved once.
 Recorder saved_run(const std::string& path, int n) {
   Recorder recorder = Recorder::start(path, two_conductors(), masses, false);
-  for (int k = 0; k < n; ++k) recorder.add(recorded(frame(k), network_of_two()));
+  for (int k = 0; k < n; ++k) recorder.add(columns(frame(k)));
   recorder.save(milestone(n - 1));
   return recorder;
 }
@@ -178,7 +179,7 @@ TEST_CASE("what drained to each terminal stands in the file under its name, and 
     ConductorFrame f = frame(k);
     f.terminals = {{.name = "left", .potential = 5, .drained = 1e-10 * k}, {.name = "right", .drained = 3e-10}};
     f.energy_balance.emplace();
-    recorder.add(recorded(f));
+    recorder.add(columns_of(f, {}));
   }
   recorder.save(milestone(1));
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -211,7 +212,7 @@ TEST_CASE("vectors are in space, with z = 0, and carry their units") {
 TEST_CASE("every number but steps and the checkpoint's arrays has a unit") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
-  recorder.add(recorded(frame(0), network_of_two()));
+  recorder.add(columns(frame(0)));
   Milestone all = milestone(0);
   all.field = laplace::Field{2, 1, 0.01, {1, 2}, {-1, 0}};
   all.summary = {{"energy", 1, "J"}};
@@ -250,8 +251,8 @@ TEST_CASE("the scene stands in the file, with the geometry that a picture needs"
 TEST_CASE("the network stands in the file frame by frame, its contacts for the last") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
-  recorder.add(recorded(
-      frame(2), analysis::Network{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}}));
+  const analysis::Network loose{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}};
+  recorder.add(columns_of(frame(2), loose));
   recorder.save(milestone(2));
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
   CHECK_EQ(hdf5::get<std::int32_t>(file, "particles/conductors/successor/value"),
@@ -266,7 +267,7 @@ TEST_CASE("a neutral scene without contacts has neither charges nor a network") 
   ConductorFrame neutral = frame(0);
   neutral.charge.clear();
   neutral.potential.clear();
-  recorder.add(recorded(neutral));
+  recorder.add(columns_of(neutral, {}));
   recorder.save(milestone(0));
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
   CHECK(hdf5::exists(file, "particles/conductors/position"));
@@ -278,7 +279,7 @@ TEST_CASE("frames reach the disk with the checkpoint, not before") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   CHECK_EQ(recorder.saved_time(), 1);
-  recorder.add(recorded(frame(2), network_of_two()));
+  recorder.add(columns(frame(2)));
   CHECK_EQ(recorder.frames(), 3);
   CHECK_EQ(hdf5::shape(hdf5::load(folder / "run.h5"), "observables/energy/value"), hdf5::Shape{2});
   recorder.save(milestone(2));
@@ -290,18 +291,19 @@ TEST_CASE("frames reach the disk with the checkpoint, not before") {
 
 TEST_CASE("a checkpoint comes back bit for bit") {
   const Folder folder;
-  Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
-  recorder.add(recorded(frame(0)));
+  std::optional<Recorder> recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
+  recorder->add(columns_of(frame(0), {}));
   Milestone m;
   m.checkpoint.reals["odd"] = {0.1, -0.0, std::numeric_limits<double>::denorm_min(),
                                -std::numeric_limits<double>::infinity()};
   m.checkpoint.reals["none"] = {};
   m.checkpoint.reals["old"] = {1, 2, 3};
   m.checkpoint.integers["large"] = {std::numeric_limits<std::int64_t>::min(), -1};
-  recorder.save(m);
+  recorder->save(m);
   m.checkpoint.reals.erase("old");  // and of another shape
   m.checkpoint.reals["odd"].push_back(4);
-  recorder.save(m);
+  recorder->save(m);
+  recorder.reset();
   const Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
   REQUIRE(resumed.checkpoint());
   CHECK_EQ(resumed.checkpoint()->reals, m.checkpoint.reals);
@@ -315,7 +317,7 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
   CHECK_EQ(resumed.saved_time(), 1);
   CHECK_EQ(resumed.frames(), 2);
-  resumed.add(recorded(frame(2), network_of_two()));
+  resumed.add(columns(frame(2)));
   Milestone last = milestone(2);
   last.summary = {{"energy", 2.5, "J"}};
   resumed.save(last);
@@ -328,14 +330,13 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
 
 TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {
   const Folder folder;
-  Recorder recorder = saved_run(folder / "run.h5", 2);
   Milestone last = milestone(1);
   last.findings = {
-      analysis::columns_of({.contacts = {{.particle = 0, .partner = 1}}, .rattler = {false, false}, .wall_force = {}})};
-  recorder.save(last);
+      analysis::columns_of(analysis::Packing{.contacts = {{.particle = 0, .partner = 1}}, .rattler = {false, false}})};
+  saved_run(folder / "run.h5", 2).save(last);
   CHECK(hdf5::exists(hdf5::load(folder / "run.h5"), "packing/contacts"));
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
-  resumed.add(recorded(frame(2), network_of_two()));
+  resumed.add(columns(frame(2)));
   resumed.save(milestone(2));
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "packing"));
 }
@@ -357,7 +358,7 @@ TEST_CASE("an existing file is refused, and overwritten only by the first save")
   write_bytes(path, {'o', 'l', 'd'});
   CHECK_THROWS_AS(Recorder::start(path, two_conductors(), masses, false), InputError);
   Recorder recorder = Recorder::start(path, two_conductors(), masses, true);
-  recorder.add(recorded(frame(0)));
+  recorder.add(columns_of(frame(0), {}));
   CHECK_EQ(bytes_of(path), std::vector<char>{'o', 'l', 'd'});
   recorder.save(milestone(0));
   CHECK_EQ(hdf5::shape(hdf5::load(path), "observables/energy/value"), hdf5::Shape{1});
@@ -380,7 +381,7 @@ TEST_CASE("a full disk costs one sentence and leaves the last good version") {
   const auto save_more = [&](rlim_t limit) {
     return in_child([&] {
       Recorder recorder = Recorder::resume(path, two_conductors());
-      for (int k = 2; k < 40; ++k) recorder.add(recorded(frame(k), network_of_two()));
+      for (int k = 2; k < 40; ++k) recorder.add(columns(frame(k)));
       signal(SIGXFSZ, SIG_IGN);
       const rlimit at_most{limit, limit};
       setrlimit(RLIMIT_FSIZE, &at_most);
@@ -440,7 +441,7 @@ TEST_CASE("a kill at any moment leaves a whole version") {
       message_of([&] {
         Recorder recorder = Recorder::resume(path, two_conductors());
         for (int k = 1;; ++k) {
-          recorder.add(recorded(frame(k), network_of_two()));
+          recorder.add(columns(frame(k)));
           recorder.save(milestone(k));
         }
       });

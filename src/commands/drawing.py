@@ -1,5 +1,6 @@
 """The picture of a conductor scene: potential, conductors, electrodes, the tree; and what all pictures share."""
 import os
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,8 +79,49 @@ def read_electrode(group):
     return Electrode(group.attrs["shape"], group["potential"][()], geometry)
 
 
+def read_file(path, reading):
+    """What `reading(file)` returns, which is done again if a run has replaced the file meanwhile: its segments may be
+    gone. No lock is taken, so that no run is disturbed. Throws InputError."""
+    for _ in range(20):
+        before = identity(path)
+        try:
+            with h5py.File(path, locking=False) as file:
+                result = reading(file)
+        except OSError as error:
+            raise InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
+        if identity(path) == before:
+            return result
+    raise InputError(f"{path} is replaced by its run faster than it can be read")
+
+
+def identity(path):
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
+        raise InputError(f"{path} {reason}") from None
+    return status.st_ino, status.st_mtime_ns
+
+
+def report(path, work):
+    """Does the work and returns the exit status: 2 for a file that cannot be drawn, with one sentence."""
+    try:
+        work()
+        return 0
+    except InputError as error:
+        sentence = str(error)
+    except Exception as error:  # whatever a damaged file, or one that another program has changed, leads to
+        sentence = f"{path} cannot be drawn: it is damaged or incomplete ({type(error).__name__}: {error})"
+    print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
+    return 2
+
+
 def frame_index(file, path, frame):
+    if "particles/conductors/position/time" not in file:
+        raise InputError(f"{path} holds no frames: there is nothing to draw")
     count = len(file["particles/conductors/position/time"])
+    if count == 0:
+        raise InputError(f"{path} holds no frames: there is nothing to draw")
     index = count - 1 if frame is None else frame
     if not 0 <= index < count:
         raise InputError(f"frame {frame} is not in {path}: it has frames 0 to {count - 1}")
@@ -88,15 +130,13 @@ def frame_index(file, path, frame):
 
 def read(path, frame=None):
     """The frame of that index, by default the last. Throws InputError."""
-    if not os.path.exists(path):
-        raise InputError(f"{path} does not exist")
-    try:
-        with h5py.File(path) as file:
-            if "lichtenberg_result" not in file.attrs:
-                raise InputError(f"{path} was not written by `lichtenberg run`")
-            return read_snapshot(file, *frame_index(file, path, frame))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
+
+    def reading(file):
+        if "lichtenberg_result" not in file.attrs:
+            raise InputError(f"{path} was not written by `lichtenberg run`")
+        return read_snapshot(file, *frame_index(file, path, frame))
+
+    return read_file(path, reading)
 
 
 def read_snapshot(file, index, count):

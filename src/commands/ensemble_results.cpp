@@ -11,8 +11,8 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
-#include "src/record/layout.hpp"
 #include "src/record/result.hpp"
+#include "src/record/result_file.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/scene/scene.hpp"
 
@@ -24,6 +24,8 @@ bool same_end(const Scene& a, const Scene& b) {
          a.minimize.force_tolerance == b.minimize.force_tolerance &&
          a.minimize.max_iterations == b.minimize.max_iterations;
 }
+
+constexpr const char* times = "particles/conductors/position/time";
 
 /// The last number of a dataset, or its only one; it is empty in a damaged file only.
 double last_number(hid_t parent, const std::string& name) {
@@ -92,22 +94,24 @@ void add_topology(Quantities& quantities, const Result& result) {
   add_other_readings(quantities, network, scene, position, result.radius());
 }
 
-Quantities quantities_of(const hdf5::Handle& file) {
+Quantities quantities_of(const ResultFile& from) {
+  const hdf5::Handle& file = from.file();
   Quantities result;
   const hdf5::Handle summary = hdf5::open_group(file, "summary");
   for (const std::string& name : hdf5::names(summary)) result[name] = last_number(summary, name);
   result["conductors"] = static_cast<double>(hdf5::get<double>(file, "particles/conductors/radius").size());
   for (const std::string name : {"connected", "endpoints", "branch_points", "field_solves", "iterations"})
-    if (const std::string path = "observables/" + name + "/value"; hdf5::exists(file, path))
-      result[name] = last_number(file, path);
+    if (const std::string path = "observables/" + name + "/value"; from.has(path))
+      result[name] = from.rows<double>(path, from.frames() - 1, 1).at(0);
   result["seconds"] = wall_seconds(file);
   return result;
 }
 
 /// Throws InputError if the run is past the [stop] of now: it would end at once, with a summary of another end or none.
-void refuse_past(const std::string& path, const hdf5::Handle& file, const Scene& now, bool just_ended) {
+void refuse_past(const std::string& path, const ResultFile& file, const Scene& now, bool just_ended) {
   // The "time" of a scene that comes to rest counts its iterations.
-  const bool later = !now.effects.has("contact_potential") && frame_times(file).back() > now.stop.time;
+  const bool later =
+      !now.effects.has("contact_potential") && file.rows<double>(times, file.frames() - 1, 1).at(0) > now.stop.time;
   if (just_ended || later)
     throw InputError(
         fmt::format("{} is already past this [stop]: move it away, or name another folder with --out", path));
@@ -116,8 +120,8 @@ void refuse_past(const std::string& path, const hdf5::Handle& file, const Scene&
 /// Sets the member's state, or throws InputError or hdf5::Error. A run that has just ended was given the [stop] of now,
 /// even if its file still has that of its start.
 void inspect_file(const std::string& path, Member& member) {
-  const hdf5::Handle file = load_result(path, "gone on with");
-  const std::string text = hdf5::get_text(file, "scene/text");
+  const ResultFile file(path, "gone on with");
+  const std::string text = hdf5::get_text(file.file(), "scene/text");
   const std::string change = first_change(text, member.text);
   if (!change.empty())
     throw InputError(
@@ -125,7 +129,7 @@ void inspect_file(const std::string& path, Member& member) {
                     "another folder with --out",
                     change, path));
   const bool just_ended = member.state == State::finished;
-  const bool over = hdf5::exists(file, "summary");
+  const bool over = hdf5::exists(file.file(), "summary");
   const Scene now = parse_scene(member.text, path);
   if (!over || !(just_ended || same_end(parse_scene(text, path), now))) return refuse_past(path, file, now, just_ended);
   member.quantities = quantities_of(file);

@@ -6,12 +6,10 @@
 Exit status 2 and one sentence for input that cannot be used. Other scripts import the drawing functions.
 """
 import argparse
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 import drawing
 from matplotlib import pyplot as plt
@@ -84,15 +82,13 @@ def resistor_ends(group, position, radius, electrode_walls):
 
 def read(path, model):
     """Throws drawing.InputError."""
-    if not os.path.exists(path):
-        raise drawing.InputError(f"{path} does not exist")
-    try:
-        with h5py.File(path) as file:
-            if f"network/{model}" not in file:
-                raise drawing.InputError(f"{path} has no {model}-centred network: run `lichtenberg network` first")
-            return read_network(file, model)
-    except OSError as error:
-        raise drawing.InputError(f"{path} cannot be read as an HDF5 file ({error})") from None
+
+    def reading(file):
+        if f"network/{model}" not in file:
+            raise drawing.InputError(f"{path} has no {model}-centred network: run `lichtenberg network` first")
+        return read_network(file, model)
+
+    return drawing.read_file(path, reading)
 
 
 def read_network(file, model):
@@ -202,13 +198,12 @@ def main():
     parser.add_argument("--out", help="picture to write (default: FILE with -network.png)")
     request = parser.parse_args()
     path = Path(request.file)
-    try:
+
+    def work():
         figure = draw([read(path, model) for model in request.models])
         drawing.save(figure, request.out or path.with_name(path.stem + "-network.png"))
-    except drawing.InputError as error:
-        print(f"lichtenberg: {error}", file=sys.stderr)
-        return 2
-    return 0
+
+    return drawing.report(path, work)
 
 
 if __name__ == "__main__":

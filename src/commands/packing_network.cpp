@@ -9,7 +9,7 @@
 #include "solvers/network/resistor.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
-#include "src/record/result.hpp"
+#include "src/record/result_file.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -42,11 +42,11 @@ std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
   return walls;
 }
 
-network::Packing read_frame(const hdf5::Handle& file, int frame) {
+network::Packing read_frame(const ResultFile& result, int frame) {
   network::Packing packing;
-  packing.position = points(hdf5::get_rows<double>(file, positions, frame, 1));
-  packing.radius = hdf5::get<double>(file, "particles/conductors/radius");
-  packing.walls = read_walls(file);
+  packing.position = points(result.rows<double>(positions, frame, 1));
+  packing.radius = hdf5::get<double>(result.file(), "particles/conductors/radius");
+  packing.walls = read_walls(result.file());
   return packing;
 }
 
@@ -127,16 +127,15 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
 
 PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
   try {
-    const FileIdentity identity = identity_of(path);
-    const hdf5::Handle file = load_result(path, "measured");
-    if (!hdf5::exists(file, positions))
+    const auto file = std::make_shared<const ResultFile>(path, "measured");
+    if (!file->has(positions) || file->frames() == 0)
       throw InputError(fmt::format("{} holds no frames: nothing can be measured", path));
-    const int frames = static_cast<int>(hdf5::shape(file, positions).at(0));
+    const int frames = static_cast<int>(file->frames());
     if (frame && (*frame < 0 || *frame >= frames))
       throw InputError(fmt::format("frame {} is not in {}: it has frames 0 to {}", *frame, path, frames - 1));
-    PackingFrame result{.file = identity, .frame = frame.value_or(frames - 1)};
-    result.packing = read_frame(file, result.frame);
-    result.scene = parse_scene(hdf5::get_text(file, "scene/text"), path);
+    PackingFrame result{.file = file, .frame = frame.value_or(frames - 1)};
+    result.packing = read_frame(*file, result.frame);
+    result.scene = parse_scene(hdf5::get_text(file->file(), "scene/text"), path);
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);
     network::check(result.packing);
@@ -165,9 +164,9 @@ SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model,
 
 void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks) {
   try {
-    const hdf5::Handle file = hdf5::load(path);
-    for (const SolvedNetwork& solved : networks) put_network(file, frame, solved);
-    replace_if_same(path, frame.file, hdf5::image(file));
+    store(*frame.file, [&](const hdf5::Handle& file) {
+      for (const SolvedNetwork& solved : networks) put_network(file, frame, solved);
+    });
   } catch (const hdf5::Error& error) {
     throw Failure(fmt::format("{} cannot be written ({}); it was left alone", path, error.what()));
   } catch (const Failure& failure) {

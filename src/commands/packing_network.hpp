@@ -1,19 +1,20 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "solvers/network/build.hpp"
 #include "solvers/network/conduction.hpp"
-#include "src/record/atomic_file.hpp"
+#include "src/record/result_file.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
 /// A frame of a result file, as the network room sees it.
 struct PackingFrame {
-  FileIdentity file;  ///< it was read from
+  std::shared_ptr<const ResultFile> file;  ///< it was read from
   int frame = 0;
   Scene scene;  ///< as the run had it
   network::Packing packing;

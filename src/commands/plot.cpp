@@ -1,8 +1,12 @@
+#include <fmt/format.h>
+
 #include <memory>
 #include <optional>
 
+#include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
+#include "src/record/result_file.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -12,7 +16,17 @@ struct PlotArguments {
   std::optional<int> frame;
 };
 
+/// Python's HDF5 would crash on some damaged files.
+void check_bytes(const std::string& path) {
+  try {
+    ResultFile(path, "drawn");
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{} is damaged and cannot be drawn ({})", path, error.what()));
+  }
+}
+
 [[noreturn]] void plot(const PlotArguments& request) {
+  check_bytes(request.file);
   std::vector<std::string> arguments{request.file};
   if (request.frame) arguments.insert(arguments.end(), {"--frame", std::to_string(*request.frame)});
   if (!request.picture.empty()) arguments.insert(arguments.end(), {"--out", request.picture});

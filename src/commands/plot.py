@@ -19,15 +19,14 @@ def main():
     parser.add_argument("--frame", type=int, help="index of the frame, from 0 (default: the last)")
     parser.add_argument("--out", help="picture to write (default: FILE with .png)")
     request = parser.parse_args()
-    try:
+
+    def work():
         snapshot = drawing.read(request.file, request.frame)
         is_packing = plot_packing.is_packing(request.file)
         figure = plot_packing.draw(request.file, request.frame) if is_packing else drawing.draw(snapshot)
         drawing.save(figure, request.out or Path(request.file).with_suffix(".png"))
-    except drawing.InputError as error:
-        print(f"lichtenberg: {error}", file=sys.stderr)
-        return 2
-    return 0
+
+    return drawing.report(request.file, work)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 In three dimensions the particles are seen from the front, those behind first and darker.
 """
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
@@ -14,8 +13,7 @@ FORCE, RATTLER, BEHIND = "#0c7bdc", drawing.LOOSE, "#7a7a7a"
 
 
 def is_packing(path):
-    with h5py.File(path) as file:
-        return "walls" in file["scene"]
+    return drawing.read_file(path, lambda file: "walls" in file["scene"])
 
 
 class Packing:
@@ -112,8 +110,7 @@ def draw_panel(axes, packing):
 
 def draw(path, frame):
     """The whole picture, as a figure; the frame exists."""
-    with h5py.File(path) as file:
-        packing = Packing(file, frame)
+    packing = drawing.read_file(path, lambda file: Packing(file, frame))
     drawing.set_style()
     figure, axes = plt.subplots(figsize=(6, 0.9 + 5 * packing.size[1] / packing.size[0]), layout="constrained")
     draw_panel(axes, packing)

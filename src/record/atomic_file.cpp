@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <filesystem>
-#include <functional>
 #include <system_error>
 #include <utility>
 
@@ -16,84 +15,127 @@
 namespace lichtenberg {
 namespace {
 
+[[noreturn]] void refuse(const std::string& path, int error) {
+  throw Failure(fmt::format("{} cannot be written ({})", path, std::generic_category().message(error)));
+}
+
+/// The folder's list of names reaches the disk.
+void sync_folder(const std::string& path) {
+  const int folder = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool done = folder >= 0 && ::fsync(folder) == 0;
+  const int error = errno;
+  if (folder >= 0) ::close(folder);
+  if (!done) refuse(path, error);
+}
+
+/// Calls `move(done)` until all `bytes` are moved; it returns what pread and pwrite do.
+template <class Move>
+bool move_all(std::size_t bytes, Move move) {
+  for (std::size_t done = 0; done < bytes;) {
+    const ssize_t now = move(done);
+    if (now < 0 && errno == EINTR) continue;
+    if (now == 0) errno = EIO;  // the end of a file that should be longer
+    if (now <= 0) return false;
+    done += static_cast<std::size_t>(now);
+  }
+  return true;
+}
+
+bool read_all(int descriptor, std::uint64_t offset, std::span<std::byte> bytes) {
+  return move_all(bytes.size(), [&](std::size_t done) {
+    return ::pread(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+  });
+}
+
+FileIdentity identity_of(const struct stat& status) {
+  return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+}
+
+}  // namespace
+
 std::string folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   return folder.empty() ? "." : folder;
 }
 
-int check_call(int result) {
-  if (result < 0) throw std::system_error(errno, std::generic_category());
-  return result;
+NewFile::NewFile(std::string path)
+    : path_(std::move(path)),
+      partial_(fmt::format("{}.partial-{}", path_, getpid())),
+      descriptor_(::open(partial_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) refuse(path_, errno);
 }
 
-/// A file descriptor. close() reports what the kernel could not write; the destructor only tidies up.
-class Descriptor {
- public:
-  Descriptor(const std::string& path, int flags) : fd_(check_call(::open(path.c_str(), flags | O_CLOEXEC, 0666))) {}
-  Descriptor(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  void write(std::span<const std::byte> bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) throw std::system_error(errno, std::generic_category());
-      bytes = bytes.subspan(static_cast<size_t>(written));
-    }
-  }
-  void sync() { check_call(::fsync(fd_)); }
-  void close() { check_call(::close(std::exchange(fd_, -1))); }
-
- private:
-  int fd_;
-};
-
-void write_file(const std::string& path, std::span<const std::byte> bytes) {
-  Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
-  file.write(bytes);
-  file.sync();
-  file.close();
+NewFile::~NewFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!partial_.empty()) ::unlink(partial_.c_str());
 }
 
-/// `check` may refuse the replacement by an exception, at the last moment.
-void replace(const std::string& path, std::span<const std::byte> bytes, const std::function<void()>& check) {
-  const std::string partial = fmt::format("{}.partial-{}", path, getpid());
-  const auto remove_partial = [&] {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
-  };
-  try {
-    write_file(partial, bytes);
-    check();
-    std::filesystem::rename(partial, path);
-    Descriptor(folder_of(path), O_RDONLY | O_DIRECTORY).sync();  // the new name itself
-  } catch (const std::system_error& error) {
-    remove_partial();
-    throw Failure(fmt::format("{} cannot be written ({})", path, error.code().message()));
-  } catch (const Failure&) {
-    remove_partial();
-    throw;
-  }
+void NewFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
+  const bool done = move_all(bytes.size(), [&](std::size_t written) {
+    return ::pwrite(descriptor_, bytes.data() + written, bytes.size() - written, static_cast<off_t>(offset + written));
+  });
+  if (!done) refuse(path_, errno);
 }
 
-}  // namespace
+void NewFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
+  if (!read_all(descriptor_, offset, bytes)) refuse(path_, errno);
+}
+
+void NewFile::publish(const std::function<void()>& check) {
+  if (::fsync(descriptor_) != 0) refuse(path_, errno);
+  if (::close(std::exchange(descriptor_, -1)) != 0) refuse(path_, errno);
+  check();
+  if (::rename(partial_.c_str(), path_.c_str()) != 0) refuse(path_, errno);
+  partial_.clear();
+  sync_folder(path_);
+}
 
 void write_atomically(const std::string& path, std::span<const std::byte> bytes) {
-  replace(path, bytes, [] {});
+  NewFile file(path);
+  file.write(0, bytes);
+  file.publish();
 }
 
 FileIdentity identity_of(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) return {};
-  return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+  return identity_of(status);
 }
 
-void replace_if_same(const std::string& path, const FileIdentity& read, std::span<const std::byte> bytes) {
-  replace(path, bytes, [&] {
-    if (identity_of(path) != read)
-      throw Failure(fmt::format("{} has changed since it was read: try again once its run is over", path));
-  });
+OpenFile::OpenFile(const std::string& path) : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  struct stat status {};
+  if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
+    const int error = errno;
+    if (descriptor_ >= 0) ::close(descriptor_);
+    throw std::system_error(error, std::generic_category());
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+  identity_ = identity_of(status);
+}
+
+OpenFile::OpenFile(OpenFile&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_), identity_(other.identity_) {}
+
+OpenFile& OpenFile::operator=(OpenFile&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  size_ = other.size_;
+  identity_ = other.identity_;
+  return *this;
+}
+
+OpenFile::~OpenFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void OpenFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
+  if (!read_all(descriptor_, offset, bytes)) throw std::system_error(errno, std::generic_category());
+}
+
+void remove_partial_files(const std::string& path) {
+  const std::string partial = std::filesystem::path(path).filename().string() + ".partial-";
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored))
+    if (entry.path().filename().string().starts_with(partial)) std::filesystem::remove(entry.path(), ignored);
 }
 
 void check_writable(const std::string& path) {

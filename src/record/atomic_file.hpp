@@ -2,17 +2,36 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 
 namespace lichtenberg {
 
-/// Writes the bytes to `path` such that whatever happens (a kill, a full disk, a power cut) either the old file or the
-/// whole new one stands there: they go to `path`.partial-PID, which no other process of this machine writes to, reach
-/// the disk, and take the name over. Throws Failure, and leaves no partial file, if that cannot be done.
+/// A file that takes its name when it is whole: until then it is `path`.partial-PID, which no other process of this
+/// machine writes to, and whatever happens (a kill, a full disk, a power cut) the old file stands. Members throw
+/// Failure if the disk does not take it; the partial file goes with this object.
+class NewFile {
+ public:
+  explicit NewFile(std::string path);
+  NewFile(const NewFile&) = delete;
+  ~NewFile();
+
+  /// Bytes that are skipped are zero.
+  void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  void read(std::uint64_t offset, std::span<std::byte> bytes) const;
+  /// Takes the name over once all is on the disk. `check` may refuse that by an exception, at the last moment.
+  void publish(const std::function<void()>& check = [] {});
+
+ private:
+  std::string path_, partial_;
+  int descriptor_;
+};
+
+/// Writes the bytes as a NewFile.
 void write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
-/// Which file stands at a path: write_atomically puts another one there.
+/// Which file stands at a path: a NewFile puts another one there.
 struct FileIdentity {
   std::uint64_t device = 0, inode = 0;
   std::int64_t seconds = 0, nanoseconds = 0;
@@ -21,11 +40,33 @@ struct FileIdentity {
 /// All zeros if there is none.
 FileIdentity identity_of(const std::string& path);
 
-/// write_atomically over the file that was read, whose identity was taken before. Throws Failure, and leaves what
-/// stands there alone, if it is another one by now: a run that goes on has saved.
-void replace_if_same(const std::string& path, const FileIdentity& read, std::span<const std::byte> bytes);
+/// A file to read, whose bytes stay what they are when another one takes its name.
+class OpenFile {
+ public:
+  /// Throws std::system_error.
+  explicit OpenFile(const std::string& path);
+  OpenFile(OpenFile&& other) noexcept;
+  OpenFile& operator=(OpenFile&& other) noexcept;
+  ~OpenFile();
+
+  std::uint64_t size() const { return size_; }
+  const FileIdentity& identity() const { return identity_; }
+  /// Throws std::system_error; of a file that is too short, too.
+  void read(std::uint64_t offset, std::span<std::byte> bytes) const;
+
+ private:
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  FileIdentity identity_;
+};
 
 /// Throws InputError if no file can be created where `path` says: its folder is missing or may not be written.
 void check_writable(const std::string& path);
+
+/// Removes what processes that were killed have left of a NewFile for this path; there must be no other writer.
+void remove_partial_files(const std::string& path);
+
+/// The folder that `path` is in.
+std::string folder_of(const std::string& path);
 
 }  // namespace lichtenberg

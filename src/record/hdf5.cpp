@@ -1,27 +1,15 @@
 #include "src/record/hdf5.hpp"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <numeric>
 
 namespace lichtenberg::hdf5 {
 namespace {
 
-constexpr hsize_t rows_a_chunk = 256;     // of a series of single numbers
-constexpr hsize_t short_rows = 4096;      // a chunk, where rows come many at a time
-constexpr unsigned compression = 4;       // deflate, 0 ... 9
-constexpr size_t memory_step = 1u << 20;  // bytes by which a file in memory grows
-
 /// HDF5 prints its error stack unless told not to; here it becomes an exception.
 void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
-
-template <class Number>
-hid_t native() {
-  if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
-  if constexpr (std::is_same_v<Number, std::int32_t>) return H5T_NATIVE_INT32;
-  if constexpr (std::is_same_v<Number, std::int64_t>) return H5T_NATIVE_INT64;
-  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
-}
 
 Handle text_type(size_t size) {
   Handle type(H5Tcopy(H5T_C_S1));
@@ -62,23 +50,22 @@ Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shap
   return dataset;
 }
 
-/// A dataset without rows yet, stored by `rows` to a chunk. All but series of single numbers are compressed.
-Handle growing_dataset(hid_t parent, const std::string& name, hid_t type, const Shape& row, hsize_t rows,
-                       const std::string& unit) {
-  Shape now{0}, limit{H5S_UNLIMITED}, chunk{rows};
-  for (Shape* each : {&now, &limit, &chunk}) each->insert(each->end(), row.begin(), row.end());
-  for (hsize_t& length : chunk) length = std::max<hsize_t>(length, 1);  // an empty row still needs a chunk
-  const Handle space(H5Screate_simple(static_cast<int>(now.size()), now.data(), limit.data()));
-  const Handle creation(H5Pcreate(H5P_DATASET_CREATE));
-  check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));
-  if (!row.empty()) {
-    check(H5Pset_shuffle(creation));
-    check(H5Pset_deflate(creation, compression));
+/// A file on the disk as it is.
+class FileBytes : public Bytes {
+ public:
+  explicit FileBytes(const OpenFile& file) : file_(file) {}
+  std::uint64_t size() const override { return file_.size(); }
+  void resize(std::uint64_t) override {}
+  void read(std::uint64_t offset, std::span<std::byte> bytes) const override {
+    const std::uint64_t there = std::min<std::uint64_t>(bytes.size(), offset < size() ? size() - offset : 0);
+    file_.read(offset, bytes.first(there));
+    std::ranges::fill(bytes.subspan(there), std::byte{0});
   }
-  Handle dataset(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT));
-  put_unit(dataset, unit);
-  return dataset;
-}
+  void write(std::uint64_t, std::span<const std::byte>) override { throw Error("the file is open to be read only"); }
+
+ private:
+  const OpenFile& file_;
+};
 
 /// The stack is walked from the call that failed first; its message names the cause.
 herr_t keep_first_message(unsigned, const H5E_error2_t* entry, void* message) {
@@ -94,21 +81,6 @@ Shape dataset_shape(hid_t dataset) {
   return result;
 }
 
-/// Adds `count` rows of this shape; the first ones create the dataset.
-void append_block(hid_t parent, const std::string& name, hid_t type, const void* rows, hsize_t count, const Shape& row,
-                  hsize_t rows_to_a_chunk, const std::string& unit) {
-  const Handle dataset = exists(parent, name) ? Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT))
-                                              : growing_dataset(parent, name, type, row, rows_to_a_chunk, unit);
-  Shape size = dataset_shape(dataset), start(size.size(), 0), added = size;
-  start[0] = size[0];
-  size[0] += count;
-  added[0] = count;
-  check(H5Dset_extent(dataset, size.data()));
-  const Handle target(H5Dget_space(dataset)), source = dataspace(added);
-  check(H5Sselect_hyperslab(target, H5S_SELECT_SET, start.data(), nullptr, added.data(), nullptr));
-  check(H5Dwrite(dataset, type, source, target, H5P_DEFAULT, rows));
-}
-
 }  // namespace
 
 void throw_error_stack() {
@@ -117,23 +89,42 @@ void throw_error_stack() {
   throw Error(message.empty() ? "HDF5 gave no reason" : message);
 }
 
-bool is_hdf5(const std::string& path) {
-  silence();
-  return H5Fis_hdf5(path.c_str()) > 0;
+bool is_hdf5(const OpenFile& file) {
+  constexpr std::array<unsigned char, 8> signature{0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+  std::array<unsigned char, 8> first{};
+  if (file.size() < first.size()) return false;
+  file.read(0, std::as_writable_bytes(std::span(first)));
+  return first == signature;
 }
 
-Handle create_in_memory() {
+Handle create_in_memory(const std::shared_ptr<Pages>& pages) {
   silence();
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  check(H5Pset_fapl_core(access, memory_step, false));
-  return Handle(H5Fcreate("new file", H5F_ACC_TRUNC, H5P_DEFAULT, access));
+  *pages = {};
+  return Handle(create_file(pages));
 }
 
-Handle load(const std::string& path) {
+Handle open_in_memory(const std::shared_ptr<Pages>& pages) {
   silence();
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  check(H5Pset_fapl_core(access, memory_step, false));
-  return Handle(H5Fopen(path.c_str(), H5F_ACC_RDWR, access));
+  return Handle(open_file(pages, H5F_ACC_RDWR));
+}
+
+Pages pages_of(const OpenFile& file) {
+  constexpr std::uint64_t block = 1u << 20;
+  Pages pages;
+  std::vector<std::byte> bytes;
+  for (std::uint64_t offset = 0; offset < file.size(); offset += block) {
+    bytes.resize(std::min(block, file.size() - offset));
+    file.read(offset, bytes);
+    pages.write(offset, bytes);
+  }
+  return pages;
+}
+
+Handle load(const std::string& path) { return open_in_memory(std::make_shared<Pages>(pages_of(OpenFile(path)))); }
+
+Handle open(const OpenFile& file) {
+  silence();
+  return Handle(open_file(std::make_shared<FileBytes>(file), H5F_ACC_RDONLY));
 }
 
 std::vector<std::byte> image(const Handle& file) {
@@ -155,6 +146,15 @@ bool exists(hid_t parent, const std::string& path) {
   for (size_t slash = path.find('/', 1); slash != std::string::npos; slash = path.find('/', slash + 1))
     if (check(H5Lexists(parent, path.substr(0, slash).c_str(), H5P_DEFAULT)) == 0) return false;
   return check(H5Lexists(parent, path.c_str(), H5P_DEFAULT)) > 0;
+}
+
+bool is_group(hid_t parent, const std::string& path) {
+  const Handle object(H5Oopen(parent, path.c_str(), H5P_DEFAULT));
+  return H5Iget_type(object) == H5I_GROUP;
+}
+
+bool is_group(hid_t parent, const std::string& path) {
+  return H5Iget_type(Handle(H5Oopen(parent, path.c_str(), H5P_DEFAULT))) == H5I_GROUP;
 }
 
 std::vector<std::string> names(hid_t group) {
@@ -180,7 +180,18 @@ void put_attribute(hid_t object, const std::string& name, const std::vector<std:
   write_attribute(object, name, type, {values.size()}, values.data());
 }
 
+std::string text(hid_t object, const std::string& name) {
+  if (check(H5Aexists(object, name.c_str())) == 0) return "";
+  const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT)), type = text_type(H5T_VARIABLE);
+  char* value = nullptr;
+  check(H5Aread(attribute, type, &value));
+  std::string result = value == nullptr ? "" : value;
+  H5free_memory(value);
+  return result;
+}
+
 std::vector<std::string> text_attribute(hid_t object, const std::string& name) {
+  if (check(H5Aexists(object, name.c_str())) == 0) return {};
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT)), space(H5Aget_space(attribute));
   const Handle type = text_type(H5T_VARIABLE);
   std::vector<char*> values(check(H5Sget_simple_extent_npoints(space)), nullptr);
@@ -226,19 +237,6 @@ void put_text(hid_t parent, const std::string& name, const std::string& text) {
 }
 
 template <class Number>
-void append(hid_t parent, const std::string& name, std::span<const Number> row, const Shape& shape,
-            const std::string& unit) {
-  // One row of many numbers to a chunk, so that no chunk is ever rewritten.
-  append_block(parent, name, native<Number>(), row.data(), 1, shape, shape.empty() ? rows_a_chunk : 1, unit);
-}
-
-template <class Number>
-void append_rows(hid_t parent, const std::string& name, std::span<const Number> rows, const Shape& shape,
-                 const std::string& unit) {
-  append_block(parent, name, native<Number>(), rows.data(), rows.size() / product(shape), shape, short_rows, unit);
-}
-
-template <class Number>
 std::vector<Number> get(hid_t parent, const std::string& name) {
   const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
   std::vector<Number> numbers(product(dataset_shape(dataset)));
@@ -273,12 +271,10 @@ Shape shape(hid_t parent, const std::string& name) {
   return dataset_shape(Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)));
 }
 
-#define FOR_NUMBER(Number)                                                                                         \
-  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                   \
-  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);         \
-  template void append(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);      \
-  template void append_rows(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&); \
-  template std::vector<Number> get(hid_t, const std::string&);                                                     \
+#define FOR_NUMBER(Number)                                                                                 \
+  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);           \
+  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&); \
+  template std::vector<Number> get(hid_t, const std::string&);                                             \
   template std::vector<Number> get_rows(hid_t, const std::string&, hsize_t, hsize_t);
 FOR_NUMBER(double)
 FOR_NUMBER(std::int32_t)

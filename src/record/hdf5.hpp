@@ -1,10 +1,8 @@
 #pragma once
 
-#define OMPI_SKIP_MPICXX 1  // hdf5.h includes mpi.h: leave out its C++ classes, which need a library of their own
-#include <hdf5.h>
-
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -13,10 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "src/record/atomic_file.hpp"
+#include "src/record/pages.hpp"
+
 /// The HDF5 C API with identifiers that close themselves and errors that are exceptions.
 ///
-/// Files are built in memory and written to disk by write_atomically: HDF5 1.10 crashes, when a file is closed or the
-/// program ends, after a write that failed for lack of space, so it never writes to the disk itself.
+/// Files are built in memory and written to disk by NewFile: HDF5 1.10 crashes, when a file is closed or the program
+/// ends, after a write that failed for lack of space, so it never writes to the disk itself. Nor does it lock a file.
 namespace lichtenberg::hdf5 {
 
 /// An HDF5 call failed; what() is the innermost message of HDF5's error stack.
@@ -52,23 +53,41 @@ class Handle {
   hid_t id_;
 };
 
-/// Whether the file at `path` begins as an HDF5 file does.
-bool is_hdf5(const std::string& path);
+/// Whether the file begins as an HDF5 file does.
+bool is_hdf5(const OpenFile& file);
 /// A new, empty file in memory.
-Handle create_in_memory();
-/// A copy in memory of the file at `path`: changes to it never reach the disk.
+Handle create_in_memory(const std::shared_ptr<Pages>& pages = std::make_shared<Pages>());
+/// The file whose bytes these are, to read and to write; they are whole once the handle is closed.
+Handle open_in_memory(const std::shared_ptr<Pages>& pages);
+/// A copy in memory of a file: changes to it never reach the disk.
 Handle load(const std::string& path);
-/// The bytes that the file would have on disk.
+/// All bytes of a file on the disk.
+Pages pages_of(const OpenFile& file);
+/// A file on the disk, to read; it must live longer than the handle. No name is looked up and no lock is taken.
+Handle open(const OpenFile& file);
+/// The bytes that a file in memory would have on disk.
 std::vector<std::byte> image(const Handle& file);
 
 /// The group at `path` below `parent`, made with all groups above it unless it exists.
 Handle open_group(hid_t parent, const std::string& path);
 /// Whether something stands at `path` below `parent`.
 bool exists(hid_t parent, const std::string& path);
+/// Whether that is a group.
+bool is_group(hid_t parent, const std::string& path);
+bool is_group(hid_t parent, const std::string& path);
 /// Names of what stands in a group, in alphabetical order.
 std::vector<std::string> names(hid_t group);
 
 using Shape = std::vector<hsize_t>;
+
+/// HDF5's type of a number in memory.
+template <class Number>
+hid_t native() {
+  if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<Number, std::int32_t>) return H5T_NATIVE_INT32;
+  if constexpr (std::is_same_v<Number, std::int64_t>) return H5T_NATIVE_INT64;
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
+}
 
 // Attributes. Text is UTF-8 of variable length, as h5py and the readers of H5MD expect it.
 void put_attribute(hid_t object, const std::string& name, const std::string& text);
@@ -84,7 +103,9 @@ void put_attribute(hid_t object, const std::string& name, Number number) {
 }
 /// Empty if there is no attribute of this name.
 std::optional<int> integer_attribute(hid_t object, const std::string& name);
-/// A list of texts, as put_attribute writes it.
+/// A text, as put_attribute writes it; empty if there is no attribute of this name.
+std::string text(hid_t object, const std::string& name);
+/// A list of texts, as put_attribute writes it; empty if there is no attribute of this name.
 std::vector<std::string> text_attribute(hid_t object, const std::string& name);
 
 /// Writes a dataset: into the one of the same name if it has the same shape, which keeps the file from growing, or
@@ -98,20 +119,6 @@ void put(hid_t parent, const std::string& name, Number number, const std::string
   put(parent, name, std::span<const Number>(&number, 1), {}, unit);
 }
 void put_text(hid_t parent, const std::string& name, const std::string& text);
-
-/// Adds one row to a dataset that grows along its first dimension; the first row creates it.
-template <class Number>
-void append(hid_t parent, const std::string& name, std::span<const Number> row, const Shape& shape,
-            const std::string& unit);
-template <class Number>
-requires std::is_arithmetic_v<Number>
-void append(hid_t parent, const std::string& name, Number number, const std::string& unit) {
-  append(parent, name, std::span<const Number>(&number, 1), {}, unit);
-}
-/// Adds any number of short rows at once; `shape` is one row's.
-template <class Number>
-void append_rows(hid_t parent, const std::string& name, std::span<const Number> rows, const Shape& shape,
-                 const std::string& unit);
 
 /// All numbers of a dataset, the last index fastest, converted if they are stored as another type.
 template <class Number>

@@ -12,55 +12,7 @@ namespace lichtenberg {
 namespace {
 
 constexpr const char* conductors = "/particles/conductors";
-constexpr const char* step = "/particles/conductors/position/step";
-constexpr const char* time = "/particles/conductors/position/time";
-constexpr const char* all_contacts = "contacts_of_all_frames";  // [C][2]
-constexpr const char* ends_of_contacts = "contacts_end";        // [T]
 constexpr hsize_t dimension = 3;  // spheres whose centres lie in the plane z = 0; MDAnalysis reads nothing else
-
-/// The instant first: the other elements link to it.
-void append_instant(const hdf5::Handle& file, const Frame& frame) {
-  const hdf5::Handle position = hdf5::open_group(file, std::string(conductors) + "/position");
-  const bool first = !hdf5::exists(position, "step");
-  const auto frames = first ? std::int64_t{0} : static_cast<std::int64_t>(hdf5::shape(position, "step")[0]);
-  hdf5::append(position, "step", frames, "");
-  hdf5::append(position, "time", frame.time, frame.time_unit);
-}
-
-/// Appends to a time-dependent element of H5MD. All elements share the step and time of the positions.
-void append_element(const hdf5::Handle& file, const std::string& parent, const Column& column) {
-  const std::string path = parent + "/" + column.name;
-  const bool first = !hdf5::exists(file, path);
-  const hdf5::Handle element = hdf5::open_group(file, path);
-  hdf5::Shape shape;
-  if (column.of == Column::Of::particles) shape.push_back(column.rows());
-  if (column.width > 0) shape.push_back(column.width);
-  std::visit(
-      [&]<class Number>(const std::vector<Number>& values) {
-        hdf5::append<Number>(element, "value", values, shape, column.unit);
-      },
-      column.values);
-  if (!first) return;
-  if (!exists(element, "step"))
-    for (const auto& [from, to] : {std::pair{step, "step"}, std::pair{time, "time"}})
-      hdf5::check(H5Lcreate_hard(file, from, element, to, H5P_DEFAULT, H5P_DEFAULT));
-  if (!column.labels.empty()) hdf5::put_attribute(element, "terminals", column.labels);
-}
-
-/// Frames have different numbers of rows: all of them one after the other, where each frame's end, and those of the
-/// last frame.
-void append_list(const hdf5::Handle& file, const Column& column) {
-  const hdf5::Handle group = hdf5::open_group(file, "network");
-  const std::string all = column.name + "_of_all_frames";
-  const hdf5::Shape row{column.width};
-  std::visit(
-      [&]<class Number>(const std::vector<Number>& values) {
-        hdf5::append_rows<Number>(group, all, values, row, column.unit);
-        hdf5::put<Number>(group, column.name, values, {column.rows(), column.width}, column.unit);
-      },
-      column.values);
-  hdf5::append(group, column.name + "_end", static_cast<std::int64_t>(hdf5::shape(group, all)[0]), "1");
-}
 
 /// Numbers of one conductor's kind: VMD gives all conductors of a species one radius.
 std::vector<double> distinct_radii(const Scene& scene) {
@@ -206,52 +158,6 @@ void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<cons
   hdf5::put<double>(vmd, "radius", radii, {radii.size()}, "m");
 }
 
-void append_frame(const hdf5::Handle& file, const Frame& frame) {
-  append_instant(file, frame);
-  for (const Column& column : frame.columns) {
-    if (column.of == Column::Of::particles) append_element(file, conductors, column);
-    if (column.of == Column::Of::system) append_element(file, "/observables", column);
-    if (column.of == Column::Of::list) append_list(file, column);
-  }
-}
-
-std::vector<std::int64_t> contact_ends(const hdf5::Handle& file) {
-  const std::string name = std::string("network/") + ends_of_contacts;
-  return hdf5::exists(file, name) ? hdf5::get<std::int64_t>(file, name) : std::vector<std::int64_t>{};
-}
-
-std::vector<analysis::Contact> contacts_between(const hdf5::Handle& file, std::int64_t first, std::int64_t end) {
-  if (first < 0 || end < first) throw hdf5::Error("the contacts of a frame end before they begin");
-  const std::vector<std::int32_t> ends =
-      hdf5::get_rows<std::int32_t>(file, std::string("network/") + all_contacts, first, end - first);
-  std::vector<analysis::Contact> contacts;
-  for (std::size_t k = 0; k + 1 < ends.size(); k += 2) contacts.emplace_back(ends[k], ends[k + 1]);
-  return contacts;
-}
-
-void append_history(const hdf5::Handle& file, const ColumnGroup& history) {
-  const hdf5::Handle group = hdf5::open_group(file, history.name);
-  for (const Column& column : history.columns)
-    std::visit(
-        [&]<class Number>(const std::vector<Number>& values) {
-          for (const Number value : values) hdf5::append(group, column.name, value, column.unit);
-        },
-        column.values);
-}
-
-void put_group(const hdf5::Handle& file, const ColumnGroup& columns) {
-  const hdf5::Handle group = hdf5::open_group(file, columns.name);
-  for (const Column& column : columns.columns) {
-    hdf5::Shape shape{column.rows()};
-    if (column.width > 0) shape.push_back(column.width);
-    std::visit(
-        [&]<class Number>(const std::vector<Number>& values) {
-          hdf5::put<Number>(group, column.name, values, shape, column.unit);
-        },
-        column.values);
-  }
-}
-
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {
   const hdf5::Handle group = hdf5::open_group(file, "checkpoint");
   put_arrays(group, "reals", checkpoint.reals);
@@ -260,12 +166,6 @@ void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {
 
 Checkpoint get_checkpoint(const hdf5::Handle& file) {
   return {get_arrays<double>(file, "checkpoint/reals"), get_arrays<std::int64_t>(file, "checkpoint/integers")};
-}
-
-std::vector<double> frame_times(const hdf5::Handle& file) {
-  std::vector<double> times = hdf5::get<double>(file, time);
-  if (times.empty()) throw hdf5::Error("no frames");
-  return times;
 }
 
 }  // namespace lichtenberg

@@ -9,9 +9,9 @@ struct Provenance {
   std::string user;
   std::string command_line;
   std::string petsc_options;  ///< of the environment; those of the command line stand there
-  std::string started;    ///< date and time in UTC, ISO 8601
-  std::string machine;    ///< host, operating system and its release
-  std::string processor;  ///< "unknown" where the system does not say
+  std::string started;        ///< date and time in UTC, ISO 8601
+  std::string machine;        ///< host, operating system and its release
+  std::string processor;      ///< "unknown" where the system does not say
   int cores = 0;
 };
 

@@ -1,21 +1,36 @@
 #include "src/record/recorder.hpp"
 
 #include <fmt/format.h>
+#include <sys/statvfs.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "solvers/error.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
-#include "src/record/result.hpp"
+#include "src/record/provenance.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/record/vtkhdf.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
 namespace {
+
+std::vector<Quantity> get_summary(const hdf5::Handle& file) {
+  std::vector<Quantity> summary;
+  if (!hdf5::exists(file, "summary")) return summary;
+  const hdf5::Handle group = hdf5::open_group(file, "summary");
+  for (const std::string& name : hdf5::names(group))
+    summary.push_back({name, hdf5::get<double>(group, name).at(0), ""});
+  return summary;
+}
+
+/// Marks a group that grows from save to save.
+constexpr const char* is_history = "history";
 
 void check_scene(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
   const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
@@ -52,107 +67,339 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
   if (field.estimate) hdf5::put_attribute(group, "estimated_error", *field.estimate);
 }
 
-/// What was found of fewer frames is not true of these.
-void remove_analysis(const hdf5::Handle& file) {
-  for (const char* found : {"analysis", "packing", "network/particle", "network/contact"})
-    if (hdf5::exists(file, found)) hdf5::check(H5Ldelete(file, found, H5P_DEFAULT));
+void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene) {
+  put_program(hdf5::open_group(file, session_group(session)), provenance);
+  if (scene.effects.has<effects::FloatingConductorsOptions>())
+    put_field_options(hdf5::open_group(file, session_group(session) + "/field"), scene.field);
 }
 
-std::vector<Quantity> get_summary(const hdf5::Handle& file) {
-  const hdf5::Handle group(H5Gopen2(file, "summary", H5P_DEFAULT));
-  std::vector<Quantity> summary;
-  for (const std::string& name : hdf5::names(group))
-    summary.push_back({name, hdf5::get<double>(group, name).at(0), ""});
-  return summary;
+std::optional<ColumnGroup> history_in(const hdf5::Handle& file) {
+  for (const std::string& name : hdf5::names(file)) {
+    if (!hdf5::is_group(file, name)) continue;
+    const hdf5::Handle group = hdf5::open_group(file, name);
+    if (hdf5::integer_attribute(group, is_history)) return ColumnGroup{name, get_columns(group)};
+  }
+  return {};
 }
 
-/// Only a run that is over has one: that of a run which was resumed with a later stop goes.
-void put_summary(const hdf5::Handle& file, const std::vector<Quantity>& summary) {
-  if (hdf5::exists(file, "summary")) hdf5::check(H5Ldelete(file, "summary", H5P_DEFAULT));
-  for (const auto& [name, value, unit] : summary) hdf5::put(hdf5::open_group(file, "summary"), name, value, unit);
+void lengthen(Column& column, const std::vector<Column>& added) {
+  const auto more = std::ranges::find(added, column.name, &Column::name);
+  if (more == added.end() || more->unit != column.unit || more->values.index() != column.values.index())
+    throw InputError(fmt::format("column `{}` of a history is not what it was before", column.name));
+  std::visit(
+      [&]<class Number>(std::vector<Number>& numbers) {
+        const auto& rows = std::get<std::vector<Number>>(more->values);
+        numbers.insert(numbers.end(), rows.begin(), rows.end());
+      },
+      column.values);
+}
+
+std::vector<Column> lists_of(const Rows& rows, const std::vector<Series>& series) {
+  std::vector<Column> lists;
+  for (std::size_t k = 0; k < series.size(); ++k)
+    if (series[k].of == Column::Of::list)
+      lists.push_back({.name = series[k].name,
+                       .unit = series[k].unit,
+                       .of = Column::Of::list,
+                       .width = series[k].row.empty() ? 0 : static_cast<std::size_t>(series[k].row[0]),
+                       .values = rows[k]});
+  return lists;
+}
+
+/// What is free on the disk of a path; all there is if it does not say.
+std::uint64_t free_bytes(const std::string& path) {
+  struct statvfs disk {};
+  if (statvfs(folder_of(path).c_str(), &disk) != 0) return UINT64_MAX;
+  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+}
+
+/// Rows `first` to `first + count` of values that hold many.
+Values part_of(const Values& values, const Series& series, std::int64_t first, std::int64_t count) {
+  return std::visit(
+      [&]<class Number>(const std::vector<Number>& numbers) -> Values {
+        const auto width = static_cast<std::int64_t>(series.row_bytes() / sizeof(Number));
+        return std::vector<Number>(numbers.begin() + first * width, numbers.begin() + (first + count) * width);
+      },
+      values);
 }
 
 }  // namespace
 
-Recorder::Recorder(std::string path, const Scene& scene, std::vector<double> mass)
-    : path_(std::move(path)), scene_(scene), mass_(std::move(mass)) {}
+Recorder::Recorder(const std::string& path, std::uint64_t tail_bytes)
+    : path_(path), lock_((check_writable(path), path)), tail_limit_(tail_bytes) {}
 
-Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite) {
-  check_writable(path);
+Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite,
+                         std::uint64_t tail_bytes) {
+  Recorder recorder(path, tail_bytes);
   if (std::filesystem::exists(path) && !overwrite)
     throw InputError(
         fmt::format("{} exists: go on from it with --resume, replace it with --overwrite, or name another "
                     "file with --out",
                     path));
-  return Recorder(path, scene, {mass.begin(), mass.end()});
+  remove_partial_files(path);
+  recorder.particles_ = mass.size();
+  recorder.put_constants([&](const hdf5::Handle& file) {
+    const Provenance here = provenance();
+    put_header(file, here);
+    put_scene(file, scene);
+    put_conductors(file, scene, mass);
+    put_session(file, 0, here, scene);
+  });
+  return recorder;
 }
 
-Recorder Recorder::resume(const std::string& path, const Scene& scene) {
+Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes) {
   if (!std::filesystem::exists(path))
     throw InputError(
         fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
-  check_writable(path);
+  Recorder recorder(path, tail_bytes);
   try {
-    const hdf5::Handle file = load_result(path, "resumed");
-    check_scene(file, path, scene);
-    Recorder recorder(path, scene, {});
-    recorder.checkpoint_ = get_checkpoint(file);
-    const std::vector<double> times = frame_times(file);
-    recorder.saved_time_ = times.back();
-    if (hdf5::exists(file, "summary")) recorder.summary_ = get_summary(file);
-    recorder.saved_frames_ = static_cast<std::int64_t>(times.size());
-    while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
+    const ResultFile result(path, "resumed");
+    if (result.format() != result_format)
+      throw InputError(
+          fmt::format("{} has result format {}, but with this version of lichtenberg only format {} can be resumed",
+                      path, result.format(), result_format));
+    if (!result.is_sealed())
+      throw InputError(
+          fmt::format("{} was changed by another program, which left it without its checksum: it can be read, but not "
+                      "resumed",
+                      path));
+    check_scene(result.file(), path, scene);
+    recorder.take_over(result);
+    recorder.put_constants([&](const hdf5::Handle& file) {
+      while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
+      put_session(file, recorder.session_, provenance(), scene);
+    });
+    remove_partial_files(path);
+    remove_other_segments(path, recorder.segments_);
     return recorder;
   } catch (const hdf5::Error& error) {
     throw Failure(fmt::format("{} is damaged and cannot be resumed ({})", path, error.what()));
+  } catch (const std::system_error& error) {
+    throw Failure(fmt::format("{} cannot be resumed ({})", path, error.code().message()));
   }
 }
 
-void Recorder::add(Frame frame) { waiting_.push_back(std::move(frame)); }
+template <class Put>
+void Recorder::put_constants(Put put) {
+  const auto pages = std::make_shared<hdf5::Pages>(std::move(constants_));
+  put(pages->size() > 0 ? hdf5::open_in_memory(pages) : hdf5::create_in_memory(pages));
+  constants_ = std::move(*pages);
+}
 
-void Recorder::save(const Milestone& milestone) {
+void Recorder::take_over(const ResultFile& result) {
+  put_constants([&](const hdf5::Handle& file) {
+    copy_all_but_frames(result.file(), file, {"h5md", "scene", "parameters", "particles", "provenance"});
+  });
+  particles_ = hdf5::shape(result.file(), "particles/conductors/radius").at(0);
+  checkpoint_ = get_checkpoint(result.file());
+  summary_ = get_summary(result.file());
+  history_ = history_in(result.file());
+  series_ = series_in(result.file());
+  frames_ = result.frames();
+  last_time_ = result.rows<double>(series_[1].dataset, frames_ - 1, 1).at(0);
+  saved_time_ = last_time_;
+  segments_ = result.segments();
+  for (std::size_t k = 0; k < segments_.size(); ++k)
+    segments_[k].rows = rows_in(hdf5::open(result.segment(k)), series_);
+  take_over_tail(result);
+}
+
+/// Frames that no segment holds: they wait here again, unless they fill a whole file.
+void Recorder::take_over_tail(const ResultFile& result) {
+  std::int64_t before = 0;
+  for (const Segment& segment : segments_) before += segment.frames;
+  const std::string prefix = segments_.empty() ? "" : "tail/";
+  for (const Series& series : series_) {
+    if (series.of != Column::Of::list) continue;
+    const std::string ends = fmt::format("network/{}_end", series.name);
+    ends_[series.name] = result.rows<std::int64_t>(ends, frames_ - 1, 1).at(0);
+    last_lists_.push_back({.name = series.name,
+                           .unit = series.unit,
+                           .of = Column::Of::list,
+                           .width = series.row.empty() ? 0 : static_cast<std::size_t>(series.row[0]),
+                           .values = read_rows(result.file(), "network/" + series.name, series, 0,
+                                               hdf5::shape(result.file(), "network/" + series.name).at(0))});
+  }
+  if (before == frames_) return;
+  const hdf5::Handle& file = result.file();
+  std::uint64_t bytes = 0;
+  for (const Series& series : series_) bytes += hdf5::shape(file, prefix + series.dataset).at(0) * series.row_bytes();
+  whole_file_ = segments_.empty() && bytes > tail_limit_;
+  if (whole_file_) return;
+  tail_.assign(static_cast<std::size_t>(frames_ - before), Rows(series_.size()));
+  tail_bytes_ = bytes;
+  for (std::size_t k = 0; k < series_.size(); ++k) {
+    const Series& series = series_[k];
+    const bool is_list = series.of == Column::Of::list;
+    const std::string dataset = prefix + series.dataset;
+    const Values all = read_rows(file, dataset, series, 0, hdf5::shape(file, dataset).at(0));
+    const auto ends = is_list ? hdf5::get<std::int64_t>(file, fmt::format("{}network/{}_end", prefix, series.name))
+                              : std::vector<std::int64_t>{};
+    const std::int64_t rows = is_list ? static_cast<std::int64_t>(rows_in(all, series)) : 0;
+    std::int64_t first = 0;
+    for (std::size_t f = 0; f < tail_.size(); ++f) {
+      const std::int64_t end = is_list ? ends.at(f) - (ends.back() - rows) : static_cast<std::int64_t>(f + 1);
+      if (end < first || (is_list && end > rows)) throw hdf5::Error(series.name + " of a frame end before they begin");
+      tail_[f][k] = part_of(all, series, first, end - first);
+      first = end;
+    }
+  }
+}
+
+void Recorder::add(Frame frame) {
+  const std::vector<Series> series = series_.empty() ? series_of(frame, particles_) : series_;
+  const double time = frame.time;
+  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends_);
+  series_ = series;
   try {
-    const hdf5::Handle file = saved_frames_ > 0 ? hdf5::load(path_) : new_file();
-    put_frames(file);
-    remove_analysis(file);
-    put_checkpoint(file, milestone.checkpoint);
-    if (milestone.field) put_vtkhdf(file, *milestone.field);
-    if (!milestone.history.columns.empty()) append_history(file, milestone.history);
-    for (const ColumnGroup& group : milestone.findings) put_group(file, group);
-    put_session(file, milestone.seconds);
-    put_summary(file, milestone.summary);
-    write_atomically(path_, hdf5::image(file));
-  } catch (const hdf5::Error& error) {
-    throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
+    keep(std::move(rows));
   } catch (const Failure& failure) {
     throw Failure(fmt::format("{}; {}", failure.what(), what_stands()));
+  } catch (const std::exception& error) {
+    throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
   }
-  saved_frames_ = frames();
-  if (!waiting_.empty()) saved_time_ = waiting_.back().time;
-  waiting_.clear();
+  last_time_ = time;
+  ++frames_;
 }
 
-hdf5::Handle Recorder::new_file() const {
-  hdf5::Handle file = hdf5::create_in_memory();
-  put_header(file, provenance_);
-  put_scene(file, scene_);
-  put_conductors(file, scene_, mass_);
-  return file;
-}
-
-void Recorder::put_frames(const hdf5::Handle& file) const {
-  for (const Frame& frame : waiting_) append_frame(file, frame);
-}
-
-void Recorder::put_session(const hdf5::Handle& file, const std::map<std::string, double>& seconds) const {
-  const std::string path = session_group(session_);
-  if (!hdf5::exists(file, path)) {
-    put_program(hdf5::open_group(file, path), provenance_);
-    if (scene_.effects.has<effects::FloatingConductorsOptions>())
-      put_field_options(hdf5::open_group(file, path + "/field"), scene_.field);
+/// Until the next save; frames that are many, or large, in a segment.
+void Recorder::keep(Rows rows) {
+  if (whole_file_) whole_file_becomes_segment();
+  last_lists_ = lists_of(rows, series_);
+  const std::uint64_t bytes = bytes_of(rows);
+  if (!tail_.empty() && tail_bytes_ + bytes > tail_limit_) {
+    write_segment(tail_);
+    tail_.clear();
+    tail_bytes_ = 0;
   }
-  const hdf5::Handle group = hdf5::open_group(file, path + "/seconds");
-  for (const auto& [activity, value] : seconds) hdf5::put(group, activity, value, "s");
+  if (bytes > tail_limit_) return write_segment({&rows, 1});
+  tail_.push_back(std::move(rows));
+  tail_bytes_ += bytes;
+}
+
+void Recorder::write_segment(std::span<const Rows> frames) {
+  std::error_code error;
+  std::filesystem::create_directory(segments_folder(path_), error);
+  if (error) throw Failure(fmt::format("{} cannot be made ({})", segments_folder(path_), error.message()));
+  Segment segment{.number = next_segment(path_), .frames = static_cast<std::int64_t>(frames.size()), .seal = {}};
+  segment.rows.assign(series_.size(), 0);
+  for (const Rows& rows : frames)
+    for (std::size_t k = 0; k < rows.size(); ++k) segment.rows[k] += lichtenberg::rows_in(rows[k], series_[k]);
+  segment.seal = write_with_frames(segment_file(path_, segment.number), {}, series_, {}, frames);
+  segments_.push_back(std::move(segment));
+}
+
+/// Under another name, beside its own, that the next save gives to an index; nothing is copied where the disk has hard
+/// links.
+void Recorder::whole_file_becomes_segment() {
+  namespace fs = std::filesystem;
+  Segment segment{.number = next_segment(path_), .frames = frames_, .seal = {}};
+  std::error_code error;
+  fs::create_directory(segments_folder(path_), error);
+  const std::string name = segment_file(path_, segment.number);
+  fs::create_hard_link(path_, name, error);
+  if (error) fs::copy_file(path_, name, error);
+  if (error) throw Failure(fmt::format("{} cannot be written ({})", name, error.message()));
+  const OpenFile file(name);
+  segment.seal = checked_seal(file).value();
+  segment.rows = lichtenberg::rows_in(hdf5::open(file), series_);
+  segments_.push_back(std::move(segment));
+  whole_file_ = false;
+}
+
+void Recorder::save(const Milestone& milestone) {
+  const bool first = !saved_time_;
+  try {
+    if (whole_file_) whole_file_becomes_segment();
+    lengthen_history(milestone.history);
+    write_index(milestone);
+  } catch (const Failure& failure) {
+    throw Failure(fmt::format("{}; {}", failure.what(), what_stands()));
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
+  }
+  saved_time_ = last_time_;
+  if (first) remove_other_segments(path_, segments_);  // of a run that was overwritten
+  if (!milestone.summary.empty() && !segments_.empty()) put_together(milestone);
+}
+
+void Recorder::lengthen_history(const ColumnGroup& added) {
+  if (added.columns.empty()) return;
+  if (!history_) {
+    history_ = added;
+    return;
+  }
+  std::vector<Column> columns = history_->columns;
+  for (Column& column : columns) lengthen(column, added.columns);
+  history_->columns = std::move(columns);
+}
+
+hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
+  const auto pages = std::make_shared<hdf5::Pages>(constants_);
+  {
+    const hdf5::Handle file = hdf5::open_in_memory(pages);
+    put_checkpoint(file, milestone.checkpoint);
+    if (milestone.field) put_vtkhdf(file, *milestone.field);
+    if (!last_lists_.empty()) put_columns(hdf5::open_group(file, "network"), last_lists_);
+    for (const ColumnGroup& found : milestone.findings) put_columns(hdf5::open_group(file, found.name), found.columns);
+    if (history_) {
+      const hdf5::Handle group = hdf5::open_group(file, history_->name);
+      hdf5::put_attribute(group, is_history, 1);
+      put_columns(group, history_->columns);
+    }
+    const hdf5::Handle seconds = hdf5::open_group(file, session_group(session_) + "/seconds");
+    for (const auto& [activity, value] : milestone.seconds) hdf5::put(seconds, activity, value, "s");
+    for (const auto& [name, value, unit] : milestone.summary)
+      hdf5::put(hdf5::open_group(file, "summary"), name, value, unit);
+  }
+  return std::move(*pages);
+}
+
+void Recorder::write_index(const Milestone& milestone) const {
+  const auto pages = std::make_shared<hdf5::Pages>(all_but_frames(milestone));
+  if (!series_.empty()) put_frames_into(hdf5::open_in_memory(pages));
+  write_sealed(path_, *pages);
+}
+
+/// All there are; of those in segments, where they stand.
+void Recorder::put_frames_into(const hdf5::Handle& file) const {
+  if (segments_.empty()) return put_frames(file, "", series_, tail_);
+  std::vector<Elsewhere> parts;
+  for (const Segment& segment : segments_) parts.push_back({segment_name(path_, segment.number), "", segment.rows});
+  if (!tail_.empty()) {
+    put_frames(file, "tail/", series_, tail_);
+    parts.push_back({".", "tail/", lichtenberg::rows_in(hdf5::open_group(file, "tail"), series_)});
+  }
+  put_virtual(file, series_, parts);
+  put_segments(file, segments_);
+}
+
+/// One file in place of index and segments, which stay if that cannot be done.
+void Recorder::put_together(const Milestone& milestone) {
+  try {
+    hdf5::Pages rest = all_but_frames(milestone);
+    constexpr std::uint64_t spare = 16u << 20;
+    std::uint64_t needed = rest.size() + tail_bytes_ + spare;
+    std::vector<OpenFile> files;
+    std::vector<const OpenFile*> before;
+    for (const Segment& segment : segments_) needed += segment.seal.bytes;
+    if (free_bytes(path_) < needed)
+      throw Failure(fmt::format("that takes {:.3g} GB on the disk", 1e-9 * static_cast<double>(needed)));
+    for (const Segment& segment : segments_) files.push_back(open_segment(path_, segment));
+    for (const OpenFile& file : files) before.push_back(&file);
+    write_with_frames(path_, std::move(rest), series_, before, tail_);
+    remove_other_segments(path_, {});
+    segments_.clear();
+    tail_.clear();
+    tail_bytes_ = 0;
+    whole_file_ = true;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "lichtenberg: {} stays beside {} and belongs to it: they were not put together ({})\n",
+               segments_folder(path_), path_, error.what());
+  }
 }
 
 std::string Recorder::what_stands() const {

@@ -1,17 +1,19 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "solvers/laplace/problem.hpp"
-#include "src/model/frame.hpp"
 #include "src/model/motion.hpp"
-#include "src/record/hdf5.hpp"
-#include "src/record/layout.hpp"
-#include "src/record/provenance.hpp"
+#include "src/record/pages.hpp"
+#include "src/record/result_file.hpp"
+#include "src/record/segments.hpp"
+#include "src/record/writer_lock.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
@@ -22,58 +24,85 @@ struct Milestone {
   std::optional<laplace::Field> field;    ///< at the time of the last frame
   std::map<std::string, double> seconds;  ///< wall-clock time since this program started, by activity
   std::vector<Quantity> summary;          ///< of a run that is over
-  std::vector<ColumnGroup> findings;      ///< of the last frame of a run that is over
-  ColumnGroup history;                    ///< rows that are added
+  ColumnGroup history;                    ///< rows since the last save, added to those before; without columns: none
+  std::vector<ColumnGroup> findings;      ///< what was found of the last frame; gone with the next save
 };
 
-/// Writes the result file of a run (README.md describes what stands in it).
+/// Writes the result file of a run (README.md describes what stands in it and how it stays whole).
 ///
-/// Frames are kept in memory until save() writes them together with a checkpoint, and save() replaces the file as a
-/// whole. So the file on disk is complete and consistent at any moment: it holds a checkpoint and the frames up to it,
-/// and a run that is killed goes on from there.
+/// Frames become part of the result by save(), together with a checkpoint. So the result on disk is complete and
+/// consistent at any moment: it holds a checkpoint and the frames up to it, and a run that is killed goes on from
+/// there. From start() or resume() on to its end a recorder is the only one that writes the result.
 class Recorder {
  public:
+  /// Of frames, that wait in memory and are rewritten by each save before they get a file of their own.
+  static constexpr std::uint64_t usual_tail = 8u << 20;
+
   /// For a new run; `mass` (kg) of each conductor. Nothing is written yet, and a file that may be overwritten stays
-  /// until the first save. Throws InputError if `path` exists and may not be overwritten, or cannot be created.
-  static Recorder start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite);
+  /// until the first save. Throws InputError if `path` exists and may not be overwritten, cannot be created, or is
+  /// being written by another process.
+  static Recorder start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite,
+                        std::uint64_t tail_bytes = usual_tail);
 
   /// For a run that goes on from the checkpoint in `path`. Throws InputError if there is no result file of this
-  /// program's format, or if the scene in it differs from this one outside of [stop], [output] and [network]; Failure
-  /// if it is damaged.
-  static Recorder resume(const std::string& path, const Scene& scene);
+  /// program's format, if another program has changed it or another process is writing it, or if the scene in it
+  /// differs from this one outside of [stop], [output] and [network]; Failure if it is damaged.
+  static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
   /// The checkpoint to go on from; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// s, of the last frame on disk; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
-  /// Of the run on disk; none unless it is over.
+  /// Of the run on disk, without units; none unless it is over.
   const std::vector<Quantity>& summary() const { return summary_; }
   /// All frames of the run so far, those that wait for the next save among them.
-  std::int64_t frames() const { return saved_frames_ + static_cast<std::int64_t>(waiting_.size()); }
+  std::int64_t frames() const { return frames_; }
 
-  /// Keeps a frame for the next save.
+  /// Keeps a frame for the next save. Throws InputError that names the column which has the wrong length or unit, a
+  /// name of another one, or is not one of those of the frames before; Failure if a frame of many bytes, which does not
+  /// wait, finds no room on the disk.
   void add(Frame frame);
 
-  /// Writes all frames added since the last save. Throws Failure (a full disk, say), which leaves the file as it was.
+  /// Makes all frames added so far part of the result, and puts them together into one file if there is a summary.
+  /// Throws Failure (a full disk, say), which leaves the result as it was.
   void save(const Milestone& milestone);
 
  private:
-  Recorder(std::string path, const Scene& scene, std::vector<double> mass);
-  hdf5::Handle new_file() const;
-  void put_frames(const hdf5::Handle& file) const;
-  void put_session(const hdf5::Handle& file, const std::map<std::string, double>& seconds) const;
+  Recorder(const std::string& path, std::uint64_t tail_bytes);
+  template <class Put>
+  void put_constants(Put put);
+  void take_over(const ResultFile& result);
+  void take_over_tail(const ResultFile& result);
+  void whole_file_becomes_segment();
+  void keep(Rows rows);
+  void write_segment(std::span<const Rows> frames);
+  hdf5::Pages all_but_frames(const Milestone& milestone) const;
+  void write_index(const Milestone& milestone) const;
+  void put_frames_into(const hdf5::Handle& file) const;
+  void put_together(const Milestone& milestone);
+  void lengthen_history(const ColumnGroup& added);
   std::string what_stands() const;
 
   std::string path_;
-  Scene scene_;
-  std::vector<double> mass_;
-  Provenance provenance_ = provenance();
-  int session_ = 0;  ///< 0: the start of the run, then one more for each time it was resumed
+  WriterLock lock_;
+  std::uint64_t tail_limit_;
+  hdf5::Pages constants_;  ///< a file of all that no save changes: the scene, where the program ran before ...
+  int session_ = 0;        ///< 0: the start of the run, then one more for each time it was resumed
+  std::size_t particles_ = 0;
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
   std::vector<Quantity> summary_;
-  std::int64_t saved_frames_ = 0;
-  std::vector<Frame> waiting_;
+  std::optional<ColumnGroup> history_;  ///< all of it
+
+  std::int64_t frames_ = 0;
+  double last_time_ = 0;
+  std::vector<Series> series_;                ///< none before the first frame
+  std::map<std::string, std::int64_t> ends_;  ///< of lists: rows of all frames
+  std::vector<Column> last_lists_;            ///< of the last frame
+  bool whole_file_ = false;  ///< the frames on disk fill the file at path_, which is to become a segment
+  std::vector<Segment> segments_;
+  std::vector<Rows> tail_;  ///< frames after those of the segments
+  std::uint64_t tail_bytes_ = 0;
 };
 
 }  // namespace lichtenberg

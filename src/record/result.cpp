@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "solvers/error.hpp"
 #include "src/effects/read_scene.hpp"
@@ -15,39 +14,7 @@ namespace {
 
 constexpr const char* conductors = "/particles/conductors/";
 
-void put_column(hid_t group, const Column& column, std::size_t frames) {
-  hdf5::Shape shape{frames};
-  if (column.width > 0) shape.push_back(column.width);
-  std::visit(
-      [&]<class Number>(const std::vector<Number>& values) {
-        hdf5::put<Number>(group, column.name, values, shape, column.unit);
-      },
-      column.values);
-}
-
-void remove_others(hid_t group, const std::vector<Column>& columns) {
-  for (const std::string& name : hdf5::names(group))
-    if (std::ranges::find(columns, name, &Column::name) == columns.end())
-      hdf5::check(H5Ldelete(group, name.c_str(), H5P_DEFAULT));
-}
-
 }  // namespace
-
-hdf5::Handle load_result(const std::string& path, const std::string& used) {
-  if (!std::filesystem::exists(path)) throw InputError(fmt::format("{} does not exist", path));
-  if (!hdf5::is_hdf5(path))
-    throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be {}", path, used));
-  hdf5::Handle file = hdf5::load(path);
-  const std::optional<int> format = hdf5::integer_attribute(file, "lichtenberg_result");
-  if (!format)
-    throw InputError(
-        fmt::format("{} was not written by `lichtenberg run`: only its result files can be {}", path, used));
-  if (*format != result_format)
-    throw InputError(
-        fmt::format("{} has result format {}, but with this version of lichtenberg only format {} can be {}", path,
-                    *format, result_format, used));
-  return file;
-}
 
 /// Whatever HDF5 has against the file is the file's fault.
 template <class Reading>
@@ -61,28 +28,28 @@ auto Result::guarded(Reading reading) const {
 
 Result::Result(const std::string& path) : path_(path) {
   guarded([&] {
-    identity_ = identity_of(path);
-    file_ = load_result(path, "analysed");
-    if (!hdf5::exists(*file_, std::string(conductors) + "position/time"))
+    file_.emplace(path, "analysed");
+    const std::string time = std::string(conductors) + "position/time", ends = "network/contacts_end";
+    if (!file_->has(time) || file_->frames() == 0)
       throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
-    times_ = hdf5::get<double>(*file_, std::string(conductors) + "position/time");
-    if (times_.empty()) throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
+    times_ = file_->rows<double>(time);
+    if (file_->has(ends)) contact_ends_ = file_->rows<std::int64_t>(ends);
     conductors_ = radius().size();
   });
 }
 
 Scene Result::scene() const {
-  const std::string text = guarded([&] { return hdf5::get_text(*file_, "scene/text"); });
+  const std::string text = guarded([&] { return hdf5::get_text(file_->file(), "scene/text"); });
   return parse_scene(text, fmt::format("{}:/scene/text", path_));
 }
 
 std::vector<double> Result::radius() const {
-  return guarded([&] { return hdf5::get<double>(*file_, std::string(conductors) + "radius"); });
+  return guarded([&] { return hdf5::get<double>(file_->file(), std::string(conductors) + "radius"); });
 }
 
 std::vector<double> Result::mass() const {
   return guarded([&] {
-    std::vector<double> mass = hdf5::get<double>(*file_, std::string(conductors) + "mass");
+    std::vector<double> mass = hdf5::get<double>(file_->file(), std::string(conductors) + "mass");
     if (mass.size() != conductors_)
       throw hdf5::Error(fmt::format("there are {} masses of {} conductors", mass.size(), conductors_));
     return mass;
@@ -90,8 +57,8 @@ std::vector<double> Result::mass() const {
 }
 
 std::vector<double> Result::reals(const std::string& name, int index, std::size_t count) const {
-  if (!hdf5::exists(*file_, name)) throw hdf5::Error(name + " is missing");
-  std::vector<double> row = hdf5::get_rows<double>(*file_, name + "/value", index, 1);
+  if (!file_->has(name)) throw hdf5::Error(name + " is missing");
+  std::vector<double> row = file_->rows<double>(name + "/value", index, 1);
   if (row.size() != count)
     throw hdf5::Error(fmt::format("{} has {} numbers a frame where there should be {}", name, row.size(), count));
   return row;
@@ -100,42 +67,44 @@ std::vector<double> Result::reals(const std::string& name, int index, std::size_
 Frame Result::frame(int index) const {
   return guarded([&] {
     Frame frame{.time = times_.at(index)};
-    const auto read = [&](const std::string& parent, Column::Of of) {
-      if (!hdf5::exists(*file_, parent)) return;
-      const hdf5::Handle group(H5Gopen2(*file_, parent.c_str(), H5P_DEFAULT));
-      for (const std::string& name : hdf5::names(group)) {
-        const std::string value = parent + "/" + name + "/value";
-        if (hdf5::exists(*file_, value)) frame.columns.push_back(column(value, name, of, index));
-      }
-    };
-    read("particles/conductors", Column::Of::particles);
-    read("observables", Column::Of::system);
+    for (const std::string& name : names_in("particles/conductors")) {
+      std::vector<double> values = file_->rows<double>(conductors + name + "/value", index, 1);
+      if (conductors_ == 0 || values.size() % conductors_ != 0)
+        throw hdf5::Error(fmt::format("{} has not one row for each of {} conductors", name, conductors_));
+      const std::size_t numbers = values.size() / conductors_;
+      frame.add_particles(name, "", std::move(values), numbers == 1 ? 0 : numbers);
+    }
+    for (const std::string& name : names_in("observables")) {
+      std::vector<double> values = file_->rows<double>("observables/" + name + "/value", index, 1);
+      const hdf5::Handle element = hdf5::open_group(file_->file(), "observables/" + name);
+      std::vector<std::string> labels;
+      if (hdf5::check(H5Aexists(element, "terminals")) > 0) labels = hdf5::text_attribute(element, "terminals");
+      const std::size_t width = labels.empty() && values.size() == 1 ? 0 : values.size();
+      frame.columns.push_back({name, "", Column::Of::system, width, std::move(values), std::move(labels)});
+    }
     return frame;
   });
 }
 
-Column Result::column(const std::string& path, const std::string& name, Column::Of of, int index) const {
-  const hdf5::Shape shape = hdf5::shape(*file_, path);
-  const std::size_t row = of == Column::Of::particles ? 2 : 1;  // the dimension that counts a row's numbers
-  if (shape.size() < row || (of == Column::Of::particles && shape[1] != conductors_))
-    throw hdf5::Error(fmt::format("{} has not one row for each of {} conductors", name, conductors_));
-  return {.name = name,
-          .unit = "",
-          .of = of,
-          .width = shape.size() > row ? shape[row] : 0,
-          .values = hdf5::get_rows<double>(*file_, path, index, 1)};
+/// Of the columns in this group.
+std::vector<std::string> Result::names_in(const std::string& group) const {
+  std::vector<std::string> names;
+  if (!hdf5::exists(file_->file(), group)) return names;
+  for (const std::string& name : hdf5::names(hdf5::open_group(file_->file(), group)))
+    if (const std::string path = group + "/" + name; hdf5::is_group(file_->file(), path) && file_->has(path + "/value"))
+      names.push_back(name);
+  return names;
 }
 
 std::vector<double> Result::observable(const std::string& name, int index) const {
   return guarded([&] {
     const std::string element = "observables/" + name;
-    return hdf5::exists(*file_, element) ? hdf5::get_rows<double>(*file_, element + "/value", index, 1)
-                                         : std::vector<double>{};
+    return file_->has(element) ? file_->rows<double>(element + "/value", index, 1) : std::vector<double>{};
   });
 }
 
 bool Result::has_network() const {
-  return guarded([&] { return hdf5::exists(*file_, std::string(conductors) + "successor"); });
+  return guarded([&] { return file_->has(std::string(conductors) + "successor"); });
 }
 
 std::vector<int> Result::successor(int index) const {
@@ -152,25 +121,28 @@ std::vector<int> Result::successor(int index) const {
 
 std::optional<std::vector<analysis::Contact>> Result::contacts(int index) const {
   return guarded([&]() -> std::optional<std::vector<analysis::Contact>> {
-    const std::vector<std::int64_t> ends = contact_ends(*file_);
-    if (ends.size() != times_.size()) return {};
-    const std::int64_t first = index > 0 ? ends[index - 1] : 0;
-    const std::vector<analysis::Contact> contacts = contacts_between(*file_, first, ends[index]);
-    for (const auto& [i, j] : contacts)
+    if (contact_ends_.empty()) return {};
+    const std::vector<std::int32_t> pairs = file_->list<std::int32_t>("contacts", contact_ends_, index);
+    std::vector<analysis::Contact> contacts;
+    for (std::size_t k = 0; k + 1 < pairs.size(); k += 2) {
+      const int i = pairs[k], j = pairs[k + 1];
       if (i < 0 || std::max(i, j) >= static_cast<int>(conductors_) || j < analysis::to_ground)
         throw hdf5::Error(fmt::format("contact {} - {} is not one of conductors", i, j));
+      contacts.emplace_back(i, j);
+    }
     return contacts;
   });
 }
 
 void Result::put_analysis(const std::vector<Column>& columns) const {
   try {
-    const hdf5::Handle group = hdf5::open_group(*file_, "analysis");
-    hdf5::put_attribute(group, "version", lichtenberg_version().number);
-    hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
-    remove_others(group, columns);
-    for (const Column& column : columns) put_column(group, column, times_.size());
-    replace_if_same(path_, identity_, hdf5::image(*file_));
+    store(*file_, [&](const hdf5::Handle& file) {
+      if (hdf5::exists(file, "analysis")) hdf5::check(H5Ldelete(file, "analysis", H5P_DEFAULT));
+      const hdf5::Handle group = hdf5::open_group(file, "analysis");
+      hdf5::put_attribute(group, "version", lichtenberg_version().number);
+      hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
+      put_columns(group, columns);
+    });
   } catch (const std::exception& error) {
     throw Failure(fmt::format("the analysis is not in {} ({}); the file was left alone", path_, error.what()));
   }

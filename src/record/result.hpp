@@ -6,32 +6,28 @@
 #include <vector>
 
 #include "src/analysis/network.hpp"
+#include "src/model/column.hpp"
 #include "src/model/frame.hpp"
-#include "src/record/atomic_file.hpp"
-#include "src/record/hdf5.hpp"
+#include "src/record/result_file.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
-/// A copy in memory of the file at `path`. Throws InputError unless it is a result file of this program's format; the
-/// message says that only such a file can be `used` ("resumed", say). Throws hdf5::Error if it is damaged.
-hdf5::Handle load_result(const std::string& path, const std::string& used);
-
-/// A result file to read frame by frame. The file is read once, when it is opened: a run that goes on writing to it
-/// changes nothing here. What members read they throw InputError for if it is missing or damaged.
+/// A result to read frame by frame, as it was when it was opened (ResultFile). What members read they throw InputError
+/// for if it is missing or damaged.
 class Result {
  public:
   /// Throws InputError if the file is missing, damaged, without frames, or none of this program's format.
   explicit Result(const std::string& path);
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return file_->path(); }
   /// What the run was made of. Its text is parsed anew: throws InputError if this version does not read it.
   Scene scene() const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m
   std::vector<double> mass() const;                            ///< kg
-  /// All its columns but lists, with numbers as doubles.
+  /// All its columns but lists, with numbers as doubles and without units.
   Frame frame(int index) const;
   /// A quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
@@ -43,20 +39,21 @@ class Result {
   /// only.
   std::optional<std::vector<analysis::Contact>> contacts(int index) const;
 
-  /// Writes /analysis, over that of an earlier time; everything else in the file stays as it is. Throws Failure, and
-  /// leaves the file alone, if it cannot be written or is no longer the one that was opened (its run goes on).
+  /// Writes /analysis, over that of an earlier time; everything else in the file stays as it is. The columns are lists
+  /// with a row for each frame. Throws Failure, and leaves the file alone, if it cannot be written, its run writes it,
+  /// or it is no longer the one that was opened.
   void put_analysis(const std::vector<Column>& columns) const;
 
  private:
   template <class Reading>
   auto guarded(Reading reading) const;
   std::vector<double> reals(const std::string& name, int index, std::size_t count) const;
-  Column column(const std::string& path, const std::string& name, Column::Of of, int index) const;
+  std::vector<std::string> names_in(const std::string& group) const;
 
   std::string path_;
-  FileIdentity identity_;
-  std::optional<hdf5::Handle> file_;
+  std::optional<ResultFile> file_;
   std::vector<double> times_;
+  std::vector<std::int64_t> contact_ends_;  ///< of each frame; empty if there are none
   std::size_t conductors_ = 0;
 };
 

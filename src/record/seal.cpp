@@ -1,0 +1,64 @@
+#include "src/record/seal.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <vector>
+
+#include "src/record/hdf5.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr std::array<char, 8> magic{'L', 'I', 'C', 'H', 'T', 'S', 'U', 'M'};
+
+/// As it stands in the file, numbers with the lowest byte first.
+struct Footer {
+  std::array<char, 8> magic{};
+  std::uint64_t bytes = 0;
+  std::uint32_t crc = 0, reserved = 0;
+};
+static_assert(sizeof(Footer) == 24 && std::endian::native == std::endian::little);
+
+/// Of the first `bytes` of a file, read in blocks.
+template <class File>
+std::uint32_t crc_of(const File& file, std::uint64_t bytes) {
+  std::vector<std::byte> block(1u << 20);
+  uLong crc = crc32(0, nullptr, 0);
+  for (std::uint64_t offset = 0; offset < bytes; offset += block.size()) {
+    block.resize(std::min<std::uint64_t>(block.size(), bytes - offset));
+    file.read(offset, block);
+    crc = crc32(crc, reinterpret_cast<const Bytef*>(block.data()), static_cast<uInt>(block.size()));
+  }
+  return static_cast<std::uint32_t>(crc);
+}
+
+}  // namespace
+
+Seal seal(NewFile& file, std::uint64_t bytes) {
+  const Footer footer{magic, bytes, crc_of(file, bytes), 0};
+  file.write(bytes, std::as_bytes(std::span(&footer, 1)));
+  return {footer.bytes, footer.crc};
+}
+
+std::optional<Seal> checked_seal(const OpenFile& file) {
+  Footer footer;
+  if (file.size() < sizeof footer) return {};
+  file.read(file.size() - sizeof footer, std::as_writable_bytes(std::span(&footer, 1)));
+  if (footer.magic != magic) return {};
+  if (footer.reserved != 0 || footer.bytes != file.size() - sizeof footer || footer.crc != crc_of(file, footer.bytes))
+    throw hdf5::Error("its bytes are not those that were written: the checksum differs");
+  return Seal{footer.bytes, footer.crc};
+}
+
+void write_sealed(const std::string& path, const hdf5::Pages& pages, const std::function<void()>& check) {
+  NewFile file(path);
+  pages.for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });
+  seal(file, pages.size());
+  file.publish(check);
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,174 @@
+#include "src/record/segments.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* segments_group = "segments";
+constexpr const char* prefix = "segment-";
+constexpr const char* suffix = ".h5";
+
+std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", prefix, number, suffix); }
+
+std::optional<std::int64_t> number_of(const std::string& name) {
+  std::int64_t number = 0;
+  const std::string digits = name.substr(std::min(name.size(), std::string(prefix).size()));
+  std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return name == name_of(number) ? std::optional(number) : std::nullopt;
+}
+
+std::vector<fs::path> files_in(const std::string& folder) {
+  std::vector<fs::path> files;
+  std::error_code missing;
+  for (const auto& entry : fs::directory_iterator(folder, missing)) files.push_back(entry.path());
+  return files;
+}
+
+void copy_bytes(const OpenFile& from, std::uint64_t offset, std::uint64_t bytes, NewFile& to, std::uint64_t target) {
+  std::vector<std::byte> block(std::min<std::uint64_t>(bytes, 4u << 20));
+  for (std::uint64_t done = 0; done < bytes; done += block.size()) {
+    block.resize(std::min<std::uint64_t>(block.size(), bytes - done));
+    from.read(offset + done, block);
+    to.write(target + done, block);
+  }
+}
+
+/// The rows of all series of a file go to `target`, one offset a series, which moves on.
+void copy_rows(const OpenFile& from, const std::vector<Series>& series, NewFile& to,
+               std::vector<std::uint64_t>& target) {
+  const hdf5::Handle file = hdf5::open(from);
+  const std::vector<hsize_t> rows = rows_in(file, series);
+  for (std::size_t k = 0; k < series.size(); ++k) {
+    const std::uint64_t bytes = rows[k] * series[k].row_bytes();
+    if (bytes == 0) continue;
+    const hdf5::Handle dataset(H5Dopen2(file, series[k].dataset.c_str(), H5P_DEFAULT));
+    const haddr_t offset = H5Dget_offset(dataset);
+    if (offset == HADDR_UNDEF) throw hdf5::Error(series[k].dataset + " is not stored in one piece");
+    copy_bytes(from, offset, bytes, to, target[k]);
+    target[k] += bytes;
+  }
+}
+
+std::vector<hsize_t> rows_of_all(const std::vector<Series>& series, std::span<const OpenFile* const> before,
+                                 std::span<const Rows> frames) {
+  std::vector<hsize_t> rows(series.size(), 0);
+  for (const OpenFile* file : before) {
+    const std::vector<hsize_t> more = rows_in(hdf5::open(*file), series);
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] += more[k];
+  }
+  for (const Rows& frame : frames)
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] += rows_in(frame[k], series[k]);
+  return rows;
+}
+
+}  // namespace
+
+std::string segments_folder(const std::string& path) { return path + ".frames"; }
+
+std::string segment_file(const std::string& path, std::int64_t number) {
+  return segments_folder(path) + "/" + name_of(number);
+}
+
+std::string segment_name(const std::string& path, std::int64_t number) {
+  return segment_file(fs::path(path).filename().string(), number);
+}
+
+void put_segments(const hdf5::Handle& index, const std::vector<Segment>& segments) {
+  std::vector<std::int64_t> number, frames, bytes, crc;
+  for (const Segment& segment : segments) {
+    number.push_back(segment.number);
+    frames.push_back(segment.frames);
+    bytes.push_back(static_cast<std::int64_t>(segment.seal.bytes));
+    crc.push_back(segment.seal.crc);
+  }
+  const hdf5::Handle group = hdf5::open_group(index, segments_group);
+  for (const auto& [name, numbers] :
+       {std::pair{"number", &number}, std::pair{"frames", &frames}, std::pair{"bytes", &bytes}, std::pair{"crc", &crc}})
+    hdf5::put<std::int64_t>(group, name, *numbers, {numbers->size()}, "1");
+}
+
+std::vector<Segment> get_segments(const hdf5::Handle& index) {
+  if (!hdf5::exists(index, segments_group)) return {};
+  const hdf5::Handle group = hdf5::open_group(index, segments_group);
+  const auto number = hdf5::get<std::int64_t>(group, "number"), frames = hdf5::get<std::int64_t>(group, "frames"),
+             bytes = hdf5::get<std::int64_t>(group, "bytes"), crc = hdf5::get<std::int64_t>(group, "crc");
+  if (frames.size() != number.size() || bytes.size() != number.size() || crc.size() != number.size())
+    throw hdf5::Error("its list of segments has gaps");
+  std::vector<Segment> segments;
+  for (std::size_t k = 0; k < number.size(); ++k)
+    segments.push_back(
+        {number[k], frames[k], {static_cast<std::uint64_t>(bytes[k]), static_cast<std::uint32_t>(crc[k])}, {}});
+  return segments;
+}
+
+OpenFile open_segment(const std::string& path, const Segment& segment) {
+  OpenFile file(segment_file(path, segment.number));
+  if (checked_seal(file) != segment.seal)
+    throw hdf5::Error(fmt::format("{} is not the one that it was written with", segment_name(path, segment.number)));
+  return file;
+}
+
+std::int64_t next_segment(const std::string& path) {
+  std::int64_t next = 0;
+  for (const fs::path& file : files_in(segments_folder(path)))
+    if (const auto number = number_of(file.filename().string())) next = std::max(next, *number + 1);
+  return next;
+}
+
+void remove_other_segments(const std::string& path, const std::vector<Segment>& segments) {
+  std::set<std::string> kept;
+  for (const Segment& segment : segments) kept.insert(name_of(segment.number));
+  std::error_code ignored;  // what cannot be removed is in nobody's way
+  for (const fs::path& file : files_in(segments_folder(path)))
+    if (!kept.contains(file.filename().string()) && file.filename().string().starts_with(prefix))
+      fs::remove(file, ignored);
+  if (segments.empty()) fs::remove(segments_folder(path), ignored);
+}
+
+std::vector<hsize_t> rows_in(const hdf5::Handle& file, const std::vector<Series>& series) {
+  std::vector<hsize_t> rows;
+  for (const Series& each : series) {
+    const hdf5::Shape shape = hdf5::shape(file, each.dataset);
+    if (shape.empty() || !std::equal(shape.begin() + 1, shape.end(), each.row.begin(), each.row.end()))
+      throw hdf5::Error(each.dataset + " has rows of another shape");
+    rows.push_back(shape[0]);
+  }
+  return rows;
+}
+
+Seal write_with_frames(const std::string& path, hdf5::Pages rest, const std::vector<Series>& series,
+                       std::span<const OpenFile* const> before, std::span<const Rows> frames,
+                       const std::function<void()>& check) {
+  const auto pages = std::make_shared<hdf5::Pages>(std::move(rest));
+  std::vector<std::uint64_t> target = [&] {
+    const hdf5::Handle file = pages->size() > 0 ? hdf5::open_in_memory(pages) : hdf5::create_in_memory(pages);
+    return put_room(file, series, rows_of_all(series, before, frames));
+  }();
+  NewFile file(path);
+  pages->for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });
+  for (const OpenFile* source : before) copy_rows(*source, series, file, target);
+  for (const Rows& rows : frames)
+    for (std::size_t k = 0; k < series.size(); ++k) {
+      const std::span<const std::byte> bytes = bytes_of(rows[k]);
+      if (bytes.empty()) continue;
+      file.write(target[k], bytes);
+      target[k] += bytes.size();
+    }
+  const Seal written = seal(file, pages->size());
+  file.publish(check);
+  return written;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,100 @@
+#include "src/record/writer_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg {
+namespace {
+
+std::string lock_of(const std::string& path) { return path + ".lock"; }
+
+std::string this_process() {
+  utsname name{};
+  return fmt::format("process {} on {}", getpid(), uname(&name) == 0 ? name.nodename : "an unknown machine");
+}
+
+/// What the process that has the lock has written into it.
+std::string holder(const std::string& lock) {
+  std::array<char, 256> text{};
+  const int descriptor = ::open(lock.c_str(), O_RDONLY | O_CLOEXEC);
+  const ssize_t length = descriptor < 0 ? 0 : ::read(descriptor, text.data(), text.size());
+  if (descriptor >= 0) ::close(descriptor);
+  return length > 0 ? std::string(text.data(), static_cast<std::size_t>(length)) : "another process";
+}
+
+/// Whether the file that was locked still has the name: its holder may have removed it meanwhile.
+bool still_named(int descriptor, const std::string& lock) {
+  struct stat locked {
+  }, named{};
+  return fstat(descriptor, &locked) == 0 && stat(lock.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
+         locked.st_ino == named.st_ino;
+}
+
+/// The descriptor of the locked file; -1 if another process has it.
+int take(const std::string& lock) {
+  for (;;) {
+    const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor < 0)
+      throw Failure(fmt::format("{} cannot be written ({})", lock, std::generic_category().message(errno)));
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(descriptor);
+      return -1;
+    }  // some network file systems know no locks: nothing can be done there
+    if (still_named(descriptor, lock)) return descriptor;
+    ::close(descriptor);
+  }
+}
+
+void sign(int descriptor) {
+  const std::string text = this_process();
+  if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, text.data(), text.size(), 0) < 0) return;  // only a courtesy
+}
+
+}  // namespace
+
+std::optional<WriterLock> WriterLock::if_free(const std::string& path) {
+  WriterLock lock;
+  lock.path_ = lock_of(path);
+  lock.descriptor_ = take(lock.path_);
+  if (lock.descriptor_ < 0) return {};
+  sign(lock.descriptor_);
+  return lock;
+}
+
+WriterLock::WriterLock(const std::string& path) {
+  std::optional<WriterLock> lock = if_free(path);
+  if (!lock)
+    throw InputError(
+        fmt::format("{} is being written by {}: wait until that run is over, end it, or name another file with --out",
+                    path, holder(lock_of(path))));
+  *this = std::move(*lock);
+}
+
+WriterLock::WriterLock(WriterLock&& other) noexcept
+    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+WriterLock& WriterLock::operator=(WriterLock&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+WriterLock::~WriterLock() {
+  if (descriptor_ < 0) return;
+  ::unlink(path_.c_str());  // while it is locked: who waits for it sees that it has another file
+  ::close(descriptor_);
+}
+
+}  // namespace lichtenberg

@@ -197,7 +197,10 @@ TEST_CASE("an added effect's columns are recorded") {
     milestone.checkpoint = simulation.checkpoint();
     recorder.save(milestone);
   }
-  CHECK(Result(path).observable("tether_age", 1) == std::vector<double>{0.1});
+  const Result result(path);
+  CHECK(result.observable("tether_age", 1) == std::vector<double>{0.1});
+  CHECK(result.scene(kinds()).effects.find<TetherOptions>()->stiffness == 2e-4);
+  CHECK_THROWS_WITH_AS(result.scene(), doctest::Contains("unknown key effects.tether"), InputError);
 }
 
 TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for bit") {

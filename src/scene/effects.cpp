@@ -17,8 +17,9 @@ bool Effects::has(std::string_view name) const {
 
 std::any& Effects::add(const EffectKind& kind, std::any options) {
   const auto found = std::ranges::find(entries_, kind.name, [](const Entry& entry) { return entry.kind->name; });
-  if (found != entries_.end()) return found->options = std::move(options);
-  return entries_.emplace_back(&kind, std::move(options)).options;
+  Entry& entry = found != entries_.end() ? *found : entries_.emplace_back();
+  entry = {&kind, std::move(options)};
+  return entry.options;
 }
 
 void Effects::remove(std::string_view name) {

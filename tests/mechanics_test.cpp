@@ -391,13 +391,15 @@ TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
 }
 
 TEST_CASE(
-    "leakage alone costs no solve, resistors none beyond those that their charges need, and both are in no bodies") {
+    "leakage alone costs no solve, resistors none beyond those that their charges need, and both push no bodies") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
   const auto log = std::make_shared<SolverLog>();
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
-  CHECK(simulation.model().effects.size() == 2);  // the field and drag
+  const Effect& leakage = *simulation.model().effects.back();
+  CHECK(leakage.name() == "leakage");
+  CHECK(leakage.idle(simulation.model().bodies, {}));
   simulation.advance_to(1);
   CHECK(log->solves == 11);
   // A charged conductor whose fluid does not conduct, and no difference of potentials: no circuit, no books of energy.

@@ -150,7 +150,7 @@ TEST_CASE("an added effect's keys have units, ranges, defaults and checks, and s
   CHECK(tethered("stiffness = 2.0\nwear = 0.1\n").effects.find<TetherOptions>()->wear == 0.1);
   CHECK(has(refusal(""), "effects.tether.stiffness is missing"));
   CHECK(has(refusal("stiffness = \"2 N/m\"\n"), "a number in N/m, greater than 0, written without the unit"));
-  CHECK(has(refusal("stiffness = -1.0\n"), "effects.tether.stiffness = -1.0 is not allowed"));
+  CHECK(has(refusal("stiffness = -1.0\n"), "effects.tether.stiffness = -1 is not allowed"));
   CHECK(has(refusal("stifness = 1.0\n"), "the nearest known key is effects.tether.stiffness"));
   CHECK(has(refusal("stiffness = 1.0\n", ""),
             "effects.tether needs the table [effects.stokes_drag], which damps it: add it, or leave the effect out"));

@@ -153,10 +153,6 @@ bool is_group(hid_t parent, const std::string& path) {
   return H5Iget_type(object) == H5I_GROUP;
 }
 
-bool is_group(hid_t parent, const std::string& path) {
-  return H5Iget_type(Handle(H5Oopen(parent, path.c_str(), H5P_DEFAULT))) == H5I_GROUP;
-}
-
 std::vector<std::string> names(hid_t group) {
   std::vector<std::string> result;
   const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* data) -> herr_t {

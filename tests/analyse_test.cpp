@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/recorder.hpp"

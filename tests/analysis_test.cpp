@@ -9,6 +9,7 @@
 #include "src/analysis/circuit.hpp"
 #include "src/analysis/network.hpp"
 #include "src/analysis/statistics.hpp"
+#include "src/effects/contact_discharge.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::analysis;
@@ -249,7 +250,7 @@ TEST_CASE("how far a circuit's energy may be off: by the steps and by the grid")
   const double steps = 0.04;  // (2 x 4e-3)^(2/3)
   // 0.04 sqrt(h/R), times (h/gap)^(3/2) where the gap is more than a cell; without contacts there is no telling.
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
-  scene.effects.contact_discharge = ContactDischarge{.gap = 0.25};
+  scene.effects.add(effects::ContactDischargeOptions{.gap = 0.25});
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01 / 8));
   scene.field.method = "multipole";
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps));

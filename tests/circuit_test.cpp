@@ -9,6 +9,11 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/charge_ledger.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/contact_resistance.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/leakage.hpp"
 #include "src/mechanics/energy_book.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
@@ -96,10 +101,10 @@ TEST_CASE("the error of a step: half the change of a current that changes slowly
 TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exactly at any step") {
   for (const char* integrator : {"cvode", "euler"}) {
     Scene scene = scene_of({{0.05, 0.05}});
-    scene.effects.floating_conductors.emplace();
+    scene.effects.add<effects::FloatingConductorsOptions>();
     scene.domain.sides[0].electrode = true;
-    scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / 0.3};  // tau = 0.3 s
-    scene.effects.current_source = CurrentSource{.current = 1e-10};
+    scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / 0.3});  // tau = 0.3 s
+    scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
     scene.conductors[0].charge = -2e-11;
     scene.mechanics.integrator = integrator;
     scene.mechanics.euler_step = scene.mechanics.euler_field_step = 0.05;
@@ -118,10 +123,10 @@ TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exact
 TEST_CASE("what a held conductor leaks its supply replaces") {
   // Held at 1 kV, Q = C V all the time: the supply gives Q / tau.
   Scene scene = scene_of({{0.05, 0.05}});
-  scene.effects.floating_conductors.emplace();
+  scene.effects.add<effects::FloatingConductorsOptions>();
   scene.groups = {{.name = "held", .potential = 1000.0}};
   scene.conductors[0].group = 0;
-  scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / 0.3};
+  scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / 0.3});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(1.2);
   const ConductorFrame frame = simulation.now();
@@ -185,7 +190,7 @@ TEST_CASE("no resistance is the supply itself, a huge one an insulated electrode
 
 TEST_CASE("what is held at a supply's potential and touches the electrode behind its resistor is no one with it") {
   Scene scene = resistor_scene(1e9);
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   scene.conductors[0] = {.position = {0.08 - 1.9 * radius, 0.05}, .radius = radius, .group = 0};
   scene.groups = {{.name = "held", .potential = 1000.0}};
   Simulation touching(scene, std::make_unique<LineCharges>());
@@ -199,7 +204,7 @@ TEST_CASE("the energy of charging a capacitor through a resistor is balanced at 
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {
       Scene scene = resistor_scene(rc / capacitance);
-      if (tau > 0) scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / tau};
+      if (tau > 0) scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / tau});
       Simulation simulation(scene, std::make_unique<LineCharges>());
       simulation.advance_to(1.1);
       const ConductorFrame frame = simulation.now();
@@ -219,21 +224,21 @@ TEST_CASE("the energy of charging a capacitor through a resistor is balanced at 
 
 TEST_CASE("a contact of no resistance is the limit of one of little: potentials, charges and the spark's energy") {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 2.5 * radius, 0.05}});
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = ContactDischarge{.gap = radius, .hysteresis = 0.01};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.01});
   scene.conductors[0].charge = 3e-12;
   scene.conductors[1].charge = -1e-12;
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
   for (Conductor& conductor : scene.conductors) conductor.radius = radius;
   scene.material.density = 1e15;  // nothing moves
   Scene apart = scene;
-  apart.effects.contact_discharge.reset();
+  apart.effects.remove<effects::ContactDischargeOptions>();
   const double first_energy = Simulation(apart, std::make_unique<LineCharges>()).now().energy;
   Simulation ideal(scene, std::make_unique<LineCharges>());
   ideal.advance_to(1e-3);
   const ConductorFrame merged = ideal.now();
   for (const double rc : {1e-4, 1e-6, 1e-9}) {
-    scene.effects.contact_resistance = ContactResistance{.resistance = rc / capacitance};
+    scene.effects.add(effects::ContactResistanceOptions{.resistance = rc / capacitance});
     Simulation resistive(scene, std::make_unique<LineCharges>());
     resistive.advance_to(1e-3);
     const ConductorFrame frame = resistive.now();
@@ -268,7 +273,7 @@ TEST_CASE("every electrode behind a resistor: a series circuit, whose level in a
   Scene scene = series_circuit();
   scene.electrodes[0].series_resistance = 1e-3 / farad;
   scene.electrodes[1].series_resistance = 3e-3 / farad;
-  scene.effects.contact_resistance = ContactResistance{.resistance = 0.5e-3 / farad};
+  scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.5e-3 / farad});
   Simulation simulation(scene);
   const double ohm = (1e-3 + 3e-3 + 4 * 0.5e-3) / farad, current = 600 / ohm;
   // At the first instant nothing is charged, and the level is such that both resistors carry one current.
@@ -295,7 +300,7 @@ TEST_CASE("what a source feeds into an insulated box leaves through the resistor
   scene.electrodes[0].series_resistance = 1e-3 / farad;
   scene.electrodes[1].series_resistance = 3e-3 / farad;
   scene.electrodes[1].potential = 400;
-  scene.effects.current_source = CurrentSource{.current = 1e-9};
+  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-9});
   Simulation simulation(scene);  // ideal contacts: all are one
   CHECK(simulation.now().potential[1] == near(400 + 3e-9 * 0.75e-3 / farad, 1e-6));
   simulation.advance_to(0.1);
@@ -310,8 +315,8 @@ TEST_CASE("a crowd with everything on: charge to the last digit, whatever the in
     Scene scene = crowd();
     scene.electrodes.push_back(ball("high", {0.062, 0.05}, 50));
     scene.electrodes.back().series_resistance = 0.05 / capacitance;
-    scene.effects.contact_resistance = ContactResistance{.resistance = 0.01 / capacitance};
-    scene.effects.leakage = Leakage{.conductivity = 4.2e-11 / 0.5};
+    scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.01 / capacitance});
+    scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / 0.5});
     scene.mechanics.integrator = integrator;
     const double initial = [&] {
       double sum = 0;
@@ -342,8 +347,8 @@ TEST_CASE("a crowd with everything on: charge to the last digit, whatever the in
 TEST_CASE("what came and leaked before a merger is booked at potentials and charges that go on until then") {
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.electrodes = {ball("high", {0.08, 0.05}, 1000), ball("low", {0.05, 0.02}, 0)};
-  scene.effects.leakage = Leakage{.conductivity = scene.medium.permittivity / 4.0};  // tau = 4 s
-  mechanics::EnergyBook book(scene);
+  scene.effects.add(effects::LeakageOptions{.conductivity = scene.medium.permittivity / 4.0});  // tau = 4 s
+  mechanics::EnergyBook book(scene, 4);
   // The conductor's potential and the electrodes' charges grow evenly, from 2 V and 1 C at 1 s, by 3 V/s and 2 C/s.
   const auto instant = [](double time, double jump) {
     const double charge = 1 + 2 * (time - 1) + jump;
@@ -357,7 +362,7 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
   SUBCASE("the rates known") {
     SUBCASE("as they were booked") {}
     SUBCASE("from a checkpoint") {
-      mechanics::EnergyBook same(scene);
+      mechanics::EnergyBook same(scene, 4);
       same.restore(book.save());
       same.note(std::vector{current}, 0.5, std::vector{leaked});
       book = same;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "src/effects/effects.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/scene/scene.hpp"
 
 // What tests of the effects share.
@@ -25,8 +27,8 @@ inline Scene scene_of(std::vector<Vec2> places) {
   scene.domain.size = {0.1, 0.1};
   scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
   for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = lichtenberg::ContactDischarge{.gap = radius, .hysteresis = 0.1};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.1});
   scene.mechanics.position_tolerance = 1e-6;
   return scene;
 }

@@ -82,7 +82,7 @@ TEST_CASE("contacts are made at the gap and lost a little beyond it") {
 
 TEST_CASE("the release gap is never closer to the gap than positions are known") {
   Scene scene = scene_of({{0, 0}});
-  scene.effects.contact_discharge->hysteresis = 0;
+  scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = 0;
   scene.mechanics.position_tolerance = 3e-6;
   CHECK(effects::ContactDischarge(scene).release_gap() == near(radius + 3e-6));
 }

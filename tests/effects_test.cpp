@@ -11,10 +11,13 @@
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/contact_potential.hpp"
+#include "src/effects/contact_resistance.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
+#include "src/effects/leakage.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "tests/conductors.hpp"
@@ -121,7 +124,7 @@ TEST_CASE("Hertz: more than a radius deep is no contact but a failure") {
   CHECK_THROWS_WITH_AS(forces_of(hertz, bodies, {{0, 1}}), doctest::Contains("conductors 0 and 1 overlap by 0.00101 m"),
                        Failure);
   Scene scene = scene_of({{1e-6, 0.05}});
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::WallContactOptions>();
   const effects::WallContact walls(scene);
   CHECK_NOTHROW(forces_of(walls, make_bodies(scene)));
   scene.conductors[0].position.x = -1e-6;
@@ -130,7 +133,7 @@ TEST_CASE("Hertz: more than a radius deep is no contact but a failure") {
 
 TEST_CASE("walls push along their normals, with the radius that both surfaces make") {
   Scene scene = scene_of({{0.05, 0.05}});
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::WallContactOptions>();
   const auto push_at = [&](Vec2 p) {
     Bodies bodies = make_bodies(scene);
     bodies.position = {p.x, p.y};
@@ -167,7 +170,7 @@ TEST_CASE("walls: derivatives agree with central differences") {
                                  std::pair{ring, Vec2{0.0532, 0.05626}}, std::pair{bar, Vec2{0.025, 0.02199}},
                                  std::pair{bar, Vec2{0.0307, 0.0217}}}) {
     Scene scene = scene_of({p});
-    scene.effects.wall_contact = lichtenberg::WallContact{.young = 1e9, .poisson = 0.3};
+    scene.effects.add(effects::WallContactOptions{.young = 1e9, .poisson = 0.3});
     scene.electrodes = {electrode_of("wall", shape, 0)};
     CHECK(jacobian_error(effects::WallContact(scene), make_bodies(scene), 1e-10) < 1e-5);
   }
@@ -176,7 +179,7 @@ TEST_CASE("walls: derivatives agree with central differences") {
 TEST_CASE("Stokes drag") {
   const effects::StokesDrag drag(0.7);
   // 6 pi * 0.7 * 0.775e-3 = 1.022588e-2 kg/s
-  CHECK(drag.coefficient(0.775e-3) == near(1.022588e-2, 1e-6));
+  CHECK(drag.drag_coefficient(0.775e-3) == near(1.022588e-2, 1e-6));
   Bodies bodies{.position = {0, 0}, .momentum = {2e-6, -1e-6}, .mass = {1e-5}, .radius = {0.775e-3}};
   const std::vector<double> force = forces_of(drag, bodies);
   CHECK(force[0] == near(-1.022588e-2 * 0.2, 1e-6));
@@ -245,15 +248,15 @@ TEST_CASE("the multipole method moves only what contact forces keep apart") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
   scene.field.method = "multipole";
   CHECK_THROWS_AS(make_model(scene), InputError);
-  scene.effects.hertz_contact.emplace();
+  scene.effects.add<effects::HertzContactOptions>();
   CHECK_THROWS_AS(make_model(scene), InputError);
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::WallContactOptions>();
   CHECK_NOTHROW(make_model(scene));
 }
 
 TEST_CASE("different potentials that touch end a run, if no discharge makes them one") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.02}});
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   scene.domain.sides[0] = {true, 0};
   effects::FloatingConductors field(scene, std::make_unique<LineCharges>(std::make_shared<SolverLog>()));
   Bodies bodies = make_bodies(scene);
@@ -278,19 +281,19 @@ TEST_CASE("a model has the effects whose tables stand in the scene, and nothing 
   CHECK(nothing.bodies.charge.empty());
   CHECK(!nothing.neighbours);
 
-  scene.effects.stokes_drag.emplace();
-  scene.effects.hertz_contact.emplace();
+  scene.effects.add<effects::StokesDragOptions>();
+  scene.effects.add<effects::HertzContactOptions>();
   const Model neutral = make_model(scene);
   CHECK(neutral.effects.size() == 2);
-  CHECK(neutral.find<effects::StokesDrag>());
-  CHECK(!neutral.find<effects::FloatingConductors>());
+  CHECK(neutral.effects[0]->name() == "stokes_drag");
+  CHECK(neutral.effects[1]->name() == "hertz_contact");
   CHECK(neutral.bodies.charge.empty());
   CHECK(neutral.neighbours);
 
-  scene.effects.floating_conductors.emplace();
-  scene.effects.current_source.emplace();
-  scene.effects.wall_contact.emplace();
-  scene.effects.contact_discharge.emplace();
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add<effects::CurrentSourceOptions>();
+  scene.effects.add<effects::WallContactOptions>();
+  scene.effects.add<effects::ContactDischargeOptions>();
   const Model all = make_model(scene);
   CHECK(all.effects.size() == 6);
   CHECK(all.bodies.charge == std::vector<double>{0, 0});
@@ -300,24 +303,24 @@ TEST_CASE("a model has the effects whose tables stand in the scene, and nothing 
 TEST_CASE("effects can be listed with what they are and what they need") {
   Scene scene = scene_of({{0.02, 0.02}});
   scene.effects = {};
-  scene.effects.hertz_contact.emplace();
-  scene.effects.contact_discharge.emplace();
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.effects.add<effects::ContactDischargeOptions>();
   for (const EffectSummary& effect : summarize_effects(scene)) {
     CHECK(!effect.description.empty());
     CHECK(effect.in_scene == (effect.name == "hertz_contact" || effect.name == "contact_discharge"));
     CHECK(effect.needs.field == (effect.name == "contact_discharge"));
     CHECK(effect.needs.neighbour_range.has_value() == (effect.name == "hertz_contact"));
   }
-  scene.effects = {
-      {}, {}, {}, lichtenberg::HertzContact{}, lichtenberg::WallContact{}, lichtenberg::ContactDischarge{}};
-  scene.effects.floating_conductors.emplace();
-  scene.effects.current_source.emplace();
-  scene.effects.stokes_drag.emplace();
-  scene.effects.contact_potential.emplace();  // no scene file may have it beside others, but the list does not know
+  scene.effects.add<effects::WallContactOptions>();
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add<effects::CurrentSourceOptions>();
+  scene.effects.add<effects::StokesDragOptions>();
+  scene.effects
+      .add<effects::ContactPotentialOptions>();  // no scene file may have it beside others, but the list does not know
+  scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
+  scene.effects.add(effects::ContactResistanceOptions{.resistance = 1});
   const Model model = make_model(scene);
-  std::vector<EffectSummary> listed = summarize_effects(scene);
-  // These act on charges alone, and no effect of the model stands for them.
-  CHECK(std::erase_if(listed, [](auto& e) { return e.name == "leakage" || e.name == "contact_resistance"; }) == 2);
+  const std::vector<EffectSummary> listed = summarize_effects(scene);
   REQUIRE(listed.size() == model.effects.size());
   for (std::size_t k = 0; k < listed.size(); ++k) CHECK(listed[k].name == model.effects[k]->name());
 }

@@ -5,6 +5,9 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
@@ -51,7 +54,7 @@ TEST_CASE("contacts are located where the gap says, not where steps end") {
   // A constant force until contact with the grounded ball, none after it: v = sqrt(2 a s) remembers where that was.
   for (const std::string coupling : {"split", "monolithic"}) {
     Scene scene = conductor_scene({{0.02, 0.05}});
-    scene.effects.stokes_drag.reset();
+    scene.effects.remove<effects::StokesDragOptions>();
     scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
     scene.mechanics.coupling = coupling;
     const double force = 1e-6;
@@ -75,7 +78,7 @@ TEST_CASE("a contact that is made and lost on the way is not missed, however lon
   for (const std::string coupling : {"split", "monolithic"})
     for (const double start : {0.02, 0.0203, 0.0206}) {
       Scene scene = conductor_scene({{start, 0.05 + 2.99 * radius}});
-      scene.effects.stokes_drag.reset();
+      scene.effects.remove<effects::StokesDragOptions>();
       scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
       scene.conductors[0].velocity = {1, 0};
       scene.mechanics.coupling = coupling;
@@ -89,7 +92,7 @@ TEST_CASE("a contact that is made and lost on the way is not missed, however lon
 TEST_CASE("a step that leads to a contact by a force far off is judged like any other") {
   // In a trap that turns it round half a contact gap before contact; at rest, its force would lead it there.
   Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
-  scene.effects.stokes_drag.reset();
+  scene.effects.remove<effects::StokesDragOptions>();
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
   scene.mechanics.largest_step = 10;
   const double middle = 0.05 - 4.75 * radius;  // it swings from 6 to 3.5 R
@@ -102,7 +105,7 @@ TEST_CASE("a step that leads to a contact by a force far off is judged like any 
 
 TEST_CASE("events at the same instant are one event") {
   Scene scene = conductor_scene({{0.04, 0.05}, {0.05, 0.05}, {0.06, 0.05}});
-  scene.effects.stokes_drag.reset();
+  scene.effects.remove<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {0.01, 0};
   scene.conductors[2].velocity = {-0.01, 0};
   scene.conductors[0].charge = 3e-12;
@@ -121,8 +124,8 @@ TEST_CASE("a pair that is driven together and apart by its own contact neither s
   // there are at least 1 / (7.75 + 3 * 1.5) ms = 80 changes and at most 1 / 7.75 ms = 129.
   for (const double hysteresis : {0.01, 0.0}) {
     Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 3.1 * radius, 0.05}});
-    scene.effects.contact_discharge->hysteresis = hysteresis;
-    scene.effects.current_source = CurrentSource{.current = 1e-10};
+    scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = hysteresis;
+    scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
     scene.conductors[0].charge = 1e-11;
     const double pull = 0.5 * 1e-3 * drag;  // on each: the gap changes by 1 mm/s
     Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
@@ -228,7 +231,7 @@ TEST_CASE("charge is balanced to 1e-12 over whole runs, whatever the integrator"
 TEST_CASE("current fed into a grounded conductor drains at once") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.electrodes = {ball("ground", {0.05 + 2.5 * radius, 0.05}, 0)};
-  scene.effects.current_source = CurrentSource{.current = 1e-10};
+  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.5);
   const ConductorFrame frame = simulation.now();
@@ -243,7 +246,7 @@ TEST_CASE("wires: a prescribed potential drains, a prescribed charge is shared")
   scene.groups = {{.name = "held", .potential = 100.0}, {.name = "charged", .charge = 6e-12}};
   scene.conductors[0].group = 0;
   scene.conductors[1].group = scene.conductors[2].group = 1;
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   const ConductorFrame frame = simulation.now();
@@ -261,12 +264,12 @@ TEST_CASE("a short circuit is the user's at the start and a failure later") {
   CHECK_THROWS_AS(Simulation(scene, std::make_unique<LineCharges>()).advance_to(1), InputError);
   scene.electrodes[1].shape = Disk{{0.05 + 3.5 * radius, 0.05}, radius};
   scene.conductors[0].velocity = {0.1, 0};
-  scene.effects.stokes_drag.reset();
+  scene.effects.remove<effects::StokesDragOptions>();
   scene.conductors[0].position.x -= 0.3 * radius;
   Simulation simulation(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
   simulation.advance_to(1e-3);
   CHECK_NOTHROW(simulation.now());
-  scene.effects.contact_discharge->gap = 1.6 * radius;
+  scene.effects.find<effects::ContactDischargeOptions>()->gap = 1.6 * radius;
   Simulation wider(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
   CHECK_THROWS_AS(wider.advance_to(1), Failure);
 }
@@ -277,7 +280,7 @@ TEST_CASE("a run is stationary when all are grounded and at rest, not before") {
   // One conductor starts near the ball, charged by the source, and is drawn to it.
   Scene scene = conductor_scene({{0.05 + 3.2 * radius, 0.05}});
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-  scene.effects.current_source = CurrentSource{.current = 0.2e-9};
+  scene.effects.add(effects::CurrentSourceOptions{.current = 0.2e-9});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   CHECK(!simulation.stationary());
   double time = 0;
@@ -326,7 +329,7 @@ TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the on
 TEST_CASE("a neutral simulation is restored bit for bit as well") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
   scene.conductors[0].velocity = {0.1, 0};
-  scene.effects.hertz_contact.emplace();
+  scene.effects.add<effects::HertzContactOptions>();
   Simulation whole(scene);
   whole.advance_to(0.1);
   const Checkpoint middle = whole.checkpoint();

@@ -5,6 +5,8 @@
 
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/free_flight.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "tests/line_charges.hpp"
@@ -21,14 +23,15 @@ doctest::Approx near(double value, double tolerance) { return doctest::Approx(va
 /// Two fast conductors in oil with a held force that turns them round, and what CVODE needs to carry them on.
 struct Thrown {
   Thrown() : scene(conductor_scene({{0.01, 0.05}, {0.05, 0.05}})), model(with_contacts()) {
-    model.find<effects::FloatingConductors>()->hold(1, force, rate);
     model.bodies.momentum = {0.3 * mass, 0.1 * mass, -0.2 * mass, 0};
   }
   Model with_contacts() {
-    scene.effects.hertz_contact.emplace();
-    scene.effects.wall_contact.emplace();
+    scene.effects.add<effects::HertzContactOptions>();
+    scene.effects.add<effects::WallContactOptions>();
     scene.mechanics.relative_tolerance = 1e-10;
-    return effects::make_model(scene, std::make_unique<LineCharges>());
+    auto field = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
+    field->hold(1, force, rate);
+    return effects::make_model(scene, effects::made(std::move(field)));
   }
 
   Scene scene;
@@ -107,7 +110,8 @@ TEST_CASE("free flight covers bodies out of reach of each other, of walls and el
   CHECK(flight.covers(std::vector{0.99 * to_side, 0.0}));
   CHECK(!flight.covers(std::vector{1.01 * to_side, 0.0}));
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05, 0.05 + 1.999 * radius}});
-  scene.effects.hertz_contact.emplace();
-  Model touching = effects::make_model(scene, std::make_unique<LineCharges>());
+  scene.effects.add<effects::HertzContactOptions>();
+  Model touching = effects::make_model(
+      scene, effects::made(std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>())));
   CHECK(!mechanics::FreeFlight(touching, {drag, drag}).covers(std::vector{0.0, 0.0}));
 }

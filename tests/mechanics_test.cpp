@@ -4,8 +4,13 @@
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/leakage.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/step_control.hpp"
@@ -93,7 +98,7 @@ TEST_CASE("the time to move solves v t + a t^2 / 2 = way") {
 TEST_CASE("drag: the velocity decays exponentially") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].velocity = {0.1, -0.05};
-  scene.effects.stokes_drag.emplace();
+  scene.effects.add<effects::StokesDragOptions>();
   Simulation simulation(scene);
   const double t = 3e-3;
   simulation.advance_to(t);
@@ -122,7 +127,7 @@ TEST_CASE("a Hertz collision takes the time and gives back the speed that the cl
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2 * radius + 1e-3, 0.05}});
   const double v = 0.02;
   scene.conductors[0].velocity = {v, 0};
-  scene.effects.hertz_contact = HertzContact{.young = 2e6, .poisson = 0.3};
+  scene.effects.add(effects::HertzContactOptions{.young = 2e6, .poisson = 0.3});
   scene.mechanics.relative_tolerance = 1e-8;
   const double modulus = 2e6 / (2 * 0.91), k = 4.0 / 3.0 * modulus * std::sqrt(radius / 2);
   const double deepest = std::pow(1.25 * 0.5 * mass * v * v / k, 0.4), duration = 2.943275 * deepest / v;
@@ -142,8 +147,8 @@ TEST_CASE("steel spheres bounce elastically off each other and off walls, and ar
   // Flights of centimetres between collisions of 10 microseconds.
   Scene scene = scene_of({{0.03, 0.05}, {0.06, 0.05 + 0.7 * radius}});
   scene.conductors[0].velocity = {0.5, 0};
-  scene.effects.hertz_contact.emplace();
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.effects.add<effects::WallContactOptions>();
   Simulation simulation(scene);
   simulation.advance_to(0.5);
   const ConductorFrame frame = simulation.now();
@@ -160,7 +165,7 @@ TEST_CASE("steel spheres bounce elastically off each other and off walls, and ar
 TEST_CASE("two that collide among hundreds at rest do so as if they were alone") {
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2.1 * radius, 0.05}});
   scene.conductors[0].velocity = {1e-3, 0};
-  scene.effects.hertz_contact.emplace();
+  scene.effects.add<effects::HertzContactOptions>();
   const auto end = [&] {
     Simulation simulation(scene);
     simulation.advance_to(0.2);
@@ -179,10 +184,11 @@ TEST_CASE("two that collide among hundreds at rest do so as if they were alone")
 
 TEST_CASE("steel pressed together in oil comes to rest, and rest costs nothing") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
-  scene.effects.contact_discharge.reset();
-  scene.effects.hertz_contact.emplace();
-  Model model = effects::make_model(scene, no_forces());
-  model.find<effects::FloatingConductors>()->hold(0, {{1e-3, 0}, {-1e-3, 0}}, {{}, {}});
+  scene.effects.remove<effects::ContactDischargeOptions>();
+  scene.effects.add<effects::HertzContactOptions>();
+  auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
+  field->hold(0, {{1e-3, 0}, {-1e-3, 0}}, {{}, {}});
+  Model model = effects::make_model(scene, effects::made(std::move(field)));
   Cvode cvode = make_cvode(scene, model);
   cvode.advance(0, 0.1);
   const std::int64_t before = cvode.steps();
@@ -194,9 +200,10 @@ TEST_CASE("steel pressed together in oil comes to rest, and rest costs nothing")
 TEST_CASE("a body under constant force, whose steps could be as long as they like, does not jump over an event") {
   // x = a t^2 / 2 is exact for a formula of order 2: only the events' own longest step bounds it.
   Scene scene = conductor_scene({{0.02, 0.05}});
-  scene.effects.stokes_drag.reset();
-  Model model = effects::make_model(scene, no_forces());
-  model.find<effects::FloatingConductors>()->hold(0, {{mass, 0}}, {{}});
+  scene.effects.remove<effects::StokesDragOptions>();
+  auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
+  field->hold(0, {{mass, 0}}, {{}});
+  Model model = effects::make_model(scene, effects::made(std::move(field)));
   Cvode cvode = make_cvode(scene, model);
   Events events;
   const auto x = [&] { return position(model.bodies, 0).x; };
@@ -286,7 +293,7 @@ TEST_CASE("Euler: explicit steps of euler_step, the field every euler_field_step
 TEST_CASE("Euler comes closer to CVODE in proportion to its step") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   scene.mechanics.coupling = "monolithic";
   const auto run = [&](const std::string& integrator, double step) {
     scene.mechanics.integrator = integrator;
@@ -309,7 +316,7 @@ TEST_CASE("split coupling converges to the monolithic one in second order of the
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}, {0.0458, 0.0463}});
   const double charges[] = {1.5e-10, -1e-10, 1.25e-10, -1e-10};
   for (int i = 0; i < 4; ++i) scene.conductors[i].charge = charges[i];
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   scene.mechanics.relative_tolerance = 1e-9;
   const auto run = [&](const std::string& coupling, double step) {
     scene.mechanics.coupling = coupling;
@@ -332,7 +339,7 @@ TEST_CASE("split coupling converges to the monolithic one in second order of the
 TEST_CASE("split coupling keeps the position tolerance with far fewer solves") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   scene.mechanics.relative_tolerance = 1e-9;
   const auto run = [&](const std::string& coupling, double tolerance) {
     scene.mechanics.coupling = coupling;
@@ -367,7 +374,7 @@ TEST_CASE("a force much stiffer than the largest step is followed to its rest") 
 
 TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
-  scene.effects.stokes_drag.emplace();
+  scene.effects.add<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {0.01, 0};
   Simulation simulation(scene);
   simulation.advance_to(0.1);
@@ -384,17 +391,19 @@ TEST_CASE("a neutral scene has no field, no charges and no PETSc") {
 }
 
 TEST_CASE(
-    "leakage alone costs no solve, resistors none beyond those that their charges need, and both are in no bodies") {
+    "leakage alone costs no solve, resistors none beyond those that their charges need, and both push no bodies") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
-  scene.effects.contact_discharge.reset();
-  scene.effects.leakage = Leakage{.conductivity = 1e-12};
+  scene.effects.remove<effects::ContactDischargeOptions>();
+  scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
   const auto log = std::make_shared<SolverLog>();
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
-  CHECK(simulation.model().effects.size() == 2);  // the field and drag
+  const Effect& leakage = *simulation.model().effects.back();
+  CHECK(leakage.name() == "leakage");
+  CHECK(leakage.idle(simulation.model().bodies, {}));
   simulation.advance_to(1);
   CHECK(log->solves == 11);
   // A charged conductor whose fluid does not conduct, and no difference of potentials: no circuit, no books of energy.
-  scene.effects.leakage.reset();
+  scene.effects.remove<effects::LeakageOptions>();
   Simulation without(scene, std::make_unique<LineCharges>());
   without.advance_to(0.1);
   CHECK_FALSE(without.now().energy_balance);
@@ -403,7 +412,7 @@ TEST_CASE(
 
 TEST_CASE("a field without contacts looks for none; a resting scene costs a solve a step") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
-  scene.effects.contact_discharge.reset();
+  scene.effects.remove<effects::ContactDischargeOptions>();
   const auto log = std::make_shared<SolverLog>();
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
   CHECK(log->solves == 0);

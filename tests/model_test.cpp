@@ -7,6 +7,7 @@
 #include <random>
 
 #include "src/model/model.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
 // Every allocation of this program is counted.
@@ -59,7 +60,10 @@ std::vector<Pair> all_pairs_closer_than(const Bodies& bodies, double range, std:
 /// Counts what it is asked for; pushes every body by (1, 0, ...).
 struct Counting : Effect {
   explicit Counting(Needs n) : wants(n) {}
-  std::string_view name() const override { return "counting"; }
+  const EffectKind& kind() const override {
+    static const EffectKind counting = {.name = "counting", .dimensions = {2, 3}};
+    return counting;
+  }
   Needs needs() const override { return wants; }
   void add_forces(const State& state, std::span<double> force) const override {
     ++forces;

@@ -10,6 +10,8 @@
 #include "solvers/error.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/commands/packing_network.hpp"
+#include "src/effects/conductor_frame.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/recorder.hpp"
 #include "tests/folder.hpp"

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/leakage.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/spheres.hpp"
 
@@ -34,7 +35,7 @@ TEST_CASE("the predictor's grid is the field's, halved while a radius has two ce
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
            [](Scene& s) { s.mechanics.predictor = false; }, [](Scene& s) { s.mechanics.coupling = "monolithic"; },
            [](Scene& s) { s.mechanics.integrator = "euler"; }, [](Scene& s) { s.field.method = "relaxation"; },
-           [](Scene& s) { s.effects.leakage = Leakage{.conductivity = 1e-10}; }}) {
+           [](Scene& s) { s.effects.add(effects::LeakageOptions{.conductivity = 1e-10}); }}) {
     Scene other = resolved_crowd();
     change(other);
     CHECK(effects::predictor_cells(other) == 0);

@@ -19,6 +19,7 @@
 
 #include "solvers/error.hpp"
 #include "src/analysis/packing.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"
@@ -47,7 +48,7 @@ Scene two_conductors() {
   scene.electrodes.push_back({"dish", Ring{{0.025, 0.02}, 0.02}, 7});
   scene.conductors.push_back({.position = {0.01, 0.02}, .radius = 0.001});
   scene.conductors.push_back({.position = {0.03, 0.02}, .radius = 0.0005});
-  scene.effects.contact_discharge = ContactDischarge{0.00075, 0.01};
+  scene.effects.add(effects::ContactDischargeOptions{0.00075, 0.01});
   return scene;
 }
 

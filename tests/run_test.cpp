@@ -17,6 +17,8 @@
 
 #include "src/analysis/network.hpp"
 #include "src/commands/command_line.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/folder.hpp"
@@ -193,7 +195,7 @@ TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
   for (size_t k = all.size() - 3 * scene.conductors.size(); k < all.size(); k += 3)
     position.push_back({all[k], all[k + 1]});
   const std::vector<double> radius = hdf5::get<double>(file, "particles/conductors/radius");
-  const ContactDischarge& discharge = *scene.effects.contact_discharge;
+  const ContactDischarge& discharge = *scene.effects.find<effects::ContactDischargeOptions>();
   const analysis::Ground ground = analysis::ground_of(scene);
   const auto inner = analysis::contacts(position, radius, discharge.gap, ground);
   const auto outer = analysis::contacts(position, radius, 1.001 * discharge.gap * (1 + discharge.hysteresis), ground);

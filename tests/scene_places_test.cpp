@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "src/effects/contact_resistance.hpp"
+#include "src/effects/leakage.hpp"
 #include "src/scene/placing.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/scene_texts.hpp"
@@ -69,8 +71,8 @@ TEST_CASE("resistors and leakage: what they need, and what is refused in one sen
                            "[effects.contact_resistance]\nresistance = 5.0\nresistivity = 1e-3\nspot = 1e-5\n");
   CHECK(good.electrodes[0].series_resistance == 0);
   CHECK(good.electrodes[1].series_resistance == 1e9);
-  CHECK(good.effects.leakage->conductivity == 1e-11);
-  CHECK(good.effects.contact_resistance->ohms() == 55);  // 5 + 1e-3 / 2e-5
+  CHECK(good.effects.find<effects::LeakageOptions>()->conductivity == 1e-11);
+  CHECK(good.effects.find<effects::ContactResistanceOptions>()->ohms() == 55);  // 5 + 1e-3 / 2e-5
   CHECK(good.medium.temperature == 295.15);
   check_refused(scene + supplied("series_resistance = -1"), {"electrode.series_resistance", "-1", "greater than 0"});
   check_refused(scene + "[effects.contact_resistance]\nresistance = 5.0\n",

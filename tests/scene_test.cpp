@@ -5,6 +5,15 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/contact_potential.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/effects.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
 #include "src/scene/schema.hpp"
@@ -99,15 +108,15 @@ force = 0.01
   REQUIRE(s.groups.size() == 1);
   CHECK(s.groups[0].name == "wire");
   CHECK(s.groups[0].potential == 12.0);
-  CHECK(s.effects.floating_conductors);
-  CHECK(s.effects.current_source->current == -1e-9);
-  CHECK(s.effects.stokes_drag);
-  CHECK(s.effects.hertz_contact->young == 1e9);
-  CHECK(s.effects.hertz_contact->poisson == 0.25);
-  CHECK(s.effects.wall_contact->young == 2e9);
-  CHECK(s.effects.wall_contact->poisson == 0.3);
-  CHECK(s.effects.contact_discharge->gap == 1e-4);
-  CHECK(s.effects.contact_discharge->hysteresis == 0.5);
+  CHECK(s.effects.has<effects::FloatingConductorsOptions>());
+  CHECK(s.effects.find<effects::CurrentSourceOptions>()->current == -1e-9);
+  CHECK(s.effects.has<effects::StokesDragOptions>());
+  CHECK(s.effects.find<effects::HertzContactOptions>()->young == 1e9);
+  CHECK(s.effects.find<effects::HertzContactOptions>()->poisson == 0.25);
+  CHECK(s.effects.find<effects::WallContactOptions>()->young == 2e9);
+  CHECK(s.effects.find<effects::WallContactOptions>()->poisson == 0.3);
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 1e-4);
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.5);
   CHECK(s.field.method == "relaxation");
   CHECK(s.field.cells == 64);
   CHECK(s.field.tolerance == 1e-6);
@@ -140,9 +149,9 @@ TEST_CASE("defaults are filled in") {
                   "some/where/name.toml");
   CHECK(s.path == "some/where/name.toml");
   CHECK(s.medium.permittivity == doctest::Approx(2 * 8.8541878128e-12).scale(0).epsilon(1e-15));  // one rounding
-  CHECK(s.medium.depth == 2 * 0.002);                // two of the largest radius
-  CHECK(s.effects.contact_discharge->gap == 0.001);  // the smallest radius
-  CHECK(s.effects.contact_discharge->hysteresis == 0.05);
+  CHECK(s.medium.depth == 2 * 0.002);                                       // two of the largest radius
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 0.001);  // the smallest radius
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.05);
   CHECK(s.mechanics.position_tolerance == 1e-3 * 0.001);
   CHECK(s.mechanics.largest_step == 0.2);
   CHECK(s.output.file == "name.h5");
@@ -156,12 +165,12 @@ TEST_CASE("defaults are filled in") {
 
 TEST_CASE("an effect is there only if its table is") {
   const Scene s = parse("domain = { size = [0.04, 0.02] }\nfield.cells = 64\n" + disk("[0.01, 0.01]"));
-  CHECK_FALSE(s.effects.floating_conductors);
-  CHECK_FALSE(s.effects.current_source);
-  CHECK_FALSE(s.effects.stokes_drag);
-  CHECK_FALSE(s.effects.hertz_contact);
-  CHECK_FALSE(s.effects.wall_contact);
-  CHECK_FALSE(s.effects.contact_discharge);
+  CHECK_FALSE(s.effects.has<effects::FloatingConductorsOptions>());
+  CHECK_FALSE(s.effects.has<effects::CurrentSourceOptions>());
+  CHECK_FALSE(s.effects.has<effects::StokesDragOptions>());
+  CHECK_FALSE(s.effects.has<effects::HertzContactOptions>());
+  CHECK_FALSE(s.effects.has<effects::WallContactOptions>());
+  CHECK_FALSE(s.effects.has<effects::ContactDischargeOptions>());
 }
 
 TEST_CASE("unknown keys: the nearest known one is named") {
@@ -339,14 +348,16 @@ TEST_CASE("frames must be told apart") {
 
 TEST_CASE("help lists every key with its unit and default") {
   const std::string help = scene_help();
-  for (const Table& table : schema()) {
+  const Schema schema(effects::all_kinds());
+  Draft untouched = schema.blank_draft();
+  for (const Table& table : schema.tables()) {
     CHECK(has(help, table.header()));
     for (const Key& key : table.keys) {
       CAPTURE(path_in(table, key.name));
       CHECK_FALSE(key.help.empty());
       CHECK(has(help, key.name + " "));
       CHECK(has(help, key.help));
-      CHECK(has(help, key.allowed() + "; " + key.fallback()));
+      CHECK(has(help, key.allowed() + "; " + key.fallback(untouched)));
     }
   }
   // One of each kind in full: unit, range, default from the scene's own initial values.
@@ -357,7 +368,8 @@ TEST_CASE("help lists every key with its unit and default") {
 
 TEST_CASE("no key stands twice in the schema") {
   std::set<std::string> paths;
-  for (const Table& table : schema()) {
+  const Schema schema(effects::all_kinds());
+  for (const Table& table : schema.tables()) {
     CHECK(paths.insert(table.path).second);
     for (const Key& key : table.keys) CHECK(paths.insert(path_in(table, key.name)).second);
   }
@@ -370,7 +382,7 @@ TEST_CASE("the shipped scenes") {
     CAPTURE(entry.path().string());
     names.insert(entry.path().stem().string());
     const Scene s = read_scene(entry.path().string());
-    if (!s.effects.contact_potential) CHECK(least_gap(s) >= 0);  // a packing starts with overlaps
+    if (!s.effects.has<effects::ContactPotentialOptions>()) CHECK(least_gap(s) >= 0);  // a packing starts with overlaps
     CHECK(s.output.file == entry.path().stem().string() + ".h5");
     CHECK_FALSE(s.text.empty());
   }
@@ -379,7 +391,7 @@ TEST_CASE("the shipped scenes") {
   const Scene dendrite = read_scene((shipped_scenes() / "dendrite.toml").string());
   CHECK(dendrite.conductors.size() == 324);
   CHECK(least_gap(dendrite) >= 0.1e-3);
-  CHECK(dendrite.effects.contact_discharge->gap == 0.775e-3);
+  CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->gap == 0.775e-3);
   const Scene two_disks = read_scene((shipped_scenes() / "two-disks.toml").string());
   const Vec2 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
   CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/source_folder.hpp"
 

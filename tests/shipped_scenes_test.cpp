@@ -13,6 +13,7 @@
 #include <set>
 #include <vector>
 
+#include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/vary.hpp"
 #include "tests/program.hpp"

@@ -12,6 +12,12 @@
 
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/conductor_frame.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/scene/scene.hpp"
 
 /// Scenes of D's spheres, and a field solver whose forces are whatever a test wants them to be.
@@ -36,9 +42,9 @@ inline Scene scene_of(const std::vector<Vec2>& places) {
 /// The same with a field, contacts at a gap of one radius and drag.
 inline Scene conductor_scene(const std::vector<Vec2>& places) {
   Scene scene = scene_of(places);
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = ContactDischarge{.gap = radius, .hysteresis = 0.01};
-  scene.effects.stokes_drag.emplace();
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.01});
+  scene.effects.add<effects::StokesDragOptions>();
   return scene;
 }
 
@@ -59,9 +65,9 @@ inline Scene crowd(unsigned seed = 7) {
     if (free) scene.conductors.push_back({.position = p, .radius = radius, .charge = 2e-12});
   }
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-  scene.effects.current_source = CurrentSource{.current = 0.2e-9};
-  scene.effects.hertz_contact.emplace();
-  scene.effects.wall_contact.emplace();
+  scene.effects.add(effects::CurrentSourceOptions{.current = 0.2e-9});
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.effects.add<effects::WallContactOptions>();
   return scene;
 }
 

@@ -15,6 +15,7 @@
 #include "src/effects/contact_law.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/statics/potential_energy.hpp"
 #include "src/statics/relaxation.hpp"
 
@@ -105,20 +106,20 @@ TEST_CASE("near q = 1 the series for ln q is as good as the library's") {
 }
 
 /// Random overlaps, some of them deep, in a box of a side of 24.
-Model crowd(int dimension, int count) {
-  return effects::make_model(
-      parse_scene(fmt::format("[domain]\nsize = [24.0, 24.0{}]\n[effects.contact_potential]\n"
-                              "[[population]]\ncount = {}\nradius = [0.3, 0.5]\noverlapping = true\n",
-                              dimension == 3 ? ", 24.0" : "", count),
-                  "crowd"));
+Scene crowd(int dimension, int count) {
+  return parse_scene(fmt::format("[domain]\nsize = [24.0, 24.0{}]\n[effects.contact_potential]\n"
+                                 "[[population]]\ncount = {}\nradius = [0.3, 0.5]\noverlapping = true\n",
+                                 dimension == 3 ? ", 24.0" : "", count),
+                     "crowd");
 }
 
 TEST_CASE("energy and forces of many are the sums over all pairs and walls, whoever adds which") {
   for (const int dimension : {2, 3}) {
     const int n = dimension == 3 ? 6000 : 1000;
-    Model model = crowd(dimension, n);
+    const Scene scene = crowd(dimension, n);
+    Model model = effects::make_model(scene);
     const State state = state_of(model);
-    const auto& potential = *model.find<effects::ContactPotential>();
+    const effects::ContactPotential potential(scene);
     const std::vector<double>& p = model.bodies.position;
     double energy = 0;
     std::vector<double> expected(p.size()), rounding(p.size());
@@ -168,16 +169,17 @@ TEST_CASE("when the neighbours were searched for does not show in a bit of energ
   std::mt19937 random(2);
   std::uniform_real_distribution<double> little(-0.05, 0.05);
   for (int trial = 0; trial < 20; ++trial) {
-    Model early = crowd(2, 1000);
+    const Scene scene = crowd(2, 1000);
+    Model early = effects::make_model(scene);
     state_of(early);
     for (double& x : early.bodies.position) x = std::clamp(x + little(random), 0.1, 23.9);
-    Model late = crowd(2, 1000);
+    Model late = effects::make_model(scene);
     late.bodies = early.bodies;
     const State old_list = state_of(early), new_list = state_of(late);
     REQUIRE(early.neighbours->searches() == 1);
     REQUIRE(old_list.neighbours.size() != new_list.neighbours.size());
     std::vector<double> old_force(2000), new_force(2000);
-    const auto& potential = *late.find<effects::ContactPotential>();
+    const effects::ContactPotential potential(scene);
     CHECK(potential.energy_and_forces(old_list, old_force) == potential.energy_and_forces(new_list, new_force));
     CHECK(old_force == new_force);
   }
@@ -187,7 +189,7 @@ TEST_CASE("a pair counts once, a wall keeps its sign, and what is beyond a wall 
   Scene scene = packing(2, "lbfgs");
   scene.conductors = {{.position = {2, 3}, .radius = 1}, {.position = {3, 3}, .radius = 1}};
   Model model = effects::make_model(scene);
-  const auto& potential = *model.find<effects::ContactPotential>();
+  const effects::ContactPotential potential(scene);
   CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));  // q = 1/2, once
   model.bodies.position = {0.5, 3, 4, 3};
   CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));
@@ -253,7 +255,7 @@ TEST_CASE("the stiffness is a unit: in units of any power of two, every method d
     CAPTURE(method);
     const auto at_rest = [&](double stiffness) {
       Scene scene = packing(2, method);
-      scene.effects.contact_potential->stiffness = stiffness;
+      scene.effects.find<effects::ContactPotentialOptions>()->stiffness = stiffness;
       Relaxation relaxation(scene);
       while (!relaxation.at_rest() && relaxation.iterate()) {
       }
@@ -317,7 +319,7 @@ TEST_CASE("any number of threads gives the same bits") {
       "packing");
   std::vector<std::vector<double>> results;
   for (const int threads : {1, 3}) {
-    statics::PotentialEnergy energy(effects::make_model(scene), threads);
+    statics::PotentialEnergy energy(scene, threads);
     const std::vector<double> x = energy.model().bodies.position;
     std::vector<double> gradient(x.size()), product(x.size());
     const double value = energy.evaluate(x, gradient);

@@ -2,6 +2,8 @@
 #include <doctest/doctest.h>
 
 #include "solvers/error.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 #include "src/scene/vary.hpp"
 
@@ -74,13 +76,13 @@ TEST_CASE("keys are set wherever they stand, and tables added") {
   CHECK(std::get<Disk>(scene.electrodes[0].shape).radius == 1e-3);
   CHECK(std::get<Disk>(scene.electrodes[1].shape).radius == 1.5e-3);
   CHECK_FALSE(scene.domain.sides[2].electrode);
-  CHECK(scene.effects.contact_discharge->gap == 0.2e-3);
+  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.2e-3);
   CHECK(scene.mechanics.integrator == "euler");
 }
 
 TEST_CASE("numbers keep all their digits") {
   const Scene scene = with({{"effects.contact_discharge.gap", "0.00012345678901234567"}});
-  CHECK(scene.effects.contact_discharge->gap == 0.00012345678901234567);
+  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.00012345678901234567);
 }
 
 TEST_CASE("a key without a place is refused in a sentence") {

@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "solvers/error.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/read_scene.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::work_precision;
@@ -207,7 +209,7 @@ TEST_CASE("wrong names and sizes are refused before anything is computed") {
   oblong.domain.size.y = 12e-3;
   CHECK(refused(oblong, {.sizes = {50}}).find("would have 37.5") != std::string::npos);
   Scene neutral = two_disks();
-  neutral.effects.floating_conductors.reset();
+  neutral.effects.remove<effects::FloatingConductorsOptions>();
   CHECK(refused(neutral, {}).find("floating_conductors") != std::string::npos);
   CHECK_THROWS_AS(sweep_time(two_disks(), {.methods = {"multipole"}}), InputError);
 }

@@ -4,6 +4,8 @@
 //   charge_balance         the seedling, 36 conductors
 //   charge_balance long    the dendrite, 324 conductors, on S = 256
 
+#include "src/effects/current_source.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
@@ -15,7 +17,8 @@ namespace {
 
 void run(Report& report, Scene scene) {
   Simulation simulation(scene);
-  const double current = scene.effects.current_source->current * static_cast<double>(scene.conductors.size());
+  const double current =
+      scene.effects.find<effects::CurrentSourceOptions>()->current * static_cast<double>(scene.conductors.size());
   std::vector<double> unbalanced, misfed;
   ConductorFrame frame = simulation.now();
   while (!simulation.stationary() && frame.time < scene.stop.time) {

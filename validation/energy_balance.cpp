@@ -20,6 +20,7 @@
 #include "src/analysis/circuit.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "validation/harness.hpp"
 

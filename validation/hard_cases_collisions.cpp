@@ -13,8 +13,13 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "tests/spheres.hpp"
@@ -53,7 +58,7 @@ Scene head_on(const Collision& collision, int bystanders = 0) {
     const Vec2 seat = {2e-3 + i % 40 * 2.2 * radius, 0.055 + i / 40 * 2.2 * radius};
     scene.conductors.push_back({.position = seat, .radius = radius});
   }
-  scene.effects.hertz_contact = HertzContact{.young = collision.young, .poisson = 0.3};
+  scene.effects.add(effects::HertzContactOptions{.young = collision.young, .poisson = 0.3});
   return scene;
 }
 
@@ -106,8 +111,8 @@ void with_a_field(Report& report) {
   const Collision collision{200e9, 20};
   for (const std::string coupling : {"split", "monolithic"}) {
     Scene scene = head_on(collision);
-    scene.effects.floating_conductors.emplace();
-    scene.effects.contact_discharge = ContactDischarge{.gap = 0.1 * radius, .hysteresis = 0.05};
+    scene.effects.add<effects::FloatingConductorsOptions>();
+    scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
     scene.conductors[0].charge = 1e-12;
     scene.mechanics.coupling = coupling;
     Simulation simulation(scene, no_forces());
@@ -161,7 +166,7 @@ void struck_chain(Report& report, double young, double speed) {
   v[0] = speed;
   Scene scene = scene_of(places);
   scene.conductors[0].velocity = {speed, 0};
-  scene.effects.hertz_contact = HertzContact{.young = young, .poisson = 0.3};
+  scene.effects.add(effects::HertzContactOptions{.young = young, .poisson = 0.3});
   const double end = way / speed + 40 * collision.duration();  // the wave passes a sphere in half a contact's time
   Model model = effects::make_model(scene);
   mechanics::Cvode cvode = mechanics::make_cvode(scene, model);
@@ -187,10 +192,10 @@ void pressed_chain(Report& report, double young, double force, const std::string
   std::vector<Vec2> places;
   for (int i = 0; i < 20; ++i) places.push_back({0.01 + 2 * radius * i, 0.05});
   Scene scene = scene_of(places);
-  scene.effects.floating_conductors.emplace();
-  scene.effects.contact_discharge = ContactDischarge{.gap = 0.1 * radius, .hysteresis = 0.05};
-  scene.effects.stokes_drag.emplace();
-  scene.effects.hertz_contact = HertzContact{.young = young, .poisson = 0.3};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
+  scene.effects.add<effects::StokesDragOptions>();
+  scene.effects.add(effects::HertzContactOptions{.young = young, .poisson = 0.3});
   scene.mechanics.coupling = coupling;
   Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
                           std::vector<Vec2> forces(problem.bodies.size());
@@ -211,7 +216,7 @@ void pressed_chain(Report& report, double young, double force, const std::string
 /// Pressed into each other at the start, and let go: the elastic energy becomes motion.
 void let_go(Report& report) {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 1.9 * radius, 0.05}});
-  scene.effects.hertz_contact = HertzContact{.young = 1e8, .poisson = 0.3};
+  scene.effects.add(effects::HertzContactOptions{.young = 1e8, .poisson = 0.3});
   Model model = effects::make_model(scene);
   mechanics::Cvode cvode = mechanics::make_cvode(scene, model);
   cvode.advance(0, 0.01);
@@ -224,7 +229,7 @@ void let_go(Report& report) {
 /// So soft and so fast that the centres would pass each other (or the wall): a sentence, whatever the integrator.
 void too_soft(Report& report, const std::string& integrator, bool wall) {
   Scene scene = head_on({1e6, 40});
-  scene.effects.wall_contact = WallContact{.young = 1e6, .poisson = 0.3};
+  scene.effects.add(effects::WallContactOptions{.young = 1e6, .poisson = 0.3});
   scene.mechanics.integrator = integrator;
   if (wall) scene.conductors.pop_back();
   double said = 0;

@@ -8,7 +8,11 @@
 #include <numbers>
 
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/spheres.hpp"
 #include "validation/harness.hpp"
@@ -47,7 +51,7 @@ Scene between_plates() {
   scene.domain.size = {height, height};
   scene.domain.sides[2] = {.electrode = true, .potential = 0};
   scene.domain.sides[3] = {.electrode = true, .potential = high_voltage};
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::WallContactOptions>();
   scene.conductors[0].charge = -Plates::q;
   return scene;
 }
@@ -97,7 +101,7 @@ double crossing_time(double between, double gap) {
 
 void thousand_bounces(Report& report, const std::string& coupling, double contact_gap, int contacts) {
   Scene scene = between_plates();
-  scene.effects.contact_discharge->gap = contact_gap;
+  scene.effects.find<effects::ContactDischargeOptions>()->gap = contact_gap;
   scene.mechanics.coupling = coupling;
   Simulation simulation(scene, std::make_unique<Plates>());
   const double w = Plates::terminal, between = height - 2 * radius - 2 * contact_gap;
@@ -173,13 +177,13 @@ struct Fall {
 /// Two bodies 4 R apart that are one from `last_gap` on.
 Scene falling(const Fall& fall, const std::string& coupling, double last_gap) {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 6 * radius, 0.05}});
-  scene.effects.contact_discharge = ContactDischarge{.gap = last_gap, .hysteresis = 0.05};
+  scene.effects.add(effects::ContactDischargeOptions{.gap = last_gap, .hysteresis = 0.05});
   scene.mechanics.coupling = coupling;
   scene.mechanics.largest_step = fall.largest_step;
   if (fall.in_oil)
     scene.material.density *= 1e-6;  // relaxation in a nanosecond
   else
-    scene.effects.stokes_drag.reset();
+    scene.effects.remove<effects::StokesDragOptions>();
   return scene;
 }
 
@@ -276,9 +280,9 @@ void fast_body(Report& report) {
 void struck(Report& report, const std::string& coupling) {
   const double gap = 0.02 * radius, dip = 0.5 * gap;
   Scene scene = scene_of({{0.02, 0.05}, {0.03, 0.05}, {0.04, 0.05 + 2 * radius + dip}});
-  scene.effects.floating_conductors.emplace();
-  scene.effects.hertz_contact.emplace();
-  scene.effects.contact_discharge = ContactDischarge{.gap = gap, .hysteresis = 0.05};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.effects.add(effects::ContactDischargeOptions{.gap = gap, .hysteresis = 0.05});
   scene.mechanics.coupling = coupling;
   scene.groups = {{.name = "wire", .charge = 0.0}};
   scene.conductors[0].group = scene.conductors[1].group = 0;
@@ -294,7 +298,7 @@ void struck(Report& report, const std::string& coupling) {
 /// is, held for the first long step, would lead it there.
 void trap(Report& report, const std::string& coupling) {
   Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
-  scene.effects.stokes_drag.reset();
+  scene.effects.remove<effects::StokesDragOptions>();
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
   scene.mechanics.coupling = coupling;
   scene.mechanics.largest_step = 10;

@@ -11,6 +11,9 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
@@ -39,8 +42,8 @@ Scene by(const std::string& way, Scene scene) {
 void rest(Report& report, const std::string& way) {
   Scene scene = by(way, conductor_scene({{0.03, 0.05}, {0.03 + 3 * radius, 0.05}, {0.05, 0.05}}));
   scene.electrodes = {ball("ground", {0.05, 0.05 + 2.5 * radius}, 0)};
-  scene.effects.hertz_contact.emplace();
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.effects.add<effects::WallContactOptions>();
   scene.mechanics.largest_step = scene.mechanics.euler_field_step = 10;
   scene.mechanics.euler_step = 0.1;
   Simulation simulation(scene, std::make_unique<LineCharges>());
@@ -65,8 +68,8 @@ void simultaneous(Report& report, const std::string& way, int arms) {
     scene.conductors.push_back(
         {.position = scene.conductors[0].position + 4 * radius * side, .velocity = -0.02 * side, .radius = radius});
   }
-  scene.effects.stokes_drag.reset();
-  scene.effects.hertz_contact.emplace();
+  scene.effects.remove<effects::StokesDragOptions>();
+  scene.effects.add<effects::HertzContactOptions>();
   Simulation simulation(by(way, scene), std::make_unique<LineCharges>());
   simulation.advance_to(0.06);  // the way is one radius, 39 ms
   const ConductorFrame frame = simulation.now();
@@ -93,7 +96,7 @@ void graze(Report& report, const std::string& way, double speed) {
   for (const double off : {-0.5, -0.1, -1e-2, -2e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 2e-3, 1e-2})
     for (const double height : {0.011, 0.0123, 0.0137}) {
       Scene scene = conductor_scene({{0.05 + 2 * radius + (1 + off) * radius, height}});
-      scene.effects.stokes_drag.reset();
+      scene.effects.remove<effects::StokesDragOptions>();
       scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
       scene.conductors[0].velocity = {0, speed};
       scene.conductors[0].charge = 1e-11;
@@ -126,7 +129,7 @@ void at_an_output_time(Report& report, const std::string& way) {
   for (const int frames : {1, 2, 4, 8, 3}) {
     const double speed = 0.0625, meet = 0.2;  // exact in binary, but for the meeting
     Scene scene = conductor_scene({{0.05 - 3 * radius - speed * meet, 0.05}});
-    scene.effects.stokes_drag.reset();
+    scene.effects.remove<effects::StokesDragOptions>();
     scene.conductors[0].velocity = {speed, 0};
     scene.conductors[0].charge = 1e-11;
     scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
@@ -161,7 +164,7 @@ void starts(Report& report, const std::string& way) {
   for (const double off : {-1e-15, 0.0, 1e-15})
     for (const double speed : {-0.01, 0.0, 0.01}) {
       Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 3 * radius + off, 0.05}});
-      scene.effects.stokes_drag.reset();
+      scene.effects.remove<effects::StokesDragOptions>();
       scene.conductors[1].velocity = {speed, 0};
       Simulation simulation(by(way, scene), no_forces());
       const bool touching = norm(scene.conductors[1].position - scene.conductors[0].position) - 2 * radius <= radius;
@@ -185,7 +188,7 @@ void handed_over(Report& report, const std::string& way) {
   for (const double off : {-1e-9, 0.0, 1e-9, 1e-6}) {
     const double between = 4 * radius + radius + 1.01 * radius + off;  // of the balls' centres
     Scene scene = conductor_scene({{0.05 + 2.5 * radius, 0.05}});
-    scene.effects.stokes_drag.reset();
+    scene.effects.remove<effects::StokesDragOptions>();
     scene.electrodes = {ball("from", {0.05, 0.05}, 0), ball("to", {0.05 + between, 0.05}, 100)};
     scene.conductors[0].velocity = {0.02, 0};
     scene.conductors[0].charge = 1e-11;
@@ -215,9 +218,9 @@ void sides(Report& report, const std::string& way) {
     Scene scene = conductor_scene({{0.01, 0.01}});
     scene.domain.size = {0.02, 0.02};
     for (DomainSide& side : scene.domain.sides) side = {.electrode = true, .potential = 0};
-    scene.effects.stokes_drag.reset();
-    scene.effects.wall_contact.emplace();
-    scene.effects.contact_discharge->gap = gap;
+    scene.effects.remove<effects::StokesDragOptions>();
+    scene.effects.add<effects::WallContactOptions>();
+    scene.effects.find<effects::ContactDischargeOptions>()->gap = gap;
     scene.conductors[0].velocity = v;
     scene.conductors[0].charge = 1e-11;
     Simulation simulation(by(way, scene), no_forces());
@@ -239,7 +242,7 @@ void short_circuit(Report& report, const std::string& way) {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.domain.sides[0] = {.electrode = true, .potential = 0};
   scene.domain.sides[2] = {.electrode = true, .potential = 10};
-  scene.effects.stokes_drag.reset();
+  scene.effects.remove<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {-0.1, -0.1};
   Simulation simulation(by(way, scene), no_forces());
   double said = 0;
@@ -270,9 +273,9 @@ void resumed(Report& report, const std::string& way, const Scene& scene, double 
 
 Scene colliding() {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius + 1e-4, 0.05}});
-  scene.effects.stokes_drag.reset();
-  scene.effects.contact_discharge->gap = 0.05 * radius;
-  scene.effects.hertz_contact = HertzContact{.young = 1e6, .poisson = 0.3};  // contact lasts 1 ms
+  scene.effects.remove<effects::StokesDragOptions>();
+  scene.effects.find<effects::ContactDischargeOptions>()->gap = 0.05 * radius;
+  scene.effects.add(effects::HertzContactOptions{.young = 1e6, .poisson = 0.3});  // contact lasts 1 ms
   scene.conductors[0].velocity = {0.1, 0};
   scene.conductors[0].charge = 1e-12;
   return scene;
@@ -291,7 +294,7 @@ void crowds(Report& report, const std::string& way, int seeds, double end) {
       simulation.advance_to(end);
       const ConductorFrame frame = simulation.now();
       const Counters& c = simulation.counters();
-      const auto open = simulation.model().find<effects::ContactDischarge>()->contacts().size();
+      const auto open = simulation.contacts().size();
       miscounted += c.contacts_made - c.contacts_lost != static_cast<std::int64_t>(open);
       const double initial = 12 * 2e-12;
       unbalanced = std::max(unbalanced, imbalance(frame, initial) / (frame.charge_fed + initial));

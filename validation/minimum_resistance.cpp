@@ -13,6 +13,7 @@
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/source_folder.hpp"

@@ -11,6 +11,7 @@
 #include "src/effects/contact_law.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/statics/relaxation.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
@@ -83,7 +84,7 @@ void check_slot(Report& report) {
 Spread ratios(int dimension, bool second) {
   const Scene scene = parse_scene(random_scene(dimension, 60, 0.9, "lbfgs", 1e-8), "packing");
   Model model = effects::make_model(scene);
-  const auto& potential = *model.find<effects::ContactPotential>();
+  const effects::ContactPotential potential(scene);
   const auto state = [&] {
     model.neighbours->update(model.bodies);
     return State{0, model.bodies, model.neighbours->pairs()};

@@ -6,6 +6,10 @@
 
 #include <numbers>
 
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/theory/disk_between_plates.hpp"
 #include "src/theory/shuttle.hpp"
@@ -40,10 +44,10 @@ Scene scene_of(const Set& set) {
   scene.domain.sides[0] = {.electrode = true, .potential = 0.5 * set.voltage};
   scene.domain.sides[1] = {.electrode = true, .potential = -0.5 * set.voltage};
   scene.material.density = set.density;
-  scene.effects.floating_conductors.emplace();
-  scene.effects.stokes_drag.emplace();
-  scene.effects.wall_contact.emplace();
-  scene.effects.contact_discharge = ContactDischarge{.gap = set.contact_gap * radius, .hysteresis = 0.05};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add<effects::StokesDragOptions>();
+  scene.effects.add<effects::WallContactOptions>();
+  scene.effects.add(effects::ContactDischargeOptions{.gap = set.contact_gap * radius, .hysteresis = 0.05});
   scene.field.cells = set.cells;
   return scene;
 }

@@ -16,6 +16,7 @@
 
 #include "src/analysis/topology.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
@@ -294,7 +295,7 @@ Scene small_dendrite(int seed) {
 Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, const Scene& scene) {
   const int n = static_cast<int>(frame.position.size());
   std::vector<Contact> contacts;
-  for (const auto& [conductor, partner] : simulation.model().find<effects::ContactDischarge>()->contacts())
+  for (const auto& [conductor, partner] : simulation.contacts())
     contacts.emplace_back(conductor, partner < n ? partner : to_ground);
   return topology(analysis::network(std::move(contacts), frame.position), frame.position,
                   simulation.model().bodies.radius, ground_of(scene));

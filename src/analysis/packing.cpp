@@ -74,7 +74,7 @@ void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, d
 
 Packing packing(const Bodies& bodies, const Scene& scene) {
   const int n = bodies.size();
-  const double stiffness = scene.effects.contact_potential->stiffness;
+  const double stiffness = scene.effects.find<effects::ContactPotentialOptions>()->stiffness;
   const effects::ContactPotential potential(stiffness, scene.walls);
   const std::vector<Pair> pairs = pairs_closer_than(bodies, 0);
   Packing packing;
@@ -90,7 +90,7 @@ Packing packing(const Bodies& bodies, const Scene& scene) {
   std::ranges::sort(packing.contacts, {}, [](const PackingContact& c) { return std::pair(c.particle, c.partner); });
   packing.rattler = find_rattlers(packing.contacts, n, bodies.dimension + 1);
   count_contacts(packing, n);
-  const bool only_box = scene.effects.contact_potential->box && scene.walls.size() == 2u * bodies.dimension;
+  const bool only_box = scene.domain.walled && scene.walls.size() == 2u * bodies.dimension;
   if (only_box) find_pressure(packing, bodies, scene, virial);
   return packing;
 }

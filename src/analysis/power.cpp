@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <numbers>
 
+#include "src/effects/current_source.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
 
 namespace lichtenberg::analysis {
 namespace {
@@ -19,7 +23,9 @@ bool all_at_zero(const Scene& scene) {
 
 double elastic_energy(const Scene& scene, const std::vector<Vec2>& position) {
   Scene contacts = scene;
-  contacts.effects = {.hertz_contact = scene.effects.hertz_contact, .wall_contact = scene.effects.wall_contact};
+  contacts.effects = {};
+  if (const auto* spheres = scene.effects.find<effects::HertzContactOptions>()) contacts.effects.add(*spheres);
+  if (const auto* walls = scene.effects.find<effects::WallContactOptions>()) contacts.effects.add(*walls);
   for (std::size_t i = 0; i < position.size(); ++i) contacts.conductors[i].position = position[i];
   return effects::make_model(contacts).stored_energy(0);
 }
@@ -27,8 +33,10 @@ double elastic_energy(const Scene& scene, const std::vector<Vec2>& position) {
 }  // namespace
 
 Power power(const Scene& scene, const ConductorFrame& frame, std::span<const double> mass) {
-  const double current = scene.effects.current_source ? scene.effects.current_source->current : 0;
-  const double drag = scene.effects.stokes_drag ? 6 * std::numbers::pi * scene.medium.viscosity : 0;
+  const auto* source = scene.effects.find<effects::CurrentSourceOptions>();
+  const double current = source ? source->current : 0;
+  const double drag =
+      scene.effects.has<effects::StokesDragOptions>() ? 6 * std::numbers::pi * scene.medium.viscosity : 0;
   Power result;
   for (const double potential : frame.potential) result.source += current * potential;
   for (std::size_t i = 0; i < frame.velocity.size(); ++i) {

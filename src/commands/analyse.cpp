@@ -9,6 +9,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
@@ -87,9 +88,11 @@ class Analyser {
 
   /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
   /// contacts that close a loop and are kept by hysteresis alone are missing.
-  std::vector<analysis::Contact> contacts(int index, const ConductorFrame& frame, const analysis::Ground& ground) const {
+  std::vector<analysis::Contact> contacts(int index, const ConductorFrame& frame,
+                                          const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
-    auto found = analysis::contacts(frame.position, radius_, scene_.effects.contact_discharge->gap, ground);
+    auto found = analysis::contacts(frame.position, radius_,
+                                    scene_.effects.find<effects::ContactDischargeOptions>()->gap, ground);
     const std::vector<int> successor = result_.successor(index);
     for (int i = 0; i < static_cast<int>(successor.size()); ++i) {
       if (successor[i] == analysis::to_ground) found.emplace_back(i, analysis::to_ground);

@@ -18,6 +18,7 @@
 #include "solvers/parallel/petsc.hpp"
 #include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
 #include "src/version.hpp"

@@ -46,8 +46,8 @@ FieldCost estimate_field_cost(const FieldOptions& options, double size) {
 
 std::optional<double> estimate_field_solves(const Scene& scene) {
   if (scene.mechanics.integrator == "euler") return scene.stop.time / scene.mechanics.euler_field_step;
-  const Effects& effects = scene.effects;
-  if (!effects.current_source || !effects.stokes_drag || !effects.contact_discharge) return std::nullopt;
+  for (const char* name : {"current_source", "stokes_drag", "contact_discharge"})
+    if (!scene.effects.has(name)) return std::nullopt;
   return 0.65 * std::pow(floating_groups(scene) / share_of_area(scene), 1.5);
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "src/commands/commands.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {

@@ -18,6 +18,7 @@
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/scene.hpp"
 

@@ -37,11 +37,16 @@ void explain_scene(const Scene& scene) {
   fmt::print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
 }
 
+void explain_effect(const effects::EffectSummary& effect) {
+  fmt::print("  {:<20} {}\n", effect.name, effect.description);
+  for (const Remark& remark : effect.remarks) fmt::print("    {:<18} {}\n", remark.label, remark.text);
+}
+
 void explain_effects(const Summaries& effects) {
   for (const bool in_scene : {true, false}) {
     fmt::print("\n{}\n", in_scene ? "effects in the run" : "effects left out, since the scene has no table for them");
     for (const effects::EffectSummary& effect : effects)
-      if (effect.in_scene == in_scene) fmt::print("  {:<20} {}\n", effect.name, effect.description);
+      if (effect.in_scene == in_scene) explain_effect(effect);
     if (std::none_of(effects.begin(), effects.end(), [&](const auto& effect) { return effect.in_scene == in_scene; }))
       fmt::print("  none\n");
   }
@@ -67,10 +72,6 @@ void explain_needs(const Summaries& effects) {
 void explain_circuit(const Scene& scene) {
   if (!effects::has_circuit(scene)) return;
   fmt::print("\ncircuit\n");
-  if (scene.effects.leakage)
-    fmt::print("  leakage              every charge decays in {:.4g} s\n", effects::relaxation_time(scene));
-  if (scene.effects.contact_resistance)
-    fmt::print("  a contact            {:.4g} ohm\n", scene.effects.contact_resistance->ohms());
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
     if (terminal.node >= 0)
       fmt::print("  {:<20} charged through its resistor with the field; its error limits the steps\n", terminal.name);
@@ -191,7 +192,8 @@ void explain_cost(const Scene& scene, double size, const std::string& refusal_of
 
 bool is_for_a_run(const Scene& scene) {
   const Effects& e = scene.effects;
-  return e.current_source || e.stokes_drag || e.hertz_contact || e.wall_contact || e.contact_discharge;
+  return e.has("current_source") || e.has("stokes_drag") || e.has("hertz_contact") || e.has("wall_contact") ||
+         e.has("contact_discharge");
 }
 
 /// Chosen for a run if the scene has more than a field, else for `solve`.
@@ -205,7 +207,7 @@ void explain(Scene scene) {
   // there.
   std::optional<FieldProblem> field;
   const std::string refusal = refusal_of_run(scene);  // before a method is foreseen, which may be one for `solve` alone
-  if (scene.effects.floating_conductors) {
+  if (scene.effects.has<effects::FloatingConductorsOptions>()) {
     field = make_field_problem(scene);
     field->problem.check();
     if (scene.field.accuracy) scene.field = foreseen_field(scene, field->problem);

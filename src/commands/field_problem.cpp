@@ -5,6 +5,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/effects/floating_conductors.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -50,7 +51,7 @@ std::string choice_in_words(const FieldOptions& field) {
 }
 
 FieldProblem make_field_problem(const Scene& scene) {
-  if (!scene.effects.floating_conductors)
+  if (!scene.effects.has<effects::FloatingConductorsOptions>())
     throw InputError(
         fmt::format("{} has no table [effects.floating_conductors], so there is no field to solve", scene.path));
   Bodies bodies = make_bodies(scene);

@@ -7,6 +7,7 @@
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
 #include "solvers/network/resistor.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/result_file.hpp"
 

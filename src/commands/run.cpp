@@ -13,6 +13,7 @@
 #include "src/commands/interruption.hpp"
 #include "src/commands/progress.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/model/stopwatch.hpp"
 #include "src/record/recorder.hpp"
@@ -30,13 +31,13 @@ struct RunArguments {
 Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
-  effects::check_processes(scene.effects.floating_conductors ? &scene.field : nullptr);
+  effects::check_processes(scene.effects.has<effects::FloatingConductorsOptions>() ? &scene.field : nullptr);
   effects::check_device(scene);
   return effects::with_field_chosen(std::move(scene));
 }
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
-  if (scene.effects.contact_potential) return std::make_unique<Relaxation>(scene);
+  if (scene.effects.has("contact_potential")) return std::make_unique<Relaxation>(scene);
   return std::make_unique<Simulation>(scene);
 }
 

@@ -12,6 +12,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/draw.hpp"
 #include "src/commands/output.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {

@@ -23,7 +23,7 @@ struct Subject {
 };
 
 std::unique_ptr<laplace::LaplaceSolver> make_solver(const Subject& subject) {
-  if (!subject.scene.effects.floating_conductors) return nullptr;
+  if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return nullptr;
   if (subject.multipole)
     return std::make_unique<laplace::MultipoleSolver>(laplace::MultipoleOptions{.tolerance = subject.field_tolerance});
   FieldOptions options = subject.scene.field;
@@ -150,7 +150,7 @@ void choose_field(Subject& subject, Diagram& diagram) {
 
 std::string describe_field(const Subject& subject) {
   const FieldOptions& field = subject.scene.field;
-  if (!subject.scene.effects.floating_conductors) return "no field";
+  if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return "no field";
   if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
   return fmt::format("field by the {} method on S = {} at tolerance {:g}", field.method, field.cells,
                      subject.field_tolerance);

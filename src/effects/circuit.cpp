@@ -3,10 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "src/effects/contact_resistance.hpp"
+#include "src/effects/leakage.hpp"
+
 namespace lichtenberg::effects {
 
+void check_resistors(const Draft& draft) {
+  const Scene& scene = draft.scene;
+  const bool series =
+      std::ranges::any_of(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
+  if (!series && !scene.effects.has<ContactResistanceOptions>()) return;
+  const std::string what = series ? "electrode.series_resistance" : "the table [effects.contact_resistance]";
+  const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
+    refuse(scene.path, draft.line(key),
+           fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
+  };
+  if (draft.line("field.method") > 0 && scene.field.method != "cut-cell")
+    refuse_with("field.method", scene.field.method, "cut-cell");
+  if (scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic")
+    refuse_with("mechanics.coupling", "monolithic", "split");
+}
+
 bool has_resistors(const Scene& scene) {
-  return scene.effects.contact_resistance ||
+  return scene.effects.has<ContactResistanceOptions>() ||
          std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
 }
 
@@ -14,7 +35,8 @@ bool has_circuit(const Scene& scene) {
   const std::vector<Supply> supplies = supplies_of(scene);
   const bool difference = std::ranges::any_of(
       supplies, [&](const Supply& supply) { return supply.potential != supplies.front().potential; });
-  return scene.effects.floating_conductors && (difference || scene.effects.leakage || has_resistors(scene));
+  return scene.effects.has("floating_conductors") &&
+         (difference || scene.effects.has<LeakageOptions>() || has_resistors(scene));
 }
 
 std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts) {
@@ -27,8 +49,8 @@ std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts
                        .potential = terminals[t].potential,
                        .conductance = 1 / terminals[t].series_resistance,
                        .series = true});
-  if (!scene.effects.contact_resistance) return links;
-  const double conductance = 1 / scene.effects.contact_resistance->ohms();
+  if (!scene.effects.has<ContactResistanceOptions>()) return links;
+  const double conductance = 1 / scene.effects.find<ContactResistanceOptions>()->ohms();
   const int n = static_cast<int>(scene.conductors.size());
   for (const Contact& contact : contacts) {
     Link link{.a = contact.conductor, .conductance = conductance};
@@ -41,10 +63,6 @@ std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts
     links.push_back(link);
   }
   return links;
-}
-
-double relaxation_time(const Scene& scene) {
-  return scene.effects.leakage ? scene.medium.permittivity / scene.effects.leakage->conductivity : INFINITY;
 }
 
 ChargeStep charge_step(double dt, double before, double relaxation_time) {

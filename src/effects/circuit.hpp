@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "src/effects/groups.hpp"
+#include "src/scene/draft.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
@@ -19,6 +20,10 @@ struct Link {
   friend bool operator==(const Link&, const Link&) = default;
 };
 
+/// What carries charge at a finite rate is one implicit step with the field (README.md), which not every method and no
+/// other coupling can do. Throws InputError.
+void check_resistors(const Draft& draft);
+
 /// Whether the scene may have links: an electrode behind a resistor, contacts that have a resistance.
 bool has_resistors(const Scene& scene);
 
@@ -29,10 +34,6 @@ bool has_circuit(const Scene& scene);
 /// The series resistors, then the contacts if they have a resistance. Infinite resistance is no link; no resistance is
 /// ElectricalGroups' part.
 std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts);
-
-/// Permittivity / conductivity (s): that in which the fluid carries a conductor's charge away. Infinite without
-/// leakage.
-double relaxation_time(const Scene& scene);
 
 /// A step dt of dQ/dt = J - Q/tau + I, implicit in the current I that links carry to a node:
 ///

@@ -20,7 +20,7 @@ auto energies_of(Balance& balance) {
                      std::pair{"heat_drag", &flows.drag}};
 }
 
-std::vector<double> by_terminal(const std::vector<TerminalReading>& terminals, double TerminalReading::* number) {
+std::vector<double> by_terminal(const std::vector<TerminalReading>& terminals, double TerminalReading::*number) {
   std::vector<double> row;
   for (const TerminalReading& terminal : terminals) row.push_back(terminal.*number);
   return row;

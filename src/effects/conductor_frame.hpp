@@ -49,14 +49,14 @@ struct CircuitRates {
 
 /// What a scene of conductors shows of itself at one instant.
 struct ConductorFrame {
-  double time = 0;                ///< s
-  std::vector<Vec2> position;     ///< m
-  std::vector<Vec2> velocity;     ///< m/s
+  double time = 0;             ///< s
+  std::vector<Vec2> position;  ///< m
+  std::vector<Vec2> velocity;  ///< m/s
   // Of a scene with a field; else empty:
   std::vector<Vec2> force;        ///< N, electric
   std::vector<double> charge;     ///< C
   std::vector<double> potential;  ///< V
-  std::vector<int> group;  ///< smallest index of the conductors in electrical contact; -1: connected to an electrode
+  std::vector<int> group;     ///< smallest index of the conductors in electrical contact; -1: connected to an electrode
   double energy = 0;          ///< J, of the field
   double charge_held = 0;     ///< C, on the conductors
   double charge_fed = 0;      ///< C, by the source since the start

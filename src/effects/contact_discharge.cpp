@@ -12,10 +12,40 @@ bool contains(const std::vector<Contact>& sorted, Contact contact) {
 
 }  // namespace
 
+const EffectKind& ContactDischargeOptions::kind() {
+  static const EffectKind kind = {
+      .name = "contact_discharge",
+      .description = "conductors that come close become one electrically",
+      .help =
+          "Conductors close to each other, or to an electrode, become one electrically (D 6.40). "
+          "Needs floating_conductors.",
+      .options = ContactDischargeOptions{},
+      .keys = {{.name = "gap",
+                .place = place<&ContactDischargeOptions::gap>,
+                .unit = "m",
+                .range = ranges::positive,
+                .computed_default = "the smallest radius",
+                .help = "contact is made when two surfaces come closer than this"},
+               {.name = "hysteresis",
+                .place = place<&ContactDischargeOptions::hysteresis>,
+                .range = {.low = 0, .high = 1},
+                .help = "contact is lost beyond gap * (1 + hysteresis): conductors at rest there must not chatter"}},
+      .needs = {{"floating_conductors"}},
+      .complete =
+          [](const Draft& draft, Scene& scene) {
+            if (draft.line("effects.contact_discharge.gap") == 0)
+              scene.effects.find<ContactDischargeOptions>()->gap =
+                  std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+          },
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<ContactDischarge>(scene); }};
+  return kind;
+}
+
 ContactDischarge::ContactDischarge(const Scene& scene)
     : tolerance_(scene.mechanics.position_tolerance),
-      make_gap_(scene.effects.contact_discharge->gap),
-      release_gap_(make_gap_ + std::max(scene.effects.contact_discharge->hysteresis * make_gap_, tolerance_)),
+      make_gap_(scene.effects.find<ContactDischargeOptions>()->gap),
+      release_gap_(make_gap_ +
+                   std::max(scene.effects.find<ContactDischargeOptions>()->hysteresis * make_gap_, tolerance_)),
       together_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),
       terminals_(terminals_of(scene)) {}
 

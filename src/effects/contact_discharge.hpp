@@ -4,9 +4,16 @@
 
 #include "src/effects/groups.hpp"
 #include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
+
+struct ContactDischargeOptions {
+  double gap = 0;            ///< m: contact is made when the surfaces come closer than this
+  double hysteresis = 0.05;  ///< contact is lost at gap * (1 + hysteresis)
+  static const EffectKind& kind();
+};
 
 /// Conductors that come close become one electrically, and so do a conductor and an electrode (D 6.6, 6.40).
 ///
@@ -16,9 +23,9 @@ namespace lichtenberg::effects {
 /// release gap is at least one position tolerance beyond the gap, since positions are not known better.
 class ContactDischarge : public Effect {
  public:
-  explicit ContactDischarge(const Scene& scene);
+  explicit ContactDischarge(const Scene& scene);  ///< which has it
 
-  std::string_view name() const override { return "contact_discharge"; }
+  const EffectKind& kind() const override { return ContactDischargeOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
 
   bool idle(const Bodies&, std::span<const double>) const override { return true; }

@@ -168,6 +168,29 @@ class Batch {
 
 }  // namespace
 
+const EffectKind& ContactPotentialOptions::kind() {
+  static const EffectKind kind = {
+      .name = "contact_potential",
+      .description = "particles and walls that overlap push each other apart until all is at rest",
+      .help =
+          "Particles rest where stiffness * sum of (q - 1) ln q over all pairs and walls that overlap is least; q is "
+          "the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A run "
+          "looks for that in place of a motion in time, so no other effect is allowed.",
+      .options = ContactPotentialOptions{},
+      .keys = {{.name = "stiffness",
+                .place = place<&ContactPotentialOptions::stiffness>,
+                .unit = "J",
+                .range = ranges::positive,
+                .help = "k: changes energies and forces, not where particles rest"},
+               {.name = "box",
+                .place = [](Draft& draft) { return &draft.scene.domain.walled; },
+                .help = "the sides of the domain are walls; without them every [[wall]] must be given"}},
+      .alone = "under which nothing else acts",
+      .dimensions = {2, 3},
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<ContactPotential>(scene); }};
+  return kind;
+}
+
 double ContactPotential::energy(const State& state) const {
   double sum = 0;
   const bool finite = visit_overlaps(state, walls_, [&](const Overlap& o) { sum += contact_law(o.q).energy; });

@@ -5,9 +5,15 @@
 #include <vector>
 
 #include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
+
+struct ContactPotentialOptions {
+  double stiffness = 1;  ///< J
+  static const EffectKind& kind();
+};
 
 /// Two particles that overlap, or a particle and a wall.
 struct Overlap {
@@ -31,8 +37,10 @@ class ContactPotential : public Effect {
  public:
   /// stiffness: k, J.
   ContactPotential(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
+  explicit ContactPotential(const Scene& scene)  ///< which has it
+      : ContactPotential(scene.effects.find<ContactPotentialOptions>()->stiffness, scene.walls) {}
 
-  std::string_view name() const override { return "contact_potential"; }
+  const EffectKind& kind() const override { return ContactPotentialOptions::kind(); }
   Needs needs() const override { return {.neighbour_range = 0.0}; }
 
   /// U in J; infinite if a centre lies on another or on or beyond a wall.

@@ -1,15 +1,21 @@
 #pragma once
 
 #include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
+
+struct CurrentSourceOptions {
+  double current = 0;  ///< A
+  static const EffectKind& kind();
+};
 
 /// dQ_i/dt = current for every conductor, grounded ones included, whose share drains at once (D 5.5).
 class CurrentSource : public Effect {
  public:
   explicit CurrentSource(double current) : current_(current) {}  ///< A
 
-  std::string_view name() const override { return "current_source"; }
+  const EffectKind& kind() const override { return CurrentSourceOptions::kind(); }
   Needs needs() const override { return {.charges = true}; }
   bool idle(const Bodies&, std::span<const double>) const override { return true; }
   void add_currents(const State&, std::span<double> current) const override {

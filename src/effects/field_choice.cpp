@@ -9,6 +9,7 @@
 #include "solvers/laplace/accuracy/price.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
 
 namespace lichtenberg::effects {
@@ -35,15 +36,15 @@ bool multipoles_can_follow(Scene scene) {
 laplace::LaplaceProblem typical_problem(const Scene& scene) {
   Bodies bodies = make_bodies(scene);
   bodies.charge = initial_charges(scene);
-  if (scene.effects.current_source)
-    for (double& charge : bodies.charge) charge += scene.effects.current_source->current * scene.output.every;
+  if (const auto* source = scene.effects.find<CurrentSourceOptions>())
+    for (double& charge : bodies.charge) charge += source->current * scene.output.every;
   return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies));
 }
 
 }  // namespace
 
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
-  if (!scene.effects.contact_discharge) return electrical_groups(scene, {});
+  if (!scene.effects.has<ContactDischargeOptions>()) return electrical_groups(scene, {});
   ContactDischarge discharge(scene);
   discharge.update(bodies);
   return electrical_groups(scene, discharge.contacts());
@@ -64,7 +65,8 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
   if (scene.field.method == "multipole") request.method = laplace::Method::multipole;
   if (scene.field.method == "cut-cell" || (scene.field.method.empty() && only_cut_cell))
     request.method = laplace::Method::cut_cell;
-  if (for_a_run && scene.effects.contact_discharge) request.least_gap = scene.effects.contact_discharge->gap;
+  if (const auto* discharge = scene.effects.find<ContactDischargeOptions>(); for_a_run && discharge)
+    request.least_gap = discharge->gap;
   return request;
 }
 
@@ -77,7 +79,7 @@ FieldOptions with_choice(FieldOptions field, const laplace::Choice& choice) {
 }
 
 Scene with_field_chosen(Scene scene) {
-  if (!scene.field.accuracy || scene.field.estimate || !scene.effects.floating_conductors) return scene;
+  if (!scene.field.accuracy || scene.field.estimate || !scene.effects.has<FloatingConductorsOptions>()) return scene;
   const laplace::LaplaceProblem problem = typical_problem(scene);
   scene.field = with_choice(scene.field, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
   return scene;

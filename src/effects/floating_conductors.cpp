@@ -11,7 +11,13 @@
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/wall_contact.hpp"
 #include "src/model/neighbours.hpp"
+#include "src/scene/ground.hpp"
+#include "src/scene/touching.hpp"
 
 namespace lichtenberg::effects {
 
@@ -117,7 +123,7 @@ void check_device(const FieldOptions& options) {
 }
 
 void check_device(const Scene& scene) {
-  if (!scene.effects.floating_conductors) return;
+  if (!scene.effects.has<FloatingConductorsOptions>()) return;
   check_device(scene.field);
   if (scene.field.device != "cpu" && has_resistors(scene))
     throw InputError(fmt::format("{}: field.device = \"{}\" is not allowed in a run with resistors: \"cpu\" is",
@@ -162,13 +168,13 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
 }
 
 void check_can_move(const Scene& scene) {
-  if (scene.field.method != "multipole" || !scene.effects.floating_conductors) return;
-  if (scene.effects.hertz_contact && scene.effects.wall_contact) return;
+  if (scene.field.method != "multipole" || !scene.effects.has<FloatingConductorsOptions>()) return;
+  if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
       fmt::format("{}: field.method = \"multipole\" in a run needs [effects.{}]: it cannot solve disks that "
                   "overlap{}, and nothing else keeps moving ones from it; \"cut-cell\" can do without",
-                  scene.path, scene.effects.hertz_contact ? "wall_contact" : "hertz_contact",
-                  scene.effects.hertz_contact ? " a side or an electrode" : ""));
+                  scene.path, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
+                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : ""));
 }
 
 void check_processes(const FieldOptions* field) {
@@ -192,8 +198,9 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
     const Vec2 p = position(bodies, i), size = scene.domain.size;
     if (p.x >= 0 && p.y >= 0 && p.x <= size.x && p.y <= size.y) continue;
-    throw Failure(fmt::format("conductor {} has left the domain and is at [{:g}, {:g}] m{}", i, p.x, p.y,
-                              scene.effects.wall_contact ? "" : ": [effects.wall_contact] in the scene would hold it"));
+    throw Failure(fmt::format(
+        "conductor {} has left the domain and is at [{:g}, {:g}] m{}", i, p.x, p.y,
+        scene.effects.has<WallContactOptions>() ? "" : ": [effects.wall_contact] in the scene would hold it"));
   }
 }
 
@@ -251,6 +258,48 @@ Electrostatics combination(Electrostatics a, double share, const Electrostatics&
 }
 
 }  // namespace
+
+namespace {
+
+void check(const Draft& draft) {
+  if (!draft.permittivity && !draft.relative_permittivity)
+    refuse_effect(draft, "floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
+  check_resistors(draft);
+}
+
+void complete(const Draft& draft, Scene& scene) {
+  const auto* source = scene.effects.find<CurrentSourceOptions>();
+  check_ground(draft, scene, source && source->current != 0 ? "effects.current_source" : "");
+  if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
+}
+
+}  // namespace
+
+const EffectKind& FloatingConductorsOptions::kind() {
+  static const EffectKind kind = {
+      .name = "floating_conductors",
+      .description = "the electric field between conductors with given charges, and its forces",
+      .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
+      .options = FloatingConductorsOptions{},
+      .check = check,
+      .complete = complete,
+      .check_run = [](const Scene& scene) { check_device(scene), check_can_move(scene); },
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return make_floating_conductors(scene); }};
+  return kind;
+}
+
+std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene) {
+  FieldOptions moving = scene.field;
+  moving.tolerance = scene.field.moving_tolerance;
+  auto effect = std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
+  if (const int cells = predictor_cells(scene)) {
+    moving.cells = cells;
+    moving.tolerance = std::max(moving.tolerance, 1e-4);  // such a grid's own error is a hundred times that
+    moving.device = "cpu";
+    effect->set_predictor(make_field_solver(moving));
+  }
+  return effect;
+}
 
 FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver)
     : scene_(scene), solver_(std::move(solver)), terminals_(terminals_of(scene)) {}
@@ -327,7 +376,7 @@ Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
 }
 
 void FloatingConductors::check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const {
-  if (scene_.effects.contact_discharge) return;
+  if (scene_.effects.has<ContactDischargeOptions>()) return;
   const std::string touching = touch_of_potentials(bodies, groups, terminals_);
   if (touching.empty()) return;
   const std::string sentence = touching +

@@ -10,9 +10,14 @@
 #include "src/effects/circuit.hpp"
 #include "src/effects/groups.hpp"
 #include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
+
+struct FloatingConductorsOptions {
+  static const EffectKind& kind();
+};
 
 /// What a step of charge through resistors asks of the field at its end, beside the conductors' charges (charge_step).
 struct ImplicitCharges {
@@ -73,9 +78,10 @@ class FloatingConductors : public Effect {
  public:
   FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
 
-  std::string_view name() const override { return "floating_conductors"; }
+  const EffectKind& kind() const override { return FloatingConductorsOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
   void add_forces(const State& state, std::span<double> force) const override;
+  bool is_held_or_drag() const override { return true; }
 
   /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.
@@ -127,5 +133,8 @@ class FloatingConductors : public Effect {
   std::vector<Vec2> force_, rate_;
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
+
+/// With the solver that the scene asks for, at the tolerance of a moving scene, and a predictor if it has one.
+std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene);
 
 }  // namespace lichtenberg::effects

@@ -7,6 +7,7 @@
 
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
+#include "src/effects/contact_resistance.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -128,7 +129,7 @@ std::vector<Supply> supplies_of(const Scene& scene) {
 
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
-  const bool conducting = !scene.effects.contact_resistance;
+  const bool conducting = !scene.effects.has<ContactResistanceOptions>();
   DisjointSets sets = connect(scene, contacts, terminals, conducting);
   Holders holders(supplies_of(scene));
   for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "src/effects/elastic_constants.hpp"
 #include "src/effects/hertz.hpp"
 #include "src/model/neighbours.hpp"
 
@@ -48,7 +49,21 @@ double effective_radius(const Bodies& bodies, Pair pair) {
 
 }  // namespace
 
-HertzContact::HertzContact(const lichtenberg::HertzContact& options)
+const EffectKind& HertzContactOptions::kind() {
+  static const EffectKind kind = {
+      .name = "hertz_contact",
+      .description = "elastic contact between spheres",
+      .help = "Elastic spheres push each other apart, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9).",
+      .options = HertzContactOptions{},
+      .keys = elastic_constants<HertzContactOptions>(),
+      .dimensions = {2, 3},
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+        return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
+      }};
+  return kind;
+}
+
+HertzContact::HertzContact(const HertzContactOptions& options)
     : modulus_(contact_modulus(options.young, options.poisson)) {}
 
 void HertzContact::add_forces(const State& state, std::span<double> force) const {

@@ -1,16 +1,22 @@
 #pragma once
 
 #include "src/model/effect.hpp"
-#include "src/scene/scene.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
+
+struct HertzContactOptions {
+  double young = 200e9;  ///< Pa
+  double poisson = 0.3;
+  static const EffectKind& kind();
+};
 
 /// Elastic spheres push each other apart along the line of their centres, without friction (D 5.4.2, 5.9).
 class HertzContact : public Effect {
  public:
-  explicit HertzContact(const lichtenberg::HertzContact& options);
+  explicit HertzContact(const HertzContactOptions& options);
 
-  std::string_view name() const override { return "hertz_contact"; }
+  const EffectKind& kind() const override { return HertzContactOptions::kind(); }
   Needs needs() const override { return {.neighbour_range = 0.0, .largest_move = 0.5}; }
   /// Throws Failure if two overlap by more than a radius.
   void add_forces(const State& state, std::span<double> force) const override;

@@ -4,19 +4,36 @@
 
 namespace lichtenberg::effects {
 
-double StokesDrag::coefficient(double radius) const { return 6 * std::numbers::pi * viscosity_ * radius; }
+const EffectKind& StokesDragOptions::kind() {
+  static const EffectKind kind = {
+      .name = "stokes_drag",
+      .description = "drag of spheres in a viscous fluid",
+      .help = "Drag of a sphere in the fluid, F = -6 pi viscosity R v (D 5.8). Needs medium.viscosity.",
+      .options = StokesDragOptions{},
+      .dimensions = {2, 3},
+      .check =
+          [](const Draft& draft) {
+            if (!draft.viscosity) refuse_effect(draft, "stokes_drag", "medium.viscosity in Pa s");
+          },
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+        return std::make_unique<StokesDrag>(scene.medium.viscosity);
+      }};
+  return kind;
+}
+
+double StokesDrag::drag_coefficient(double radius) const { return 6 * std::numbers::pi * viscosity_ * radius; }
 
 void StokesDrag::add_forces(const State& state, std::span<double> force) const {
   const Bodies& b = state.bodies;
   for (int i = 0; i < b.size(); ++i) {
-    const double rate = coefficient(b.radius[i]) / b.mass[i];
+    const double rate = drag_coefficient(b.radius[i]) / b.mass[i];
     for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) force[k] -= rate * b.momentum[k];
   }
 }
 
 void StokesDrag::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   const Bodies& b = state.bodies;
-  for (int i = 0; i < b.size(); ++i) jacobian.add_drag(i, -coefficient(b.radius[i]) / b.mass[i]);
+  for (int i = 0; i < b.size(); ++i) jacobian.add_drag(i, -drag_coefficient(b.radius[i]) / b.mass[i]);
 }
 
 }  // namespace lichtenberg::effects

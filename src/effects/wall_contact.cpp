@@ -5,6 +5,7 @@
 #include <array>
 
 #include "solvers/error.hpp"
+#include "src/effects/elastic_constants.hpp"
 #include "src/effects/hertz.hpp"
 
 namespace lichtenberg::effects {
@@ -24,8 +25,20 @@ void for_each_contact(const Bodies& bodies, const std::vector<Surface>& walls, d
 
 }  // namespace
 
+const EffectKind& WallContactOptions::kind() {
+  static const EffectKind kind = {
+      .name = "wall_contact",
+      .description = "elastic contact of spheres with the sides of the domain and the electrodes",
+      .help = "The same against the sides of the domain and the electrodes.",
+      .options = WallContactOptions{},
+      .keys = elastic_constants<WallContactOptions>(),
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<WallContact>(scene); }};
+  return kind;
+}
+
 WallContact::WallContact(const Scene& scene)
-    : modulus_(contact_modulus(scene.effects.wall_contact->young, scene.effects.wall_contact->poisson)) {
+    : modulus_(contact_modulus(scene.effects.find<WallContactOptions>()->young,
+                               scene.effects.find<WallContactOptions>()->poisson)) {
   for (const Surface& side : sides_of(scene.domain)) walls_.push_back(side);
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode.shape));
 }

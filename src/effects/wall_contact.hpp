@@ -8,13 +8,19 @@
 
 namespace lichtenberg::effects {
 
+struct WallContactOptions {
+  double young = 200e9;  ///< Pa
+  double poisson = 0.3;
+  static const EffectKind& kind();
+};
+
 /// The elastic contact of spheres with what does not move: the sides of the domain, which are flat, and the electrodes
 /// (a ring pushes inward). Two dimensions.
 class WallContact : public Effect {
  public:
-  explicit WallContact(const Scene& scene);
+  explicit WallContact(const Scene& scene);  ///< which has it
 
-  std::string_view name() const override { return "wall_contact"; }
+  const EffectKind& kind() const override { return WallContactOptions::kind(); }
   Needs needs() const override { return {.largest_move = 0.5}; }
   /// Throws Failure if a body's centre is in a wall.
   void add_forces(const State& state, std::span<double> force) const override;

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "solvers/error.hpp"
-#include "src/model/checkpoint.hpp"
 #include "src/mechanics/step_control.hpp"
+#include "src/model/checkpoint.hpp"
 
 namespace lichtenberg::mechanics {
 
@@ -22,18 +22,23 @@ std::vector<double> with_terminals(std::vector<double> charge, const Scene& scen
 
 }  // namespace
 
-Electrics::Electrics(const Scene& scene, Model& model, Counters& counters)
+Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConductors& field,
+                     effects::ContactDischarge* discharge, Counters& counters)
     : scene_(scene),
       model_(model),
       counters_(counters),
-      field_(*model.find<effects::FloatingConductors>()),
-      discharge_(model.find<effects::ContactDischarge>()),
+      field_(field),
+      discharge_(discharge),
       terminals_(effects::terminals_of(scene)),
       supplies_(effects::supplies_of(scene)),
       ledger_(with_terminals(model.bodies.charge, scene), supplies_.size()),
       current_(model.bodies.size()),
-      relaxation_time_(effects::relaxation_time(scene)) {
-  if (effects::has_circuit(scene)) energy_.emplace(scene);
+      relaxation_time_(model.charge_relaxation_time()) {
+  if (effects::has_circuit(scene)) energy_.emplace(scene, relaxation_time_);
+}
+
+double Electrics::contact_gap() const {
+  return discharge_ && discharge_->make_gap() > 0 ? discharge_->make_gap() : INFINITY;
 }
 
 void Electrics::connect() {

@@ -20,8 +20,9 @@ namespace lichtenberg::mechanics {
 /// Steppers call it in this order: solve (as often as they try), settle (once a step is accepted), reconnect.
 class Electrics {
  public:
-  /// The model must have floating_conductors; scene, model and counters must outlive this.
-  Electrics(const Scene& scene, Model& model, Counters& counters);
+  /// `field` and `discharge` are the model's; `discharge` is null if only wires connect. All must outlive this.
+  Electrics(const Scene& scene, Model& model, effects::FloatingConductors& field, effects::ContactDischarge* discharge,
+            Counters& counters);
 
   /// Contacts and groups of the first instant. Throws InputError for a short circuit.
   void connect();
@@ -54,6 +55,8 @@ class Electrics {
 
   const effects::Electrostatics& last() const { return field_.last(); }
   effects::FloatingConductors& field() { return field_; }
+  /// The gap (m) below which conductors are one; infinite without contacts.
+  double contact_gap() const;
   const effects::ElectricalGroups& groups() const { return groups_; }
   const effects::ChargeLedger& ledger() const { return ledger_; }
   /// Whether conductors that come close are one electrically, and which are, in ascending order.

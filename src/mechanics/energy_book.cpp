@@ -15,8 +15,8 @@ std::vector<double> mean_of(std::span<const double> a, std::span<const double> b
 
 }  // namespace
 
-EnergyBook::EnergyBook(const Scene& scene)
-    : relaxation_time_(effects::relaxation_time(scene)),
+EnergyBook::EnergyBook(const Scene& scene, double relaxation_time)
+    : relaxation_time_(relaxation_time),
       supplies_(effects::supplies_of(scene)),
       terminals_(effects::terminals_of(scene)),
       delivered_(supplies_.size()),

@@ -17,7 +17,7 @@ namespace lichtenberg::mechanics {
 /// step, which leaves nothing over at any length of step; what moving bodies add to that is of third order.
 class EnergyBook {
  public:
-  explicit EnergyBook(const Scene& scene);
+  EnergyBook(const Scene& scene, double relaxation_time);  ///< of charges, s
 
   /// Notes what the ledger has just been told: fed (A, a conductor, for dt in s), and leaked (C, a node).
   void note(std::span<const double> current, double dt, std::span<const double> leaked);

@@ -23,12 +23,14 @@ void Euler::advance(double time, double end) {
       at_.electrics->field().hold(time, force, std::vector<Vec2>(force.size()));
     }
     mechanical_steps(time, next);
-    time = next;
     ++at_.counters.steps;
-    if (!at_.electrics) continue;
-    at_.electrics->solve(time);
-    at_.electrics->settle(time);
-    at_.electrics->reconnect(time);
+    if (at_.electrics) {
+      at_.electrics->solve(next);
+      at_.electrics->settle(next);
+      at_.electrics->reconnect(next);
+    }
+    at_.model.accept(next, next - time);
+    time = next;
   }
 }
 

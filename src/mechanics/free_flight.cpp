@@ -5,9 +5,6 @@
 #include <limits>
 #include <optional>
 
-#include "src/effects/floating_conductors.hpp"
-#include "src/effects/stokes_drag.hpp"
-
 namespace lichtenberg::mechanics {
 namespace {
 
@@ -146,8 +143,7 @@ double FreeFall::speed(double velocity, double force, double rate) const {
 
 bool FreeFlight::covers(std::span<const double> travel) const {
   return model_.bodies.dimension == 2 && std::ranges::all_of(model_.effects, [&](const auto& effect) {
-           return dynamic_cast<effects::FloatingConductors*>(effect.get()) ||
-                  dynamic_cast<effects::StokesDrag*>(effect.get()) || effect->idle(model_.bodies, travel);
+           return effect->is_held_or_drag() || effect->idle(model_.bodies, travel);
          });
 }
 

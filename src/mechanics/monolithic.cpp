@@ -19,9 +19,14 @@ void Monolithic::advance(double time, double end) {
     const Stopwatch watch(at_.counters.mechanics_seconds);
     cvode_.advance(time, end);
     ++at_.counters.steps;
+    at_.model.accept(end, end - time);
     return;
   }
-  while (time < end) time = step(time, end);
+  while (time < end) {
+    const double reached = step(time, end);
+    at_.model.accept(reached, reached - time);
+    time = reached;
+  }
 }
 
 /// To `end`, or to the first event.

@@ -9,12 +9,14 @@
 #include "solvers/error.hpp"
 #include "src/analysis/circuit.hpp"
 #include "src/analysis/network.hpp"
+#include "src/effects/contact_discharge.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
-#include "src/model/checkpoint.hpp"
+#include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/electrics.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "src/mechanics/summary.hpp"
+#include "src/model/checkpoint.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -25,13 +27,36 @@ using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 /// error must not show.
 Solver default_solver(const Scene& scene) {
   const bool inside = scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic";
-  return inside && scene.effects.floating_conductors ? effects::make_field_solver(scene.field) : nullptr;
+  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field)
+                                                                           : nullptr;
+}
+
+/// A scene's model, and those of its effects that the electrics must know; null where they are not in the scene.
+struct Made {
+  Model model;
+  effects::FloatingConductors* field;
+  effects::ContactDischarge* discharge;
+};
+
+Made make_model(const Scene& scene, Solver solver) {
+  std::unique_ptr<effects::FloatingConductors> field;
+  std::unique_ptr<effects::ContactDischarge> discharge;
+  if (scene.effects.has<effects::ContactDischargeOptions>())
+    discharge = std::make_unique<effects::ContactDischarge>(scene);
+  if (scene.effects.has<effects::FloatingConductorsOptions>())
+    field = solver ? std::make_unique<effects::FloatingConductors>(scene, std::move(solver))
+                   : effects::make_floating_conductors(scene);
+  auto* const field_effect = field.get();
+  auto* const discharge_effect = discharge.get();
+  return {effects::make_model(scene, effects::made(std::move(field), std::move(discharge))), field_effect,
+          discharge_effect};
 }
 
 }  // namespace
 
 struct Simulation::Implementation {
-  Implementation(const Scene& s, Solver solver);
+  Implementation(const Scene& s, Solver solver) : Implementation(s, make_model(s, std::move(solver))) {}
+  Implementation(const Scene& s, Made made);
   void begin();
   ConductorFrame now();
   std::optional<analysis::Network> network(std::span<const Vec2> position) const;
@@ -55,9 +80,8 @@ struct Simulation::Implementation {
   double checking_seconds = 0;
 };
 
-Simulation::Implementation::Implementation(const Scene& s, Solver solver)
-    : scene(s), model(effects::make_model(scene, std::move(solver))) {
-  if (scene.effects.floating_conductors) electrics.emplace(scene, model, counters);
+Simulation::Implementation::Implementation(const Scene& s, Made made) : scene(s), model(std::move(made.model)) {
+  if (made.field) electrics.emplace(scene, model, *made.field, made.discharge, counters);
   stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters});
 }
 
@@ -120,9 +144,7 @@ double Simulation::next_frame() const {
 
 double Simulation::end_time() const { return implementation_->scene.stop.time; }
 
-bool Simulation::finished() {
-  return time() >= end_time() || (implementation_->scene.stop.stationary && stationary());
-}
+bool Simulation::finished() { return time() >= end_time() || (implementation_->scene.stop.stationary && stationary()); }
 
 ConductorFrame Simulation::now() {
   Implementation& self = *implementation_;
@@ -171,6 +193,7 @@ Frame Simulation::frame() {
   Frame frame = columns_of(state);
   if (const std::optional<analysis::Network> network = implementation_->network(state.position))
     analysis::add_columns(*network, frame);
+  implementation_->model.add_columns(time(), frame);
   return frame;
 }
 
@@ -231,7 +254,9 @@ mechanics::Outcome Simulation::Implementation::outcome(bool stationary) {
 
 Summary Simulation::summary() {
   const bool at_rest = implementation_->scene.stop.stationary && stationary();
-  return mechanics::summarize(implementation_->scene, implementation_->outcome(at_rest));
+  Summary summary = mechanics::summarize(implementation_->scene, implementation_->outcome(at_rest));
+  implementation_->model.summarize(time(), summary);
+  return summary;
 }
 
 std::vector<std::string> Simulation::final_warnings() {
@@ -267,6 +292,7 @@ std::optional<Checkpoint> Simulation::snapshot() {
   if (self.electrics) self.electrics->save(checkpoint);
   if (self.electrics && self.electrics->energy()) checkpoint.reals["energy_at_start"] = {self.energy_at_start};
   self.stepper->save(checkpoint);
+  self.model.save(checkpoint);
   return checkpoint;
 }
 
@@ -284,6 +310,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
     if (self.electrics->energy()) self.energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   }
   self.stepper->restore(checkpoint);
+  self.model.restore(checkpoint);
   self.connected = true;
   self.begun = false;
 }

@@ -3,19 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/effects/contact_discharge.hpp"
-#include "src/model/checkpoint.hpp"
 #include "src/mechanics/step_control.hpp"
+#include "src/model/checkpoint.hpp"
 
 namespace lichtenberg::mechanics {
 
 namespace {
-
-/// The gap (m) below which conductors are one; infinite without contacts.
-double shortest_gap(const Model& model) {
-  const auto* discharge = model.find<effects::ContactDischarge>();
-  return discharge && discharge->make_gap() > 0 ? discharge->make_gap() : INFINITY;
-}
 
 /// What is thrown away with a prediction is more than a step: it is to be wrong by half a tolerance, and seldom by one.
 double next_prediction(double dt, double error) { return next_step(dt, 2 * error, 2); }
@@ -29,7 +22,7 @@ Split::Split(Workplace workplace)
       drag_(drag_coefficients(at_.model)),
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-9 * largest_step_),
-      shortest_gap_(shortest_gap(at_.model)),
+      shortest_gap_(at_.electrics->contact_gap()),
       force_(at_.model.bodies.size()),
       force_rate_(at_.model.bodies.size()),
       charge_(at_.model.bodies.size()),
@@ -51,7 +44,11 @@ void Split::begin(double time) {
 
 void Split::advance(double time, double end) {
   const bool predicts = at_.electrics->field().predictor() != nullptr;
-  while (time < end) time = predicts ? try_prediction(time, end) : try_step(time, end);
+  while (time < end) {
+    const double reached = predicts ? try_prediction(time, end) : try_step(time, end);
+    if (reached > time) at_.model.accept(reached, reached - time);
+    time = reached;
+  }
 }
 
 Split::Snapshot Split::snapshot(double time) const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "src/effects/stokes_drag.hpp"
 #include "src/mechanics/euler.hpp"
 #include "src/mechanics/monolithic.hpp"
 #include "src/mechanics/split.hpp"
@@ -18,9 +17,8 @@ std::unique_ptr<Stepper> make_stepper(Workplace workplace) {
 }
 
 std::vector<double> drag_coefficients(const Model& model) {
-  const auto* drag = model.find<effects::StokesDrag>();
   std::vector<double> coefficients;
-  for (const double radius : model.bodies.radius) coefficients.push_back(drag ? drag->coefficient(radius) : 0);
+  for (const double radius : model.bodies.radius) coefficients.push_back(model.drag_coefficient(radius));
   return coefficients;
 }
 

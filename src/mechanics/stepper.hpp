@@ -36,7 +36,7 @@ class Stepper {
 /// The one that the scene's [mechanics] asks for.
 std::unique_ptr<Stepper> make_stepper(Workplace workplace);
 
-/// Drag coefficient of each body (kg/s), 0 without stokes_drag.
+/// Drag coefficient of each body (kg/s): the sum over all effects.
 std::vector<double> drag_coefficients(const Model& model);
 
 /// CVODE at the accuracy that the scene asks for: positions to relative_tolerance of the smallest radius; momenta to

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "src/analysis/circuit.hpp"
+#include "src/effects/contact_resistance.hpp"
 
 namespace lichtenberg::mechanics {
 namespace {
@@ -38,8 +39,7 @@ void add_network(const Outcome& outcome, Lines& lines) {
   const analysis::DegreeDistribution& degrees = outcome.network->degrees;
   lines.push_back({"connected", fmt::format("{} of {} ({:.3g} %)", degrees.connected, outcome.frame.position.size(),
                                             100 * connected_fraction(outcome))});
-  lines.push_back(
-      {"endpoints", fmt::format("{} ({:.3f} of the connected)", degrees.endpoints(), degrees.fraction(1))});
+  lines.push_back({"endpoints", fmt::format("{} ({:.3f} of the connected)", degrees.endpoints(), degrees.fraction(1))});
   lines.push_back(
       {"branch points", fmt::format("{} ({:.3f} of the connected)", degrees.branch_points(), degrees.branching())});
   lines.push_back({"loops", fmt::format("{}", degrees.loops)});
@@ -51,8 +51,8 @@ std::string charges(const Outcome& outcome) {
                                  frame.charge_drained, frame.charge_fed);
   if (frame.charge_leaked != 0) text += fmt::format(" + {:.6g} C leaked", frame.charge_leaked);
   if (outcome.initial_charge != 0) text += fmt::format(" - {:.6g} C at the start", outcome.initial_charge);
-  return text + fmt::format(" = {:.1e} C (relative {:.1e})", charge_imbalance(outcome),
-                            relative_charge_imbalance(outcome));
+  return text +
+         fmt::format(" = {:.1e} C (relative {:.1e})", charge_imbalance(outcome), relative_charge_imbalance(outcome));
 }
 
 /// What passed through each terminal, if there is a potential difference to drive it.
@@ -60,9 +60,9 @@ void add_terminals(const ConductorFrame& frame, Lines& lines) {
   const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
   if (std::ranges::none_of(frame.terminals, differs)) return;
   for (const TerminalReading& terminal : frame.terminals)
-    lines.push_back({"drained", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained,
-                                            terminal.name, terminal.potential,
-                                            frame.time > 0 ? terminal.drained / frame.time : 0)});
+    lines.push_back(
+        {"drained", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained, terminal.name,
+                                terminal.potential, frame.time > 0 ? terminal.drained / frame.time : 0)});
 }
 
 std::string heat(const EnergyFlows& flows) {
@@ -103,10 +103,10 @@ void add_electrics(const Outcome& outcome, Lines& lines) {
   lines.push_back({"charge", charges(outcome)});
   add_terminals(outcome.frame, lines);
   if (outcome.frame.energy_balance) add_circuit(outcome, lines);
-  lines.push_back({"field solves",
-                   fmt::format("{}, {:.3g} iterations each", counters.field_solves,
-                               static_cast<double>(counters.iterations) /
-                                   static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)))});
+  lines.push_back(
+      {"field solves", fmt::format("{}, {:.3g} iterations each", counters.field_solves,
+                                   static_cast<double>(counters.iterations) /
+                                       static_cast<double>(std::max<std::int64_t>(counters.field_solves, 1)))});
   if (outcome.largest_error)
     lines.push_back({"field error", fmt::format("at most {:.1e} of the largest value, estimated at checkpoints",
                                                 *outcome.largest_error)});
@@ -170,7 +170,7 @@ std::string energy_warning(const Scene& scene, const Outcome& outcome) {
       "the energy balance is off by {:.2g} % of what was supplied or became heat, where steps and grid account for "
       "{:.2g} %",
       100 * found, 100 * allowed);
-  if (scene.effects.contact_resistance)
+  if (scene.effects.has<effects::ContactResistanceOptions>())
     return what +
            ": conductors are pressed together before they share their charge, unless a contact's resistance times its "
            "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "

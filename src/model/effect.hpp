@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -9,6 +10,11 @@
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg {
+
+struct Checkpoint;
+struct EffectKind;
+struct Frame;
+struct Summary;
 
 /// What an effect must be given. Only what some effect of the scene needs is allocated and computed.
 struct Needs {
@@ -51,11 +57,13 @@ class ForceJacobian {
   int dimension_;
 };
 
-/// One kind of physics. It is in a run only if its table stands in the scene.
+/// One kind of physics. It is in a run only if its table stands in the scene. What is left at its default changes
+/// nothing.
 class Effect {
  public:
   virtual ~Effect() = default;
-  virtual std::string_view name() const = 0;  ///< of its table in the scene
+  virtual const EffectKind& kind() const = 0;  ///< the one that made it
+  std::string_view name() const;               ///< of its table in the scene
   virtual Needs needs() const { return {}; }
 
   /// Adds its forces (N, [N * dimension]).
@@ -70,8 +78,30 @@ class Effect {
   virtual bool idle(const Bodies& bodies, std::span<const double> travel) const {
     return (void)bodies, (void)travel, false;
   }
+  /// True if all its forces are held ones, linear in time until a stepper changes them, or its drag: free flight has a
+  /// closed form for both.
+  virtual bool is_held_or_drag() const { return false; }
+  /// kg/s: its forces oppose the velocity of a sphere of this radius (m) by so much.
+  virtual double drag_coefficient(double radius) const { return (void)radius, 0; }
+
   /// Adds the currents (A, [N]) that it feeds into the bodies.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
+  /// The time (s) in which every charge decays to 1/e of itself, if nothing else happens to it.
+  virtual double charge_relaxation_time() const { return INFINITY; }
+
+  // What follows is for an effect with a state of its own, beyond the bodies and its options.
+
+  /// Called once for each step of a run that stands, never for one that may be taken back: the bodies are where they
+  /// are at state.time, and were dt (s) earlier where the step before left them. What changes here is the same in
+  /// between.
+  virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
+  /// Puts its state into a checkpoint of its own, and takes it from there. Throws Failure for what is no state of it.
+  virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
+  virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
+  /// Adds the columns that it shows in a frame; their names begin with its own.
+  virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
+  /// Adds what it has to say to the summary of a run.
+  virtual void summarize(const State& state, Summary& summary) const { (void)state, (void)summary; }
 };
 
 }  // namespace lichtenberg

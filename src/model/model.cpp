@@ -2,8 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "src/model/checkpoint.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
+
+std::string_view Effect::name() const { return kind().name; }
 
 void ForceJacobian::add_central(int i, int j, std::span<const double> n, double along, double across) {
   for (int k = 0; k < dimension_; ++k)
@@ -20,6 +26,7 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
     : bodies(std::move(b)), effects(std::move(e)) {
   std::optional<double> range;
   for (const auto& effect : effects) {
+    effect->kind().check_dimension(bodies.dimension);
     const Needs needs = effect->needs();
     if (needs.charges) bodies.charge = charge;
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
@@ -64,6 +71,69 @@ double Model::stored_energy(double time) {
   double energy = 0;
   for (const auto& effect : effects) energy += effect->stored_energy(now);
   return energy;
+}
+
+double Model::drag_coefficient(double radius) const {
+  double coefficient = 0;
+  for (const auto& effect : effects) coefficient += effect->drag_coefficient(radius);
+  return coefficient;
+}
+
+double Model::charge_relaxation_time() const {
+  double all = INFINITY;
+  for (const auto& effect : effects) {
+    const double time = effect->charge_relaxation_time();
+    all = std::isinf(all) ? time : std::isinf(time) ? all : all * time / (all + time);  // rates add up
+  }
+  return all;
+}
+
+void Model::accept(double time, double dt) {
+  const State now = state(time);
+  for (const auto& effect : effects) effect->accept(now, dt);
+}
+
+namespace {
+
+std::string prefix_of(const Effect& effect) { return "effects." + std::string(effect.name()) + "."; }
+
+template <class Arrays>
+void put(const Arrays& own, const std::string& prefix, Arrays& all) {
+  for (const auto& [name, values] : own) all[prefix + name] = values;
+}
+
+template <class Arrays>
+Arrays taken(const Arrays& all, const std::string& prefix) {
+  Arrays own;
+  for (auto at = all.lower_bound(prefix); at != all.end() && at->first.starts_with(prefix); ++at)
+    own[at->first.substr(prefix.size())] = at->second;
+  return own;
+}
+
+}  // namespace
+
+void Model::save(Checkpoint& checkpoint) const {
+  for (const auto& effect : effects) {
+    Checkpoint own;
+    effect->save(own);
+    put(own.reals, prefix_of(*effect), checkpoint.reals);
+    put(own.integers, prefix_of(*effect), checkpoint.integers);
+  }
+}
+
+void Model::restore(const Checkpoint& checkpoint) {
+  for (const auto& effect : effects)
+    effect->restore({taken(checkpoint.reals, prefix_of(*effect)), taken(checkpoint.integers, prefix_of(*effect))});
+}
+
+void Model::add_columns(double time, Frame& frame) {
+  const State now = state(time);
+  for (const auto& effect : effects) effect->add_columns(now, frame);
+}
+
+void Model::summarize(double time, Summary& summary) {
+  const State now = state(time);
+  for (const auto& effect : effects) effect->summarize(now, summary);
 }
 
 double Model::kinetic_energy() const {

@@ -11,7 +11,8 @@ namespace lichtenberg {
 
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
-  /// `charge`: C, [N]; taken over only if an effect needs charges.
+  /// `charge`: C, [N]; taken over only if an effect needs charges. Throws InputError for an effect that cannot do the
+  /// bodies' dimension.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;
@@ -30,16 +31,22 @@ struct Model {
   /// Sum of m v^2 / 2 (J).
   double kinetic_energy() const;
 
+  /// Drag on a sphere of this radius (kg/s, m): the sum over all effects.
+  double drag_coefficient(double radius) const;
+  /// In which every charge decays to 1/e of itself (s), by all effects together; infinite if none lets it decay.
+  double charge_relaxation_time() const;
+
+  /// A step of length dt (s) to `time` stands: tells every effect.
+  void accept(double time, double dt);
+  /// The effects' own states, as arrays "effects.NAME.ARRAY".
+  void save(Checkpoint& checkpoint) const;
+  void restore(const Checkpoint& checkpoint);
+  /// The columns that the effects show, and their lines in a summary.
+  void add_columns(double time, Frame& frame);
+  void summarize(double time, Summary& summary);
+
   /// The least of the effects' Needs::largest_move as a length (m); infinite if none sets one.
   double largest_move() const;
-
-  /// The effect of type E, or null if it is not in the scene.
-  template <class E>
-  E* find() const {
-    for (const auto& effect : effects)
-      if (auto* found = dynamic_cast<E*>(effect.get())) return found;
-    return nullptr;
-  }
 
  private:
   State state(double time);

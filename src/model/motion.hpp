@@ -44,9 +44,9 @@ class Motion {
   virtual double next_frame() const = 0;
   /// The time at which all is over at the latest; infinite if nobody knows.
   virtual double end_time() const = 0;
-  /// Carries the scene on to `time`, or less far if it is over before. `pause` is asked now and then, if checkpoints are
-  /// exact at any instant; true: stop here. Throws InputError if the first instant cannot be computed, Failure if the
-  /// scene cannot be carried on.
+  /// Carries the scene on to `time`, or less far if it is over before. `pause` is asked now and then, if checkpoints
+  /// are exact at any instant; true: stop here. Throws InputError if the first instant cannot be computed, Failure if
+  /// the scene cannot be carried on.
   virtual void advance_to(double time, const std::function<bool()>& pause) = 0;
   /// Nothing is left to be done.
   virtual bool finished() = 0;
@@ -61,7 +61,8 @@ class Motion {
   /// How far it is, for a line that shows the progress.
   virtual std::string progress() = 0;
 
-  /// All there is. One restored from it goes on bit for bit as this one does, which may have to forget something for it.
+  /// All there is. One restored from it goes on bit for bit as this one does, which may have to forget something for
+  /// it.
   virtual Checkpoint checkpoint() = 0;
   /// The same without forgetting, for a motion that fails on its way: one restored from it goes on as this one does but
   /// for solvers' tolerances. Empty where that is not offered.

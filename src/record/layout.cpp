@@ -5,6 +5,7 @@
 #include <set>
 #include <variant>
 
+#include "src/effects/contact_discharge.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
@@ -125,7 +126,8 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   hdf5::put(group, "permittivity", scene.medium.permittivity, "F m-1");
   hdf5::put(group, "viscosity", scene.medium.viscosity, "Pa s");
   hdf5::put(group, "depth", scene.medium.depth, "m");
-  if (scene.effects.contact_discharge) hdf5::put(group, "contact_gap", scene.effects.contact_discharge->gap, "m");
+  if (const auto* discharge = scene.effects.find<effects::ContactDischargeOptions>())
+    hdf5::put(group, "contact_gap", discharge->gap, "m");
   put_domain(group, scene.domain);
   put_electrodes(group, scene);
   if (!scene.walls.empty()) put_walls(group, scene);

@@ -37,9 +37,9 @@ Result::Result(const std::string& path) : path_(path) {
   });
 }
 
-Scene Result::scene() const {
+Scene Result::scene(const EffectKinds& kinds) const {
   const std::string text = guarded([&] { return hdf5::get_text(file_->file(), "scene/text"); });
-  return parse_scene(text, fmt::format("{}:/scene/text", path_));
+  return parse_scene(text, fmt::format("{}:/scene/text", path_), kinds);
 }
 
 std::vector<double> Result::radius() const {

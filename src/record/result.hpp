@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "src/analysis/network.hpp"
+#include "src/effects/effects.hpp"
 #include "src/model/column.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/result_file.hpp"
@@ -21,8 +22,9 @@ class Result {
   explicit Result(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
-  /// What the run was made of. Its text is parsed anew: throws InputError if this version does not read it.
-  Scene scene() const;
+  /// What the run was made of, whose effects are of these kinds. Its text is parsed anew: throws InputError if this
+  /// version does not read it.
+  Scene scene(const EffectKinds& kinds = effects::all_kinds()) const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m

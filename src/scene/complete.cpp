@@ -10,64 +10,46 @@
 #include "solvers/network/electrode.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/scene/draft.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/electrodes.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/packing.hpp"
 #include "src/scene/placing.hpp"
-#include "src/scene/touching.hpp"
 
 namespace lichtenberg {
 namespace {
 
 constexpr double vacuum_permittivity = 8.8541878128e-12;  // F/m, CODATA 2018
 
-void check_effects(const Draft& draft) {
-  const Effects& effects = draft.scene.effects;
-  const auto needs = [&](const std::string& effect, const std::string& needed) {
-    refuse(draft.scene.path, draft.line("effects." + effect),
-           fmt::format("effects.{} needs {}: add it, or leave the effect out", effect, needed));
-  };
-  const std::string electrostatics = "the table [effects.floating_conductors]";
-  if (effects.current_source && !effects.floating_conductors) needs("current_source", electrostatics);
-  if (effects.contact_discharge && !effects.floating_conductors) needs("contact_discharge", electrostatics);
-  if (effects.leakage && !effects.floating_conductors) needs("leakage", electrostatics);
-  if (effects.contact_resistance && !effects.contact_discharge)
-    needs("contact_resistance", "the table [effects.contact_discharge], which says who is in contact");
-  if (effects.contact_resistance && effects.contact_resistance->resistivity > 0 &&
-      effects.contact_resistance->spot == 0)
-    needs("contact_resistance", "a spot in m, greater than 0, beside its resistivity");
-  if (const int line = draft.line("effects.contact_resistance.spot");
-      line > 0 && effects.contact_resistance->resistivity == 0)
-    refuse(draft.scene.path, line,
-           "effects.contact_resistance.spot needs effects.contact_resistance.resistivity in ohm m, greater than 0, of "
-           "what the spot is made: add it, or leave the spot out");
-  if (effects.contact_resistance && effects.contact_resistance->ohms() == 0)
-    needs("contact_resistance", "a resistance in ohm or a resistivity in ohm m, greater than 0");
-  if (effects.stokes_drag && !draft.viscosity) needs("stokes_drag", "medium.viscosity in Pa s");
-  if (effects.floating_conductors && !draft.permittivity && !draft.relative_permittivity)
-    needs("floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
+/// An effect under which nothing else acts.
+void check_alone(const Draft& draft) {
+  for (const Effects::Entry& entry : draft.scene.effects)
+    for (const Effects::Entry& other : draft.scene.effects)
+      if (!entry.kind->alone.empty() && entry.kind != other.kind)
+        refuse(draft.scene.path, draft.line("effects." + other.kind->name),
+               fmt::format("effects.{} is not allowed with effects.{}, {}: leave one out", other.kind->name,
+                           entry.kind->name, entry.kind->alone));
 }
 
-/// What carries charge at a finite rate is one implicit step with the field (src/effects/README.md), which not every
-/// method and no other coupling can do.
+void check_effects(const Draft& draft) {
+  const Effects& effects = draft.scene.effects;
+  for (const Effects::Entry& entry : effects)
+    for (const NeededEffect& needed : entry.kind->needs)
+      if (!effects.has(needed.name))
+        refuse_effect(
+            draft, entry.kind->name,
+            fmt::format("the table [effects.{}]{}{}", needed.name, needed.why.empty() ? "" : ", ", needed.why));
+  for (const Effects::Entry& entry : effects)
+    if (entry.kind->check) entry.kind->check(draft);
+}
+
+/// A body of its own charge behind a resistor.
 void check_resistors(const Draft& draft) {
-  const Scene& scene = draft.scene;
   const auto behind_resistor =
       std::ranges::find_if(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
-  const bool series = behind_resistor != draft.electrodes.end();
-  if (!series && !scene.effects.contact_resistance) return;
-  const std::string what = series ? "electrode.series_resistance" : "the table [effects.contact_resistance]";
-  if (!scene.effects.floating_conductors)
-    refuse(scene.path, behind_resistor->line,
+  if (behind_resistor != draft.electrodes.end() && !draft.scene.effects.has("floating_conductors"))
+    refuse(draft.scene.path, behind_resistor->line,
            "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
-  const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
-    refuse(scene.path, draft.line(key),
-           fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
-  };
-  if (draft.line("field.method") > 0 && scene.field.method != "cut-cell")
-    refuse_with("field.method", scene.field.method, "cut-cell");
-  if (scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic")
-    refuse_with("mechanics.coupling", "monolithic", "split");
 }
 
 double permittivity(const Draft& draft) {
@@ -200,33 +182,6 @@ void assign_groups(const Draft& draft, Scene& scene) {
   }
 }
 
-/// With nothing at a given potential no field line can leave the box: by Gauss's law the charges must cancel. Behind
-/// resistors a supply takes what is fed, but no charge that is there at the first instant.
-void check_ground(const Draft& draft, const Scene& scene) {
-  const bool grounded =
-      std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance == 0; }) ||
-      std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
-      std::ranges::any_of(scene.groups, [](const PrescribedGroup& group) { return group.potential.has_value(); });
-  if (grounded || !scene.effects.floating_conductors) return;
-  const std::string remedy =
-      fmt::format("a side of the domain, an [[electrode]] or a [[group]] must have a potential{}",
-                  scene.electrodes.empty() ? "" : " without a resistor");
-  if (scene.electrodes.empty() && scene.effects.current_source && scene.effects.current_source->current != 0)
-    refuse(draft.scene.path, draft.line("effects.current_source"),
-           "effects.current_source feeds charge into an insulated box without any ground: " + remedy);
-  double net = 0, total = 0;
-  const auto add = [&](double charge) { net += charge, total += std::abs(charge); };
-  for (const Conductor& conductor : scene.conductors) add(conductor.charge);
-  for (const PrescribedGroup& group : scene.groups) add(group.charge);
-  constexpr double rounding = 1e-12;  // of charges that are meant to cancel
-  if (std::abs(net) > rounding * total)
-    refuse(
-        draft.scene.path, draft.line("domain"),
-        fmt::format("a net charge of {:.3g} C stands in an insulated box without any ground: {}, or the charges must "
-                    "cancel",
-                    net, remedy));
-}
-
 std::vector<std::string> names_of_walls(const Scene& scene) {
   if (scene.walls.empty()) return {"left", "right", "bottom", "top"};
   std::vector<std::string> names;
@@ -285,8 +240,6 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
                   .viscosity = draft.viscosity.value_or(0),
                   .depth = draft.depth.value_or(2 * largest_radius),
                   .temperature = scene.medium.temperature};
-  if (scene.effects.contact_discharge)
-    scene.effects.contact_discharge->gap = draft.contact_gap.value_or(smallest_radius);
   fill_in_tolerances(draft, scene.field);
   if (scene.field.accuracy && draft.line("field.method") == 0) scene.field.method.clear();
   scene.field.relaxation_eta = draft.relaxation_eta.value_or(0);
@@ -298,12 +251,13 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 }  // namespace
 
 Scene complete(const Draft& draft) {
+  check_alone(draft);
   check_packing_keys(draft);
   check_effects(draft);
   check_resistors(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;
-  const bool packing = scene.effects.contact_potential.has_value();
+  const bool packing = scene.effects.has("contact_potential");
   scene.seed = static_cast<std::uint64_t>(draft.seed);
   scene.electrodes = build_electrodes(draft);
   scene.walls = build_walls(draft);
@@ -316,13 +270,13 @@ Scene complete(const Draft& draft) {
   assign_groups(draft, scene);
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
   check_resolution(draft, smallest.radius, h);
-  check_ground(draft, scene);
-  check_touching(draft, scene);
+  fill_in_defaults(draft, scene, smallest.radius, largest.radius);
+  for (const Effects::Entry& entry : draft.scene.effects)
+    if (entry.kind->complete) entry.kind->complete(draft, scene);
   if (packing) check_packing(draft, scene);
   check_frames(draft);
   check_network(draft, scene);
   if (scene.field.method == "multipole") check_disks_only(draft, scene.electrodes);
-  fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   return scene;
 }
 

@@ -83,7 +83,7 @@ struct Draft {
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   Coordinates domain_size;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
-  std::optional<double> contact_gap, tolerance, moving_tolerance, relaxation_eta, position_tolerance, largest_step;
+  std::optional<double> tolerance, moving_tolerance, relaxation_eta, position_tolerance, largest_step;
   std::optional<std::string> output_file;
   std::vector<ElectrodeDraft> electrodes;
   std::vector<WallDraft> walls;
@@ -98,6 +98,9 @@ struct Draft {
     return found == lines.end() ? 0 : found->second;
   }
 };
+
+/// "path:line: "; line 0 is left out.
+std::string place_in(const std::string& path, int line);
 
 /// Throws the InputError "path:line: sentence"; line 0 is left out.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "solvers/network/electrode.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -133,10 +134,12 @@ void settle_dimension(Draft& draft) {
   const int dimension = draft.domain_size.count;
   domain.size = draft.domain_size.plane();
   domain.height = draft.domain_size.value[2];
-  if (dimension == 3 && !draft.scene.effects.contact_potential)
+  if (dimension == 3 && !draft.scene.effects.has("contact_potential"))
     refuse(draft.scene.path, draft.line("domain.size"),
            "domain.size has three numbers, but only a scene with effects.contact_potential may have three dimensions: "
            "two numbers [x, y] are allowed");
+  for (const Effects::Entry& entry : draft.scene.effects)
+    entry.kind->check_dimension(dimension, place_in(draft.scene.path, draft.line("domain.size")));
   const auto check = [&](const Coordinates& given, int line, const std::string& key) {
     if (given.count != dimension)
       refuse(draft.scene.path, line,
@@ -154,9 +157,8 @@ void settle_dimension(Draft& draft) {
 }
 
 void check_packing_keys(const Draft& draft) {
-  const Effects& effects = draft.scene.effects;
   const auto refuse_it = [&](int line, const std::string& sentence) { refuse(draft.scene.path, line, sentence); };
-  if (!effects.contact_potential) {
+  if (!draft.scene.effects.has("contact_potential")) {
     const std::string needs = " needs the table [effects.contact_potential]: add it, or leave this out";
     if (!draft.walls.empty()) refuse_it(draft.walls.front().line, "[[wall]]" + needs);
     if (const int line = draft.line("minimize")) refuse_it(line, "[minimize]" + needs);
@@ -166,9 +168,6 @@ void check_packing_keys(const Draft& draft) {
   }
   const std::string why =
       " is not allowed with effects.contact_potential, under which nothing else acts: leave one out";
-  for (const std::string other : {"floating_conductors", "current_source", "stokes_drag", "hertz_contact",
-                                  "wall_contact", "contact_discharge", "leakage", "contact_resistance"})
-    if (const int line = draft.line("effects." + other)) refuse_it(line, "effects." + other + why);
   check_idle_keys(draft);
   const std::string& method = draft.scene.minimize.method;
   if (const int line = draft.line("minimize.step"); line > 0 && method != "gradient-descent")
@@ -184,9 +183,9 @@ void check_packing_keys(const Draft& draft) {
 
 std::vector<Wall> build_walls(const Draft& draft) {
   const Scene& scene = draft.scene;
-  if (!scene.effects.contact_potential) return {};
+  if (!scene.effects.has("contact_potential")) return {};
   std::vector<Wall> walls;
-  if (scene.effects.contact_potential->box) walls = sides_of_box(scene.domain, scene.dimension());
+  if (scene.domain.walled) walls = sides_of_box(scene.domain, scene.dimension());
   for (std::size_t k = 0; k < draft.walls.size(); ++k) walls.push_back(build_wall(draft, draft.walls[k], k + 1));
   if (walls.empty())
     refuse(scene.path, draft.line("effects.contact_potential.box"),
@@ -211,7 +210,7 @@ void check_packing(const Draft& draft, const Scene& scene) {
                            at(c, dimension), wall.name));
     const double narrowest =
         std::min({scene.domain.size.x, scene.domain.size.y, dimension == 3 ? scene.domain.height : INFINITY});
-    if (scene.effects.contact_potential->box && c.radius > narrowest)
+    if (scene.domain.walled && c.radius > narrowest)
       refuse(scene.path, line_of(draft, i),
              fmt::format("a particle of radius {:g} m cannot fit between walls that are {:g} m apart: even the "
                          "radius is larger than that",

@@ -28,11 +28,11 @@ std::string found(const toml::node& node) {
 /// Walks a TOML document along the schema into a draft.
 class Reader {
  public:
-  explicit Reader(Draft& draft) : draft_(draft) {}
+  Reader(const Schema& schema, Draft& draft) : schema_(schema), draft_(draft) {}
 
   void read_document(const toml::table& document) {
     check_required_tables(document);
-    read_table(schema().front(), document);
+    read_table(schema_.tables().front(), document);
   }
 
  private:
@@ -41,7 +41,7 @@ class Reader {
     table.open(draft_, line_of(node));
     for (const auto& [name, value] : node) {
       const std::string path = path_in(table, name.str());
-      if (const Table* inner = find_table(path)) {
+      if (const Table* inner = schema_.find_table(path)) {
         read_inner_table(*inner, value);
       } else if (const Key* key = find_key(table, name.str())) {
         draft_.lines[path] = line_of(value);
@@ -95,7 +95,7 @@ class Reader {
   }
 
   void check_required_tables(const toml::table& document) const {
-    for (const Table& table : schema())
+    for (const Table& table : schema_.tables())
       if (table.kind == Table::Kind::required && !document.contains(table.path))
         refuse(0, fmt::format("the table {} is missing: every scene needs it", table.header()));
   }
@@ -124,9 +124,11 @@ class Reader {
   }
 
   [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
-    refuse(line, fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, known_paths())));
+    refuse(line,
+           fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, schema_.known_paths())));
   }
 
+  const Schema& schema_;
   Draft& draft_;
 };
 
@@ -141,19 +143,27 @@ std::string read_text(const std::string& path) {
 
 }  // namespace
 
-void refuse(const std::string& path, int line, const std::string& sentence) {
-  throw InputError(line > 0 ? fmt::format("{}:{}: {}", path, line, sentence) : fmt::format("{}: {}", path, sentence));
+std::string place_in(const std::string& path, int line) {
+  return line > 0 ? fmt::format("{}:{}: ", path, line) : path + ": ";
 }
 
-Scene parse_scene(const std::string& text, const std::string& path) {
+void refuse(const std::string& path, int line, const std::string& sentence) {
+  throw InputError(place_in(path, line) + sentence);
+}
+
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds) {
+  const Schema schema(kinds);
   Draft draft;
   draft.scene.path = path;
   draft.scene.text = text;
-  Reader(draft).read_document(parse_document(text, path));
+  Reader(schema, draft).read_document(parse_document(text, path));
+  draft.scene.effects.sort(kinds);
   settle_dimension(draft);
   return complete(draft);
 }
 
-Scene read_scene(const std::string& path) { return parse_scene(read_text(path), path); }
+Scene read_scene(const std::string& path, const EffectKinds& kinds) {
+  return parse_scene(read_text(path), path, kinds);
+}
 
 }  // namespace lichtenberg

@@ -9,6 +9,7 @@
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec2.hpp"
 #include "solvers/network/parameters.hpp"
+#include "src/scene/effects.hpp"
 
 namespace lichtenberg {
 
@@ -22,6 +23,7 @@ struct Domain {
   Vec2 size;                        ///< m
   double height = 0;                ///< m, along z, of a three-dimensional domain; 0: it has two dimensions
   std::array<DomainSide, 4> sides;  ///< left, right, bottom, top
+  bool walled = true;               ///< of a packing: the sides are walls
 };
 
 /// A fixed body at a given potential, or behind a resistor: its potential then floats, and `potential` is the supply's.
@@ -49,12 +51,12 @@ struct Wall {
 
 /// A mobile disk (field) or sphere (mechanics).
 struct Conductor {
-  Vec2 position{};    ///< m
-  double z = 0;       ///< m, in three dimensions
-  Vec2 velocity{};    ///< m/s
-  double radius = 0;  ///< m
-  double charge = 0;  ///< C
-  int group = -1;     ///< index into Scene::groups, -1: of its own
+  Vec2 position{};                  ///< m
+  double z = 0;                     ///< m, in three dimensions
+  Vec2 velocity{};                  ///< m/s
+  double radius = 0;                ///< m
+  double charge = 0;                ///< C
+  int group = -1;                   ///< index into Scene::groups, -1: of its own
   double relative_resistivity = 1;  ///< of its material, in units of NetworkOptions::parameters
 };
 
@@ -74,65 +76,6 @@ struct PrescribedGroup {
 
 struct Material {
   double density = 8050;  ///< kg/m^3 (steel, D 5.5.2)
-};
-
-// Effects. One is in a run only if its table stands in the scene; the optional is empty otherwise.
-
-/// Electrostatics of floating conductors (D 5.3): the field solver and its forces.
-struct FloatingConductors {};
-/// dQ_i/dt = current for every conductor (D 5.5).
-struct CurrentSource {
-  double current = 0;  ///< A
-};
-/// F = -6 pi viscosity R v (D 5.8).
-struct StokesDrag {};
-/// Elastic contact between spheres, F = 4/3 E* sqrt(R_eff) delta^(3/2) (D 5.9, corrected).
-struct HertzContact {
-  double young = 200e9;  ///< Pa
-  double poisson = 0.3;
-};
-/// The same contact against the sides of the domain and the electrodes.
-struct WallContact {
-  double young = 200e9;  ///< Pa
-  double poisson = 0.3;
-};
-/// Conductors closer than `gap`, surface to surface, are one electrically (D 6.40).
-struct ContactDischarge {
-  double gap = 0;            ///< m: contact is made when the surfaces come closer than this
-  double hysteresis = 0.05;  ///< contact is lost at gap * (1 + hysteresis)
-};
-/// U = stiffness (q - 1) ln q, q the distance of two centres over the sum of the radii, or of a centre from a wall over
-/// its radius; nothing from q = 1 on. Particles under it are at rest where the energy is least; nothing else acts.
-struct ContactPotential {
-  double stiffness = 1;  ///< J
-  bool box = true;       ///< the sides of the domain are walls
-};
-
-/// Ohmic conduction through the fluid, which is uniform: no charge gathers in it, and every conductor's decays with the
-/// relaxation time permittivity / conductivity, whatever surrounds it (Gauss and Ohm).
-struct Leakage {
-  double conductivity = 0;  ///< S/m
-};
-/// A contact of contact_discharge conducts instead of making two one.
-struct ContactResistance {
-  double resistance = 0;   ///< ohm a contact
-  double resistivity = 0;  ///< ohm m, of the conductors
-  double spot = 0;         ///< m, radius of the spot in which two surfaces touch
-  /// Of one contact: the given one and the constriction of the current to the spot, resistivity / (2 spot)
-  /// (R. Holm, Electric Contacts, 1967, eq. 4.15: each side has half of it).
-  double ohms() const { return resistance + (resistivity > 0 ? resistivity / (2 * spot) : 0); }
-};
-
-struct Effects {
-  std::optional<FloatingConductors> floating_conductors;
-  std::optional<CurrentSource> current_source;
-  std::optional<StokesDrag> stokes_drag;
-  std::optional<HertzContact> hertz_contact;
-  std::optional<WallContact> wall_contact;
-  std::optional<ContactDischarge> contact_discharge;
-  std::optional<Leakage> leakage;
-  std::optional<ContactResistance> contact_resistance;
-  std::optional<ContactPotential> contact_potential;
 };
 
 /// Along the domain's longer side.
@@ -212,7 +155,7 @@ struct Scene {
   std::vector<Wall> walls;  ///< of a scene with a contact potential: the domain's sides first, if they are walls
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
-  Effects effects;
+  Effects effects;  ///< one is in a run only if its table stands in the scene
   FieldOptions field;
   MechanicsOptions mechanics;
   MinimizeOptions minimize;
@@ -223,13 +166,14 @@ struct Scene {
   int dimension() const { return domain.height > 0 ? 3 : 2; }
 };
 
-/// Reads and checks a scene. Throws InputError (one sentence: file, line, key, value found, what is allowed).
-Scene read_scene(const std::string& path);
+/// Reads and checks a scene, whose effects are of these kinds. Throws InputError (one sentence: file, line, key, value
+/// found, what is allowed). src/effects/read_scene.hpp reads scenes with the effects of this program.
+Scene read_scene(const std::string& path, const EffectKinds& kinds);
 
 /// The same from text already in memory; `path` is used in messages.
-Scene parse_scene(const std::string& text, const std::string& path);
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds);
 
 /// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`.
-std::string scene_help();
+std::string scene_help(const EffectKinds& kinds);
 
 }  // namespace lichtenberg

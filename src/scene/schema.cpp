@@ -5,44 +5,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
-#include "src/scene/schema_tables.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/value.hpp"
 
 namespace lichtenberg {
 
-const std::vector<Table>& schema() {
-  static const std::vector<Table> all = {tables::top(),
-                                         tables::domain(),
-                                         tables::medium(),
-                                         tables::material(),
-                                         tables::electrode(),
-                                         tables::wall(),
-                                         tables::conductor(),
-                                         tables::group(),
-                                         tables::population(),
-                                         tables::effects(),
-                                         tables::floating_conductors(),
-                                         tables::current_source(),
-                                         tables::stokes_drag(),
-                                         tables::hertz_contact(),
-                                         tables::wall_contact(),
-                                         tables::contact_discharge(),
-                                         tables::leakage(),
-                                         tables::contact_resistance(),
-                                         tables::contact_potential(),
-                                         tables::minimize(),
-                                         tables::field(),
-                                         tables::mechanics(),
-                                         tables::network(),
-                                         tables::output(),
-                                         tables::stop()};
-  return all;
+namespace {
+
+Table table_of(const EffectKind& kind) {
+  return {.path = "effects." + kind.name,
+          .help = kind.help,
+          .open = [&kind](Draft& draft, int) { draft.scene.effects.add(kind, kind.options); },
+          .keys = kind.keys};
 }
 
-const Table* find_table(std::string_view path) {
-  const auto found = std::ranges::find(schema(), path, &Table::path);
-  return found == schema().end() ? nullptr : &*found;
+}  // namespace
+
+Schema::Schema(const EffectKinds& kinds) : tables_(tables_of_the_world()) {
+  check_names(kinds);
+  tables_.push_back({.path = "effects", .help = "An effect is in the run only if its table stands in the scene."});
+  for (const EffectKind* kind : kinds) tables_.push_back(table_of(*kind));
+  std::ranges::move(tables_of_the_computation(), std::back_inserter(tables_));
+}
+
+const Table* Schema::find_table(std::string_view path) const {
+  const auto found = std::ranges::find(tables_, path, &Table::path);
+  return found == tables_.end() ? nullptr : &*found;
 }
 
 const Key* find_key(const Table& table, std::string_view name) {
@@ -54,18 +44,18 @@ std::string path_in(const Table& table, std::string_view name) {
   return table.path.empty() ? std::string(name) : fmt::format("{}.{}", table.path, name);
 }
 
-std::vector<std::string> known_paths() {
+std::vector<std::string> Schema::known_paths() const {
   std::vector<std::string> known;
-  for (const Table& table : schema()) {
+  for (const Table& table : tables_) {
     if (!table.path.empty()) known.push_back(table.path);
     for (const Key& key : table.keys) known.push_back(path_in(table, key.name));
   }
   return known;
 }
 
-Draft blank_draft() {
+Draft Schema::blank_draft() const {
   Draft draft;
-  for (const Table& table : schema()) table.open(draft, 0);
+  for (const Table& table : tables_) table.open(draft, 0);
   return draft;
 }
 
@@ -89,11 +79,10 @@ std::string Key::allowed() const {
   return limits.empty() ? text : text + ", " + limits;
 }
 
-std::string Key::fallback() const {
+std::string Key::fallback(Draft& untouched) const {
   if (required) return "required";
   if (!shapes.empty()) return fmt::format("required for {}", fmt::join(shapes, ", "));
   if (!computed_default.empty()) return "default: " + computed_default;
-  Draft untouched = blank_draft();
   return "default: " + std::visit([&](auto at) { return show(*at(untouched)); }, place);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -29,6 +30,12 @@ struct Range {
   std::string text() const;
 };
 
+namespace ranges {
+inline constexpr Range positive{.low = 0, .low_itself = false};
+inline constexpr Range not_negative{.low = 0};
+inline constexpr Range accuracy{.low = 0, .high = 1, .low_itself = false, .high_itself = false};
+}  // namespace ranges
+
 /// One key of the scene file. The reader, the checks, the help and the messages all follow from this entry; its default
 /// is what an untouched Draft holds.
 struct Key {
@@ -44,8 +51,8 @@ struct Key {
 
   /// What may be written, as in "a number in m, greater than 0".
   std::string allowed() const;
-  /// "required", or the default.
-  std::string fallback() const;
+  /// "required", or the default, which an `untouched` draft (Schema::blank_draft) holds.
+  std::string fallback(Draft& untouched) const;
 };
 
 struct Table {
@@ -54,26 +61,35 @@ struct Table {
   std::string path{};  ///< "" is the top of the file
   Kind kind = Kind::optional;
   std::string help{};
-  void (*open)(Draft&, int line) = [](Draft&, int) {};  ///< what it means that the table stands in the file
+  std::function<void(Draft&, int line)> open = [](Draft&, int) {};  ///< what it means that the table stands in the file
   std::vector<Key> keys{};
 
   /// As written in a scene file: [field], [[conductor]]
   std::string header() const;
 };
 
-/// Everything a scene file may hold, the top of the file first.
-const std::vector<Table>& schema();
+/// Everything a scene file may hold.
+class Schema {
+ public:
+  /// With the tables of these effects. Throws InputError if two have one name.
+  explicit Schema(const EffectKinds& kinds);
+
+  const std::vector<Table>& tables() const { return tables_; }  ///< the top of the file first
+  const Table* find_table(std::string_view path) const;         ///< null if there is none
+  std::vector<std::string> known_paths() const;                 ///< of all tables and keys
+  Draft blank_draft() const;                                    ///< with one untouched element of each repeated table
+
+ private:
+  std::vector<Table> tables_;
+};
+
+/// The tables that every scene may have: what there is, how it is computed and what that leaves.
+std::vector<Table> tables_of_the_world();
+std::vector<Table> tables_of_the_computation();
 
 /// Null if there is none.
-const Table* find_table(std::string_view path);
 const Key* find_key(const Table& table, std::string_view name);
-
 /// Path of a key or table inside `table`.
 std::string path_in(const Table& table, std::string_view name);
-/// Of all tables and keys.
-std::vector<std::string> known_paths();
-
-/// A draft with one untouched element of each repeated table.
-Draft blank_draft();
 
 }  // namespace lichtenberg

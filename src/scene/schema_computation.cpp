@@ -5,9 +5,13 @@
 #include <algorithm>
 
 #include "solvers/network/resistor.hpp"
-#include "src/scene/schema_tables.hpp"
+#include "src/scene/schema.hpp"
 
-namespace lichtenberg::tables {
+namespace lichtenberg {
+namespace tables {
+namespace {
+
+using namespace ranges;
 
 Table minimize() {
   return {
@@ -236,4 +240,12 @@ Table stop() {
           }};
 }
 
-}  // namespace lichtenberg::tables
+}  // namespace
+}  // namespace tables
+
+std::vector<Table> tables_of_the_computation() {
+  return {tables::minimize(), tables::field(),  tables::mechanics(),
+          tables::network(),  tables::output(), tables::stop()};
+}
+
+}  // namespace lichtenberg

@@ -1,7 +1,11 @@
 // Tables of what there is: the domain, its fluid, its bodies.
-#include "src/scene/schema_tables.hpp"
+#include "src/scene/schema.hpp"
 
-namespace lichtenberg::tables {
+namespace lichtenberg {
+namespace tables {
+namespace {
+
+using namespace ranges;
 
 using enum Table::Kind;
 
@@ -298,4 +302,12 @@ Table population() {
           }};
 }
 
-}  // namespace lichtenberg::tables
+}  // namespace
+}  // namespace tables
+
+std::vector<Table> tables_of_the_world() {
+  using namespace tables;
+  return {top(), domain(), medium(), material(), electrode(), wall(), conductor(), group(), population()};
+}
+
+}  // namespace lichtenberg

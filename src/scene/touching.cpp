@@ -45,7 +45,6 @@ void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) 
 }  // namespace
 
 void check_touching(const Draft& draft, const Scene& scene) {
-  if (!scene.effects.floating_conductors || scene.effects.contact_discharge) return;
   const auto refuse_it = [&](std::size_t i, const std::string& other) {
     const Vec2 p = scene.conductors[i].position;
     refuse(

@@ -33,15 +33,15 @@ std::optional<std::size_t> take_index(std::string& path) {
   return index;
 }
 
-KeyPlace place_of(const std::string& key) {
+KeyPlace place_of(const Schema& schema, const std::string& key) {
   const std::size_t dot = key.rfind('.');
   std::string table_path = dot == std::string::npos ? "" : key.substr(0, dot);
   const std::string name = key.substr(dot + 1);  // npos + 1 is 0
   const std::optional<std::size_t> index = take_index(table_path);
-  const Table* table = find_table(table_path);
+  const Table* table = schema.find_table(table_path);
   if (table == nullptr || find_key(*table, name) == nullptr)
-    throw InputError(
-        fmt::format("{} is no key of a scene: the nearest known key is {}", key, nearest_path(key, known_paths())));
+    throw InputError(fmt::format("{} is no key of a scene: the nearest known key is {}", key,
+                                 nearest_path(key, schema.known_paths())));
   if (index && table->kind != Table::Kind::repeated)
     throw InputError(fmt::format("{}: there is one {} in a scene, so no index is allowed", key, table->header()));
   return {table, index, name};
@@ -105,10 +105,12 @@ std::vector<std::string> listed_values(const std::string& list) {
   return values;
 }
 
-std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings) {
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
+                          const EffectKinds& kinds) {
+  const Schema schema(kinds);
   toml::table document = parse_document(text, path);
   for (const auto& [key, value] : settings) {
-    const KeyPlace place = place_of(key);
+    const KeyPlace place = place_of(schema, key);
     const toml::table parsed = parse_document("value = " + value, key);
     table_of(document, place, key).insert_or_assign(place.name, *parsed.get("value"));
   }

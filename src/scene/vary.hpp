@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "src/scene/effects.hpp"
+
 namespace lichtenberg {
 
 /// A key of a scene and a value for it, both as text: the value as a scene file has it.
@@ -18,7 +20,8 @@ std::vector<std::string> listed_values(const std::string& list);
 /// The scene `text` with these keys set: a whole scene, without the comments. The index of a repeated table may be left
 /// out where the scene has one. Tables are added where they are missing, but for effects: their tables decide what is
 /// computed. Throws InputError for a key that no scene has or that this one has no place for; what the value may be is
-/// left to parse_scene. `path` is used in messages about the text.
-std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings);
+/// left to parse_scene. `path` is used in messages about the text, `kinds` are the effects that scenes may have.
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
+                          const EffectKinds& kinds);
 
 }  // namespace lichtenberg

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "src/effects/contact_law.hpp"
+#include "src/effects/effects.hpp"
 
 namespace lichtenberg::statics {
 namespace {
@@ -58,8 +59,10 @@ std::array<double, triangle<dimension>> inverse(const double* a) {
 
 }  // namespace
 
-PotentialEnergy::PotentialEnergy(Model model, int threads)
-    : model_(std::move(model)), potential_(*model_.find<effects::ContactPotential>()), team_(threads) {}
+PotentialEnergy::PotentialEnergy(const Scene& scene, int threads)
+    : PotentialEnergy(scene, std::make_unique<effects::ContactPotential>(scene), threads) {}
+PotentialEnergy::PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads)
+    : potential_(*potential), model_(effects::make_model(scene, effects::made(std::move(potential)))), team_(threads) {}
 
 int PotentialEnergy::ranges() const { return (model_.bodies.size() + particles_a_task - 1) / particles_a_task; }
 

@@ -14,8 +14,8 @@ namespace lichtenberg::statics {
 /// The contact energy (J) of a model's bodies as a function of their positions (m, [N * dimension]).
 class PotentialEnergy : public minimize::SmoothObjective {
  public:
-  /// The model must have a contact potential.
-  PotentialEnergy(Model model, int threads);
+  /// Of a scene with a contact potential.
+  PotentialEnergy(const Scene& scene, int threads);
 
   int size() const override { return static_cast<int>(model_.bodies.position.size()); }
   double evaluate(std::span<const double> x, std::span<double> gradient) override;
@@ -27,6 +27,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
   const Model& model() const { return model_; }
 
  private:
+  PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads);
   int ranges() const;
   /// Calls task(k, first, end) for every range of particles, from `first` on up to before `end`.
   template <class Task>
@@ -39,8 +40,8 @@ class PotentialEnergy : public minimize::SmoothObjective {
   template <int dimension>
   void multiply_rows(std::span<const double> v, std::span<double> product) const;
 
+  const effects::ContactPotential& potential_;  ///< the model's
   Model model_;
-  const effects::ContactPotential& potential_;
   mutable parallel::Team team_;
   mutable std::vector<std::vector<effects::Push>> beyond_;  ///< by range, of the last evaluation or product
   /// Of the Hessian's rows of a range of particles, the blocks right of the diagonal, with the sign reversed; each

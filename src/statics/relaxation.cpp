@@ -14,6 +14,7 @@
 #include "solvers/minimize/gradient_descent.hpp"
 #include "solvers/minimize/lbfgs.hpp"
 #include "solvers/minimize/newton_cg.hpp"
+#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/model/stopwatch.hpp"
 #include "src/statics/potential_energy.hpp"
@@ -87,9 +88,10 @@ double longest(std::span<const double> vectors, int dimension) {
 struct Relaxation::Implementation {
   explicit Implementation(const Scene& s)
       : scene(s),
+        stiffness(s.effects.find<effects::ContactPotentialOptions>()->stiffness),
         diameter(mean_diameter(s)),
         order(spatial_order(s, diameter)),
-        energy(effects::make_model(reordered(s, order)), threads_for(s)),
+        energy(reordered(s, order), threads_for(s)),
         method(scene.minimize.method == "lbfgs-newton" ? "lbfgs" : scene.minimize.method) {
     start(energy.model().bodies.position);
   }
@@ -102,7 +104,7 @@ struct Relaxation::Implementation {
   /// Lengths, times and steps that mean the same in every scene: with unit masses the fastest of a disk's motions has a
   /// period of about 2 diameter / sqrt(stiffness).
   std::unique_ptr<minimize::Minimizer> make_minimizer(std::vector<double> x) {
-    const double stiffness = scene.effects.contact_potential->stiffness, area = diameter * diameter / stiffness;
+    const double area = diameter * diameter / stiffness;
     const double move = 0.1 * diameter;
     if (method == "gradient-descent")
       return std::make_unique<minimize::GradientDescent>(energy, std::move(x), scene.minimize.step * area, move);
@@ -147,7 +149,7 @@ struct Relaxation::Implementation {
   void choose_method() {
     if (scene.minimize.method != "lbfgs-newton") return;
     constexpr std::int64_t most_evaluations = 100;
-    const double unit = scene.effects.contact_potential->stiffness / diameter;
+    const double unit = stiffness / diameter;
     if (method == "lbfgs" && largest_force <= settled * unit) {
       change_to("newton-cg");
     } else if (method == "newton-cg" && evaluations() - changed_at > most_evaluations) {
@@ -157,6 +159,7 @@ struct Relaxation::Implementation {
   }
 
   Scene scene;
+  double stiffness;        ///< J
   double diameter;         ///< m, mean
   std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
   statics::PotentialEnergy energy;
@@ -176,9 +179,7 @@ std::int64_t Relaxation::iteration() const { return implementation_->iteration; 
 std::int64_t Relaxation::evaluations() const { return implementation_->evaluations(); }
 double Relaxation::energy() const { return implementation_->minimizer->point().value; }
 double Relaxation::largest_force() const { return implementation_->largest_force; }
-double Relaxation::force_unit() const {
-  return implementation_->scene.effects.contact_potential->stiffness / implementation_->diameter;
-}
+double Relaxation::force_unit() const { return implementation_->stiffness / implementation_->diameter; }
 bool Relaxation::at_rest() const {
   return largest_force() <= implementation_->scene.minimize.force_tolerance * force_unit();
 }
@@ -205,7 +206,9 @@ double Relaxation::next_frame() const {
   return std::min(static_cast<double>(next), most_iterations());
 }
 
-double Relaxation::most_iterations() const { return static_cast<double>(implementation_->scene.minimize.max_iterations); }
+double Relaxation::most_iterations() const {
+  return static_cast<double>(implementation_->scene.minimize.max_iterations);
+}
 
 bool Relaxation::finished() { return at_rest() || stuck_ || time() >= most_iterations(); }
 
@@ -266,15 +269,16 @@ std::vector<ColumnGroup> Relaxation::findings() { return {analysis::columns_of(p
 Summary Relaxation::summary() {
   const Scene& scene = implementation_->scene;
   Summary summary = analysis::summarize(packing(), scene);
-  const auto line = [](std::string label, std::string text) { return Summary::Line{std::move(label), std::move(text)}; };
+  const auto line = [](std::string label, std::string text) {
+    return Summary::Line{std::move(label), std::move(text)};
+  };
   summary.goal = "at_rest";
   summary.title = fmt::format("holds the relaxation: {} after {} iterations of {}, {} evaluations",
                               at_rest() ? "at rest" : "not at rest", iteration(), scene.minimize.method, evaluations());
-  summary.lines.insert(
-      summary.lines.begin(),
-      {line("energy", fmt::format("{:.10g} J", energy())),
-       line("largest force",
-            fmt::format("{:.3g} N, {:.2e} of stiffness / mean diameter", largest_force(), force_in_units()))});
+  summary.lines.insert(summary.lines.begin(),
+                       {line("energy", fmt::format("{:.10g} J", energy())),
+                        line("largest force", fmt::format("{:.3g} N, {:.2e} of stiffness / mean diameter",
+                                                          largest_force(), force_in_units()))});
   const std::vector<Quantity> own{{"at_rest", at_rest() ? 1.0 : 0.0, "1"},
                                   {"iterations", time(), "1"},
                                   {"evaluations", static_cast<double>(evaluations()), "1"},
@@ -287,9 +291,9 @@ Summary Relaxation::summary() {
 
 std::vector<std::string> Relaxation::final_warnings() {
   if (at_rest()) return {};
-  return {fmt::format("not at rest after {} iterations: {}", iteration(),
-                      stuck_ ? "the energy goes no lower with the digits that there are"
-                             : "minimize.max_iterations allows no more")};
+  return {fmt::format(
+      "not at rest after {} iterations: {}", iteration(),
+      stuck_ ? "the energy goes no lower with the digits that there are" : "minimize.max_iterations allows no more")};
 }
 
 std::map<std::string, double> Relaxation::seconds() const { return {{"relaxation", seconds_}}; }

@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "solvers/laplace/problem.hpp"
-#include "src/scene/scene.hpp"
+#include "src/effects/read_scene.hpp"
 
 int main() {
   const lichtenberg::Scene scene = lichtenberg::parse_scene(R"(

@@ -10,6 +10,7 @@
 
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/statics/potential_energy.hpp"
 #include "src/statics/relaxation.hpp"
 #include "src/version.hpp"
@@ -130,7 +131,7 @@ PetscErrorCode is_at_rest(Tao tao, void* context) {
 
 void run_tao(const Options& options, int count) {
   const Scene scene = random_packing(options, count, "lbfgs");
-  statics::PotentialEnergy energy(effects::make_model(scene), options.threads > 0 ? options.threads : 2);
+  statics::PotentialEnergy energy(scene, options.threads > 0 ? options.threads : 2);
   std::vector<double> start = energy.model().bodies.position;
   const double unit = Relaxation(scene).force_unit();
   ForTao self{

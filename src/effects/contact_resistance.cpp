@@ -1,0 +1,54 @@
+#include "src/effects/contact_resistance.hpp"
+
+#include <fmt/format.h>
+
+namespace lichtenberg::effects {
+namespace {
+
+void check(const Draft& draft) {
+  const ContactResistanceOptions& options = *draft.scene.effects.find<ContactResistanceOptions>();
+  const std::string name = options.kind().name;
+  if (options.resistivity > 0 && options.spot == 0)
+    refuse_effect(draft, name, "a spot in m, greater than 0, beside its resistivity");
+  if (const int line = draft.line("effects.contact_resistance.spot"); line > 0 && options.resistivity == 0)
+    refuse(draft.scene.path, line,
+           "effects.contact_resistance.spot needs effects.contact_resistance.resistivity in ohm m, greater than 0, of "
+           "what the spot is made: add it, or leave the spot out");
+  if (options.ohms() == 0) refuse_effect(draft, name, "a resistance in ohm or a resistivity in ohm m, greater than 0");
+}
+
+}  // namespace
+
+const EffectKind& ContactResistanceOptions::kind() {
+  static const EffectKind kind = {
+      .name = "contact_resistance",
+      .description = "a contact conducts instead of making two one; charge moves in implicit steps with the field",
+      .help =
+          "A contact conducts instead of making two one: resistance + resistivity / (2 spot), after Holm. Needs "
+          "contact_discharge, which says who is in contact.",
+      .options = ContactResistanceOptions{},
+      .keys = {{.name = "resistance",
+                .place = place<&ContactResistanceOptions::resistance>,
+                .unit = "ohm",
+                .range = ranges::not_negative,
+                .help = "of one contact"},
+               {.name = "resistivity",
+                .place = place<&ContactResistanceOptions::resistivity>,
+                .unit = "ohm m",
+                .range = ranges::not_negative,
+                .help = "of the conductors; needs spot"},
+               {.name = "spot",
+                .place = place<&ContactResistanceOptions::spot>,
+                .unit = "m",
+                .range = ranges::not_negative,
+                .help = "radius of the spot in which two surfaces touch"}},
+      .needs = {{"contact_discharge", "which says who is in contact"}},
+      .check = check,
+      .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<ContactResistance>(); },
+      .explain = [](const Scene& scene) -> std::vector<Remark> {
+        return {{"a contact", fmt::format("{:.4g} ohm", scene.effects.find<ContactResistanceOptions>()->ohms())}};
+      }};
+  return kind;
+}
+
+}  // namespace lichtenberg::effects

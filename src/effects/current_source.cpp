@@ -1,0 +1,24 @@
+#include "src/effects/current_source.hpp"
+
+namespace lichtenberg::effects {
+
+const EffectKind& CurrentSourceOptions::kind() {
+  static const EffectKind kind = {
+      .name = "current_source",
+      .description = "a constant current into every conductor",
+      .help = "Every conductor is fed the same current, dQ/dt = current (D 5.5). Needs floating_conductors.",
+      .options = CurrentSourceOptions{},
+      .keys = {{.name = "current",
+                .place = place<&CurrentSourceOptions::current>,
+                .unit = "A",
+                .required = true,
+                .help = "into each conductor"}},
+      .needs = {{"floating_conductors"}},
+      .dimensions = {2, 3},
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+        return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
+      }};
+  return kind;
+}
+
+}  // namespace lichtenberg::effects

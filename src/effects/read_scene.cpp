@@ -1,0 +1,19 @@
+#include "src/effects/read_scene.hpp"
+
+#include "src/effects/effects.hpp"
+
+namespace lichtenberg {
+
+using effects::all_kinds;
+
+Scene read_scene(const std::string& path) { return read_scene(path, all_kinds()); }
+
+Scene parse_scene(const std::string& text, const std::string& path) { return parse_scene(text, path, all_kinds()); }
+
+std::string scene_help() { return scene_help(all_kinds()); }
+
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings) {
+  return with_settings(text, path, settings, all_kinds());
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "src/scene/scene.hpp"
+#include "src/scene/vary.hpp"
+
+// What src/scene/ does for any list of effects, with those of this program (effects::all_kinds()).
+
+namespace lichtenberg {
+
+Scene read_scene(const std::string& path);
+Scene parse_scene(const std::string& text, const std::string& path);
+std::string scene_help();
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings);
+
+}  // namespace lichtenberg

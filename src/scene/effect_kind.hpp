@@ -1,0 +1,70 @@
+#pragma once
+
+#include <any>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "src/scene/schema.hpp"
+
+namespace lichtenberg {
+
+class Effect;
+
+/// An effect that another cannot do without.
+struct NeededEffect {
+  std::string name;
+  std::string why{};  ///< as in "which says who is in contact"; may be empty
+};
+
+/// What `lichtenberg explain` says in a line of an effect's own.
+struct Remark {
+  std::string label, text;
+};
+
+/// All that the program knows of a kind of effect before it makes one: what its table in a scene file may hold, what it
+/// asks of the rest of the scene, and how one is made. An effect's file defines one, and a list names it
+/// (effects::all_kinds(), or one's own).
+struct EffectKind {
+  std::string name;         ///< of its table: [effects.name]
+  std::string description;  ///< one line, for `explain`
+  std::string help;         ///< of its table, for `help scene`
+  std::any options{};       ///< as they are where the table stands in the file without keys; of a type of its own
+  std::vector<Key> keys{};  ///< `place` (below) says where one goes
+  std::vector<NeededEffect> needs{};
+  std::string alone{};                ///< why no other effect may stand beside it; empty: others may
+  std::vector<int> dimensions = {2};  ///< of the space in which it knows what to do
+  bool periodic = false;              ///< whether it knows what to do where a side of the domain is periodic
+
+  /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
+  /// (refuse()). This and what follows may be null.
+  void (*check)(const Draft&) = nullptr;
+  /// The same once all defaults are filled in and the conductors placed; fills in the defaults of its own keys that
+  /// depend on those.
+  void (*complete)(const Draft&, Scene&) = nullptr;
+  /// What only a run cannot do, where other commands can. Throws InputError.
+  void (*check_run)(const Scene&) = nullptr;
+  /// Never null. The table stands in the scene.
+  std::unique_ptr<Effect> (*make)(const Scene&) = nullptr;
+  std::vector<Remark> (*explain)(const Scene&) = nullptr;
+
+  /// Throws InputError if it cannot do that dimension: a sentence, after `where` ("scene.toml:3: ", say).
+  void check_dimension(int dimension, const std::string& where = "") const;
+};
+
+/// Refuses an effect that lacks something: "effects.NAME needs WHAT: add it, or leave the effect out".
+[[noreturn]] void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed);
+
+/// Throws InputError if two have one name.
+void check_names(const EffectKinds& kinds);
+
+template <class Options, class Value>
+Options options_of(Value Options::*);  // declared only
+
+/// Where a key's value goes: Key{.place = place<&HertzContactOptions::young>, ...}.
+template <auto member>
+auto* place(Draft& draft) {
+  return &(draft.scene.effects.find<decltype(options_of(member))>()->*member);
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,54 @@
+#include "src/scene/effects.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "solvers/error.hpp"
+#include "src/scene/effect_kind.hpp"
+
+namespace lichtenberg {
+
+bool Effects::has(std::string_view name) const {
+  return std::ranges::any_of(entries_, [&](const Entry& entry) { return entry.kind->name == name; });
+}
+
+std::any& Effects::add(const EffectKind& kind, std::any options) {
+  const auto found = std::ranges::find(entries_, kind.name, [](const Entry& entry) { return entry.kind->name; });
+  Entry& entry = found != entries_.end() ? *found : entries_.emplace_back();
+  entry = {&kind, std::move(options)};
+  return entry.options;
+}
+
+void Effects::remove(std::string_view name) {
+  std::erase_if(entries_, [&](const Entry& entry) { return entry.kind->name == name; });
+}
+
+void Effects::sort(const EffectKinds& kinds) {
+  std::ranges::stable_sort(entries_, {}, [&](const Entry& entry) { return std::ranges::find(kinds, entry.kind); });
+}
+
+void EffectKind::check_dimension(int dimension, const std::string& where) const {
+  if (std::ranges::find(dimensions, dimension) != dimensions.end()) return;
+  throw InputError(fmt::format("{}effects.{} is not allowed in {} dimensions: it can do {}", where, name, dimension,
+                               fmt::join(dimensions, " and ")));
+}
+
+void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed) {
+  refuse(draft.scene.path, draft.line("effects." + name),
+         fmt::format("effects.{} needs {}: add it, or leave the effect out", name, needed));
+}
+
+void check_names(const EffectKinds& kinds) {
+  std::set<std::string> names;
+  for (const EffectKind* kind : kinds)
+    if (!names.insert(kind->name).second)
+      throw InputError(
+          fmt::format("two kinds of effects are named \"{}\": their names must differ, since a scene's tables are "
+                      "told apart by them",
+                      kind->name));
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,35 @@
+#include "src/scene/ground.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace lichtenberg {
+
+void check_ground(const Draft& draft, const Scene& scene, const std::string& source) {
+  const bool grounded =
+      std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance == 0; }) ||
+      std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
+      std::ranges::any_of(scene.groups, [](const PrescribedGroup& group) { return group.potential.has_value(); });
+  if (grounded) return;
+  const std::string remedy =
+      fmt::format("a side of the domain, an [[electrode]] or a [[group]] must have a potential{}",
+                  scene.electrodes.empty() ? "" : " without a resistor");
+  if (scene.electrodes.empty() && !source.empty())
+    refuse(draft.scene.path, draft.line(source),
+           source + " feeds charge into an insulated box without any ground: " + remedy);
+  double net = 0, total = 0;
+  const auto add = [&](double charge) { net += charge, total += std::abs(charge); };
+  for (const Conductor& conductor : scene.conductors) add(conductor.charge);
+  for (const PrescribedGroup& group : scene.groups) add(group.charge);
+  constexpr double rounding = 1e-12;  // of charges that are meant to cancel
+  if (std::abs(net) > rounding * total)
+    refuse(
+        draft.scene.path, draft.line("domain"),
+        fmt::format("a net charge of {:.3g} C stands in an insulated box without any ground: {}, or the charges must "
+                    "cancel",
+                    net, remedy));
+}
+
+}  // namespace lichtenberg

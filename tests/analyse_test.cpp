@@ -94,6 +94,15 @@ Recorder saved_run(const std::string& path, const std::string& text = scene_text
   return recorder;
 }
 
+/// The run goes on.
+void add_a_frame(const std::string& path) {
+  Recorder recorder = Recorder::resume(path, parse_scene(scene_text, "four.toml"));
+  Frame third = second_frame();
+  third.time = 1;
+  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
+  recorder.save({});
+}
+
 /// Changes a file as another program would.
 template <class Change>
 void change(const std::string& path, Change apply) {
@@ -343,27 +352,32 @@ TEST_CASE("a file that holds the contacts of its last frame only: those of D 7.1
 
 TEST_CASE("a run that goes on takes what was found of fewer frames out of its file") {
   const Folder folder;
-  Recorder recorder = saved_run(folder / "four.h5");
+  saved_run(folder / "four.h5");
   REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
-  Frame third = second_frame();
-  third.time = 1;
-  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
-  recorder.save({});
+  add_a_frame(folder / "four.h5");
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "four.h5"), "analysis"));
   CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
 }
 
 TEST_CASE("a file that changes while it is analysed stays as its run left it") {
   const Folder folder;
-  Recorder recorder = saved_run(folder / "four.h5");
+  saved_run(folder / "four.h5");
   const Result result(folder / "four.h5");
-  Frame third = second_frame();
-  third.time = 1;
-  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
-  recorder.save({});
+  add_a_frame(folder / "four.h5");
   const std::string newer = text_of(folder / "four.h5");
   CHECK_THROWS_AS(result.put_analysis({{"time", "s", Column::Of::list, 0, result.times()}}), Failure);
   CHECK(text_of(folder / "four.h5") == newer);
+}
+
+TEST_CASE("what is analysed while its run writes is printed, and not stored") {
+  const Folder folder;
+  const Recorder recorder = saved_run(folder / "four.h5");
+  const std::string before = text_of(folder / "four.h5");
+  const Ended ended = analyse(folder, "four.h5");
+  CHECK_EQ(ended.status, 1);
+  CHECK_NE(ended.out.find("frame 1 at t = 0.5 s"), std::string::npos);
+  CHECK_NE(ended.err.find("four.h5 is being written: try again once its run is over"), std::string::npos);
+  CHECK(text_of(folder / "four.h5") == before);
 }
 
 TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is lost") {

@@ -123,6 +123,7 @@ class RelaxationRun {
     progress.end_line();
     fmt::print(stderr, "lichtenberg: stopped after {} iterations; the same command with --resume goes on from there\n",
                relaxation_.iteration());
+    { const Recorder done = std::move(recorder_); }  // which removes its lock
     Interruption::obey();
   }
 

@@ -181,6 +181,7 @@ class Run {
     progress.end_line();
     fmt::print(stderr, "lichtenberg: stopped at t = {:.6g} s; the same command with --resume goes on from there\n",
                simulation_.time());
+    { const Recorder done = std::move(recorder_); }  // which removes its lock
     Interruption::obey();
   }
 

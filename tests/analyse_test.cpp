@@ -221,16 +221,18 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
   const std::string elastic =
       "[effects.hertz_contact]\nyoung = 200e9\npoisson = 0.3\n"
       "[effects.wall_contact]\nyoung = 100e9\npoisson = 0.3\n";
-  Recorder recorder =
-      Recorder::start(folder / "four.h5", parse_scene(scene_text + elastic, "four.toml"), masses, false);
   Frame pressed = second_frame();
   const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
   pressed.position[0].y = 1e-3 - overlap;
   pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
   const std::vector<analysis::Contact> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
-  recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
-  recorder.add(columns_of(pressed, analysis::network(contacts, pressed.position)));
-  recorder.save({});
+  {
+    const Scene scene = parse_scene(scene_text + elastic, "four.toml");
+    Recorder recorder = Recorder::start(folder / "four.h5", scene, masses, false);
+    recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
+    recorder.add(columns_of(pressed, analysis::network(contacts, pressed.position)));
+    recorder.save({});
+  }
   // Hertz: 8/15 E* sqrt(R_eff) overlap^(5/2), 1/E* = 2 (1 - poisson^2) / young.
   const auto energy = [&](double young, double radius) {
     return 8.0 / 15 * young / (2 * (1 - 0.09)) * std::sqrt(radius) * std::pow(overlap, 2.5);

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -21,8 +22,8 @@ using Of = Column::Of;
 namespace {
 
 struct Cost {
-  double seconds = 0;
-  double resident = 0, largest = 0;  ///< MB, after it and while it lasted
+  double seconds = 0, processor = 0;  ///< by the clock, and of the processor
+  double resident = 0, largest = 0;   ///< MB, after it and while it lasted
 };
 
 /// MB: a line of /proc/self/status.
@@ -39,9 +40,11 @@ template <class Work>
 Cost cost_of(Work work) {
   forget_largest();
   const auto start = std::chrono::steady_clock::now();
+  const std::clock_t started = std::clock();
   work();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  return {elapsed.count(), status("VmRSS"), status("VmHWM")};
+  const double processor = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
+  return {elapsed.count(), processor, status("VmRSS"), status("VmHWM")};
 }
 
 /// The caller's own: what it goes on computing with.
@@ -75,21 +78,23 @@ double mean(const std::vector<Cost>& costs, double Cost::*number, std::size_t fi
 
 void print(const std::vector<Cost>& costs, const Cost& end, double before, double frame_bytes) {
   const std::size_t tenth = std::max<std::size_t>(costs.size() / 10, 1), last = costs.size() - tenth;
-  fmt::print("{:14} {:>12} {:>14} {:>14}\n", "frames", "s a frame", "resident (MB)", "largest (MB)");
+  fmt::print("{:14} {:>12} {:>12} {:>14} {:>14}\n", "frames", "s a frame", "processor s", "resident (MB)",
+             "largest (MB)");
   for (std::size_t k = 0; k + tenth <= costs.size(); k += tenth)
-    fmt::print("{:<4} to {:<6} {:12.3f} {:14.0f} {:14.0f}\n", k, k + tenth - 1, mean(costs, &Cost::seconds, k, tenth),
+    fmt::print("{:<4} to {:<6} {:12.3f} {:12.3f} {:14.0f} {:14.0f}\n", k, k + tenth - 1,
+               mean(costs, &Cost::seconds, k, tenth), mean(costs, &Cost::processor, k, tenth),
                mean(costs, &Cost::resident, k, tenth), mean(costs, &Cost::largest, k, tenth));
   const auto ratio = [&](double Cost::*number) {
     return mean(costs, number, last, tenth) / mean(costs, number, 0, tenth);
   };
   double largest = 0;
   for (const Cost& cost : costs) largest = std::max(largest, cost.largest);
-  fmt::print("last tenth over first: {:.3f} in seconds, {:.3f} in memory\n", ratio(&Cost::seconds),
-             ratio(&Cost::resident));
+  fmt::print("last tenth over first: {:.3f} in seconds, {:.3f} of the processor, {:.3f} in memory\n",
+             ratio(&Cost::seconds), ratio(&Cost::processor), ratio(&Cost::resident));
   fmt::print("largest above the caller's own {:.0f} MB: {:.2f} frames of {:.0f} MB\n", before,
              (largest - before) * 1048576 / frame_bytes, frame_bytes / 1048576);
-  fmt::print("the end: {:.1f} s, {:.2f} frames above the caller's own\n", end.seconds,
-             (end.largest - before) * 1048576 / frame_bytes);
+  fmt::print("the end: {:.1f} s, {:.1f} of the processor, {:.2f} frames above the caller's own\n", end.seconds,
+             end.processor, (end.largest - before) * 1048576 / frame_bytes);
 }
 
 }  // namespace

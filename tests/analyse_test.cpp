@@ -95,6 +95,15 @@ Recorder saved_run(const std::string& path, const std::string& text = scene_text
   return recorder;
 }
 
+/// The run goes on.
+void add_a_frame(const std::string& path) {
+  Recorder recorder = Recorder::resume(path, parse_scene(scene_text, "four.toml"));
+  ConductorFrame third = second_frame();
+  third.time = 1;
+  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
+  recorder.save({});
+}
+
 /// Changes a file as another program would.
 template <class Change>
 void change(const std::string& path, Change apply) {
@@ -213,16 +222,18 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
   const std::string elastic =
       "[effects.hertz_contact]\nyoung = 200e9\npoisson = 0.3\n"
       "[effects.wall_contact]\nyoung = 100e9\npoisson = 0.3\n";
-  Recorder recorder =
-      Recorder::start(folder / "four.h5", parse_scene(scene_text + elastic, "four.toml"), masses, false);
   ConductorFrame pressed = second_frame();
   const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
   pressed.position[0].y = 1e-3 - overlap;
   pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
   const std::vector<analysis::Contact> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
-  recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
-  recorder.add(columns_of(pressed, analysis::network(contacts, pressed.position)));
-  recorder.save({});
+  {
+    const Scene scene = parse_scene(scene_text + elastic, "four.toml");
+    Recorder recorder = Recorder::start(folder / "four.h5", scene, masses, false);
+    recorder.add(columns_of(first_frame(), analysis::network(first_contacts, first_frame().position)));
+    recorder.add(columns_of(pressed, analysis::network(contacts, pressed.position)));
+    recorder.save({});
+  }
   // Hertz: 8/15 E* sqrt(R_eff) overlap^(5/2), 1/E* = 2 (1 - poisson^2) / young.
   const auto energy = [&](double young, double radius) {
     return 8.0 / 15 * young / (2 * (1 - 0.09)) * std::sqrt(radius) * std::pow(overlap, 2.5);
@@ -344,27 +355,32 @@ TEST_CASE("a file that holds the contacts of its last frame only: those of D 7.1
 
 TEST_CASE("a run that goes on takes what was found of fewer frames out of its file") {
   const Folder folder;
-  Recorder recorder = saved_run(folder / "four.h5");
+  saved_run(folder / "four.h5");
   REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
-  ConductorFrame third = second_frame();
-  third.time = 1;
-  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
-  recorder.save({});
+  add_a_frame(folder / "four.h5");
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "four.h5"), "analysis"));
   CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
 }
 
 TEST_CASE("a file that changes while it is analysed stays as its run left it") {
   const Folder folder;
-  Recorder recorder = saved_run(folder / "four.h5");
+  saved_run(folder / "four.h5");
   const Result result(folder / "four.h5");
-  ConductorFrame third = second_frame();
-  third.time = 1;
-  recorder.add(columns_of(third, analysis::network(second_contacts, third.position)));
-  recorder.save({});
+  add_a_frame(folder / "four.h5");
   const std::string newer = text_of(folder / "four.h5");
   CHECK_THROWS_AS(result.put_analysis({{"time", "s", Column::Of::list, 0, result.times()}}), Failure);
   CHECK(text_of(folder / "four.h5") == newer);
+}
+
+TEST_CASE("what is analysed while its run writes is printed, and not stored") {
+  const Folder folder;
+  const Recorder recorder = saved_run(folder / "four.h5");
+  const std::string before = text_of(folder / "four.h5");
+  const Ended ended = analyse(folder, "four.h5");
+  CHECK_EQ(ended.status, 1);
+  CHECK_NE(ended.out.find("frame 1 at t = 0.5 s"), std::string::npos);
+  CHECK_NE(ended.err.find("four.h5 is being written: try again once its run is over"), std::string::npos);
+  CHECK(text_of(folder / "four.h5") == before);
 }
 
 TEST_CASE("what cannot be analysed is one sentence and status 2, and nothing is lost") {

@@ -15,6 +15,7 @@
 
 #include "src/record/atomic_file.hpp"
 #include "src/record/hdf5.hpp"
+#include "src/record/seal.hpp"
 #include "tests/program.hpp"
 
 using namespace lichtenberg;
@@ -281,9 +282,9 @@ TEST_CASE("a run that is past the stop of now is reported and its file stays") {
 
   // As if it had been interrupted at its 8th frame, on the way to a later end: nothing is left to run.
   namespace hdf5 = lichtenberg::hdf5;
-  const hdf5::Handle interrupted = hdf5::load(file.string());
-  hdf5::check(H5Ldelete(interrupted, "summary", H5P_DEFAULT));
-  lichtenberg::write_atomically(file.string(), hdf5::image(interrupted));
+  const auto interrupted = std::make_shared<hdf5::Pages>(hdf5::pages_of(lichtenberg::OpenFile(file.string())));
+  hdf5::check(H5Ldelete(hdf5::open_in_memory(interrupted), "summary", H5P_DEFAULT));
+  lichtenberg::write_sealed(file.string(), *interrupted);
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
   check_past();
 }

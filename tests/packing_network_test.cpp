@@ -27,42 +27,42 @@ namespace {
 /// frame before has the column open in the middle.
 class TwoFrames {
  public:
-  explicit TwoFrames(const std::string& network_table = "") : recorder_(start(network_table)) {
-    for (const double x : {5.0, 2.0}) add_frame(x);
-    recorder_.save({});
+  explicit TwoFrames(const std::string& network_table = "") : scene_(parse_scene(text(network_table), "column.toml")) {
+    Recorder recorder = Recorder::start(path(), scene_, std::vector<double>(5, 1.0), false);
+    for (const double x : {5.0, 2.0}) add_frame(recorder, x);
+    recorder.save({});
   }
   std::string path() const { return (folder_ / "column.h5").string(); }
   /// Whether nothing else is left in its folder.
   bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_.path), {}) == 1; }
   /// Its run goes on.
-  void save_another_frame() {
-    add_frame(1);
-    recorder_.save({});
+  void save_another_frame() const {
+    Recorder recorder = Recorder::resume(path(), scene_);
+    add_frame(recorder, 1);
+    recorder.save({});
   }
 
  private:
-  Recorder start(const std::string& network_table) const {
-    const std::string text = "domain = { size = [8.0, 5.4] }\nfield = { cells = 400 }\n" + network_table +
-                             "[[conductor]]\nposition = [2.0, 1.0]\nradius = 1.0\n"
-                             "[[conductor]]\nposition = [4.0, 2.7]\nradius = 1.0\n"
-                             "[[conductor]]\nposition = [2.0, 4.3]\nradius = 1.0\n"
-                             "[[conductor]]\nposition = [6.0, 4.3]\nradius = 0.5\n"
-                             "[[conductor]]\nposition = [7.0, 2.0]\nradius = 0.5\n";
-    const Scene scene = parse_scene(text, "column.toml");
-    return Recorder::start(path(), scene, std::vector<double>(5, 1.0), false);
+  static std::string text(const std::string& network_table) {
+    return "domain = { size = [8.0, 5.4] }\nfield = { cells = 400 }\n" + network_table +
+           "[[conductor]]\nposition = [2.0, 1.0]\nradius = 1.0\n"
+           "[[conductor]]\nposition = [4.0, 2.7]\nradius = 1.0\n"
+           "[[conductor]]\nposition = [2.0, 4.3]\nradius = 1.0\n"
+           "[[conductor]]\nposition = [6.0, 4.3]\nradius = 0.5\n"
+           "[[conductor]]\nposition = [7.0, 2.0]\nradius = 0.5\n";
   }
   /// `x` of the middle one (m).
-  void add_frame(double x) {
+  static void add_frame(Recorder& recorder, double x) {
     ConductorFrame frame;
     frame.time = 5 - x;
     frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
     frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
     frame.group = {0, 1, 2, 3, 4};
-    recorder_.add(columns_of(frame, {}));
+    recorder.add(columns_of(frame, {}));
   }
 
   Folder folder_;
-  Recorder recorder_;
+  Scene scene_;
 };
 
 std::string message_of(const std::function<void()>& work) {
@@ -124,8 +124,7 @@ TEST_CASE("particles as electrodes") {
 }
 
 TEST_CASE("the scene chooses the physics of the resistors") {
-  const TwoFrames file(
-      "[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
+  const TwoFrames file("[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.scene.network.model == "contact");
   const SolvedNetwork solved = solve_network(frame, "contact", frame.scene.network, 1);
@@ -175,7 +174,7 @@ TEST_CASE("the file keeps the networks, and everything else") {
 }
 
 TEST_CASE("a file that changes while it is measured stays as its run left it") {
-  TwoFrames file;
+  const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
   file.save_another_frame();

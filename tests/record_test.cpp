@@ -18,6 +18,7 @@
 #include <random>
 
 #include "solvers/error.hpp"
+#include "src/analysis/packing.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"

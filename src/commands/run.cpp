@@ -166,6 +166,7 @@ class Run {
     progress.end_line();
     fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from there\n",
                instant(motion_->time()));
+    { const Recorder done = std::move(recorder_); }  // which removes its lock
     Interruption::obey();
   }
 

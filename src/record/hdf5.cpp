@@ -244,7 +244,8 @@ template <class Number>
 std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count) {
   const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
   Shape wanted = dataset_shape(dataset), start(wanted.size(), 0);
-  if (wanted.empty() || first + count > wanted[0]) throw Error(name + " has fewer rows than frames");
+  if (wanted.empty() || first + count > wanted[0])
+    throw Error(name + (!wanted.empty() && wanted[0] == 0 ? " is empty" : " has fewer rows than frames"));
   start[0] = first;
   wanted[0] = count;
   std::vector<Number> numbers(product(wanted));

@@ -74,7 +74,6 @@ Handle open_group(hid_t parent, const std::string& path);
 bool exists(hid_t parent, const std::string& path);
 /// Whether that is a group.
 bool is_group(hid_t parent, const std::string& path);
-bool is_group(hid_t parent, const std::string& path);
 /// Names of what stands in a group, in alphabetical order.
 std::vector<std::string> names(hid_t group);
 

@@ -121,23 +121,24 @@ void Pages::read(std::uint64_t offset, std::span<std::byte> bytes) const {
     if (page == pages_.end())
       std::fill_n(bytes.begin() + done, here, std::byte{0});
     else
-      std::copy_n(page->second.begin() + first, here, bytes.begin() + done);
+      std::copy_n(page->second->begin() + first, here, bytes.begin() + done);
   });
 }
 
 void Pages::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   size_ = std::max(size_, offset + bytes.size());
   for_pages(offset, bytes.size(), [&](auto number, auto first, auto here, auto done) {
-    std::vector<std::byte>& page = pages_[number];
-    page.resize(page_bytes);
-    std::copy_n(bytes.begin() + done, here, page.begin() + first);
+    std::shared_ptr<Page>& page = pages_[number];
+    if (!page) page = std::make_shared<Page>(page_bytes);
+    if (page.use_count() > 1) page = std::make_shared<Page>(*page);
+    std::copy_n(bytes.begin() + done, here, page->begin() + first);
   });
 }
 
 void Pages::for_each(const std::function<void(std::uint64_t, std::span<const std::byte>)>& visit) const {
   for (const auto& [number, page] : pages_)
     if (const std::uint64_t offset = number * page_bytes; offset < size_)
-      visit(offset, std::span(page).first(std::min(page_bytes, size_ - offset)));
+      visit(offset, std::span(*page).first(std::min(page_bytes, size_ - offset)));
 }
 
 hid_t create_file(const std::shared_ptr<Bytes>& bytes) {

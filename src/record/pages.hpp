@@ -37,7 +37,8 @@ class Pages : public Bytes {
 
  private:
   std::uint64_t size_ = 0;
-  std::map<std::uint64_t, std::vector<std::byte>> pages_;  ///< by number
+  using Page = std::vector<std::byte>;
+  std::map<std::uint64_t, std::shared_ptr<Page>> pages_;  ///< by number; copies share what none of them has changed
 };
 
 /// H5Fcreate and H5Fopen on these bytes. An exception of theirs is an error of HDF5's.

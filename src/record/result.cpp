@@ -13,6 +13,13 @@ namespace {
 
 constexpr const char* conductors = "/particles/conductors/";
 
+/// What an earlier analysis found; datasets that are written again are kept, or the file would grow each time.
+void remove_others(hid_t group, const std::vector<Column>& columns) {
+  for (const std::string& name : hdf5::names(group))
+    if (std::ranges::find(columns, name, &Column::name) == columns.end())
+      hdf5::check(H5Ldelete(group, name.c_str(), H5P_DEFAULT));
+}
+
 }  // namespace
 
 /// Whatever HDF5 has against the file is the file's fault.
@@ -136,8 +143,8 @@ std::optional<std::vector<analysis::Contact>> Result::contacts(int index) const 
 void Result::put_analysis(const std::vector<Column>& columns) const {
   try {
     store(*file_, [&](const hdf5::Handle& file) {
-      if (hdf5::exists(file, "analysis")) hdf5::check(H5Ldelete(file, "analysis", H5P_DEFAULT));
       const hdf5::Handle group = hdf5::open_group(file, "analysis");
+      remove_others(group, columns);
       hdf5::put_attribute(group, "version", lichtenberg_version().number);
       hdf5::put_attribute(group, "commit", lichtenberg_version().commit);
       put_columns(group, columns);

@@ -195,7 +195,7 @@ TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
   for (size_t k = all.size() - 3 * scene.conductors.size(); k < all.size(); k += 3)
     position.push_back({all[k], all[k + 1]});
   const std::vector<double> radius = hdf5::get<double>(file, "particles/conductors/radius");
-  const ContactDischarge& discharge = *scene.effects.find<effects::ContactDischargeOptions>();
+  const effects::ContactDischargeOptions& discharge = *scene.effects.find<effects::ContactDischargeOptions>();
   const analysis::Ground ground = analysis::ground_of(scene);
   const auto inner = analysis::contacts(position, radius, discharge.gap, ground);
   const auto outer = analysis::contacts(position, radius, 1.001 * discharge.gap * (1 + discharge.hysteresis), ground);

@@ -17,6 +17,7 @@
 #include "src/record/hdf5.hpp"
 #include "src/scene/vary.hpp"
 #include "tests/program.hpp"
+#include "tests/source_folder.hpp"
 
 using namespace lichtenberg;
 namespace fs = std::filesystem;
@@ -25,7 +26,7 @@ namespace {
 
 using json = nlohmann::ordered_json;  // written anew, the table keeps its order
 
-const fs::path source = LICHTENBERG_SOURCE_DIR;
+const fs::path source = source_folder();
 const fs::path table_path = source / "tests" / "shipped_scenes.json";
 
 json table() { return json::parse(text_of(table_path)); }

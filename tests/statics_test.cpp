@@ -33,7 +33,7 @@ Scene packing(int dimension, const std::string& method, const std::string& more 
 }
 
 State state_of(Model& model) {
-  model.neighbours->update(model.bodies);
+  update(*model.neighbours, model.bodies);
   return {0, model.bodies, model.neighbours->pairs()};
 }
 

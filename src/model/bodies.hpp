@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/box.hpp"
+#include "solvers/neighbours/pairs.hpp"
 
 namespace lichtenberg {
 
@@ -16,6 +18,7 @@ struct Bodies {
   std::vector<double> mass;      ///< kg, [N]
   std::vector<double> radius;    ///< m, [N]
   std::vector<double> charge;    ///< C, [N]; empty unless an effect needs charges
+  Box<3> box;                    ///< of which the periodic axes matter; two dimensions leave front and back alone
 
   int size() const { return static_cast<int>(radius.size()); }
 };
@@ -27,6 +30,15 @@ Bodies make_bodies(const Scene& scene);
 /// The conductors' charges at the start (C). A wired group's charge is spread evenly over its members: the first field
 /// says how it really is.
 std::vector<double> initial_charges(const Scene& scene);
+
+/// Places, radii and box of bodies of `d` dimensions, as they are now.
+template <int d>
+Spheres<d> spheres(const Bodies& bodies) {
+  Box<d> box;
+  for (int k = 0; k < d; ++k) box.lengths[k] = bodies.box.lengths[k];
+  std::copy_n(bodies.box.sides.begin(), 2 * d, box.sides.begin());
+  return {bodies.position, bodies.radius, box};
+}
 
 /// Position, velocity (m, m/s) of body i of a two-dimensional scene.
 inline Vec2 position(const Bodies& bodies, int i) { return {bodies.position[2 * i], bodies.position[2 * i + 1]}; }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 
 namespace lichtenberg {
 

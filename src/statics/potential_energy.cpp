@@ -74,11 +74,10 @@ State PotentialEnergy::move_to(std::span<const double> x) {
   std::atomic<bool> covered = true;
   for_each_range([&](int, int first, int end) {
     std::ranges::copy(x.subspan(d * first, d * (end - first)), &model_.bodies.position[d * first]);
-    if (!model_.neighbours->covers(model_.bodies, first, end)) covered = false;
+    if (!visit_spheres(model_.bodies, [&](const auto& now) { return model_.neighbours->covers(now, first, end); }))
+      covered = false;
   });
-  if (!covered)
-    model_.neighbours->search(model_.bodies,
-                              [this](int tasks, const std::function<void(int)>& task) { share(tasks, task); });
+  if (!covered) visit_spheres(model_.bodies, [&](const auto& now) { model_.neighbours->search(now, team_); });
   return {0, model_.bodies, model_.neighbours->pairs()};
 }
 

@@ -39,19 +39,15 @@ Crowd crowd(int n, int dimension, double length, double smallest, double largest
 /// Of every image of the second within three turns.
 template <int d>
 double nearest(const Spheres<d>& s, int i, int j) {
-  double least = INFINITY;
-  const int turns = s.box.any_periodic() ? 3 : 0;
-  const auto look = [&](auto&& self, int k, double sum) -> void {
-    if (k == d) {
-      least = std::min(least, sum);
-      return;
-    }
-    const int most = s.box.periodic(k) ? turns : 0;
-    for (int turn = -most; turn <= most; ++turn)
-      self(self, k + 1, sum + std::pow(s.position[i * d + k] - s.position[j * d + k] + turn * s.box.lengths[k], 2));
-  };
-  look(look, 0, 0);
-  return std::sqrt(least);
+  double sum = 0;
+  for (int k = 0; k < d; ++k) {
+    const int turns = s.box.periodic(k) ? 3 : 0;
+    double least = INFINITY;
+    for (int turn = -turns; turn <= turns; ++turn)
+      least = std::min(least, std::abs(s.position[i * d + k] - s.position[j * d + k] + turn * s.box.lengths[k]));
+    sum += least * least;
+  }
+  return std::sqrt(sum);
 }
 
 template <int d>

@@ -19,7 +19,7 @@ struct Column {
     list        ///< rows of something whose number varies: contacts, iterations
   };
   std::string name;
-  std::string unit;  ///< SI, as "m s-1"; "1": a pure number
+  std::string unit;     ///< SI, as "m s-1"; "1": a pure number
   Of of = Of::system;
   std::size_t width = 0;  ///< numbers a row; 0: one number, which is no array
   std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::int32_t>> values{};

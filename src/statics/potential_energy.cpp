@@ -98,7 +98,7 @@ double PotentialEnergy::evaluate(std::span<const double> x, std::span<double> gr
   double energy = 0;
   for (int task = 0; task < ranges(); ++task) {
     energy += energies[task];
-    for (const effects::Push& push : beyond_[task])
+    for (const Push& push : beyond_[task])
       for (int k = 0; k < d; ++k) gradient[push.particle * d + k] -= push.force[k];
   }
   return energy;
@@ -200,7 +200,7 @@ void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double>
     }
   });
   for (const auto& range : beyond_)
-    for (const effects::Push& push : range)
+    for (const Push& push : range)
       for (int k = 0; k < d; ++k) product[d * push.particle + k] -= push.force[k];
 }
 

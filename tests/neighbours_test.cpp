@@ -134,6 +134,17 @@ TEST_CASE("particles with reaches of their own find each other across periodic s
   CHECK(pairs_within_reach(spheres, 0.1, reach) == all_pairs(spheres, 0.1, reach));
 }
 
+TEST_CASE("two that both reach far find each other over many cells") {
+  Crowd some = crowd(1000, 3, 100, 0.01, 0.01, 0, 9);
+  std::vector<double> reach(1000, 0.0);
+  reach[3] = reach[5] = 5;
+  for (int k = 0; k < 3; ++k) some.position[9 + k] = 50, some.position[15 + k] = 50;
+  some.position[9] = 53, some.position[15] = 62.9;  // of cells 10 wide, the next but beyond 5 m
+  const Spheres<3> spheres{some.position, some.radius};
+  CHECK(pairs_within_reach(spheres, 0, reach) == all_pairs(spheres, 0, reach));
+  CHECK(std::ranges::count(all_pairs(spheres, 0, reach), Pair{3, 5}) == 1);
+}
+
 TEST_CASE("a list misses no pair of a cold gas with one fast grain") {
   constexpr int d = 3, n = 150;
   const double length = 10, range = 0.1, skin = 0.5;
@@ -147,7 +158,7 @@ TEST_CASE("a list misses no pair of a cold gas with one fast grain") {
     list.update(spheres);
     for (const Pair pair : all_pairs(spheres, range)) REQUIRE(std::ranges::binary_search(list.pairs(), pair));
     for (int k = 0; k < n * d; ++k) gas.position[k] += step(random);
-    for (int k = 0; k < d; ++k) gas.position[k] += 0.7;  // more than its radius
+    for (int k = 0; k < d; ++k) gas.position[k] += 0.5;
     for (int i = 0; i < n; ++i) {
       Vec<d> p = spheres.place(i);
       Image<d> image{};

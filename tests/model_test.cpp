@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "solvers/error.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
 
@@ -95,6 +96,27 @@ TEST_CASE("a scene's conductors become spheres") {
   CHECK(bodies.momentum[1] == near(4 * bodies.mass[0]));
   CHECK(norm(velocity(bodies, 0)) == near(5));
   CHECK(bodies.charge.empty());
+}
+
+TEST_CASE("places and velocities of bodies of another dimension are refused, not read") {
+  const Bodies space = random_bodies(3, 3, 10, 6);
+  CHECK(position<3>(space, 1) == Vec3{space.position[3], space.position[4], space.position[5]});
+  CHECK_THROWS_WITH_AS(position(space, 1), doctest::Contains("have 3 dimensions"), InputError);
+  CHECK_THROWS_AS(velocity<2>(space, 1), InputError);
+}
+
+TEST_CASE("bodies that leave a periodic box come in on the other side, and their turns are counted") {
+  Bodies bodies{.position = {4.5, 7, -1, -1}, .radius = {1, 1}};
+  wrap(bodies);
+  CHECK(bodies.image.empty());  // no side is periodic
+  bodies.box.lengths = {4, 8, 0};
+  bodies.box.sides[0] = bodies.box.sides[1] = Boundary::periodic;
+  wrap(bodies);
+  CHECK(bodies.position == std::vector<double>{0.5, 7, 3, -1});
+  CHECK(bodies.image == std::vector<int>{1, 0, -1, 0});
+  bodies.position[0] += 4;
+  wrap(bodies);
+  CHECK(bodies.image[0] == 2);
 }
 
 TEST_CASE("a wired group's charge is spread over its members") {

@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
+#include "solvers/geometry/box.hpp"
 #include "solvers/geometry/circle_cell.hpp"
 #include "solvers/geometry/shape.hpp"
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 
 using namespace lichtenberg;
 using doctest::Approx;
@@ -17,6 +19,41 @@ TEST_CASE("products of vectors of the plane") {
   CHECK(norm(a) == 5);       // 3, 4, 5
   CHECK(perpendicular(a) == Vec2{-4, 3});
   CHECK(cross(a, perpendicular(a)) == norm2(a));  // +90 degrees: counterclockwise
+}
+
+TEST_CASE("products of vectors of space") {
+  const Vec3 a = {1, 2, 3}, b = {4, 5, -6};
+  CHECK(dot(a, b) == -4);                   // 4 + 10 - 18
+  CHECK(cross(a, b) == Vec3{-27, 18, -3});  // -12 - 15, 12 + 6, 5 - 8
+  CHECK(norm(Vec3{2, 3, 6}) == 7);          // 4 + 9 + 36 = 49
+  CHECK(2.0 * a - b / 2.0 + -a == Vec3{-1, -0.5, 6});
+}
+
+TEST_CASE(
+    "the difference of two places in a periodic box is that of the nearest images, along its periodic axes only") {
+  Box<3> box{{10, 10, 10}};
+  box.sides[0] = box.sides[1] = box.sides[4] = box.sides[5] = Boundary::periodic;  // x and z
+  const Vec3 a = {9.5, 9.5, 0.25}, b = {0.5, 0.5, 9.75};
+  CHECK(box.difference(a, b) == Vec3{-1, 9, 0.5});
+  CHECK(box.difference(b, a) == Vec3{1, -9, -0.5});
+  CHECK(box.difference({35.5, 0, 0}, {0.5, 0, 0}) == Vec3{5 - 10, 0, 0});  // 3.5 lengths: to the even number of turns
+  CHECK(Box<3>{}.difference(a, b) == a - b);
+}
+
+TEST_CASE("what leaves a periodic box comes in on the other side, and its turns are counted") {
+  Box<2> box{{4, 8}};
+  box.sides.fill(Boundary::periodic);
+  const auto wrapped = [&](Vec2 p) {
+    Image<2> image{};
+    box.wrap(p, image);
+    return std::tuple(p, image[0], image[1]);
+  };
+  CHECK(wrapped({5, 7}) == std::tuple(Vec2{1, 7}, 1, 0));
+  CHECK(wrapped({-9, -1}) == std::tuple(Vec2{3, 7}, -3, -1));
+  CHECK(wrapped({4, 0}) == std::tuple(Vec2{0, 0}, 1, 0));
+  CHECK(wrapped({-1e-30, 0}) == std::tuple(Vec2{0, 0}, 0, 0));  // 4 - 1e-30 is 4, which is outside
+  box.sides[2] = box.sides[3] = Boundary::wall;
+  CHECK(wrapped({5, -1}) == std::tuple(Vec2{1, -1}, 1, 0));
 }
 
 TEST_CASE("distance to a disk is measured from its surface, negative inside") {

@@ -34,7 +34,7 @@ Scene packing(int dimension, const std::string& method, const std::string& more 
 }
 
 State state_of(Model& model) {
-  model.neighbours->update(model.bodies);
+  update(*model.neighbours, model.bodies);
   return {0, model.bodies, model.neighbours->pairs()};
 }
 
@@ -153,12 +153,12 @@ TEST_CASE("energy and forces of many are the sums over all pairs and walls, whoe
     for (std::size_t k = 0; k < p.size(); ++k) CHECK(std::abs(force[k] - expected[k]) <= rounding[k]);
 
     std::vector<double> parts(p.size());
-    std::vector<effects::Push> beyond;
+    std::vector<Push> beyond;
     double sum = 0;
     for (const auto& [first, end] : {std::pair{0, n / 3}, {n / 3, n / 3}, {n / 3, n}})
       sum += potential.energy_and_forces(state, first, end, parts, beyond);
     CHECK(beyond.size() > 10);
-    for (const effects::Push& push : beyond)
+    for (const Push& push : beyond)
       for (int k = 0; k < dimension; ++k) parts[push.particle * dimension + k] += push.force[k];
     CHECK(sum == doctest::Approx(energy).epsilon(1e-13));
     for (std::size_t k = 0; k < p.size(); ++k) CHECK(std::abs(parts[k] - expected[k]) <= rounding[k]);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <variant>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 
 namespace lichtenberg {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 
 namespace lichtenberg::analysis {
 

@@ -96,9 +96,7 @@ def read_network(file, model):
     position = file["particles/conductors/position/value"][int(group.attrs["frame"])]
     radius = file["particles/conductors/radius"][()]
     size = file["scene/domain/size"][()]
-    shown = [0, 1]
-    if "height" in file["scene/domain"]:  # seen from the front
-        shown, size = [0, 2], np.array([size[0], file["scene/domain/height"][()]])
+    shown = [0, 1]  # in three dimensions too, which are seen from the front
     names = [name.strip() for name in group.attrs["between"].split(",")]
     found = [walls(file).get(name) for name in names]
     ends = resistor_ends(group, position, radius, found)

@@ -27,16 +27,14 @@ class Packing:
         self.title = file["scene"].attrs["title"]
         self.iteration = int(times[index])
         self.spatial = "height" in file["scene/domain"]
-        self.across = [0, 2] if self.spatial else [0, 1]
         position = particles["position/value"][index] * drawing.MM
-        self.position, self.depth = position[:, self.across], position[:, 1]
+        self.position = position[:, :2]
+        self.depth = position[:, 2] if self.spatial else np.zeros(len(position))
         self.radius = particles["radius"][()] * drawing.MM
         self.size = file["scene/domain/size"][()] * drawing.MM
-        if self.spatial:
-            self.size = np.array([self.size[0], file["scene/domain/height"][()] * drawing.MM])
         self.energy = file["observables/energy/value"][index]
         walls = file["scene/walls"]
-        self.wall_point, self.wall_normal = walls["point"][()][:, self.across] * drawing.MM, walls["normal"][()][:, self.across]
+        self.wall_point, self.wall_normal = walls["point"][()][:, :2] * drawing.MM, walls["normal"][()][:, :2]
         self.contacts = file["packing/contacts"][()] if last and "packing" in file else None
         self.force = file["packing/force"][()] if self.contacts is not None else None
         count = len(self.radius)

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 #include "src/model/frame.hpp"
 
 namespace lichtenberg {

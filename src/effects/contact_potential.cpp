@@ -4,33 +4,23 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "src/effects/contact_law.hpp"
+#include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
 namespace {
 
 /// Calls visit(overlap) for every pair that overlaps; false, at once, if the energy is infinite.
-template <int dimension, class Visit>
-bool visit_pairs(const State& state, Visit visit) {
-  const double* p = state.bodies.position.data();
-  const std::vector<double>& radius = state.bodies.radius;
-  Overlap o;
-  for (const Pair pair : state.neighbours) {
-    double sum = 0;
-    for (int k = 0; k < dimension; ++k) {
-      o.normal[k] = p[pair.i * dimension + k] - p[pair.j * dimension + k];
-      sum += o.normal[k] * o.normal[k];
-    }
-    o.reach = radius[pair.i] + radius[pair.j];
-    if (!(sum < o.reach * o.reach)) continue;
-    if (sum == 0) return false;
-    o.particle = pair.i, o.partner = pair.j;
-    o.distance = std::sqrt(sum);
-    o.q = o.distance / o.reach;
-    for (int k = 0; k < dimension; ++k) o.normal[k] /= o.distance;
-    if (o.q < 1) visit(o);
-  }
-  return true;
+template <class Visit>
+bool visit_pairs(const State& state, std::span<const Pair> pairs, Visit visit) {
+  return visit_spheres(state.bodies, [&]<int d>(const Spheres<d>& spheres) {
+    return for_each_in_reach(ContactPotentialLaw{}, spheres, pairs, [&](const PairInReach<d>& found) {
+      Overlap o{.particle = found.pair.i, .partner = found.pair.j, .distance = found.seen.distance};
+      o.reach = found.seen.reach;
+      o.q = o.distance / o.reach;
+      for (int k = 0; k < d; ++k) o.normal[k] = found.apart[k] / o.distance;
+      if (o.q < 1) visit(o);
+    });
+  });
 }
 
 template <int dimension>
@@ -50,7 +40,7 @@ bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   return any;
 }
 
-/// visit_pairs for these particles and the walls, wall by wall.
+/// The same for these particles and the walls, wall by wall.
 template <int dimension, class Visit>
 bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, int end, Visit visit) {
   Overlap o;
@@ -71,100 +61,14 @@ bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, 
 }
 
 template <class Visit>
-bool visit_pairs(const State& state, Visit visit) {
-  return state.bodies.dimension == 3 ? visit_pairs<3>(state, visit) : visit_pairs<2>(state, visit);
-}
-template <class Visit>
 bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, int end, Visit visit) {
   return state.bodies.dimension == 3 ? visit_walls<3>(state, walls, first, end, visit)
                                      : visit_walls<2>(state, walls, first, end, visit);
 }
 template <class Visit>
 bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit visit) {
-  return visit_pairs(state, visit) && visit_walls(state, walls, 0, state.bodies.size(), visit);
+  return visit_pairs(state, state.neighbours, visit) && visit_walls(state, walls, 0, state.bodies.size(), visit);
 }
-
-/// The pairs whose first particle is one from `first` on up to before `end`.
-std::span<const Pair> pairs_of(const State& state, int first, int end) {
-  const auto from = std::ranges::lower_bound(state.neighbours, first, {}, &Pair::i);
-  return {from, std::ranges::lower_bound(from, state.neighbours.end(), end, {}, &Pair::i)};
-}
-
-/// Pairs that overlap, a few hundred: their laws are computed many at a time.
-template <int dimension>
-class Batch {
- public:
-  static constexpr std::size_t most = 256;
-
-  /// Takes those of `pairs`, `most` of them at most, that overlap.
-  void gather(const Bodies& bodies, std::span<const Pair> pairs) {
-    const double *p = bodies.position.data(), *radius = bodies.radius.data();
-    count_ = 0;
-    for (const Pair pair : pairs) {  // no branch: which pairs overlap is hard to guess
-      double sum = 0;
-      for (int k = 0; k < dimension; ++k) {
-        const double apart = p[pair.i * dimension + k] - p[pair.j * dimension + k];
-        push_[k][count_] = apart;
-        sum += apart * apart;
-      }
-      const double reach = radius[pair.i] + radius[pair.j];
-      pair_[count_] = pair;
-      squared_[count_] = sum;
-      reach_[count_] = reach;
-      count_ += sum < reach * reach;
-    }
-  }
-
-  /// Adds their energies, in units of the stiffness, one by one: where a batch ends must not show in the sum. Infinite
-  /// if two centres coincide.
-  void apply_law(double stiffness, double& sum) {
-    int deep = 0;
-    for (int c = 0; c < count_; ++c) {
-      const double distance = std::sqrt(squared_[c]), q = distance / reach_[c];
-      const ContactLaw w = contact_law(q, logarithm_near_one(q));
-      energy_[c] = w.energy;
-      share_[c] = -stiffness * w.slope / (reach_[c] * distance);
-      deep |= q < near_one;
-    }
-    if (deep) apply_law_to_deep(stiffness);
-    for (int c = 0; c < count_; ++c) {
-      sum += energy_[c];
-      for (int k = 0; k < dimension; ++k) push_[k][c] *= share_[c];
-    }
-  }
-
-  /// Forces on particles from `end` on are appended to `beyond`.
-  void add_forces(int end, std::span<double> force, std::vector<Push>& beyond) const {
-    for (int c = 0; c < count_; ++c) {
-      const auto [i, j] = pair_[c];
-      for (int k = 0; k < dimension; ++k) force[i * dimension + k] += push_[k][c];
-      if (j < end) {
-        for (int k = 0; k < dimension; ++k) force[j * dimension + k] -= push_[k][c];
-      } else {
-        beyond.push_back({j});
-        for (int k = 0; k < dimension; ++k) beyond.back().force[k] = -push_[k][c];
-      }
-    }
-  }
-
- private:
-  void apply_law_to_deep(double stiffness) {
-    for (int c = 0; c < count_; ++c) {
-      const double distance = std::sqrt(squared_[c]), q = distance / reach_[c];
-      if (q >= near_one) continue;
-      const ContactLaw w = contact_law(q);
-      energy_[c] = w.energy;
-      share_[c] = -stiffness * w.slope / (reach_[c] * distance);
-    }
-  }
-
-  int count_ = 0;
-  std::array<Pair, most> pair_;
-  std::array<double, most> squared_, reach_;              ///< m^2: distance of the centres; m: sum of radii
-  std::array<double, most> energy_;                       ///< in units of the stiffness
-  std::array<double, most> share_;                        ///< N/m: force over distance
-  std::array<std::array<double, most>, dimension> push_;  ///< m, distance; then N, force on the first
-};
 
 }  // namespace
 
@@ -211,17 +115,10 @@ double ContactPotential::energy_and_forces(const State& state, int first, int en
 template <int dimension>
 double ContactPotential::range_energy_and_forces(const State& state, int first, int end, std::span<double> force,
                                                  std::vector<Push>& beyond) const {
-  double sum = 0;
-  if (!add_walls<dimension>(state, first, end, force, sum)) return INFINITY;
-  Batch<dimension> batch;
-  for (std::span<const Pair> left = pairs_of(state, first, end); !left.empty();) {
-    const std::span now = left.first(std::min(left.size(), Batch<dimension>::most));
-    left = left.subspan(now.size());
-    batch.gather(state.bodies, now);
-    batch.apply_law(stiffness_, sum);
-    batch.add_forces(end, force, beyond);
-  }
-  return stiffness_ * sum;
+  PairSum sum;
+  if (!add_walls<dimension>(state, first, end, force, sum.energy)) return INFINITY;
+  add_pair_forces(law(), spheres<dimension>(state.bodies), state.neighbours, first, end, force, beyond, sum);
+  return stiffness_ * sum.energy;
 }
 
 template <int dimension>
@@ -240,17 +137,13 @@ void ContactPotential::add_forces(const State& state, std::span<double> force) c
 }
 
 void ContactPotential::add_jacobian(const State& state, ForceJacobian& jacobian) const {
-  const int n = state.bodies.size();
-  visit_overlaps(state, walls_, [&](const Overlap& o) {
-    const ContactLaw w = contact_law(o.q);
-    const double along = -stiffness_ * w.curvature / (o.reach * o.reach);
-    // A wall's normal does not turn with the particle.
-    const double across = o.partner < n ? -stiffness_ * w.slope / (o.reach * o.distance) : 0;
-    jacobian.add_central(o.particle, o.particle, o.normal, along, across);
-    if (o.partner >= n) return;
-    jacobian.add_central(o.partner, o.partner, o.normal, along, across);
-    jacobian.add_central(o.particle, o.partner, o.normal, -along, -across);
-    jacobian.add_central(o.partner, o.particle, o.normal, -along, -across);
+  visit_spheres(state.bodies, [&](const auto& spheres) {
+    for_each_in_reach(law(), spheres, state.neighbours,
+                      [&](const auto& found) { add_pair_derivatives(law(), found, jacobian); });
+  });
+  visit_walls(state, walls_, 0, state.bodies.size(), [&](const Overlap& o) {
+    const double along = -stiffness_ * contact_law(o.q).curvature / (o.reach * o.reach);
+    jacobian.add_central(o.particle, o.particle, o.normal, along, 0);  // a wall's normal does not turn
   });
 }
 
@@ -261,7 +154,7 @@ std::vector<Overlap> ContactPotential::overlaps(const State& state) const {
 std::vector<Overlap> ContactPotential::overlaps(const State& state, int first, int end) const {
   std::vector<Overlap> all;
   const auto take = [&](const Overlap& o) { all.push_back(o); };
-  if (!visit_pairs({state.time, state.bodies, pairs_of(state, first, end)}, take) ||
+  if (!visit_pairs(state, pairs_of(state.neighbours, first, end), take) ||
       !visit_walls(state, walls_, first, end, take))
     all.clear();
   return all;

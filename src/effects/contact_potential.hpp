@@ -4,7 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "src/effects/contact_law.hpp"
 #include "src/model/effect.hpp"
+#include "src/model/pair_loop.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
@@ -21,12 +23,6 @@ struct Overlap {
   double q = 1;                    ///< distance over `reach`, 0 < q < 1
   double distance = 0, reach = 0;  ///< m: of the centres, or of the centre from the wall; sum of radii, or radius
   std::array<double, 3> normal{};  ///< from the partner to the particle
-};
-
-/// Force on a particle (N).
-struct Push {
-  int particle = 0;
-  std::array<double, 3> force{};
 };
 
 /// U = stiffness * sum of (q - 1) ln q over all pairs and all particles and walls that overlap, each once. (In the
@@ -71,6 +67,8 @@ class ContactPotential : public Effect {
                                  std::vector<Push>& beyond) const;
   template <int dimension>
   bool add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const;
+
+  ContactPotentialLaw law() const { return {stiffness_}; }
 
   double stiffness_;  ///< J
   std::vector<Wall> walls_;

@@ -7,6 +7,7 @@
 
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
+#include "solvers/geometry/box.hpp"
 #include "src/effects/contact_resistance.hpp"
 
 namespace lichtenberg::effects {
@@ -99,7 +100,6 @@ std::vector<int> connections(const Scene& scene, std::span<const Contact> contac
 }  // namespace
 
 std::vector<Terminal> terminals_of(const Scene& scene) {
-  static constexpr const char* side_names[] = {"left", "right", "bottom", "top"};
   std::vector<Terminal> terminals;
   int next_node = static_cast<int>(scene.conductors.size());
   for (const Electrode& electrode : scene.electrodes)

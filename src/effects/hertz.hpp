@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "src/model/pair_law.hpp"
+
 namespace lichtenberg::effects {
 
 /// E* of two bodies of like material (Pa; Hertz 1882): 1/E* = 2 (1 - poisson^2) / young.
@@ -15,10 +17,30 @@ struct HertzForce {
 
 /// F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9, whose overlap is misprinted); overlap > 0 and 1/R_eff, the sum of both
 /// surfaces' curvatures, in metres.
-inline HertzForce hertz(double modulus, double effective_radius, double overlap) {
+LICHTENBERG_HOST_DEVICE inline HertzForce hertz(double modulus, double effective_radius, double overlap) {
   const double stiffness = 2 * modulus * std::sqrt(effective_radius * overlap);
   const double force = 2.0 / 3.0 * stiffness * overlap;
   return {force, stiffness, 0.4 * force * overlap};
 }
+
+/// The same between two spheres (pair_law.hpp).
+struct HertzLaw {
+  static constexpr bool over_distance = false, damped = false;
+  double modulus = 0;  ///< Pa, E*
+
+  LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
+  LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
+  LICHTENBERG_HOST_DEVICE double overlap(const PairSeen& seen) const {
+    return seen.distance < seen.reach ? seen.reach - seen.distance : 0;  // rounding may have put it beyond
+  }
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
+    const HertzForce law = hertz(modulus, 1 / (1 / seen.radius_i + 1 / seen.radius_j), overlap(seen));
+    return {law.energy, law.force, law.stiffness};
+  }
+  /// It is for overlaps much smaller than the spheres, and centres that pass each other are no contact at all.
+  LICHTENBERG_HOST_DEVICE bool refuses(const PairSeen& seen) const {
+    return overlap(seen) > (seen.radius_i < seen.radius_j ? seen.radius_i : seen.radius_j);
+  }
+};
 
 }  // namespace lichtenberg::effects

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "src/effects/hertz.hpp"
 #include "src/model/effect.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -25,6 +26,8 @@ class HertzContact : public Effect {
   bool idle(const Bodies& bodies, std::span<const double> travel) const override;
 
  private:
+  HertzLaw law() const { return {modulus_}; }
+
   double modulus_;  ///< Pa, E*
 };
 

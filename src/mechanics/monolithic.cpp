@@ -18,6 +18,7 @@ void Monolithic::advance(double time, double end) {
   if (!at_.electrics) {
     const Stopwatch watch(at_.counters.mechanics_seconds);
     cvode_.advance(time, end);
+    wrap(at_.model.bodies);
     ++at_.counters.steps;
     at_.model.accept(end, end - time);
     return;

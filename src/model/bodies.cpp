@@ -1,10 +1,40 @@
 #include "src/model/bodies.hpp"
 
+#include <fmt/format.h>
+
 #include <numbers>
 
+#include "solvers/error.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
+namespace {
+
+template <int d>
+void wrap_all(Bodies& bodies) {
+  const Box<d> box = spheres<d>(bodies).box;
+  if (!box.any_periodic()) return;
+  bodies.image.resize(bodies.position.size(), 0);
+  for (int i = 0; i < bodies.size(); ++i) {
+    Vec<d> p = position<d>(bodies, i);
+    Image<d> image{};
+    box.wrap(p, image);
+    for (int k = 0; k < d; ++k) {
+      bodies.position[i * d + k] = p[k];
+      bodies.image[i * d + k] += image[k];
+    }
+  }
+}
+
+}  // namespace
+
+void wrap(Bodies& bodies) { bodies.dimension == 3 ? wrap_all<3>(bodies) : wrap_all<2>(bodies); }
+
+void check_dimension(const Bodies& bodies, int d) {
+  if (bodies.dimension != d)
+    throw InputError(
+        fmt::format("the bodies have {} dimensions, but what they are asked for is for {} only", bodies.dimension, d));
+}
 
 Bodies make_bodies(const Scene& scene) {
   Bodies bodies{.dimension = scene.dimension()};

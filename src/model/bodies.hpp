@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/box.hpp"
+#include "solvers/neighbours/pairs.hpp"
 
 namespace lichtenberg {
 
@@ -16,6 +18,8 @@ struct Bodies {
   std::vector<double> mass;      ///< kg, [N]
   std::vector<double> radius;    ///< m, [N]
   std::vector<double> charge;    ///< C, [N]; empty unless an effect needs charges
+  Box<3> box;                    ///< of which the periodic axes matter; two dimensions leave front and back alone
+  std::vector<int> image;        ///< [N * dimension], how often wrapped around the box; empty unless it is periodic
 
   int size() const { return static_cast<int>(radius.size()); }
 };
@@ -28,10 +32,35 @@ Bodies make_bodies(const Scene& scene);
 /// says how it really is.
 std::vector<double> initial_charges(const Scene& scene);
 
-/// Position, velocity (m, m/s) of body i of a two-dimensional scene.
-inline Vec2 position(const Bodies& bodies, int i) { return {bodies.position[2 * i], bodies.position[2 * i + 1]}; }
-inline Vec2 velocity(const Bodies& bodies, int i) {
-  return Vec2{bodies.momentum[2 * i], bodies.momentum[2 * i + 1]} / bodies.mass[i];
+/// Places, radii and box of bodies of `d` dimensions, as they are now.
+template <int d>
+Spheres<d> spheres(const Bodies& bodies) {
+  Box<d> box;
+  for (int k = 0; k < d; ++k) box.lengths[k] = bodies.box.lengths[k];
+  std::copy_n(bodies.box.sides.begin(), 2 * d, box.sides.begin());
+  return {bodies.position, bodies.radius, box};
+}
+
+/// Brings bodies that have left a periodic box back in and counts their turns: position + image * lengths goes on.
+void wrap(Bodies& bodies);
+
+/// Throws InputError unless the bodies have `d` dimensions.
+void check_dimension(const Bodies& bodies, int d);
+
+/// Position, velocity (m, m/s) of body i. Throws InputError unless the bodies have `d` dimensions.
+template <int d = 2>
+Vec<d> position(const Bodies& bodies, int i) {
+  check_dimension(bodies, d);
+  Vec<d> p;
+  for (int k = 0; k < d; ++k) p[k] = bodies.position[i * d + k];
+  return p;
+}
+template <int d = 2>
+Vec<d> velocity(const Bodies& bodies, int i) {
+  check_dimension(bodies, d);
+  Vec<d> p;
+  for (int k = 0; k < d; ++k) p[k] = bodies.momentum[i * d + k];
+  return p / bodies.mass[i];
 }
 
 }  // namespace lichtenberg

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 #include "src/model/column.hpp"
 
 namespace lichtenberg {

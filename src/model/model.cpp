@@ -44,7 +44,7 @@ double Model::largest_move() const {
 
 State Model::state(double time) {
   if (!neighbours) return {time, bodies, {}};
-  neighbours->update(bodies);
+  update(*neighbours, bodies);
   return {time, bodies, neighbours->pairs()};
 }
 

@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "solvers/geometry/box.hpp"
+
 namespace lichtenberg {
 namespace {
-
-constexpr std::array side_names = {"left", "right", "bottom", "top"};
 
 std::array<Vec2, 4> corners(const Bar& bar) {
   const Vec2 axis = (bar.to - bar.from) / norm(bar.to - bar.from);

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "solvers/geometry/box.hpp"
 #include "solvers/network/electrode.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -33,13 +34,9 @@ int line_of(const Draft& draft, std::size_t i) {
 
 std::vector<Wall> sides_of_box(const Domain& domain, int dimension) {
   const std::array<double, 3> far = {domain.size.x, domain.size.y, domain.height};
-  const std::array<std::array<const char*, 2>, 3> names =
-      dimension == 3
-          ? std::array<std::array<const char*, 2>, 3>{{{"left", "right"}, {"front", "back"}, {"bottom", "top"}}}
-          : std::array<std::array<const char*, 2>, 3>{{{"left", "right"}, {"bottom", "top"}, {}}};
   std::vector<Wall> walls;
   for (int k = 0; k < dimension; ++k) {
-    Wall low{.name = names[k][0]}, high{.name = names[k][1], .point = far};
+    Wall low{.name = std::string(side_names[2 * k])}, high{.name = std::string(side_names[2 * k + 1]), .point = far};
     low.normal[k] = 1, high.normal[k] = -1;
     walls.push_back(low), walls.push_back(high);
   }

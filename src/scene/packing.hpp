@@ -10,7 +10,7 @@ namespace lichtenberg {
 void check_packing_keys(const Draft& draft);
 
 /// The walls of a scene with a contact potential: the sides of the domain (left, right, bottom, top; in three
-/// dimensions left, right, front, back, bottom, top) if its box is one of walls, then the [[wall]]s. Throws InputError
+/// dimensions front and back too) if its box is one of walls, then the [[wall]]s. Throws InputError
 /// for a wall without a direction or with a name that no electrode can have, for two of the same name, and for a
 /// packing without any.
 std::vector<Wall> build_walls(const Draft& draft);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "solvers/geometry/shape.hpp"
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 #include "solvers/network/parameters.hpp"
 #include "src/scene/effects.hpp"
 

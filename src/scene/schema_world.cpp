@@ -34,7 +34,7 @@ Table domain() {
                .unit = "m",
                .range = positive,
                .required = true,
-               .help = "width and height; width, depth and height of a packing in three dimensions"},
+               .help = "along x (left to right), y (bottom to top) and, of a packing in three dimensions, z (front to back)"},
               {.name = "left", .place = [](Draft& d) { return &d.scene.domain.sides[0]; }, .unit = "V", .help = side},
               {.name = "right", .place = [](Draft& d) { return &d.scene.domain.sides[1]; }, .unit = "V", .help = side},
               {.name = "bottom", .place = [](Draft& d) { return &d.scene.domain.sides[2]; }, .unit = "V", .help = side},

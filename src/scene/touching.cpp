@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "solvers/geometry/box.hpp"
+
 #include "src/scene/placing.hpp"
 
 namespace lichtenberg {
 namespace {
-
-constexpr std::array side_names = {"left", "right", "bottom", "top"};
 
 std::optional<double> potential_of(const Scene& scene, const Conductor& conductor) {
   return conductor.group < 0 ? std::nullopt : scene.groups[conductor.group].potential;

@@ -77,11 +77,10 @@ State PotentialEnergy::move_to(std::span<const double> x) {
   std::atomic<bool> covered = true;
   for_each_range([&](int, int first, int end) {
     std::ranges::copy(x.subspan(d * first, d * (end - first)), &model_.bodies.position[d * first]);
-    if (!model_.neighbours->covers(model_.bodies, first, end)) covered = false;
+    if (!visit_spheres(model_.bodies, [&](const auto& now) { return model_.neighbours->covers(now, first, end); }))
+      covered = false;
   });
-  if (!covered)
-    model_.neighbours->search(model_.bodies,
-                              [this](int tasks, const std::function<void(int)>& task) { share(tasks, task); });
+  if (!covered) visit_spheres(model_.bodies, [&](const auto& now) { model_.neighbours->search(now, team_); });
   return {0, model_.bodies, model_.neighbours->pairs()};
 }
 
@@ -102,7 +101,7 @@ double PotentialEnergy::evaluate(std::span<const double> x, std::span<double> gr
   double energy = 0;
   for (int task = 0; task < ranges(); ++task) {
     energy += energies[task];
-    for (const effects::Push& push : beyond_[task])
+    for (const Push& push : beyond_[task])
       for (int k = 0; k < d; ++k) gradient[push.particle * d + k] -= push.force[k];
   }
   return energy;
@@ -204,7 +203,7 @@ void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double>
     }
   });
   for (const auto& range : beyond_)
-    for (const effects::Push& push : range)
+    for (const Push& push : range)
       for (int k = 0; k < d; ++k) product[d * push.particle + k] -= push.force[k];
 }
 

@@ -43,7 +43,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
   const effects::ContactPotential& potential_;  ///< the model's
   Model model_;
   mutable parallel::Team team_;
-  mutable std::vector<std::vector<effects::Push>> beyond_;  ///< by range, of the last evaluation or product
+  mutable std::vector<std::vector<Push>> beyond_;  ///< by range, of the last evaluation or product
   /// Of the Hessian's rows of a range of particles, the blocks right of the diagonal, with the sign reversed; each
   /// block stored from its upper triangle, row by row.
   struct Rows {

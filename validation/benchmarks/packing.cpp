@@ -90,7 +90,7 @@ struct ForTao {
   double goal, seconds, largest = 0;
 };
 
-PetscErrorCode evaluate(Tao, Vec x, PetscReal* value, Vec gradient, void* context) {
+PetscErrorCode evaluate(Tao, ::Vec x, PetscReal* value, ::Vec gradient, void* context) {
   auto& self = *static_cast<ForTao*>(context);
   const PetscScalar* from;
   PetscScalar* to;
@@ -110,7 +110,7 @@ PetscErrorCode evaluate(Tao, Vec x, PetscReal* value, Vec gradient, void* contex
 
 PetscErrorCode is_at_rest(Tao tao, void* context) {
   auto& self = *static_cast<ForTao*>(context);
-  Vec gradient;
+  ::Vec gradient;
   const PetscScalar* g;
   PetscInt size;
   PetscFunctionBegin;
@@ -136,7 +136,7 @@ void run_tao(const Options& options, int count) {
   const double unit = Relaxation(scene).force_unit();
   ForTao self{
       .energy = &energy, .dimension = options.dimension, .goal = options.tolerance * unit, .seconds = options.seconds};
-  Vec x;
+  ::Vec x;
   Tao tao;
   parallel::check_petsc(
       VecCreateSeqWithArray(PETSC_COMM_SELF, 1, static_cast<PetscInt>(start.size()), start.data(), &x));

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 
 namespace lichtenberg::laplace {
 

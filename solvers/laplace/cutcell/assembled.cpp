@@ -89,7 +89,7 @@ MatNullSpace AssembledSystem::constant_potential() const {
   }
   std::vector<double> same(entry_.size(), 1.0);
   numbering_.from_potentials(same.data());
-  Vec constant = nullptr;
+  ::Vec constant = nullptr;
   parallel::check_petsc(VecDuplicate(krylov_.x, &constant));
   scatter(same, constant);
   parallel::check_petsc(VecNormalize(constant, nullptr));
@@ -99,7 +99,7 @@ MatNullSpace AssembledSystem::constant_potential() const {
 }
 
 /// Each process takes its rows.
-void AssembledSystem::scatter(const std::vector<double>& by_unknown, Vec to) const {
+void AssembledSystem::scatter(const std::vector<double>& by_unknown, ::Vec to) const {
   PetscInt begin = 0, end = 0;
   parallel::check_petsc(VecGetOwnershipRange(to, &begin, &end));
   PetscScalar* value = nullptr;
@@ -109,9 +109,9 @@ void AssembledSystem::scatter(const std::vector<double>& by_unknown, Vec to) con
 }
 
 /// Each process gets all rows.
-void AssembledSystem::gather(Vec from, std::vector<double>& to) const {
+void AssembledSystem::gather(::Vec from, std::vector<double>& to) const {
   VecScatter all_of = nullptr;
-  Vec all = nullptr;
+  ::Vec all = nullptr;
   parallel::check_petsc(VecScatterCreateToAll(from, &all_of, &all));
   parallel::check_petsc(VecScatterBegin(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));
   parallel::check_petsc(VecScatterEnd(all_of, from, all, INSERT_VALUES, SCATTER_FORWARD));

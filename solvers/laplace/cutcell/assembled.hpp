@@ -23,10 +23,10 @@ class AssembledSystem : public LinearSystem {
   void set_up_preconditioner(const LaplaceProblem& problem);
 
  private:
-  void scatter(const std::vector<double>& by_unknown, Vec to) const;
+  void scatter(const std::vector<double>& by_unknown, ::Vec to) const;
   MatNullSpace constant_potential() const;
   std::vector<double> by_unknown(const std::vector<double>& x) const;
-  void gather(Vec from, std::vector<double>& to) const;
+  void gather(::Vec from, std::vector<double>& to) const;
   LinkFormula links_;
   double tolerance_;
   CutCellOptions::Device device_;

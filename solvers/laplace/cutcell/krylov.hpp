@@ -21,7 +21,7 @@ struct StopCriterion {
 struct Krylov {
   KSP ksp = nullptr;
   Mat matrix = nullptr;
-  Vec x = nullptr, b = nullptr;
+  ::Vec x = nullptr, b = nullptr;
   MatNullSpace null_space = nullptr;
   StopCriterion criterion;
   std::optional<double> rtol;  // -field_ksp_rtol

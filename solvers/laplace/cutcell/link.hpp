@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "solvers/geometry/vec2.hpp"
+#include "solvers/geometry/vec.hpp"
 
 namespace lichtenberg::laplace {
 

@@ -8,7 +8,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
+PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
   MatrixFreeContext* context = nullptr;
   PetscCall(MatShellGetContext(matrix, &context));
   const PetscScalar* from = nullptr;
@@ -22,7 +22,7 @@ PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
   return 0;
 }
 
-PetscErrorCode precondition(PC pc, Vec r, Vec z) {
+PetscErrorCode precondition(PC pc, ::Vec r, ::Vec z) {
   MatrixFreeContext* context = nullptr;
   PetscCall(PCShellGetContext(pc, &context));
   const PetscScalar* from = nullptr;
@@ -37,7 +37,7 @@ PetscErrorCode precondition(PC pc, Vec r, Vec z) {
 
 /// 1 on every unknown; padding and covered cells are no unknowns.
 MatNullSpace constants(const Level& level, const CutCellOperator& op) {
-  Vec ones = nullptr;
+  ::Vec ones = nullptr;
   parallel::check_petsc(VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(op.size()), &ones));
   PetscScalar* value = nullptr;
   parallel::check_petsc(VecGetArrayWrite(ones, &value));
@@ -65,7 +65,7 @@ void use_plain_cg_without_multigrid(KSP ksp) {
 /// Lends an array to a vector, also if what is done with it throws.
 class PlacedArray {
  public:
-  PlacedArray(Vec vector, std::vector<double>& array) : vector_(vector) {
+  PlacedArray(::Vec vector, std::vector<double>& array) : vector_(vector) {
     parallel::check_petsc(VecPlaceArray(vector_, array.data()));
   }
   PlacedArray(const PlacedArray&) = delete;
@@ -73,7 +73,7 @@ class PlacedArray {
   ~PlacedArray() { VecResetArray(vector_); }
 
  private:
-  Vec vector_;
+  ::Vec vector_;
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ template <class Solver>
 struct DeviceIteration {
   KSP ksp;
   Solver& solver;
-  Vec r, z, p, q;
+  ::Vec r, z, p, q;
 
   PetscErrorCode precondition(double* product) {
     solver.precondition_taken(z);  // the residual that the last update has left

@@ -24,7 +24,7 @@ namespace lichtenberg::laplace::device {
 /// Vec's memory on the device for as long as this lives.
 class ReadAccess {
  public:
-  explicit ReadAccess(Vec vector) : vector_(vector) {
+  explicit ReadAccess(::Vec vector) : vector_(vector) {
     parallel::check_petsc(VecGetArrayReadAndMemType(vector_, &data_, nullptr));
   }
   ReadAccess(const ReadAccess&) = delete;
@@ -33,13 +33,13 @@ class ReadAccess {
   operator const double*() const { return data_; }
 
  private:
-  Vec vector_;
+  ::Vec vector_;
   const PetscScalar* data_ = nullptr;
 };
 
 class WriteAccess {
  public:
-  explicit WriteAccess(Vec vector) : vector_(vector) {
+  explicit WriteAccess(::Vec vector) : vector_(vector) {
     parallel::check_petsc(VecGetArrayAndMemType(vector_, &data_, nullptr));
   }
   WriteAccess(const WriteAccess&) = delete;
@@ -48,7 +48,7 @@ class WriteAccess {
   operator double*() const { return data_; }
 
  private:
-  Vec vector_;
+  ::Vec vector_;
   PetscScalar* data_ = nullptr;
 };
 
@@ -118,20 +118,20 @@ class CutCell : public DeviceSolver {
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
   // What the fused method (conjugate_gradients.hpp) is made of.
-  void precondition_taken(Vec z) const { multigrid_->apply(WriteAccess(z)); }
-  void start(Vec b, Vec x, Vec r, Vec q) const {
+  void precondition_taken(::Vec z) const { multigrid_->apply(WriteAccess(z)); }
+  void start(::Vec b, ::Vec x, ::Vec r, ::Vec q) const {
     const ReadAccess given(b), guess(x);
     const WriteAccess image(q), residual(r);
     multiply(guess, image);
     subtract_from<Executor>(*run_, problem_->view(), finest().view(), given, image, residual);
   }
-  void turn(Vec z, double beta, Vec p, Vec q) const {
+  void turn(::Vec z, double beta, ::Vec p, ::Vec q) const {
     const ReadAccess preconditioned(z);
     const WriteAccess direction(p), image(q);
     turn_direction<Executor>(*run_, problem_->view(), finest().view(), preconditioned, beta, direction);
     multiply(direction, image);
   }
-  void step(double alpha, Vec p, Vec q, Vec x, Vec r) const {
+  void step(double alpha, ::Vec p, ::Vec q, ::Vec x, ::Vec r) const {
     const ReadAccess direction(p), image(q);
     const WriteAccess solution(x), residual(r);
     step_along<Executor>(*run_, problem_->view(), finest().view(), alpha, direction, image, solution, residual);
@@ -167,7 +167,7 @@ class CutCell : public DeviceSolver {
   std::unique_ptr<DeviceProblem<Executor>> problem_;
   std::unique_ptr<Multigrid<Executor>> multigrid_;
   Krylov krylov_;
-  Vec *basis_ = nullptr, *image_ = nullptr;
+  ::Vec *basis_ = nullptr, *image_ = nullptr;
   double scale_ = 1;        // V: x, b and the past are in units of it
   std::vector<Past> past_;  // newest first
   int past_count_ = 0;
@@ -212,7 +212,7 @@ void CutCell<Executor>::release_vectors() {
 }
 
 template <class Executor>
-PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
+PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
   CutCell<Executor>* solver = nullptr;
   PetscCall(MatShellGetContext(matrix, &solver));
   const PetscScalar* from = nullptr;
@@ -226,7 +226,7 @@ PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
 }
 
 template <class Executor>
-PetscErrorCode precondition(PC pc, Vec r, Vec z) {
+PetscErrorCode precondition(PC pc, ::Vec r, ::Vec z) {
   CutCell<Executor>* solver = nullptr;
   PetscCall(PCShellGetContext(pc, &solver));
   const PetscScalar* from = nullptr;
@@ -281,7 +281,7 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
   MatNullSpace space = nullptr;
   if (!problem.has_ground()) {
-    Vec ones = nullptr;
+    ::Vec ones = nullptr;
     parallel::check_petsc(VecDuplicate(krylov_.x, &ones));
     {
       const WriteAccess value(ones);

@@ -1,0 +1,51 @@
+#include "solvers/neighbours/list.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+namespace lichtenberg {
+namespace {
+
+template <int d>
+Vec<d> moved(const Spheres<d>& spheres, const std::vector<double>& from, int i) {
+  Vec<d> by;
+  for (int k = 0; k < d; ++k) by[k] = spheres.position[i * d + k] - from[i * d + k];
+  return spheres.box.any_periodic() ? spheres.box.difference(by, {}) : by;
+}
+
+}  // namespace
+
+template <int d>
+void NeighbourList::update(const Spheres<d>& spheres, parallel::Team& team) {
+  constexpr int particles_a_task = 16384;
+  std::atomic<bool> covered = true;
+  team.for_each((spheres.size() + particles_a_task - 1) / particles_a_task, [&](int task) {
+    const int first = task * particles_a_task, end = std::min(spheres.size(), first + particles_a_task);
+    if (covered && !covers(spheres, first, end)) covered = false;
+  });
+  if (!covered) search(spheres, team);
+}
+
+template <int d>
+void NeighbourList::search(const Spheres<d>& spheres, parallel::Team& team) {
+  pairs_ = pairs_closer_than(spheres, range_ + skin_, team);
+  searched_at_.assign(spheres.position.begin(), spheres.position.end());
+  ++searches_;
+}
+
+template <int d>
+bool NeighbourList::covers(const Spheres<d>& spheres, int first, int end) const {
+  if (searches_ == 0) return false;
+  for (int i = first; i < end; ++i)
+    if (norm2(moved(spheres, searched_at_, i)) > 0.25 * skin_ * skin_) return false;
+  return true;
+}
+
+template void NeighbourList::update(const Spheres<2>&, parallel::Team&);
+template void NeighbourList::update(const Spheres<3>&, parallel::Team&);
+template void NeighbourList::search(const Spheres<2>&, parallel::Team&);
+template void NeighbourList::search(const Spheres<3>&, parallel::Team&);
+template bool NeighbourList::covers(const Spheres<2>&, int, int) const;
+template bool NeighbourList::covers(const Spheres<3>&, int, int) const;
+
+}  // namespace lichtenberg

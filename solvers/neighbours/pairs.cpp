@@ -1,0 +1,270 @@
+#include "solvers/neighbours/pairs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg {
+namespace {
+
+/// A particle as a search sees it: in its cell, beside those that it is compared with.
+template <int d>
+struct Spot {
+  Vec<d> place;       ///< m, inside the box along periodic axes
+  double radius = 0;  ///< m
+  int particle = 0;
+};
+
+/// Columns of cells, from `first` to `last`, along one axis. Along a periodic one they may lie a turn below 0 or above
+/// the number of columns, but no column is there twice.
+struct Columns {
+  int first = 0, last = 0;
+};
+
+/// Particles sorted into rectangular cells at least `width` wide.
+template <int d>
+class Cells {
+ public:
+  Cells(const Spheres<d>& spheres, double width) : spheres_(spheres) {
+    const int n = spheres.size();
+    // No more cells than particles, or one that flew far away would cost memory for nothing.
+    const int most = std::max(1, static_cast<int>(std::pow(n, 1.0 / d)));
+    for (int k = 0; k < d; ++k) {
+      if (spheres.box.periodic(k)) {
+        period_[k] = spheres.box.lengths[k];
+        count_[k] = std::clamp(static_cast<int>(std::min(period_[k] / (width * (1 + slack)), 1e9)), 1, most);
+        side_[k] = period_[k] / count_[k];
+        columns_a_metre_[k] = 1 / side_[k];
+        continue;
+      }
+      double high = low_[k] = spheres.position[k];
+      for (int i = 0; i < n; ++i) {
+        low_[k] = std::min(low_[k], spheres.position[i * d + k]);
+        high = std::max(high, spheres.position[i * d + k]);
+      }
+      side_[k] = std::max(width * (1 + slack), (high - low_[k]) / most * (1 + 1e-12));
+      count_[k] = static_cast<int>((high - low_[k]) / side_[k]) + 1;
+      columns_a_metre_[k] = 1 / side_[k];
+    }
+    sort();
+  }
+
+  const Spot<d>& spot(int s) const { return spots_[s]; }
+
+  /// Of the image of b that is nearest to a.
+  template <bool periodic>
+  double distance_squared(const Spot<d>& a, const Spot<d>& b) const {
+    double sum = 0;
+    for (int k = 0; k < d; ++k) {
+      double apart = a.place[k] - b.place[k];
+      if constexpr (periodic) {
+        // Both lie inside. Along other axes the period is 0.
+        if (apart > 0.5 * period_[k]) apart -= period_[k];
+        if (apart < -0.5 * period_[k]) apart += period_[k];
+      }
+      sum += apart * apart;
+    }
+    return sum;
+  }
+
+  /// Calls visit(spots) for all the particles in the cells within `distance` (m) of a centre, in each direction.
+  template <class Visit>
+  void for_each_near(const Spot<d>& centre, double distance, Visit visit) const {
+    std::array<Columns, 3> columns{};
+    for (int k = 0; k < d; ++k) columns[k] = columns_within(centre.place[k], distance, k);
+    for (int z = columns[2].first; z <= columns[2].last; ++z)
+      for (int y = columns[1].first; y <= columns[1].last; ++y) {
+        const int row = (turned(z, 2) * count_[1] + turned(y, 1)) * count_[0];
+        const auto visit_columns = [&](int first, int last) {
+          const int begin = start_[row + first];
+          visit(std::span(&spots_[begin], start_[row + last + 1] - begin));
+        };
+        const auto [first, last] = columns[0];
+        if (first < 0) visit_columns(first + count_[0], count_[0] - 1);
+        visit_columns(std::max(first, 0), std::min(last, count_[0] - 1));
+        if (last >= count_[0]) visit_columns(0, last - count_[0]);
+      }
+  }
+
+ private:
+  /// Of a cell's side: more than rounding can move a place against the cells' borders.
+  static constexpr double slack = 1e-9;
+
+  double folded(double x, int k) const {
+    if (period_[k] == 0 || (x >= 0 && x < period_[k])) return x;
+    const double inside = x - period_[k] * std::floor(x / period_[k]);
+    return inside >= 0 && inside < period_[k] ? inside : 0;
+  }
+  int column(double x, int k) const {
+    return static_cast<int>(std::clamp((x - low_[k]) * columns_a_metre_[k], 0.0, count_[k] - 1.0));
+  }
+  Columns columns_within(double x, double distance, int k) const {
+    const double far = distance + slack * side_[k];
+    if (period_[k] == 0) return {column(x - far, k), column(x + far, k)};
+    const auto turning = [&](double at) {
+      return static_cast<int>(std::floor(std::clamp(at * columns_a_metre_[k], -1.0 * count_[k], 2.0 * count_[k])));
+    };
+    const Columns columns{turning(x - far), turning(x + far)};
+    return columns.last - columns.first + 1 < count_[k] ? columns : Columns{0, count_[k] - 1};
+  }
+  int turned(int column, int k) const {
+    return column < 0 ? column + count_[k] : column >= count_[k] ? column - count_[k] : column;
+  }
+  int cell_of(const Spot<d>& spot) const {
+    const auto along = [&](int k) { return k < d ? column(spot.place[k], k) : 0; };
+    return (along(2) * count_[1] + along(1)) * count_[0] + along(0);
+  }
+  Spot<d> make_spot(int i) const {
+    Spot<d> spot{.radius = spheres_.radius[i], .particle = i};
+    for (int k = 0; k < d; ++k) spot.place[k] = folded(spheres_.position[i * d + k], k);
+    return spot;
+  }
+
+  /// Counting sort: cell c holds spots_[start_[c]] ... spots_[start_[c + 1] - 1], in ascending order of particles.
+  void sort() {
+    const int n = spheres_.size();
+    start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
+    std::vector<int> cell(n);
+    for (int i = 0; i < n; ++i) ++start_[(cell[i] = cell_of(make_spot(i))) + 1];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    std::vector<int> next(start_.begin(), start_.end() - 1);
+    spots_.resize(n);
+    for (int i = 0; i < n; ++i) spots_[next[cell[i]]++] = make_spot(i);
+  }
+
+  const Spheres<d>& spheres_;
+  std::array<double, 3> low_{}, side_{}, period_{};  ///< m; period 0: not periodic
+  std::array<double, 3> columns_a_metre_{};
+  std::array<int, 3> count_{1, 1, 1};
+  std::vector<int> start_;
+  std::vector<Spot<d>> spots_;
+};
+
+/// Two images of one particle within range of another would be two pairs.
+template <int d>
+void check_box(const Box<d>& box, double within) {
+  for (int k = 0; k < d; ++k)
+    if (box.periodic(k) && !(box.lengths[k] >= 2 * within))
+      throw InputError(
+          fmt::format("the periodic box is {:g} m from {} to {}, but particles up to {:g} m apart are neighbours: at "
+                      "least twice that is needed, or a particle would meet two images of one other",
+                      box.lengths[k], side_names[2 * k], side_names[2 * k + 1], within));
+}
+
+/// Every particle looks for others; what it finds stands, by particle, in the order of the particles.
+template <int d, class Look>
+std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, const Look& look) {
+  constexpr int spots_a_task = 2048;
+  const int tasks = (n + spots_a_task - 1) / spots_a_task;
+  std::vector<std::vector<Pair>> found(tasks);
+  std::vector<int> start(n + 1, 0);
+  const auto for_each_spot = [&](int task, const auto& visit) {
+    for (int s = task * spots_a_task; s < std::min(n, (task + 1) * spots_a_task); ++s) visit(cells.spot(s));
+  };
+  team.for_each(tasks, [&](int task) {
+    std::vector<int> others;
+    for_each_spot(task, [&](const Spot<d>& here) {
+      const int count = look(here, others);
+      std::sort(others.begin(), others.begin() + count);
+      for (int k = 0; k < count; ++k)
+        found[task].push_back({std::min(here.particle, others[k]), std::max(here.particle, others[k])});
+      start[here.particle + 1] = count;
+    });
+  });
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  std::vector<Pair> pairs(start[n]);
+  team.for_each(tasks, [&](int task) {
+    auto next = found[task].begin();
+    for_each_spot(task, [&](const Spot<d>& here) {
+      const int count = start[here.particle + 1] - start[here.particle];
+      std::copy_n(next, count, pairs.begin() + start[here.particle]);
+      next += count;
+    });
+  });
+  return pairs;
+}
+
+/// Puts the particles of `spots` for which `is_near` holds behind the first `count` of `others`.
+template <int d, class IsNear>
+int append_near(std::span<const Spot<d>> spots, int count, std::vector<int>& others, const IsNear& is_near) {
+  if (others.size() < count + spots.size()) others.resize(2 * (count + spots.size()));
+  for (const Spot<d>& there : spots) {  // no branch: which ones are near is hard to guess
+    others[count] = there.particle;
+    count += is_near(there);
+  }
+  return count;
+}
+
+template <int d, bool periodic>
+std::vector<Pair> search(const Spheres<d>& spheres, const Cells<d>& cells, double largest, double range,
+                         parallel::Team& team) {
+  return collect(cells, spheres.size(), team, [&](const Spot<d>& here, std::vector<int>& others) {
+    int count = 0;
+    cells.for_each_near(here, here.radius + largest + range, [&](std::span<const Spot<d>> spots) {
+      count = append_near<d>(spots, count, others, [&](const Spot<d>& there) {
+        const double within = here.radius + there.radius + range;
+        return (here.particle < there.particle) & (within > 0) &
+               (cells.template distance_squared<periodic>(here, there) < within * within);
+      });
+    });
+    return count;
+  });
+}
+
+/// The one that reaches farther looks for the other: what one fast particle costs, it alone costs.
+template <int d>
+std::vector<Pair> search_within_reach(const Spheres<d>& spheres, const Cells<d>& cells, double largest, double range,
+                                      std::span<const double> reach, parallel::Team& team) {
+  const auto looks_for = [&](int i, int j) { return reach[j] < reach[i] || (reach[j] == reach[i] && i < j); };
+  std::vector<Pair> pairs = collect(cells, spheres.size(), team, [&](const Spot<d>& here, std::vector<int>& others) {
+    const double own = reach[here.particle];
+    int count = 0;
+    cells.for_each_near(here, here.radius + largest + range + 2 * own, [&](std::span<const Spot<d>> spots) {
+      count = append_near<d>(spots, count, others, [&](const Spot<d>& there) {
+        if (!looks_for(here.particle, there.particle)) return false;
+        const double within = here.radius + there.radius + range + own + reach[there.particle];
+        return within > 0 && cells.template distance_squared<true>(here, there) < within * within;
+      });
+    });
+    return count;
+  });
+  std::ranges::sort(pairs);  // the one that looks may be the second
+  return pairs;
+}
+
+}  // namespace
+
+template <int d>
+std::vector<Pair> pairs_closer_than(const Spheres<d>& spheres, double range, parallel::Team& team) {
+  if (spheres.size() == 0) return {};
+  const double largest = *std::ranges::max_element(spheres.radius), width = 2 * largest + range;
+  if (!(width > 0)) return {};
+  check_box(spheres.box, width);
+  const Cells<d> cells(spheres, width);
+  return spheres.box.any_periodic() ? search<d, true>(spheres, cells, largest, range, team)
+                                    : search<d, false>(spheres, cells, largest, range, team);
+}
+
+template <int d>
+std::vector<Pair> pairs_within_reach(const Spheres<d>& spheres, double range, std::span<const double> reach,
+                                     parallel::Team& team) {
+  if (spheres.size() == 0) return {};
+  const double largest = *std::ranges::max_element(spheres.radius), shortest = *std::ranges::min_element(reach);
+  const double width = 2 * (largest + shortest) + range;
+  if (!(width > 0)) return {};
+  check_box(spheres.box, 2 * largest + range);
+  const Cells<d> cells(spheres, width);
+  return search_within_reach(spheres, cells, largest, range, reach, team);
+}
+
+template std::vector<Pair> pairs_closer_than(const Spheres<2>&, double, parallel::Team&);
+template std::vector<Pair> pairs_closer_than(const Spheres<3>&, double, parallel::Team&);
+template std::vector<Pair> pairs_within_reach(const Spheres<2>&, double, std::span<const double>, parallel::Team&);
+template std::vector<Pair> pairs_within_reach(const Spheres<3>&, double, std::span<const double>, parallel::Team&);
+
+}  // namespace lichtenberg

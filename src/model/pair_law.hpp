@@ -1,0 +1,51 @@
+#pragma once
+
+#include "solvers/geometry/host_device.hpp"
+
+namespace lichtenberg {
+
+/// Two particles as a law of the force between them sees them.
+struct PairSeen {
+  double distance = 0;                ///< m, of the centres
+  double reach = 0;                   ///< m, the law's: within it the force acts
+  double radius_i = 0, radius_j = 0;  ///< m
+  double closing = 0;                 ///< m/s, at which the distance shrinks; 0 unless the law is `damped`
+};
+
+struct PairForce {
+  double energy = 0;     ///< of the pair, in the law's units
+  double force = 0;      ///< N, repulsive; N/m, that over the distance, if the law is `over_distance`
+  double stiffness = 0;  ///< N/m, minus the derivative of the force (N) by the distance
+};
+
+/// A law is a small struct: its parameters, and
+///
+///     static constexpr bool over_distance  // what PairForce::force is
+///     static constexpr bool damped         // whether it looks at PairSeen::closing
+///     double reach(double radius_i, double radius_j) const
+///     double energy_unit() const           // J
+///     PairForce operator()(const PairSeen&) const
+///
+/// and, if it wants them,
+///
+///     PairForce quick(const PairSeen&) const  // the same without branches, wherever
+///     bool quick_holds(const PairSeen&) const
+///     bool refuses(const PairSeen&) const     // it is not meant for such a pair
+///
+/// all for the host and for a device. The loops that take a law are in pair_loop.hpp and pair_device.hpp.
+template <class Law>
+concept HasQuick = requires(const Law& law, const PairSeen& seen) {
+  law.quick(seen), law.quick_holds(seen);
+};
+template <class Law>
+concept CanRefuse = requires(const Law& law, const PairSeen& seen) {
+  law.refuses(seen);
+};
+
+/// The force over the distance (N/m).
+template <class Law>
+LICHTENBERG_HOST_DEVICE double over_distance(const PairForce& law, double distance) {
+  return Law::over_distance ? law.force : law.force / distance;
+}
+
+}  // namespace lichtenberg

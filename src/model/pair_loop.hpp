@@ -1,0 +1,251 @@
+#pragma once
+
+// The loops over pairs of particles, for any law (pair_law.hpp), on the host.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "solvers/neighbours/pairs.hpp"
+#include "solvers/parallel/team.hpp"
+#include "src/model/pair_law.hpp"
+
+namespace lichtenberg {
+
+/// Force on a particle (N).
+struct Push {
+  int particle = 0;
+  std::array<double, 3> force{};
+};
+
+/// What a loop over pairs found beside the forces.
+struct PairSum {
+  double energy = 0;            ///< in the law's units
+  std::optional<Pair> refused;  ///< the first pair that the law refuses
+};
+
+/// A pair within reach of its law.
+template <int d>
+struct PairInReach {
+  Pair pair;
+  Vec<d> apart;  ///< m, from j to i
+  PairSeen seen;
+};
+
+/// Those of the pairs, in ascending order, whose first particle is one from `first` on up to before `end`.
+inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, int first, int end) {
+  const auto from = std::ranges::lower_bound(pairs, first, {}, &Pair::i);
+  return {from, std::ranges::lower_bound(from, pairs.end(), end, {}, &Pair::i)};
+}
+
+namespace pair_loop {
+
+/// Pairs within reach, a few hundred: their law is computed many at a time.
+template <int d, class Law, bool periodic>
+class Batch {
+ public:
+  static constexpr std::size_t most = 256;
+
+  Batch(const Law& law, const Spheres<d>& spheres, std::span<const double> velocity)
+      : law_(law), spheres_(spheres), velocity_(velocity), nearest_(spheres.box) {}
+
+  /// Takes those of `pairs`, `most` of them at most, that are within reach.
+  void gather(std::span<const Pair> pairs) {
+    const double *p = spheres_.position.data(), *radius = spheres_.radius.data(), *v = velocity_.data();
+    count_ = 0;
+    for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
+      double sum = 0, approach = 0;
+      for (int k = 0; k < d; ++k) {
+        double apart = p[pair.i * d + k] - p[pair.j * d + k];
+        if constexpr (periodic) apart = nearest_(apart, k);
+        direction_[k][count_] = apart;
+        sum += apart * apart;
+        if constexpr (Law::damped) approach -= apart * (v[pair.i * d + k] - v[pair.j * d + k]);
+      }
+      const double reach = law_.reach(radius[pair.i], radius[pair.j]);
+      pair_[count_] = pair;
+      squared_[count_] = sum;
+      reach_[count_] = reach;
+      radius_i_[count_] = radius[pair.i];
+      radius_j_[count_] = radius[pair.j];
+      if constexpr (Law::damped) approach_[count_] = approach;
+      count_ += sum < reach * reach;
+    }
+  }
+
+  /// Adds their energies one by one: where a batch ends must not show in the sum.
+  void apply_law(PairSum& sum) {
+    int rest = 0, refused = 0;
+    for (int c = 0; c < count_; ++c) {
+      const PairSeen pair = seen(c);
+      if constexpr (HasQuick<Law>) {
+        keep(c, law_.quick(pair));
+        rest |= !law_.quick_holds(pair);
+      } else {
+        keep(c, law_(pair));
+      }
+      if constexpr (CanRefuse<Law>) refused |= law_.refuses(pair);
+    }
+    if constexpr (HasQuick<Law>)
+      for (int c = 0; rest && c < count_; ++c)
+        if (const PairSeen pair = seen(c); !law_.quick_holds(pair)) keep(c, law_(pair));
+    if constexpr (CanRefuse<Law>)
+      for (int c = 0; refused && !sum.refused && c < count_; ++c)
+        if (law_.refuses(seen(c))) sum.refused = pair_[c];
+    for (int c = 0; c < count_; ++c) {
+      sum.energy += energy_[c];
+      for (int k = 0; k < d; ++k)
+        if constexpr (Law::over_distance)
+          direction_[k][c] *= force_[c];
+        else
+          direction_[k][c] /= distance_[c];
+    }
+  }
+
+  /// Forces on particles from `end` on are appended to `beyond`; there are none if one range has all particles.
+  template <bool all>
+  void add_forces(int end, std::span<double> force, std::vector<Push>& beyond) const {
+    for (int c = 0; c < count_; ++c) {
+      const auto [i, j] = pair_[c];
+      for (int k = 0; k < d; ++k) force[i * d + k] += push(c, k);
+      if (all || j < end) {
+        for (int k = 0; k < d; ++k) force[j * d + k] -= push(c, k);
+      } else {
+        beyond.push_back({j});
+        for (int k = 0; k < d; ++k) beyond.back().force[k] = -push(c, k);
+      }
+    }
+  }
+
+ private:
+  PairSeen seen(int c) const {
+    const double distance = std::sqrt(squared_[c]);
+    return {distance, reach_[c], radius_i_[c], radius_j_[c], Law::damped ? approach_[c] / distance : 0};
+  }
+  void keep(int c, const PairForce& law) {
+    energy_[c] = law.energy;
+    force_[c] = law.force;
+    if constexpr (!Law::over_distance) distance_[c] = std::sqrt(squared_[c]);
+  }
+  double push(int c, int k) const { return Law::over_distance ? direction_[k][c] : force_[c] * direction_[k][c]; }
+
+  using Numbers = std::array<double, most>;
+  const Law& law_;
+  const Spheres<d>& spheres_;
+  std::span<const double> velocity_;
+  NearestImage<d> nearest_;
+  int count_ = 0;
+  std::array<Pair, most> pair_;
+  Numbers squared_, reach_, radius_i_, radius_j_, approach_;  // m^2, m, m, m, m^2/s
+  Numbers energy_, force_, distance_;                         // as in PairForce; m
+  std::array<Numbers, d> direction_;  // m, from j to i; then of length 1, or N if the force is one over the distance
+};
+
+template <bool periodic, bool all, int d, class Law>
+void add_range(const Law& law, const Spheres<d>& spheres, std::span<const double> velocity, std::span<const Pair> pairs,
+               int end, std::span<double> force, std::vector<Push>& beyond, PairSum& sum) {
+  Batch<d, Law, periodic> batch(law, spheres, velocity);
+  while (!pairs.empty()) {
+    const std::span now = pairs.first(std::min(pairs.size(), batch.most));
+    pairs = pairs.subspan(now.size());
+    batch.gather(now);
+    batch.apply_law(sum);
+    batch.template add_forces<all>(end, force, beyond);
+  }
+}
+
+template <bool periodic, int d, class Law, class Visit>
+bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
+  const NearestImage<d> nearest(spheres.box);
+  for (const Pair pair : pairs) {
+    PairInReach<d> found{.pair = pair};
+    double sum = 0;
+    for (int k = 0; k < d; ++k) {
+      double apart = spheres.position[pair.i * d + k] - spheres.position[pair.j * d + k];
+      if constexpr (periodic) apart = nearest(apart, k);
+      found.apart[k] = apart;
+      sum += apart * apart;
+    }
+    const double radius_i = spheres.radius[pair.i], radius_j = spheres.radius[pair.j];
+    const double reach = law.reach(radius_i, radius_j);
+    if (!(sum < reach * reach)) continue;
+    if (sum == 0) return false;
+    found.seen = {std::sqrt(sum), reach, radius_i, radius_j};
+    use(found);
+  }
+  return true;
+}
+
+}  // namespace pair_loop
+
+/// Calls use(PairInReach) for every pair within the law's reach, in the order of the pairs; false, at once, if two
+/// centres coincide.
+template <int d, class Law, class Visit>
+bool for_each_in_reach(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
+  return spheres.box.any_periodic() ? pair_loop::visit<true>(law, spheres, pairs, use)
+                                    : pair_loop::visit<false>(law, spheres, pairs, use);
+}
+
+/// Adds the derivatives of a pair's forces by both its places to a ForceJacobian.
+template <int d, class Law, class Jacobian>
+void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& jacobian) {
+  const PairForce of = law(pair.seen);
+  std::array<double, d> normal;
+  for (int k = 0; k < d; ++k) normal[k] = pair.apart[k] / pair.seen.distance;
+  // Moving i away from j takes force away; moving it sideways turns the force, which has an arm of one distance.
+  const double along = -of.stiffness, across = over_distance<Law>(of, pair.seen.distance);
+  const auto [i, j] = pair.pair;
+  jacobian.add_central(i, i, normal, along, across);
+  jacobian.add_central(j, j, normal, along, across);
+  jacobian.add_central(i, j, normal, -along, -across);
+  jacobian.add_central(j, i, normal, -along, -across);
+}
+
+/// Adds the forces (N, [N * d]) of the pairs whose first particle is one from `first` on up to before `end`: for who
+/// shares the particles among threads. Touches `force` of no other particles; what acts on those is appended to
+/// `beyond`. `velocity`: m/s, [N * d], for a law that is damped.
+template <int d, class Law>
+void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int first, int end,
+                     std::span<double> force, std::vector<Push>& beyond, PairSum& sum,
+                     std::span<const double> velocity = {}) {
+  pairs = pairs_of(pairs, first, end);
+  const bool all = first == 0 && end == spheres.size();
+  const auto add = [&]<bool periodic>(std::bool_constant<periodic>) {
+    all ? pair_loop::add_range<periodic, true>(law, spheres, velocity, pairs, end, force, beyond, sum)
+        : pair_loop::add_range<periodic, false>(law, spheres, velocity, pairs, end, force, beyond, sum);
+  };
+  spheres.box.any_periodic() ? add(std::true_type{}) : add(std::false_type{});
+}
+
+/// Adds the forces of all pairs, which are in ascending order. The same bits for any number of threads: each task has a
+/// range of particles, and what it finds to push others is added afterwards, task by task.
+template <int d, class Law>
+PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, std::span<double> force,
+                        parallel::Team& team, std::span<const double> velocity = {}) {
+  constexpr int particles_a_task = 2048;
+  const int n = spheres.size(), tasks = (n + particles_a_task - 1) / particles_a_task;
+  PairSum sum;
+  if (tasks <= 1) {
+    std::vector<Push> none;
+    add_pair_forces(law, spheres, pairs, 0, n, force, none, sum, velocity);
+    return sum;
+  }
+  std::vector<PairSum> sums(tasks);
+  std::vector<std::vector<Push>> beyond(tasks);
+  team.for_each(tasks, [&](int task) {
+    const int first = task * particles_a_task, end = std::min(n, first + particles_a_task);
+    add_pair_forces(law, spheres, pairs, first, end, force, beyond[task], sums[task], velocity);
+  });
+  for (int task = 0; task < tasks; ++task) {
+    sum.energy += sums[task].energy;
+    if (!sum.refused) sum.refused = sums[task].refused;
+    for (const Push& push : beyond[task])
+      for (int k = 0; k < d; ++k) force[push.particle * d + k] += push.force[k];
+  }
+  return sum;
+}
+
+}  // namespace lichtenberg

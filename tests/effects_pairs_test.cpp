@@ -1,0 +1,146 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <utility>
+
+#include "solvers/neighbours/pairs.hpp"
+#include "solvers/parallel/host_executor.hpp"
+#include "src/effects/contact_law.hpp"
+#include "src/effects/hertz.hpp"
+#include "src/model/pair_device.hpp"
+#include "src/model/pair_loop.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+template <int d>
+Box<d> periodic_box(double length) {
+  Box<d> box;
+  for (int k = 0; k < d; ++k) box.lengths[k] = length;
+  box.sides.fill(Boundary::periodic);
+  return box;
+}
+
+/// Particles of radius .3 to .5 at random places of a periodic box, and their pairs.
+template <int d>
+struct Crowd {
+  Crowd(int n, double length) : box(periodic_box<d>(length)) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> place(0, length), size(0.3, 0.5), speed(-1, 1);
+    for (int i = 0; i < n; ++i) radius.push_back(size(random));
+    for (int k = 0; k < n * d; ++k) position.push_back(place(random)), velocity.push_back(speed(random));
+    pairs = pairs_closer_than(spheres(), 0.1);
+  }
+  Spheres<d> spheres() const { return {position, radius, box}; }
+
+  Box<d> box;
+  std::vector<double> position, radius, velocity;
+  std::vector<Pair> pairs;
+};
+
+/// A dashpot: half a newton a metre a second.
+struct Dashpot {
+  static constexpr bool over_distance = false, damped = true;
+  double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
+  double energy_unit() const { return 1; }
+  PairForce operator()(const PairSeen& seen) const { return {.force = 0.5 * seen.closing}; }
+};
+
+template <int d, class Law>
+void check_law(const Law& law, const Crowd<d>& crowd) {
+  const Spheres<d> spheres = crowd.spheres();
+  parallel::Team three(3);
+  std::vector<double> alone(crowd.position.size()), shared(alone), on_device(alone);
+  const PairSum sum = add_pair_forces(law, spheres, crowd.pairs, alone, parallel::Team::single(), crowd.velocity);
+  CHECK(add_pair_forces(law, spheres, crowd.pairs, shared, three, crowd.velocity).energy == sum.energy);
+  CHECK(shared == alone);
+
+  const parallel::HostExecutor run;
+  PartnerTable<parallel::HostExecutor> table(run);
+  table.set(crowd.pairs, spheres.size());
+  std::vector<double> energy(spheres.size());
+  add_pair_forces(
+      run, law,
+      DeviceSpheres<d>{spheres.size(), crowd.position.data(), crowd.radius.data(), crowd.velocity.data(), crowd.box},
+      table, on_device.data(), energy.data());
+  // Sums of some ten terms in another order.
+  double largest = 0;
+  for (const double f : alone) largest = std::max(largest, std::abs(f));
+  for (std::size_t k = 0; k < alone.size(); ++k) CHECK(std::abs(on_device[k] - alone[k]) < 1e-13 * largest);
+  CHECK(std::accumulate(energy.begin(), energy.end(), 0.0) == doctest::Approx(sum.energy).epsilon(1e-12));
+}
+
+}  // namespace
+
+TEST_CASE("any number of threads adds the same bits, and an executor the same forces") {
+  const Crowd<2> plane(6000, 60);
+  const Crowd<3> space(6000, 16);
+  REQUIRE(space.pairs.size() > 6000);
+  check_law(effects::HertzLaw{2}, plane);
+  check_law(effects::HertzLaw{2}, space);
+  check_law(effects::ContactPotentialLaw{2}, plane);
+  check_law(effects::ContactPotentialLaw{2}, space);
+  check_law(Dashpot{}, space);
+}
+
+TEST_CASE("a law's quick way is the law") {
+  const effects::ContactPotentialLaw law{3};
+  for (double q = 0.8; q < 1; q += 0.01) {
+    const PairSeen seen{.distance = 2 * q, .reach = 2};
+    REQUIRE(law.quick_holds(seen));
+    CHECK(law.quick(seen).energy == doctest::Approx((q - 1) * std::log(q)).epsilon(1e-13).scale(0));
+    CHECK(law.quick(seen).force == doctest::Approx(law(seen).force).epsilon(1e-13).scale(0));
+  }
+  CHECK_FALSE(law.quick_holds({.distance = 1.5, .reach = 2}));
+}
+
+TEST_CASE("two spheres push each other across the faces of a periodic box as they do inside") {
+  const effects::HertzLaw law{1e3};
+  const std::vector<double> radius = {0.5, 0.5};
+  const std::vector<Pair> pairs = {{0, 1}};
+  const auto forces = [&](std::vector<double> position) {
+    std::vector<double> force(6);
+    add_pair_forces(law, Spheres<3>{position, radius, periodic_box<3>(8)}, pairs, force, parallel::Team::single());
+    return force;
+  };
+  // Places and their differences are sums of powers of two, so that no bit is lost by wrapping.
+  const std::vector<double> inside = forces({4, 4, 4, 4.5, 4.25, 3.75});
+  CHECK(inside[0] < 0);
+  CHECK(forces({7.75, 7.875, 0.125, 0.25, 0.125, 7.875}) == inside);
+  CHECK(forces({-0.25, 7.875, 16.125, 0.25, 0.125, 7.875}) == inside);
+  CHECK(inside[3] == -inside[0]);
+}
+
+TEST_CASE("Hertz across periodic sides: forces are minus the energy's derivatives") {
+  Crowd<3> crowd(400, 6.5);
+  const effects::HertzLaw law{5};
+  const auto energy = [&] {
+    double sum = 0;
+    for_each_in_reach(law, crowd.spheres(), crowd.pairs, [&](const auto& found) { sum += law(found.seen).energy; });
+    return sum;
+  };
+  std::vector<double> force(crowd.position.size());
+  const PairSum sum = add_pair_forces(law, crowd.spheres(), crowd.pairs, force, parallel::Team::single());
+  CHECK(sum.energy == doctest::Approx(energy()).epsilon(1e-13));
+  const double h = 1e-6;  // truncation: h^2 times a third derivative of 10 to 1000 N/m^2; rounding 1e-16 * 1e3 / h
+  for (int k = 0; k < 60; ++k) {
+    const double at = std::exchange(crowd.position[k], crowd.position[k] + h), above = energy();
+    crowd.position[k] = at - h;
+    const double below = energy();
+    crowd.position[k] = at;
+    CHECK(std::abs((below - above) / (2 * h) - force[k]) < 1e-6);
+  }
+}
+
+TEST_CASE("a damped law sees at which speed two particles close") {
+  const std::vector<double> radius = {1, 1}, position = {0, 0, 0.6, 0.8}, velocity = {3, 1, 0, 0};
+  std::vector<double> force(4);
+  add_pair_forces(Dashpot{}, Spheres<2>{position, radius}, std::vector<Pair>{{0, 1}}, force, parallel::Team::single(),
+                  velocity);
+  // They close at 3 * .6 + 1 * .8 = 2.6 m/s along (.6, .8).
+  CHECK(force[0] == doctest::Approx(-1.3 * 0.6));
+  CHECK(force[3] == doctest::Approx(1.3 * 0.8));
+}

@@ -1,0 +1,184 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <tuple>
+
+#include "solvers/error.hpp"
+#include "solvers/neighbours/list.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+template <int d>
+Box<d> periodic_box(double length, int axes = d) {
+  Box<d> box;
+  for (int k = 0; k < d; ++k) box.lengths[k] = length;
+  for (int k = 0; k < axes; ++k) box.sides[2 * k] = box.sides[2 * k + 1] = Boundary::periodic;
+  return box;
+}
+
+struct Crowd {
+  std::vector<double> position, radius;
+};
+
+/// Of n particles, in [-spread, 1 + spread] times a box of that length.
+Crowd crowd(int n, int dimension, double length, double smallest, double largest, double spread, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-spread * length, (1 + spread) * length), radius(smallest, largest);
+  Crowd crowd;
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < dimension; ++k) crowd.position.push_back(place(random));
+    crowd.radius.push_back(radius(random));
+  }
+  return crowd;
+}
+
+/// Of every image of the second within three turns.
+template <int d>
+double nearest(const Spheres<d>& s, int i, int j) {
+  double sum = 0;
+  for (int k = 0; k < d; ++k) {
+    const int turns = s.box.periodic(k) ? 3 : 0;
+    double least = INFINITY;
+    for (int turn = -turns; turn <= turns; ++turn)
+      least = std::min(least, std::abs(s.position[i * d + k] - s.position[j * d + k] + turn * s.box.lengths[k]));
+    sum += least * least;
+  }
+  return std::sqrt(sum);
+}
+
+template <int d>
+std::vector<Pair> all_pairs(const Spheres<d>& s, double range, std::vector<double> reach = {}) {
+  reach.resize(s.size());
+  std::vector<Pair> pairs;
+  for (int i = 0; i < s.size(); ++i)
+    for (int j = i + 1; j < s.size(); ++j)
+      if (nearest(s, i, j) - s.radius[i] - s.radius[j] < range + reach[i] + reach[j]) pairs.push_back({i, j});
+  return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("cells find the pairs that a look at all pairs and images finds, in ascending order") {
+  // Boxes of 2 cells a side to 11, with places up to a turn outside.
+  for (const double length : {6.5, 8.0, 9.5, 13.0, 33.0}) {
+    const Crowd two = crowd(200, 2, length, 0.2, 1, 1, 1), three = crowd(200, 3, length, 0.2, 1, 1, 2);
+    for (const double range : {-0.3, 0.0, 1.2})
+      for (int axes = 0; axes <= 3; ++axes) {
+        CAPTURE(length);
+        CAPTURE(range);
+        CAPTURE(axes);
+        const Spheres<3> spheres{three.position, three.radius, periodic_box<3>(length, axes)};
+        CHECK(pairs_closer_than(spheres, range) == all_pairs(spheres, range));
+        if (axes > 2) continue;
+        const Spheres<2> disks{two.position, two.radius, periodic_box<2>(length, axes)};
+        CHECK(pairs_closer_than(disks, range) == all_pairs(disks, range));
+      }
+  }
+}
+
+TEST_CASE("a box without periodic sides is no box") {
+  const Crowd some = crowd(100, 2, 10, 0.2, 1, 1, 3);
+  CHECK(pairs_closer_than(Spheres<2>{some.position, some.radius, periodic_box<2>(1, 0)}, 0.5) ==
+        pairs_closer_than(Spheres<2>{some.position, some.radius}, 0.5));
+}
+
+TEST_CASE("two particles meet across every face, edge and corner of a periodic box, each pair once") {
+  const Box<3> box = periodic_box<3>(10);
+  const std::vector<double> radius = {0.5, 0.5};
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z) {
+        // Half a millimetre inside the sides that they meet across; elsewhere beside each other.
+        const auto low = [](int turn) { return turn == 0 ? 5.0 : 0.2; };
+        const auto high = [](int turn) { return turn == 0 ? 5.2 : 9.8; };
+        std::vector<double> position;
+        for (const int turn : {x, y, z}) position.push_back(turn < 0 ? high(turn) : low(turn));
+        for (const int turn : {x, y, z}) position.push_back(turn < 0 ? low(turn) : high(turn));
+        CHECK(pairs_closer_than(Spheres<3>{position, radius, box}, 0.0) == std::vector<Pair>{{0, 1}});
+      }
+}
+
+TEST_CASE("a periodic box shorter than twice the range is refused") {
+  const std::vector<double> position = {1, 1, 2, 2}, radius = {0.5, 0.5};
+  Box<2> box = periodic_box<2>(4, 1);
+  CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // 2 apart: half of 4
+  CHECK_THROWS_WITH_AS(pairs_closer_than(Spheres<2>{position, radius, box}, 1.1),
+                       doctest::Contains("4 m from left to right, but particles up to 2.1 m apart"), InputError);
+  CHECK(pairs_closer_than(Spheres<2>{position, radius, periodic_box<2>(4, 0)}, 1.1).size() == 1);
+}
+
+TEST_CASE("any number of threads finds the same pairs") {
+  const Crowd some = crowd(20000, 3, 40, 0.3, 0.7, 0, 4);
+  const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};
+  parallel::Team three(3);
+  const std::vector<Pair> alone = pairs_closer_than(spheres, 0.5);
+  CHECK(alone.size() > 1000);
+  CHECK(std::ranges::is_sorted(alone));
+  CHECK(pairs_closer_than(spheres, 0.5, three) == alone);
+}
+
+TEST_CASE("particles with reaches of their own find each other across periodic sides") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> exponent(-2, 1);
+  const Crowd some = crowd(150, 3, 9, 0.2, 1, 0.5, 6);
+  const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(9)};
+  std::vector<double> reach(150);
+  for (double& r : reach) r = std::pow(10, exponent(random));
+  CHECK(pairs_within_reach(spheres, 0.1, reach) == all_pairs(spheres, 0.1, reach));
+  std::ranges::fill(reach, 0.05);
+  reach[7] = 1e12;  // one that may fly anywhere
+  CHECK(pairs_within_reach(spheres, 0.1, reach) == all_pairs(spheres, 0.1, reach));
+}
+
+TEST_CASE("two that both reach far find each other over many cells") {
+  Crowd some = crowd(1000, 3, 100, 0.01, 0.01, 0, 9);
+  std::vector<double> reach(1000, 0.0);
+  reach[3] = reach[5] = 5;
+  for (int k = 0; k < 3; ++k) some.position[9 + k] = 50, some.position[15 + k] = 50;
+  some.position[9] = 53, some.position[15] = 62.9;  // of cells 10 wide, the next but beyond 5 m
+  const Spheres<3> spheres{some.position, some.radius};
+  CHECK(pairs_within_reach(spheres, 0, reach) == all_pairs(spheres, 0, reach));
+  CHECK(std::ranges::count(all_pairs(spheres, 0, reach), Pair{3, 5}) == 1);
+}
+
+TEST_CASE("a list misses no pair of a cold gas with one fast grain") {
+  constexpr int d = 3, n = 150;
+  const double length = 10, range = 0.1, skin = 0.5;
+  Crowd gas = crowd(n, d, length, 0.5, 0.5, 0, 7);
+  const Box<d> box = periodic_box<d>(length);
+  const Spheres<d> spheres{gas.position, gas.radius, box};
+  std::mt19937 random(8);
+  std::normal_distribution<double> step(0, 1e-3);
+  NeighbourList list(range, skin);
+  for (int steps = 0; steps < 200; ++steps) {
+    list.update(spheres);
+    for (const Pair pair : all_pairs(spheres, range)) REQUIRE(std::ranges::binary_search(list.pairs(), pair));
+    for (int k = 0; k < n * d; ++k) gas.position[k] += step(random);
+    for (int k = 0; k < d; ++k) gas.position[k] += 0.5;
+    for (int i = 0; i < n; ++i) {
+      Vec<d> p = spheres.place(i);
+      Image<d> image{};
+      box.wrap(p, image);
+      for (int k = 0; k < d; ++k) gas.position[i * d + k] = p[k];
+    }
+  }
+  CHECK(list.searches() == 200);
+}
+
+TEST_CASE("a wrap is no motion for a list") {
+  std::vector<double> position = {9.99, 5, 0.5, 5}, radius = {0.5, 0.5};
+  const Spheres<2> disks{position, radius, periodic_box<2>(10)};
+  NeighbourList list(0, 0.4);
+  list.update(disks);
+  CHECK(list.pairs().size() == 1);
+  position[0] = 0.01;  // by 0.02 around
+  list.update(disks);
+  CHECK(list.searches() == 1);
+  position[0] = 0.2;  // by 0.21, more than half the skin
+  list.update(disks);
+  CHECK(list.searches() == 2);
+}

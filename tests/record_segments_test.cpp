@@ -269,7 +269,7 @@ TEST_CASE("killed at any moment the result so far is readable, and the resumed r
   const std::string path = folder / "run.h5";
   std::mt19937 random(5);
   int killed = 0, none = 0, over = 0;
-  for (int trial = 0; trial < 40; ++trial) {
+  for (int trial = 0; trial < 30; ++trial) {
     fs::remove_all(segments_folder(path));
     fs::remove(path);
     const pid_t child = in_child([&] { run(path, 30, true); });
@@ -335,7 +335,7 @@ TEST_CASE("of many that want to write at the same time, one at a time does") {
   std::vector<pid_t> children;
   for (int c = 0; c < 4; ++c)
     children.push_back(in_child([&] {
-      for (int k = 0; k < 300; ++k) {
+      for (int k = 0; k < 150; ++k) {
         const std::optional<WriterLock> lock = WriterLock::if_free(path);
         if (!lock) continue;
         if (!fs::create_directory(inside)) throw Failure("two have the lock");
@@ -350,7 +350,7 @@ TEST_CASE("who reads while a run writes sees a complete state and disturbs nothi
   const std::string path = folder / "run.h5";
   run(path, 3, false);
   const pid_t reader = in_child([&] {
-    for (int last = 0; last < 400;) {
+    for (int last = 0; last < 200;) {
       const Numbers found = numbers(path);
       const int frames = static_cast<int>(found.at("mark")[0]);
       if (found != expected(frames) || frames < last) throw Failure(fmt::format("a wrong state of {} frames", frames));
@@ -358,8 +358,8 @@ TEST_CASE("who reads while a run writes sees a complete state and disturbs nothi
     }
   });
   Recorder recorder = Recorder::resume(path, some_scene(), few);
-  add_until(recorder, 400);
-  recorder.save(milestone(400, true));
+  add_until(recorder, 200);
+  recorder.save(milestone(200, true));
   CHECK_EQ(status_of(reader), 0);
 }
 

@@ -1,13 +1,16 @@
 #include "src/record/pages.hpp"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <exception>
+#include <new>
 #include <utility>
 
 namespace lichtenberg::hdf5 {
 namespace {
 
-constexpr std::uint64_t page_bytes = 1u << 16;
+constexpr std::uint64_t page_bytes = 1u << 20;
 
 /// Calls `visit(number of the page, first byte in it, bytes in it, bytes before)` for each page of a range.
 template <class Visit>
@@ -115,13 +118,28 @@ hid_t with_access(const std::shared_ptr<Bytes>& bytes, Use use) {
 
 }  // namespace
 
+/// Straight from the kernel, zeros, and given back to it: files come and go beside arrays of any size, between which
+/// an allocator would keep what it cannot join.
+struct Pages::Page {
+  std::byte* bytes;
+
+  Page() {
+    void* place = mmap(nullptr, page_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (place == MAP_FAILED) throw std::bad_alloc();
+    bytes = static_cast<std::byte*>(place);
+  }
+  Page(const Page& other) : Page() { std::copy_n(other.bytes, page_bytes, bytes); }
+  Page& operator=(const Page&) = delete;
+  ~Page() { munmap(bytes, page_bytes); }
+};
+
 void Pages::read(std::uint64_t offset, std::span<std::byte> bytes) const {
   for_pages(offset, bytes.size(), [&](auto number, auto first, auto here, auto done) {
     const auto page = pages_.find(number);
     if (page == pages_.end())
       std::fill_n(bytes.begin() + done, here, std::byte{0});
     else
-      std::copy_n(page->second->begin() + first, here, bytes.begin() + done);
+      std::copy_n(page->second->bytes + first, here, bytes.begin() + done);
   });
 }
 
@@ -129,16 +147,16 @@ void Pages::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   size_ = std::max(size_, offset + bytes.size());
   for_pages(offset, bytes.size(), [&](auto number, auto first, auto here, auto done) {
     std::shared_ptr<Page>& page = pages_[number];
-    if (!page) page = std::make_shared<Page>(page_bytes);
+    if (!page) page = std::make_shared<Page>();
     if (page.use_count() > 1) page = std::make_shared<Page>(*page);
-    std::copy_n(bytes.begin() + done, here, page->begin() + first);
+    std::copy_n(bytes.begin() + done, here, page->bytes + first);
   });
 }
 
 void Pages::for_each(const std::function<void(std::uint64_t, std::span<const std::byte>)>& visit) const {
   for (const auto& [number, page] : pages_)
     if (const std::uint64_t offset = number * page_bytes; offset < size_)
-      visit(offset, std::span(*page).first(std::min(page_bytes, size_ - offset)));
+      visit(offset, {page->bytes, std::min(page_bytes, size_ - offset)});
 }
 
 hid_t create_file(const std::shared_ptr<Bytes>& bytes) {

@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <span>
-#include <vector>
 
 #define OMPI_SKIP_MPICXX 1  // hdf5.h includes mpi.h: leave out its C++ classes, which need a library of their own
 #include <hdf5.h>
@@ -37,7 +36,7 @@ class Pages : public Bytes {
 
  private:
   std::uint64_t size_ = 0;
-  using Page = std::vector<std::byte>;
+  struct Page;
   std::map<std::uint64_t, std::shared_ptr<Page>> pages_;  ///< by number; copies share what none of them has changed
 };
 

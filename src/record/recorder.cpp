@@ -250,7 +250,8 @@ void Recorder::take_over_tail(const ResultFile& result) {
 void Recorder::add(Frame frame) {
   const std::vector<Series> series = series_.empty() ? series_of(frame, particles_) : series_;
   const double time = frame.time;
-  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends_);
+  std::map<std::string, std::int64_t> ends = ends_;
+  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends);
   series_ = series;
   try {
     keep(std::move(rows));
@@ -259,6 +260,7 @@ void Recorder::add(Frame frame) {
   } catch (const std::exception& error) {
     throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
   }
+  ends_ = std::move(ends);
   last_time_ = time;
   ++frames_;
 }
@@ -266,14 +268,15 @@ void Recorder::add(Frame frame) {
 /// Until the next save; frames that are many, or large, in a segment.
 void Recorder::keep(Rows rows) {
   if (whole_file_) whole_file_becomes_segment();
-  last_lists_ = lists_of(rows, series_);
   const std::uint64_t bytes = bytes_of(rows);
   if (!tail_.empty() && tail_bytes_ + bytes > tail_limit_) {
     write_segment(tail_);
     tail_.clear();
     tail_bytes_ = 0;
   }
-  if (bytes > tail_limit_) return write_segment({&rows, 1});
+  if (bytes > tail_limit_) write_segment({&rows, 1});
+  last_lists_ = lists_of(rows, series_);
+  if (bytes > tail_limit_) return;
   tail_.push_back(std::move(rows));
   tail_bytes_ += bytes;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-#define OMPI_SKIP_MPICXX \
-  1  // a parallel one includes mpi.h: leave out its C++ classes, which need a library of their own
+// A parallel HDF5 includes mpi.h: leave out its C++ classes, which need a library of their own.
+#define OMPI_SKIP_MPICXX 1
 #include <hdf5.h>
 
 #include <cstddef>

@@ -7,6 +7,8 @@ find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # PETSc's headers include its header
 pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
 pkg_check_modules(FFTW REQUIRED QUIET IMPORTED_TARGET fftw3)
-pkg_check_modules(HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5)
 find_package(ZLIB REQUIRED)
+# HDF5 without MPI, since one process alone writes: the parallel one includes an mpi.h, which is not that of a PETSc
+# without MPI. Debian calls it hdf5-serial, for its PETSc has brought a parallel one; its symbols have other versions.
+pkg_search_module(SERIAL_HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5-serial hdf5)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)

@@ -117,4 +117,4 @@ build
 rm -rf "$work"
 say "PETSc with CUDA is in $prefix; build lichtenberg with it:
   PKG_CONFIG_PATH=$prefix/lib/pkgconfig cmake --preset gpu -DCMAKE_CUDA_COMPILER=$cuda/bin/nvcc
-  ninja -C build-gpu"
+  ninja -C build-gpu lichtenberg"

@@ -1,6 +1,7 @@
 // Result files: what stands in them, and that neither a kill, a full disk nor a damaged file costs more than one
 // sentence.
 #include <doctest/doctest.h>
+#include <petscsys.h>  // the MPI that PETSc stands on
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -6,6 +6,8 @@ find_package(CHOLMOD REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)  # PETSc's headers include its header
 pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
+# Not what Debian compiled PETSc with, -D_FORTIFY_SOURCE and the like: all rooms have the same flags.
+set_property(TARGET PkgConfig::PETSC PROPERTY INTERFACE_COMPILE_OPTIONS)
 pkg_check_modules(FFTW REQUIRED QUIET IMPORTED_TARGET fftw3)
 find_package(ZLIB REQUIRED)
 # HDF5 without MPI, since one process alone writes: the parallel one includes an mpi.h, which is not that of a PETSc

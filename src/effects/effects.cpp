@@ -54,6 +54,11 @@ std::unique_ptr<Effect> take(EffectList& list, const EffectKind& kind) {
 
 }  // namespace
 
+void check_can_run(const Scene& scene) {
+  for (const EffectKind* kind : kinds_in(scene))
+    if (kind->check_run) kind->check_run(scene);
+}
+
 Model make_model(const Scene& scene, EffectList made) {
   EffectList effects;
   for (const EffectKind* kind : kinds_in(scene)) {

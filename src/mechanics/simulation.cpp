@@ -43,6 +43,7 @@ Made make_model(const Scene& scene, Solver solver) {
   std::unique_ptr<effects::ContactDischarge> discharge;
   if (scene.effects.has<effects::ContactDischargeOptions>())
     discharge = std::make_unique<effects::ContactDischarge>(scene);
+  if (scene.effects.has<effects::FloatingConductorsOptions>() && !solver) effects::check_can_run(scene);
   if (scene.effects.has<effects::FloatingConductorsOptions>())
     field = solver ? std::make_unique<effects::FloatingConductors>(scene, std::move(solver))
                    : effects::make_floating_conductors(scene);

@@ -38,7 +38,7 @@ Bodies gas(int n) {
 
 Model elastic(Bodies bodies) {
   std::vector<std::unique_ptr<Effect>> effects;
-  effects.push_back(std::make_unique<effects::HertzContact>(lichtenberg::HertzContact{.young = 1000, .poisson = 0}));
+  effects.push_back(std::make_unique<effects::HertzContact>(effects::HertzContactOptions{.young = 1000, .poisson = 0}));
   return Model(std::move(bodies), std::move(effects), {});
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("two spheres that meet across a face bounce as inside") {
 TEST_CASE("walls are for two dimensions, and say so") {
   Scene scene;
   scene.domain.size = {1, 1};
-  scene.effects.wall_contact.emplace();
+  scene.effects.add<effects::WallContactOptions>();
   const effects::WallContact walls(scene);
   const Bodies space = gas(2);
   std::vector<double> force(6);

@@ -227,7 +227,7 @@ TEST_CASE("every integrator tells an effect of each step that stands, once") {
   for (const Way way : {Way{"cvode", "split"}, Way{"cvode", "monolithic"}, Way{"euler", "split"}}) {
     CAPTURE(way.coupling);
     CAPTURE(way.integrator);
-    Scene scene = spheres::crowd();
+    Scene scene = steel_spheres::crowd();
     scene.mechanics.integrator = way.integrator;
     scene.mechanics.coupling = way.coupling;
     scene.effects.add(TetherOptions{.stiffness = 1e-9, .wear = 1});

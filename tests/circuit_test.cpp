@@ -21,7 +21,7 @@
 
 using namespace lichtenberg;
 using namespace lichtenberg::effects;
-using namespace lichtenberg::spheres;
+using namespace lichtenberg::steel_spheres;
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "tests/spheres.hpp"
 
 using namespace lichtenberg;
-using namespace lichtenberg::spheres;
+using namespace lichtenberg::steel_spheres;
 using mechanics::FreeFall;
 
 namespace {

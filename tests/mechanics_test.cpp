@@ -20,7 +20,7 @@
 
 using namespace lichtenberg;
 using namespace lichtenberg::mechanics;
-using namespace lichtenberg::spheres;
+using namespace lichtenberg::steel_spheres;
 
 namespace {
 

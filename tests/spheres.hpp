@@ -21,7 +21,7 @@
 #include "src/scene/scene.hpp"
 
 /// Scenes of D's spheres, and a field solver whose forces are whatever a test wants them to be.
-namespace lichtenberg::spheres {
+namespace lichtenberg::steel_spheres {
 
 inline constexpr double radius = 0.775e-3;                                                  // m
 inline const double mass = 4.0 / 3.0 * std::numbers::pi * 8050 * radius * radius * radius;  // 1.57e-5 kg
@@ -126,4 +126,4 @@ inline double imbalance(const ConductorFrame& frame, double initial) {
   return std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - initial);
 }
 
-}  // namespace lichtenberg::spheres
+}  // namespace lichtenberg::steel_spheres

@@ -18,7 +18,7 @@
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
-using namespace lichtenberg::spheres;
+using namespace lichtenberg::steel_spheres;
 using namespace lichtenberg::validation;
 
 namespace {

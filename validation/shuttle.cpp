@@ -17,7 +17,7 @@
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
-using namespace lichtenberg::spheres;
+using namespace lichtenberg::steel_spheres;
 using namespace lichtenberg::validation;
 
 namespace {
@@ -39,7 +39,7 @@ double lost_gap(const Set& set) { return set.contact_gap * radius + std::max(0.0
 /// The sphere at rest on the left plate.
 Scene scene_of(const Set& set) {
   const double h = distance(set);
-  Scene scene = spheres::scene_of({{radius, 1.5 * h}});
+  Scene scene = steel_spheres::scene_of({{radius, 1.5 * h}});
   scene.domain.size = {h, 3 * h};
   scene.domain.sides[0] = {.electrode = true, .potential = 0.5 * set.voltage};
   scene.domain.sides[1] = {.electrode = true, .potential = -0.5 * set.voltage};

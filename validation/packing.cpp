@@ -86,7 +86,7 @@ Spread ratios(int dimension, bool second) {
   Model model = effects::make_model(scene);
   const effects::ContactPotential potential(scene);
   const auto state = [&] {
-    model.neighbours->update(model.bodies);
+    update(*model.neighbours, model.bodies);
     return State{0, model.bodies, model.neighbours->pairs()};
   };
   const int n = model.bodies.size(), size = n * dimension;

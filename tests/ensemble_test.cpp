@@ -322,19 +322,19 @@ TEST_CASE("files that are no results are reported, stay, and the rest go on") {
 
 TEST_CASE("a result with an empty dataset is damaged") {
   const ScenesFolder folder;
-  REQUIRE(ensemble(folder, "neutral.toml").status == 0);
-  const fs::path result = folder / "neutral-ensemble" / "neutral.h5";
+  REQUIRE(ensemble(folder, "charged.toml").status == 0);
+  const fs::path result = folder / "charged-ensemble" / "charged.h5";
   const std::string whole = text_of(result);
   namespace hdf5 = lichtenberg::hdf5;
   for (const std::string name : {"observables/field_solves/value", "summary/time"}) {
     CAPTURE(name);
-    folder.write("neutral-ensemble/neutral.h5", whole);
+    folder.write("charged-ensemble/charged.h5", whole);
     const hdf5::Handle file = hdf5::load(result.string());
     hdf5::put<double>(file, name, std::span<const double>(), {0}, "1");
     lichtenberg::write_atomically(result.string(), hdf5::image(file));
-    const Ended ended = ensemble(folder, "neutral.toml");
+    const Ended ended = ensemble(folder, "charged.toml");
     CHECK(ended.status == 1);
-    CHECK(contains(ended.err, "neutral.h5 is damaged ("));
+    CHECK(contains(ended.err, "charged.h5 is damaged ("));
     CHECK(contains(ended.err, " is empty)"));
   }
 }

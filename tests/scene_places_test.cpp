@@ -268,7 +268,8 @@ TEST_CASE("packings") {
                           "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n");
     CHECK(s.dimension() == 3);
     CHECK(s.walls.size() == 6);
-    CHECK(s.walls[5].name == "top");
+    CHECK(s.walls[3].name == "top");  // along y, as in two dimensions
+    CHECK(s.walls[5].name == "back");
     CHECK(s.conductors[0].z == 2.5);
     check_refused(start + contact + "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n",
                   {"conductor.position has 3 numbers", "the domain has 2"});

@@ -41,7 +41,7 @@ class Analyser {
     std::vector<FrameAnalysis> found;
     ConductorFrame before, now;
     for (int k = 0; k < result_.frames(); ++k) {
-      now = conductor_frame(result_.frame(k));
+      now = result_.conductor_frame(k);
       found.push_back(analyse(k, now));
       if (k > 0) add_dissipation(found[k], now, found[k - 1].power, before);
       before = std::move(now);
@@ -53,10 +53,10 @@ class Analyser {
     if (index < 0 || index >= result_.frames())
       throw InputError(
           fmt::format("--frame {} is not in {}: it has frames 0 to {}", index, result_.path(), result_.frames() - 1));
-    const ConductorFrame now = conductor_frame(result_.frame(index));
+    const ConductorFrame now = result_.conductor_frame(index);
     FrameAnalysis found = analyse(index, now);
     if (index == 0) return found;
-    const ConductorFrame before = conductor_frame(result_.frame(index - 1));
+    const ConductorFrame before = result_.conductor_frame(index - 1);
     add_dissipation(found, now, analysis::power(scene_, before, mass_), before);
     return found;
   }

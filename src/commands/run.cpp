@@ -150,10 +150,11 @@ class Run {
   }
 
   /// A run that was over when it was resumed: perhaps its very last instant has been saved, but not as its end, or the
-  /// scene's [stop] now calls it another end.
+  /// scene's [stop] now calls it another end. One that is past a [stop] that was set back stays as it is.
   void save_the_end(Progress& progress) {
     if (recorder_.saved_time() != motion_->time()) return record(progress);
     conclude();
+    if (motion_->time() > motion_->end_time()) return;
     const auto value = [&](const std::vector<Quantity>& all) {
       const auto found = std::ranges::find(all, summary_.goal, &Quantity::name);
       return found == all.end() ? -1.0 : found->value;

@@ -1,6 +1,10 @@
 #include "src/effects/conductor_frame.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
+
+#include "solvers/error.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -87,6 +91,11 @@ Frame columns_of(const ConductorFrame& frame) {
 }
 
 ConductorFrame conductor_frame(const Frame& columns) {
+  const bool charged = columns.find("potential") != nullptr;
+  for (const char* name : {"velocity", "force", "charge", "group", "energy", "charge_held", "charge_fed",
+                           "charge_drained", "field_solves", "iterations"})
+    if (charged && columns.find(name) == nullptr)
+      throw InputError(fmt::format("there is no {} beside the potential of conductors", name));
   const auto number = [&](const char* name) { return columns.number(name).value_or(0); };
   ConductorFrame frame{.time = columns.time,
                        .position = columns.plane_vectors("position"),

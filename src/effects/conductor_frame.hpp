@@ -73,7 +73,8 @@ struct ConductorFrame {
 /// before, NaN where there are no rates.
 Frame columns_of(const ConductorFrame& frame);
 
-/// The same from such columns, but for what they do not hold: potentials and resistances of the terminals, the rates.
+/// What such columns tell: all but potentials and resistances of the terminals and the rates. Throws InputError if a
+/// column is missing beside others.
 ConductorFrame conductor_frame(const Frame& frame);
 
 }  // namespace lichtenberg

@@ -92,6 +92,16 @@ Frame Result::frame(int index) const {
   });
 }
 
+ConductorFrame Result::conductor_frame(int index) const {
+  return guarded([&] {
+    try {
+      return lichtenberg::conductor_frame(frame(index));
+    } catch (const InputError& error) {
+      throw hdf5::Error(error.what());
+    }
+  });
+}
+
 /// Of the columns in this group.
 std::vector<std::string> Result::names_in(const std::string& group) const {
   std::vector<std::string> names;

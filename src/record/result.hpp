@@ -7,6 +7,7 @@
 
 #include "src/analysis/network.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/model/column.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/result_file.hpp"
@@ -31,6 +32,8 @@ class Result {
   std::vector<double> mass() const;                            ///< kg
   /// All its columns but lists, with numbers as doubles and without units.
   Frame frame(int index) const;
+  /// A frame of a run of conductors.
+  ConductorFrame conductor_frame(int index) const;
   /// A quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
   /// Whether the scene has contacts, and with them a network.

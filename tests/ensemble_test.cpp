@@ -280,13 +280,14 @@ TEST_CASE("a run that is past the stop of now is reported and its file stays") {
   check_past();
   CHECK(text_of(file) == before);
 
-  // As if it had been interrupted at its 8th frame, on the way to a later end: nothing is left to run.
+  // As if it had been interrupted at its 8th frame, on the way to a later end: nothing is left to run but to say so.
   namespace hdf5 = lichtenberg::hdf5;
   const auto interrupted = std::make_shared<hdf5::Pages>(hdf5::pages_of(lichtenberg::OpenFile(file.string())));
   hdf5::check(H5Ldelete(hdf5::open_in_memory(interrupted), "summary", H5P_DEFAULT));
   lichtenberg::write_sealed(file.string(), *interrupted);
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
-  check_past();
+  CHECK(ensemble(folder, "charged.toml").status == 0);
+  CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"finished"});
 }
 
 TEST_CASE("a member whose file is of other settings is reported and its file stays") {

@@ -267,13 +267,17 @@ TEST_CASE("the segments of a run that is overwritten stay until the first save")
 TEST_CASE("killed at any moment the result so far is readable, and the resumed run ends with the same numbers") {
   const Folder folder;
   const std::string path = folder / "run.h5";
+  const auto start_of_one = std::chrono::steady_clock::now();
+  REQUIRE_EQ(status_of(in_child([&] { run(path, 30, true); })), 0);
+  const auto whole =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start_of_one);
   std::mt19937 random(5);
   int killed = 0, none = 0, over = 0;
   for (int trial = 0; trial < 30; ++trial) {
     fs::remove_all(segments_folder(path));
     fs::remove(path);
     const pid_t child = in_child([&] { run(path, 30, true); });
-    usleep(std::uniform_int_distribution<useconds_t>(0, 300000)(random));
+    usleep(std::uniform_int_distribution<useconds_t>(0, static_cast<useconds_t>(whole.count()))(random));
     kill(child, SIGKILL);
     killed += status_of(child) == 128 + SIGKILL;
     none += !fs::exists(path);

@@ -104,6 +104,13 @@ TEST_CASE("what belongs to a field is for two dimensions and no periodic side") 
   }
 }
 
+TEST_CASE("networks of resistors are for scenes without a periodic side") {
+  const std::string between = "[network]\nbetween = \"front,back\"\n";
+  CHECK(refusal(cube + ball("[0.5, 0.5, 0.5]") + between) == "");
+  check_refused(periodic_cube + ball("[0.5, 0.5, 0.5]") + between, {"[network] is not allowed with a periodic side"});
+  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.between", "\"front\""});
+}
+
 TEST_CASE("a conductor reaches through a periodic side, but its centre does not") {
   CHECK(refusal(around + ball("[0.0, 0.5]")) == "");
   check_refused(around + ball("[-0.01, 0.5]"), {"reaches out of the domain by 0.01 m", "its centre"});

@@ -183,7 +183,7 @@ void assign_groups(const Draft& draft, Scene& scene) {
 }
 
 std::vector<std::string> names_of_walls(const Scene& scene) {
-  if (scene.walls.empty()) return {"left", "right", "bottom", "top"};
+  if (scene.walls.empty()) return {side_names.begin(), side_names.begin() + 2 * scene.dimension()};
   std::vector<std::string> names;
   for (const Wall& wall : scene.walls) names.push_back(wall.name);
   return names;

@@ -80,6 +80,10 @@ void settle_dimension(Draft& draft) {
   if (!draft.scene.effects.has("contact_potential")) {
     if (dimension == 3) check_plane_only(draft, "in three dimensions");
     if (periodic_side(domain) >= 0) check_plane_only(draft, "with a periodic side");
+    if (const int line = draft.line("network"); line > 0 && periodic_side(domain) >= 0)
+      refuse(
+          draft.scene.path, line,
+          "[network] is not allowed with a periodic side, through which its contacts are not looked for; leave it out");
   }
   const auto check = [&](const Coordinates& given, int line, const std::string& key) {
     if (given.count != dimension)

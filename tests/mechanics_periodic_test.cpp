@@ -1,15 +1,22 @@
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numeric>
 #include <random>
+#include <string>
 
 #include "solvers/error.hpp"
+#include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
+#include "src/effects/read_scene.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/cvode.hpp"
+#include "src/mechanics/simulation.hpp"
 
 using namespace lichtenberg;
 
@@ -100,4 +107,97 @@ TEST_CASE("walls are for two dimensions, and say so") {
   const Bodies space = gas(2);
   std::vector<double> force(6);
   CHECK_THROWS_WITH_AS(walls.add_forces({0, space, {}}, force), doctest::Contains("have 3 dimensions"), InputError);
+}
+
+namespace {
+
+/// 30 elastic spheres that move through the sides of a cube, or 12 disks through those of a square.
+Scene scene_of_gas(int dimension, const std::string& integrator) {
+  std::string text = fmt::format("domain = {{ size = [{}]", dimension == 3 ? "10.0, 10.0, 10.0" : "10.0, 10.0");
+  for (int s = 0; s < 2 * dimension; ++s) text += fmt::format(", {} = \"periodic\"", side_names[s]);
+  text +=
+      " }\neffects.hertz_contact = { young = 1e6, poisson = 0.0 }\nmaterial.density = 10.0\n"
+      "output.every = 0.5\nstop = { time = 10.0, stationary = false }\n";
+  text +=
+      fmt::format("mechanics = {{ integrator = \"{}\", relative_tolerance = 1e-8, euler_step = 1e-3 }}\n", integrator);
+  for (int i = 0; i < 6; ++i)
+    text +=
+        fmt::format("[[conductor]]\nposition = [{0}, {0}{1}]\nvelocity = [{2}, {3}{4}]\nradius = 0.5\n", 0.75 + 1.5 * i,
+                    dimension == 3 ? ", 5.0" : "", i % 2 ? 3.0 : -2.5, i % 3 - 1.25, dimension == 3 ? ", 1.5" : "");
+  text += fmt::format("[[population]]\ncount = {}\nradius = 0.5\nmin_gap = 0.05\n", dimension == 3 ? 24 : 6);
+  return parse_scene(text, "gas.toml");
+}
+
+void run_to(Simulation& simulation, double end) {
+  while (simulation.time() < end) simulation.advance_to(simulation.next_frame());
+}
+
+}  // namespace
+
+TEST_CASE("a scene of elastic spheres in a periodic box keeps energy and momentum, in the plane and in space") {
+  for (const int dimension : {2, 3}) {
+    Simulation simulation(scene_of_gas(dimension, "cvode"));
+    const Model& model = simulation.model();
+    const auto momentum = [&] {
+      std::array<double, 3> sum{};
+      for (std::size_t k = 0; k < model.bodies.momentum.size(); ++k) sum[k % dimension] += model.bodies.momentum[k];
+      return sum;
+    };
+    const double energy = model.kinetic_energy();
+    const std::array<double, 3> before = momentum();
+    run_to(simulation, 10);
+    Model now = effects::make_model(scene_of_gas(dimension, "cvode"));
+    now.bodies = model.bodies;
+    CHECK(now.kinetic_energy() + now.stored_energy(10) == doctest::Approx(energy).epsilon(1e-5).scale(0));
+    for (int k = 0; k < dimension; ++k) CHECK(std::abs(momentum()[k] - before[k]) < 1e-9 * std::sqrt(energy));
+  }
+}
+
+TEST_CASE("a run in a periodic box that is cut in two gives the same bits, turns included") {
+  for (const char* integrator : {"cvode", "euler"}) {
+    const Scene scene = scene_of_gas(3, integrator);
+    Simulation whole(scene), first(scene), second(scene);
+    run_to(whole, 5);
+    run_to(first, 2.5);
+    second.restore(first.checkpoint());
+    run_to(second, 5);
+    CHECK(second.model().bodies.position == whole.model().bodies.position);
+    CHECK(second.model().bodies.momentum == whole.model().bodies.momentum);
+    CHECK(second.model().bodies.image == whole.model().bodies.image);
+    CHECK(std::ranges::any_of(whole.model().bodies.image, [](int turns) { return std::abs(turns) > 1; }));
+  }
+}
+
+TEST_CASE("frames of a scene in space have z, and turns where sides are periodic") {
+  Simulation simulation(scene_of_gas(3, "cvode"));
+  simulation.advance_to(2);
+  const Frame frame = simulation.frame();
+  CHECK(frame.reals("position") == simulation.model().bodies.position);
+  CHECK(frame.integers("image") == simulation.model().bodies.image);
+  CHECK(frame.reals("velocity")[2] == doctest::Approx(velocity<3>(simulation.model().bodies, 0).z));
+  CHECK_THROWS_WITH_AS(simulation.now(), doctest::Contains("have 3 dimensions"), InputError);
+  CHECK_FALSE(simulation.progress().empty());
+  CHECK(simulation.summary().quantities.front().value == 2);
+
+  Simulation plane(scene_of_gas(2, "cvode"));
+  CHECK(plane.frame().integers("image") == std::vector<int>(3 * 12, 0));
+}
+
+TEST_CASE("a periodic box that is shorter than twice the range of neighbours is refused at the first instant") {
+  const Scene scene = parse_scene(
+      "domain = { size = [2.5, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
+      "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",
+      "short.toml");
+  CHECK_THROWS_WITH_AS(Simulation(scene).frame(), doctest::Contains("the periodic box is 2.5 m from left to right"),
+                       InputError);
+}
+
+TEST_CASE("an effect that knows no periodic side refuses bodies in a periodic box") {
+  Scene scene;
+  scene.domain.size = {1, 1};
+  scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
+  scene.conductors = {{.position = {0.5, 0.5}, .radius = 0.1}};
+  scene.effects.add<effects::WallContactOptions>();
+  CHECK_THROWS_WITH_AS(effects::make_model(scene),
+                       doctest::Contains("effects.wall_contact is not allowed with a periodic"), InputError);
 }

@@ -211,6 +211,20 @@ TEST_CASE("vectors are in space, with z = 0, and carry their units") {
   CHECK_EQ(unit_of(file, "particles/conductors/position/time"), "s");
 }
 
+TEST_CASE("a periodic box has its edges, as H5MD asks for") {
+  const Folder folder;
+  const std::string path = folder / "box.h5";
+  Scene scene = two_conductors();
+  scene.domain.height = 0.03;
+  for (const int side : {0, 1, 4, 5}) scene.domain.sides[side].periodic = true;
+  Recorder::start(path, scene, masses, false).save(milestone(0));
+  const hdf5::Handle file = hdf5::load(path);
+  const hdf5::Handle box(H5Gopen2(file, "particles/conductors/box", H5P_DEFAULT));
+  CHECK_EQ(hdf5::text_attribute(box, "boundary"), std::vector<std::string>{"periodic", "none", "periodic"});
+  CHECK_EQ(hdf5::get<double>(box, "edges"), std::vector<double>{0.05, 0.04, 0.03});
+  CHECK_EQ(hdf5::text_attribute(hdf5::open_group(file, "scene/domain"), "sides").back(), "back");
+}
+
 TEST_CASE("every number but steps and the checkpoint's arrays has a unit") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);

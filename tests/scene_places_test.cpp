@@ -273,8 +273,6 @@ TEST_CASE("packings") {
     CHECK(s.conductors[0].z == 2.5);
     check_refused(start + contact + "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n",
                   {"conductor.position has 3 numbers", "the domain has 2"});
-    check_refused("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + "[[population]]\ncount = 2\nradius = 0.1\n",
-                  {"population.overlapping = true"});
   }
   SUBCASE("distributions of radii stay in their interval; a list is taken in turn") {
     for (const std::string distribution : {"normal", "lognormal"}) {

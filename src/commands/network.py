@@ -47,12 +47,17 @@ def walls(file):
         group = file["scene/walls"]
         return {name: (p, n) for name, p, n in zip(group.attrs["names"], group["point"][()], group["normal"][()])}
     width, height = file["scene/domain/size"][()]
-    return {
+    sides = {
         "left": (np.zeros(3), np.array([1.0, 0, 0])),
         "right": (np.array([width, 0, 0]), np.array([-1.0, 0, 0])),
         "bottom": (np.zeros(3), np.array([0, 1.0, 0])),
         "top": (np.array([0, height, 0]), np.array([0, -1.0, 0])),
     }
+    if "height" in file["scene/domain"]:
+        depth = file["scene/domain/height"][()]
+        sides["front"] = (np.zeros(3), np.array([0, 0, 1.0]))
+        sides["back"] = (np.array([0, 0, depth]), np.array([0, 0, -1.0]))
+    return sides
 
 
 def wall_line(point, normal, size):

@@ -27,10 +27,15 @@ std::vector<network::Point> points(const std::vector<double>& numbers) {
 std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
   if (!hdf5::exists(file, "scene/walls")) {
     const std::vector<double> size = hdf5::get<double>(file, "scene/domain/size");
-    return {{"left", {}, {1, 0, 0}},
-            {"right", {size[0], 0, 0}, {-1, 0, 0}},
-            {"bottom", {}, {0, 1, 0}},
-            {"top", {0, size[1], 0}, {0, -1, 0}}};
+    std::vector<network::Wall> sides = {{"left", {}, {1, 0, 0}},
+                                        {"right", {size[0], 0, 0}, {-1, 0, 0}},
+                                        {"bottom", {}, {0, 1, 0}},
+                                        {"top", {0, size[1], 0}, {0, -1, 0}}};
+    if (!hdf5::exists(file, "scene/domain/height")) return sides;
+    const double height = hdf5::get<double>(file, "scene/domain/height").at(0);
+    sides.push_back({"front", {}, {0, 0, 1}});
+    sides.push_back({"back", {0, 0, height}, {0, 0, -1}});
+    return sides;
   }
   const hdf5::Handle group = hdf5::open_group(file, "scene/walls");
   const std::vector<std::string> names = hdf5::text_attribute(group, "names");
@@ -134,8 +139,13 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     if (frame && (*frame < 0 || *frame >= frames))
       throw InputError(fmt::format("frame {} is not in {}: it has frames 0 to {}", *frame, path, frames - 1));
     PackingFrame result{.file = file, .frame = frame.value_or(frames - 1)};
-    result.packing = read_frame(*file, result.frame);
     result.scene = parse_scene(hdf5::get_text(file->file(), "scene/text"), path);
+    if (result.scene.domain.box().any_periodic())
+      throw InputError(
+          fmt::format("{} has a periodic side, through which contacts are not looked for: only a scene "
+                      "without one can be measured",
+                      path));
+    result.packing = read_frame(*file, result.frame);
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);
     network::check(result.packing);

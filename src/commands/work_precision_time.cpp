@@ -159,6 +159,11 @@ std::string describe_field(const Subject& subject) {
 }  // namespace
 
 Diagram sweep_time(const Scene& scene, const Request& request) {
+  if (scene.dimension() == 3 || scene.domain.box().any_periodic())
+    throw InputError(
+        fmt::format("{}: work-precision compares places in the plane, which nothing leaves: two dimensions "
+                    "and no periodic side are allowed",
+                    scene.path));
   Subject subject{.scene = scene, .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{

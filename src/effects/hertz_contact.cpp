@@ -30,6 +30,7 @@ const EffectKind& HertzContactOptions::kind() {
       .options = HertzContactOptions{},
       .keys = elastic_constants<HertzContactOptions>(),
       .dimensions = {2, 3},
+      .periodic = true,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
         return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
       }};

@@ -11,6 +11,7 @@ const EffectKind& StokesDragOptions::kind() {
       .help = "Drag of a sphere in the fluid, F = -6 pi viscosity R v (D 5.8). Needs medium.viscosity.",
       .options = StokesDragOptions{},
       .dimensions = {2, 3},
+      .periodic = true,
       .check =
           [](const Draft& draft) {
             if (!draft.viscosity) refuse_effect(draft, "stokes_drag", "medium.viscosity in Pa s");

@@ -29,6 +29,7 @@ void Euler::advance(double time, double end) {
       at_.electrics->settle(next);
       at_.electrics->reconnect(next);
     }
+    wrap(at_.model.bodies);
     at_.model.accept(next, next - time);
     time = next;
   }

@@ -60,6 +60,7 @@ struct Simulation::Implementation {
   Implementation(const Scene& s, Made made);
   void begin();
   ConductorFrame now();
+  Frame motion() const;
   std::optional<analysis::Network> network(std::span<const Vec2> position) const;
   mechanics::Outcome outcome(bool stationary);
   void save_counters(Checkpoint& checkpoint) const;
@@ -149,12 +150,14 @@ bool Simulation::finished() { return time() >= end_time() || (implementation_->s
 
 ConductorFrame Simulation::now() {
   Implementation& self = *implementation_;
+  check_dimension(self.model.bodies, 2);
   self.begin();
   return self.now();
 }
 
 ConductorFrame Simulation::Implementation::now() {
   ConductorFrame frame{.time = time};
+  if (model.bodies.dimension == 3) return frame;  // and neutral: motion() has it all
   for (int i = 0; i < model.bodies.size(); ++i) {
     frame.position.push_back(position(model.bodies, i));
     frame.velocity.push_back(velocity(model.bodies, i));
@@ -181,6 +184,31 @@ ConductorFrame Simulation::Implementation::now() {
   return frame;
 }
 
+namespace {
+
+/// [N * 3]; of bodies in the plane the third is 0.
+std::vector<std::int32_t> in_space(const std::vector<int>& image, int dimension) {
+  std::vector<std::int32_t> turns;
+  for (std::size_t i = 0; i < image.size(); i += dimension)
+    for (int k = 0; k < 3; ++k) turns.push_back(k < dimension ? image[i + k] : 0);
+  return turns;
+}
+
+}  // namespace
+
+/// What a neutral scene shows.
+Frame Simulation::Implementation::motion() const {
+  const Bodies& bodies = model.bodies;
+  std::vector<double> velocity;
+  for (std::size_t k = 0; k < bodies.momentum.size(); ++k)
+    velocity.push_back(bodies.momentum[k] / bodies.mass[k / bodies.dimension]);
+  Frame frame{.time = time};
+  frame.add_vectors("position", "m", bodies.position, bodies.dimension);
+  frame.add_vectors("velocity", "m s-1", velocity, bodies.dimension);
+  if (!bodies.image.empty()) frame.add_particles("image", "1", in_space(bodies.image, bodies.dimension), 3);
+  return frame;
+}
+
 std::optional<analysis::Network> Simulation::Implementation::network(std::span<const Vec2> position) const {
   if (!electrics || !electrics->has_contacts()) return {};
   std::vector<analysis::Contact> contacts;
@@ -190,11 +218,16 @@ std::optional<analysis::Network> Simulation::Implementation::network(std::span<c
 }
 
 Frame Simulation::frame() {
-  const ConductorFrame state = now();
-  Frame frame = columns_of(state);
-  if (const std::optional<analysis::Network> network = implementation_->network(state.position))
-    analysis::add_columns(*network, frame);
-  implementation_->model.add_columns(time(), frame);
+  Implementation& self = *implementation_;
+  self.begin();
+  Frame frame = self.motion();
+  if (self.electrics) {
+    const ConductorFrame state = self.now();
+    frame = columns_of(state);
+    if (const std::optional<analysis::Network> network = self.network(state.position))
+      analysis::add_columns(*network, frame);
+  }
+  self.model.add_columns(time(), frame);
   return frame;
 }
 
@@ -218,7 +251,8 @@ std::vector<effects::Contact> Simulation::contacts() const {
 }
 
 std::string Simulation::progress() {
-  const ConductorFrame frame = now();
+  implementation_->begin();
+  const ConductorFrame frame = implementation_->now();
   std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, end_time());
   if (frame.field_solves > 0)
     text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
@@ -289,6 +323,8 @@ std::optional<Checkpoint> Simulation::snapshot() {
   checkpoint.reals["time"] = {self.time};
   checkpoint.reals["position"] = self.model.bodies.position;
   checkpoint.reals["momentum"] = self.model.bodies.momentum;
+  const std::vector<int>& image = self.model.bodies.image;
+  if (!image.empty()) checkpoint.integers["image"].assign(image.begin(), image.end());
   self.save_counters(checkpoint);
   if (self.electrics) self.electrics->save(checkpoint);
   if (self.electrics && self.electrics->energy()) checkpoint.reals["energy_at_start"] = {self.energy_at_start};
@@ -304,6 +340,12 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   self.time = reals(checkpoint, "time", 1).front();
   bodies.position = reals(checkpoint, "position", components);
   bodies.momentum = reals(checkpoint, "momentum", components);
+  if (!bodies.image.empty()) {
+    const std::vector<std::int64_t>& image = integers(checkpoint, "image");
+    if (image.size() != components)
+      throw Failure("the checkpoint's image numbers are not those of this scene: another version of it wrote them");
+    bodies.image.assign(image.begin(), image.end());
+  }
   self.restore_counters(checkpoint);
   if (self.electrics) {
     self.electrics->restore(checkpoint, self.time);

@@ -30,9 +30,10 @@ class Simulation : public Motion {
   /// stop.time is reached, or the scene is to stop when stationary and is.
   bool finished() override;
 
-  /// What there is to see now. Solves the field of the first instant if nothing has yet.
+  /// What there is to see now. Solves the field of the first instant if nothing has yet. Throws InputError for a scene
+  /// in three dimensions.
   ConductorFrame now();
-  /// The same as columns, with the network of the contacts and what the effects show.
+  /// The same as columns, in two dimensions and in three, with the network of the contacts and what the effects show.
   Frame frame() override;
   std::optional<laplace::Field> field() override;
   std::string progress() override;

@@ -37,16 +37,20 @@ void check_dimension(const Bodies& bodies, int d) {
 }
 
 Bodies make_bodies(const Scene& scene) {
-  Bodies bodies{.dimension = scene.dimension()};
+  Bodies bodies{.dimension = scene.dimension(), .box = scene.domain.box()};
   for (const Conductor& conductor : scene.conductors) {
     const double r = conductor.radius;
     const double mass = 4.0 / 3.0 * std::numbers::pi * scene.material.density * r * r * r;
     bodies.position.insert(bodies.position.end(), {conductor.position.x, conductor.position.y});
     bodies.momentum.insert(bodies.momentum.end(), {mass * conductor.velocity.x, mass * conductor.velocity.y});
-    if (bodies.dimension == 3) bodies.position.push_back(conductor.z), bodies.momentum.push_back(0);
+    if (bodies.dimension == 3) {
+      bodies.position.push_back(conductor.z);
+      bodies.momentum.push_back(mass * conductor.velocity_z);
+    }
     bodies.mass.push_back(mass);
     bodies.radius.push_back(r);
   }
+  wrap(bodies);
   return bodies;
 }
 

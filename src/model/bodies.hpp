@@ -25,7 +25,8 @@ struct Bodies {
 };
 
 /// The conductors of a scene as its first instant has them: motion in the scene's dimensions of solid spheres,
-/// m = 4/3 pi density R^3 (D 5.5.2). Without charges; `initial_charges` gives them.
+/// m = 4/3 pi density R^3 (D 5.5.2), inside the domain where that is periodic. Without charges; `initial_charges` gives
+/// them.
 Bodies make_bodies(const Scene& scene);
 
 /// The conductors' charges at the start (C). A wired group's charge is spread evenly over its members: the first field

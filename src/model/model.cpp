@@ -24,9 +24,11 @@ void ForceJacobian::add_drag(int i, double rate) {
 
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
     : bodies(std::move(b)), effects(std::move(e)) {
+  const bool periodic = visit_spheres(bodies, [](const auto& s) { return s.box.any_periodic(); });
   std::optional<double> range;
   for (const auto& effect : effects) {
     effect->kind().check_dimension(bodies.dimension);
+    if (periodic) effect->kind().check_periodic();
     const Needs needs = effect->needs();
     if (needs.charges) bodies.charge = charge;
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));

@@ -12,7 +12,7 @@ namespace lichtenberg {
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
   /// `charge`: C, [N]; taken over only if an effect needs charges. Throws InputError for an effect that cannot do the
-  /// bodies' dimension.
+  /// bodies' dimension or their box's periodic sides.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;

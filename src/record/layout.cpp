@@ -77,13 +77,29 @@ void put_domain(hid_t scene_group, const Domain& domain) {
   put_point(group, "size", domain.size);
   std::vector<std::int32_t> electrode;
   std::vector<double> potential;
-  for (const DomainSide& side : domain.sides) {
-    electrode.push_back(side.electrode);
-    potential.push_back(side.potential);
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < (domain.height > 0 ? 6u : 4u); ++s) {
+    names.emplace_back(side_names[s]);
+    electrode.push_back(domain.sides[s].electrode);
+    potential.push_back(domain.sides[s].potential);
   }
-  hdf5::put_attribute(group, "sides", std::vector<std::string>{"left", "right", "bottom", "top"});
+  hdf5::put_attribute(group, "sides", names);
   hdf5::put<std::int32_t>(group, "side_is_electrode", electrode, {electrode.size()}, "1");
   hdf5::put<double>(group, "side_potential", potential, {potential.size()}, "V");
+}
+
+/// The box as H5MD describes it: `edges`, which do not change, where an axis is periodic. A plane box is as deep as the
+/// medium.
+void put_box(hid_t conductors_group, const Scene& scene) {
+  const Box<3> box = scene.domain.box();
+  const hdf5::Handle group = hdf5::open_group(conductors_group, "box");
+  hdf5::put_attribute<std::int32_t>(group, "dimension", dimension);
+  std::vector<std::string> boundary;
+  for (int k = 0; k < 3; ++k) boundary.push_back(box.periodic(k) ? "periodic" : "none");
+  hdf5::put_attribute(group, "boundary", boundary);
+  if (!box.any_periodic()) return;
+  const double depth = box.lengths.z > 0 ? box.lengths.z : scene.medium.depth;
+  hdf5::put<double>(group, "edges", std::array{box.lengths.x, box.lengths.y, depth}, {3}, "m");
 }
 
 template <class Number>
@@ -135,10 +151,7 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
 
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass) {
   const hdf5::Handle group = hdf5::open_group(file, conductors);
-  const hdf5::Handle box = hdf5::open_group(group, "box");
-  hdf5::put_attribute<std::int32_t>(box, "dimension", dimension);
-  hdf5::put_attribute(box, "boundary", std::vector<std::string>(dimension, "none"));
-
+  put_box(group, scene);
   const std::vector<double> radii = distinct_radii(scene);
   std::vector<double> radius;
   std::vector<std::int32_t> species;

@@ -183,7 +183,7 @@ void assign_groups(const Draft& draft, Scene& scene) {
 }
 
 std::vector<std::string> names_of_walls(const Scene& scene) {
-  if (scene.walls.empty()) return {"left", "right", "bottom", "top"};
+  if (scene.walls.empty()) return {side_names.begin(), side_names.begin() + 2 * scene.dimension()};
   std::vector<std::string> names;
   for (const Wall& wall : scene.walls) names.push_back(wall.name);
   return names;
@@ -263,7 +263,8 @@ Scene complete(const Draft& draft) {
   scene.walls = build_walls(draft);
   scene.groups = build_groups(draft);
   if (!packing) check_given_conductors(draft, scene.electrodes);
-  const double h = packing ? 0 : cell_size(draft);
+  const bool has_no_field = packing || scene.dimension() == 3 || scene.domain.box().any_periodic();
+  const double h = has_no_field ? 0 : cell_size(draft);
   scene.conductors = place_conductors(draft, scene.electrodes, scene.walls);
   if (scene.conductors.empty())
     refuse(scene.path, 0, "the scene has no conductors: at least one [[conductor]] or [[population]] is needed");

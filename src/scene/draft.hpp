@@ -45,6 +45,7 @@ struct ConductorDraft {
   int line = 0;
   Conductor conductor{};
   Coordinates position{};
+  std::optional<Coordinates> velocity{};
   std::optional<double> charge{};
   std::optional<std::string> group{};
 };
@@ -105,8 +106,9 @@ std::string place_in(const std::string& path, int line);
 /// Throws the InputError "path:line: sentence"; line 0 is left out.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
 
-/// Puts places into the scene's two or three dimensions, which are those of the domain. Throws InputError for a place
-/// that has others, and for a scene in three dimensions that is no packing.
+/// Puts places and velocities into the scene's two or three dimensions, which are those of the domain. Throws
+/// InputError for one that has others, for an axis that is periodic on one side only, and for what knows nothing of
+/// three dimensions or of periodic sides where the scene has them.
 void settle_dimension(Draft& draft);
 
 /// Draft -> Scene: compares keys with each other, fills in the defaults that depend on others and draws populations.

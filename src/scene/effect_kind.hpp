@@ -50,6 +50,8 @@ struct EffectKind {
 
   /// Throws InputError if it cannot do that dimension: a sentence, after `where` ("scene.toml:3: ", say).
   void check_dimension(int dimension, const std::string& where = "") const;
+  /// The same where a side is periodic.
+  void check_periodic(const std::string& where = "") const;
 };
 
 /// Refuses an effect that lacks something: "effects.NAME needs WHAT: add it, or leave the effect out".

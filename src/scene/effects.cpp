@@ -36,6 +36,12 @@ void EffectKind::check_dimension(int dimension, const std::string& where) const 
                                fmt::join(dimensions, " and ")));
 }
 
+void EffectKind::check_periodic(const std::string& where) const {
+  if (!periodic)
+    throw InputError(
+        fmt::format("{}effects.{} is not allowed with a periodic side: it can do walls and electrodes", where, name));
+}
+
 void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed) {
   refuse(draft.scene.path, draft.line("effects." + name),
          fmt::format("effects.{} needs {}: add it, or leave the effect out", name, needed));

@@ -101,7 +101,7 @@ void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shap
 
 /// Two electrode sides meet in a corner, where the field between two potentials and the charge on both have no limit.
 void check_corners(const Draft& draft) {
-  const std::array<DomainSide, 4>& sides = draft.scene.domain.sides;
+  const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
   for (const int across : {0, 1})
     for (const int along : {2, 3})
       if (sides[across].electrode && sides[along].electrode && sides[across].potential != sides[along].potential)

@@ -106,6 +106,8 @@ void check_idle_keys(const Draft& draft) {
       {"domain.right", uncharged, side},
       {"domain.bottom", uncharged, side},
       {"domain.top", uncharged, side},
+      {"domain.front", uncharged, side},
+      {"domain.back", uncharged, side},
       {"medium", "there is no fluid", "leave it out"},
       {"material", "nothing has a mass", "leave it out"},
       {"field", uncharged, "leave it out"},
@@ -125,33 +127,6 @@ void check_idle_keys(const Draft& draft) {
 }
 
 }  // namespace
-
-void settle_dimension(Draft& draft) {
-  Domain& domain = draft.scene.domain;
-  const int dimension = draft.domain_size.count;
-  domain.size = draft.domain_size.plane();
-  domain.height = draft.domain_size.value[2];
-  if (dimension == 3 && !draft.scene.effects.has("contact_potential"))
-    refuse(draft.scene.path, draft.line("domain.size"),
-           "domain.size has three numbers, but only a scene with effects.contact_potential may have three dimensions: "
-           "two numbers [x, y] are allowed");
-  for (const Effects::Entry& entry : draft.scene.effects)
-    entry.kind->check_dimension(dimension, place_in(draft.scene.path, draft.line("domain.size")));
-  const auto check = [&](const Coordinates& given, int line, const std::string& key) {
-    if (given.count != dimension)
-      refuse(draft.scene.path, line,
-             fmt::format("{} has {} numbers, but the domain has {}: as many are allowed", key, given.count, dimension));
-  };
-  for (ConductorDraft& conductor : draft.conductors) {
-    check(conductor.position, conductor.line, "conductor.position");
-    conductor.conductor.position = conductor.position.plane();
-    conductor.conductor.z = conductor.position.value[2];
-  }
-  for (const WallDraft& wall : draft.walls) {
-    check(wall.point, wall.line, "wall.point");
-    check(wall.normal, wall.line, "wall.normal");
-  }
-}
 
 void check_packing_keys(const Draft& draft) {
   const auto refuse_it = [&](int line, const std::string& sentence) { refuse(draft.scene.path, line, sentence); };
@@ -173,9 +148,6 @@ void check_packing_keys(const Draft& draft) {
                                 method));
   if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
   if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
-  for (const PopulationDraft& population : draft.populations)
-    if (draft.domain_size.count == 3 && !population.overlapping)
-      refuse_it(population.line, "a population in three dimensions needs population.overlapping = true");
 }
 
 std::vector<Wall> build_walls(const Draft& draft) {

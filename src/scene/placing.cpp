@@ -28,21 +28,51 @@ double largest_gap(const Draft& draft) {
 }
 
 /// A grid that holds the conductors given one by one and can take the populations.
-DiskGrid grid_of_given(const Draft& draft) {
-  DiskGrid grid(2 * largest_radius(draft) + largest_gap(draft));
-  for (const ConductorDraft& c : draft.conductors) grid.insert({c.conductor.position, c.conductor.radius});
+SphereGrid grid_of_given(const Draft& draft) {
+  SphereGrid grid(2 * largest_radius(draft) + largest_gap(draft), draft.scene.domain);
+  for (const ConductorDraft& c : draft.conductors) grid.insert(sphere_of(c.conductor));
   return grid;
 }
 
 std::string at(Vec2 p) { return fmt::format("[{:g}, {:g}]", p.x, p.y); }
 
-/// Where the centre of a disk can be.
-Rectangle room_for(double radius, const PopulationDraft& population, Vec2 size) {
+std::string at(Vec3 p, int dimension) {
+  return dimension == 3 ? fmt::format("[{:g}, {:g}, {:g}]", p.x, p.y, p.z) : at(Vec2{p.x, p.y});
+}
+
+/// How far it is out of the domain (m); where a side is periodic, its centre.
+double outside(const Sphere& sphere, const Box<3>& box, int dimension) {
+  double most = -INFINITY;
+  for (int k = 0; k < dimension; ++k)
+    most = std::max(
+        most, (box.periodic(k) ? 0 : sphere.radius) - std::min(sphere.centre[k], box.lengths[k] - sphere.centre[k]));
+  return most;
+}
+
+/// Where the centre of a conductor can be: between two corners.
+struct Room {
+  Vec3 lower, upper;
+};
+
+Room room_for(double radius, const PopulationDraft& population, const Domain& domain) {
+  const Box<3> box = domain.box();
   const double from_side = radius + population.min_gap;
-  const Rectangle region = population.region.value_or(Rectangle{{0, 0}, size});
-  return {
-      {std::max(region.lower.x + radius, from_side), std::max(region.lower.y + radius, from_side)},
-      {std::min(region.upper.x - radius, size.x - from_side), std::min(region.upper.y - radius, size.y - from_side)}};
+  Room room{{}, box.lengths};
+  for (int k = 0; k < 3; ++k) {
+    if (population.region && k < 2)
+      room.lower[k] = population.region->lower[k] + radius, room.upper[k] = population.region->upper[k] - radius;
+    if (box.periodic(k)) continue;
+    room.lower[k] = std::max(room.lower[k], from_side);
+    room.upper[k] = std::min(room.upper[k], box.lengths[k] - from_side);
+  }
+  return room;
+}
+
+/// Whether it is clear of its own images.
+bool fits(double radius, double min_gap, const Box<3>& box) {
+  for (int k = 0; k < 3; ++k)
+    if (box.periodic(k) && 2 * radius + min_gap > box.lengths[k]) return false;
+  return true;
 }
 
 /// What a population's conductors must stay clear of.
@@ -61,19 +91,21 @@ bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min
 }
 
 std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Draft& draft,
-                                    const Obstacles& obstacles, const DiskGrid& grid, UniformRandom& random) {
-  const Rectangle room = room_for(radius, population, draft.scene.domain.size);
-  const double height = draft.scene.domain.height, from_side = radius + population.min_gap;
-  if (room.lower.x > room.upper.x || room.lower.y > room.upper.y || (height > 0 && 2 * from_side > height)) return {};
+                                    const Obstacles& obstacles, const SphereGrid& grid, UniformRandom& random) {
+  const Domain& domain = draft.scene.domain;
+  const int dimension = draft.scene.dimension();
+  const Room room = room_for(radius, population, domain);
+  for (int k = 0; k < dimension; ++k)
+    if (room.lower[k] > room.upper[k]) return {};
+  if (!fits(radius, population.min_gap, domain.box())) return {};
   for (int attempt = 0; attempt < tries_per_conductor; ++attempt) {
-    Conductor conductor{.radius = radius,
-                        .charge = population.charge,
-                        .relative_resistivity = population.relative_resistivity};
+    Conductor conductor{
+        .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
     conductor.position.x = random.between(room.lower.x, room.upper.x);
     conductor.position.y = random.between(room.lower.y, room.upper.y);
-    if (height > 0) conductor.z = random.between(from_side, height - from_side);
+    if (dimension == 3) conductor.z = random.between(room.lower.z, room.upper.z);
     if (!clear_of(obstacles, conductor, population.min_gap)) continue;
-    if (population.overlapping || !grid.conflict({conductor.position, radius}, population.min_gap)) return conductor;
+    if (population.overlapping || !grid.conflict(sphere_of(conductor), population.min_gap)) return conductor;
   }
   return {};
 }
@@ -91,54 +123,81 @@ void check_population(const Draft& draft, const PopulationDraft& population) {
 
 }  // namespace
 
-void DiskGrid::insert(const Disk& disk) {
-  buckets_[bucket_of(disk.centre)].push_back(disks_.size());
-  disks_.push_back(disk);
+void SphereGrid::insert(const Sphere& sphere) {
+  buckets_[bucket_of(sphere.centre)].push_back(spheres_.size());
+  spheres_.push_back(sphere);
 }
 
-std::optional<std::size_t> DiskGrid::conflict(const Disk& disk, double clearance) const {
-  const Bucket centre = bucket_of(disk.centre);
-  for (std::int64_t y = centre.y - 1; y <= centre.y + 1; ++y)
-    for (std::int64_t x = centre.x - 1; x <= centre.x + 1; ++x) {
-      const auto bucket = buckets_.find({x, y});
-      if (bucket == buckets_.end()) continue;
-      for (const std::size_t other : bucket->second)
-        if (gap(disk, disks_[other]) < clearance) return other;
-    }
+/// Near a periodic side, what lies behind the side across is near too.
+std::optional<std::size_t> SphereGrid::conflict(const Sphere& sphere, double clearance) const {
+  std::vector<Vec3> places = {sphere.centre};
+  for (int k = 0; k < 3; ++k) {
+    if (!box_.periodic(k)) continue;
+    for (std::size_t n = places.size(), i = 0; i < n; ++i)
+      for (const double turn : {box_.lengths[k], -box_.lengths[k]}) {
+        Vec3 image = places[i];
+        image[k] += turn;
+        if (image[k] >= -side_ && image[k] <= box_.lengths[k] + side_) places.push_back(image);
+      }
+  }
+  for (const Vec3 place : places)
+    if (const auto found = conflict_near(place, sphere, clearance)) return found;
   return {};
 }
 
-DiskGrid::Bucket DiskGrid::bucket_of(Vec2 p) const {
-  return {static_cast<std::int64_t>(std::floor(p.x / side_)), static_cast<std::int64_t>(std::floor(p.y / side_))};
+std::optional<std::size_t> SphereGrid::conflict_near(Vec3 place, const Sphere& sphere, double clearance) const {
+  const Bucket centre = bucket_of(place);
+  for (std::int64_t z = centre.z - layers_; z <= centre.z + layers_; ++z)
+    for (std::int64_t y = centre.y - 1; y <= centre.y + 1; ++y)
+      for (std::int64_t x = centre.x - 1; x <= centre.x + 1; ++x) {
+        const auto bucket = buckets_.find({x, y, z});
+        if (bucket == buckets_.end()) continue;
+        for (const std::size_t other : bucket->second)
+          if (gap(sphere, spheres_[other]) < clearance) return other;
+      }
+  return {};
 }
 
-std::size_t DiskGrid::Hash::operator()(const Bucket& bucket) const {
-  return static_cast<std::size_t>(bucket.x) * 0x9E3779B97F4A7C15u ^ static_cast<std::size_t>(bucket.y);
+SphereGrid::Bucket SphereGrid::bucket_of(Vec3 p) const {
+  const auto number = [&](double along) { return static_cast<std::int64_t>(std::floor(along / side_)); };
+  return {number(p.x), number(p.y), number(p.z)};
+}
+
+std::size_t SphereGrid::Hash::operator()(const Bucket& bucket) const {
+  return static_cast<std::size_t>(bucket.x) * 0x9E3779B97F4A7C15u ^ static_cast<std::size_t>(bucket.y) ^
+         static_cast<std::size_t>(bucket.z) * 0xC2B2AE3D27D4EB4Fu;
 }
 
 void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes) {
-  const Vec2 size = draft.scene.domain.size;
-  DiskGrid grid(2 * largest_radius(draft));
+  const Box<3> box = draft.scene.domain.box();
+  const int dimension = draft.scene.dimension();
+  SphereGrid grid(2 * largest_radius(draft), draft.scene.domain);
   for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
-    const Disk disk{draft.conductors[i].conductor.position, draft.conductors[i].conductor.radius};
-    const double slack = touching_slack * disk.radius;
+    const Conductor& conductor = draft.conductors[i].conductor;
+    const Sphere sphere = sphere_of(conductor);
+    const double slack = touching_slack * sphere.radius;
     const auto refuse_it = [&](const std::string& why) {
       refuse(draft.scene.path, draft.conductors[i].line,
-             fmt::format("conductor.position = {} m is not allowed: this conductor {}", at(disk.centre), why));
+             fmt::format("conductor.position = {} m is not allowed: this conductor {}", at(sphere.centre, dimension),
+                         why));
     };
-    const double outside =
-        disk.radius - std::min({disk.centre.x, disk.centre.y, size.x - disk.centre.x, size.y - disk.centre.y});
-    if (outside > slack)
-      refuse_it(fmt::format("reaches out of the domain by {:.3g} m: the whole disk must lie in [0, 0] to {} m", outside,
-                            at(size)));
+    if (const double out = outside(sphere, box, dimension); out > slack)
+      refuse_it(fmt::format("reaches out of the domain by {:.3g} m: {} must lie in {} to {} m", out,
+                            box.any_periodic() ? "all of it, along periodic axes its centre,"
+                            : dimension == 3   ? "the whole sphere"
+                                               : "the whole disk",
+                            at(Vec3{}, dimension), at(box.lengths, dimension)));
+    if (!fits(sphere.radius, -2 * slack, box))
+      refuse_it("overlaps its own image beyond a periodic side: that axis must be at least a diameter long");
     for (const Electrode& electrode : electrodes)
-      if (const double overlap = -gap(disk, electrode.shape); overlap > slack)
+      if (const double overlap = -gap(Disk{conductor.position, conductor.radius}, electrode.shape); overlap > slack)
         refuse_it(fmt::format("overlaps the electrode \"{}\" by {:.3g} m: they may touch but not overlap",
                               electrode.name, overlap));
-    if (const auto other = grid.conflict(disk, -slack))
+    if (const auto other = grid.conflict(sphere, -slack))
       refuse_it(fmt::format("overlaps the one at {} m (line {}) by {:.3g} m: conductors may touch but not overlap",
-                            at(grid[*other].centre), draft.conductors[*other].line, -gap(disk, grid[*other])));
-    grid.insert(disk);
+                            at(grid[*other].centre, dimension), draft.conductors[*other].line,
+                            -grid.gap(sphere, grid[*other])));
+    grid.insert(sphere);
   }
 }
 
@@ -146,7 +205,7 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
                                         const std::vector<Wall>& walls) {
   std::vector<Conductor> conductors;
   for (const ConductorDraft& given : draft.conductors) conductors.push_back(given.conductor);
-  DiskGrid grid = grid_of_given(draft);
+  SphereGrid grid = grid_of_given(draft);
   UniformRandom random(static_cast<std::uint64_t>(draft.seed));
   for (const PopulationDraft& population : draft.populations) {
     check_population(draft, population);
@@ -165,7 +224,7 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
             fmt::format("population.count = {} is impossible at this density: random places were found for {} of them, "
                         "and with this radius and min_gap at most about that many are allowed",
                         population.count, placed));
-      if (!population.overlapping) grid.insert({place->position, radius});
+      if (!population.overlapping) grid.insert(sphere_of(*place));
       conductors.push_back(*place);
     }
   }

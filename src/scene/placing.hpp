@@ -23,37 +23,57 @@ class UniformRandom {
   std::mt19937_64 engine_;
 };
 
-/// Disks in square buckets, so that the neighbours of a disk are found without looking at all of them.
-class DiskGrid {
- public:
-  /// `reach`: the largest centre distance (m) at which two disks can matter to each other.
-  explicit DiskGrid(double reach) : side_(reach) {}
+/// A disk of a plane domain, whose z is 0, or a sphere.
+struct Sphere {
+  Vec3 centre;        ///< m
+  double radius = 0;  ///< m
+};
 
-  void insert(const Disk& disk);
-  /// Index, in the order of insertion, of a disk closer than `clearance` to this one, surface to surface.
-  std::optional<std::size_t> conflict(const Disk& disk, double clearance) const;
-  const Disk& operator[](std::size_t index) const { return disks_[index]; }
+inline Sphere sphere_of(const Conductor& conductor) {
+  return {{conductor.position.x, conductor.position.y, conductor.z}, conductor.radius};
+}
+
+/// Disks or spheres in square or cubic buckets, so that the neighbours of one are found without looking at all of them.
+/// Along periodic axes of the domain the nearest images count.
+class SphereGrid {
+ public:
+  /// `reach`: the largest centre distance (m) at which two can matter to each other.
+  SphereGrid(double reach, const Domain& domain)
+      : side_(reach), box_(domain.box()), layers_(domain.height > 0 ? 1 : 0) {}
+
+  /// Along periodic axes the centre must be in the domain.
+  void insert(const Sphere& sphere);
+  /// Index, in the order of insertion, of one closer than `clearance` to this one, surface to surface.
+  std::optional<std::size_t> conflict(const Sphere& sphere, double clearance) const;
+  const Sphere& operator[](std::size_t index) const { return spheres_[index]; }
+  /// m, from surface to surface; negative if they overlap.
+  double gap(const Sphere& a, const Sphere& b) const {
+    return norm(box_.difference(a.centre, b.centre)) - b.radius - a.radius;
+  }
 
  private:
   struct Bucket {
-    std::int64_t x, y;
+    std::int64_t x, y, z;
     bool operator==(const Bucket&) const = default;
   };
   struct Hash {
     std::size_t operator()(const Bucket& bucket) const;
   };
-  Bucket bucket_of(Vec2 p) const;
+  Bucket bucket_of(Vec3 p) const;
+  std::optional<std::size_t> conflict_near(Vec3 place, const Sphere& sphere, double clearance) const;
 
   double side_;
-  std::vector<Disk> disks_;
+  Box<3> box_;
+  int layers_;  ///< of buckets to look at on either side along z
+  std::vector<Sphere> spheres_;
   std::unordered_map<Bucket, std::vector<std::size_t>, Hash> buckets_;
 };
 
 /// Rounding of decimal numbers allowed where disks touch, as a fraction of the radius.
 constexpr double touching_slack = 1e-9;
 
-/// Refuses conductors, given one by one, that overlap each other, an electrode or a side of the domain. Touching is
-/// allowed.
+/// Refuses conductors, given one by one, that overlap each other, an electrode or a side of the domain, or whose centre
+/// is beyond a periodic side. Touching is allowed.
 void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
 
 /// The conductors given one by one, and after them the populations in the order of the file, each conductor at the

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/geometry/box.hpp"
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec.hpp"
 #include "solvers/network/parameters.hpp"
@@ -13,17 +14,26 @@
 
 namespace lichtenberg {
 
-/// One side of the domain: insulating, or an electrode at a potential.
+/// One side of the domain: insulating, an electrode at a potential, or periodic.
 struct DomainSide {
   bool electrode = false;
   double potential = 0;  ///< V
+  bool periodic = false;
 };
 
 struct Domain {
   Vec2 size;                        ///< m
   double height = 0;                ///< m, along z, of a three-dimensional domain; 0: it has two dimensions
-  std::array<DomainSide, 4> sides;  ///< left, right, bottom, top
+  std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
   bool walled = true;               ///< of a packing: the sides are walls
+
+  /// The same for who moves bodies in it; without a length along z in two dimensions.
+  Box<3> box() const {
+    Box<3> box{.lengths = {size.x, size.y, height}};
+    for (std::size_t s = 0; s < sides.size(); ++s)
+      box.sides[s] = sides[s].periodic ? Boundary::periodic : sides[s].electrode ? Boundary::electrode : Boundary::wall;
+    return box;
+  }
 };
 
 /// A fixed body at a given potential, or behind a resistor: its potential then floats, and `potential` is the supply's.
@@ -54,6 +64,7 @@ struct Conductor {
   Vec2 position{};                  ///< m
   double z = 0;                     ///< m, in three dimensions
   Vec2 velocity{};                  ///< m/s
+  double velocity_z = 0;            ///< m/s
   double radius = 0;                ///< m
   double charge = 0;                ///< C
   int group = -1;                   ///< index into Scene::groups, -1: of its own

@@ -15,9 +15,10 @@ namespace lichtenberg {
 /// Where the value of a key goes. In a repeated table that is the last element, the one being read.
 template <class T>
 using At = T* (*)(Draft&);
-using Place = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
-                           At<std::vector<double>>, At<DomainSide>, At<std::optional<double>>,
-                           At<std::optional<std::string>>, At<std::optional<Interval>>, At<std::optional<Rectangle>>>;
+using Place =
+    std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
+                 At<std::vector<double>>, At<DomainSide>, At<std::optional<double>>, At<std::optional<std::string>>,
+                 At<std::optional<Interval>>, At<std::optional<Rectangle>>, At<std::optional<Coordinates>>>;
 
 /// The finite numbers from low to high.
 struct Range {

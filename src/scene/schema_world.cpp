@@ -1,4 +1,5 @@
 // Tables of what there is: the domain, its fluid, its bodies.
+#include "solvers/geometry/box.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
@@ -23,8 +24,20 @@ Table top() {
           }};
 }
 
+/// A side by its place in side_names.
+template <int s>
+Key side(const std::string& help) {
+  return {.name = std::string(side_names[s]),
+          .place = [](Draft& d) { return &d.scene.domain.sides[s]; },
+          .unit = "V",
+          .help = help};
+}
+
 Table domain() {
-  const std::string side = "side of the domain: insulating (no field through it), or an electrode at a potential";
+  const std::string help =
+      "side of the domain: insulating (no field through it), an electrode at a potential, or periodic with the side "
+      "across: what leaves there comes in here";
+  const std::string in_space = help + "; in three dimensions";
   return {.path = "domain",
           .kind = required,
           .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number a cuboid.",
@@ -34,11 +47,13 @@ Table domain() {
                .unit = "m",
                .range = positive,
                .required = true,
-               .help = "along x (left to right), y (bottom to top) and, of a packing in three dimensions, z (front to back)"},
-              {.name = "left", .place = [](Draft& d) { return &d.scene.domain.sides[0]; }, .unit = "V", .help = side},
-              {.name = "right", .place = [](Draft& d) { return &d.scene.domain.sides[1]; }, .unit = "V", .help = side},
-              {.name = "bottom", .place = [](Draft& d) { return &d.scene.domain.sides[2]; }, .unit = "V", .help = side},
-              {.name = "top", .place = [](Draft& d) { return &d.scene.domain.sides[3]; }, .unit = "V", .help = side},
+               .help = "along x (left to right), y (bottom to top) and, in three dimensions, z (front to back)"},
+              side<0>(help),
+              side<1>(help),
+              side<2>(help),
+              side<3>(help),
+              side<4>(in_space),
+              side<5>(in_space),
           }};
 }
 
@@ -206,8 +221,9 @@ Table conductor() {
                .computed_default = "0",
                .help = "charge at the start; not for a member of a group"},
               {.name = "velocity",
-               .place = [](Draft& d) { return &d.conductors.back().conductor.velocity; },
+               .place = [](Draft& d) { return &d.conductors.back().velocity; },
                .unit = "m/s",
+               .computed_default = "0 along each axis",
                .help = "velocity at the start"},
               {.name = "group",
                .place = [](Draft& d) { return &d.conductors.back().group; },
@@ -298,7 +314,7 @@ Table population() {
                .place = [](Draft& d) { return &d.populations.back().region; },
                .unit = "m",
                .computed_default = "the whole domain",
-               .help = "rectangle that they lie in"},
+               .help = "rectangle that they lie in, in three dimensions from front to back"},
           }};
 }
 

@@ -129,15 +129,19 @@ inline std::vector<double> numbers(const Rectangle& value) {
 }
 
 inline bool read(const toml::node& node, DomainSide& value) {
-  if (node.is_string()) return *node.value<std::string>() == "insulating";
+  if (node.is_string()) {
+    value.periodic = *node.value<std::string>() == "periodic";
+    return value.periodic || *node.value<std::string>() == "insulating";
+  }
   const toml::table* electrode = node.as_table();
   if (!electrode || electrode->size() != 1 || !electrode->contains("potential")) return false;
   value.electrode = true;
   return read(*electrode->get("potential"), value.potential);
 }
-inline const char* type_name(const DomainSide&) { return "\"insulating\" or { potential = a number }"; }
+inline const char* type_name(const DomainSide&) { return "\"periodic\", \"insulating\" or { potential = a number }"; }
 inline std::string show(const DomainSide& side) {
-  return side.electrode ? fmt::format("{{ potential = {:g} }}", side.potential) : "\"insulating\"";
+  if (side.electrode) return fmt::format("{{ potential = {:g} }}", side.potential);
+  return side.periodic ? "\"periodic\"" : "\"insulating\"";
 }
 inline std::vector<double> numbers(const DomainSide& side) { return {side.potential}; }
 

@@ -1,0 +1,108 @@
+// Dimensions and periodic sides, and what knows nothing of them.
+#include <array>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "solvers/geometry/box.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "src/scene/value.hpp"
+
+namespace lichtenberg {
+namespace {
+
+std::string key_of(int side) { return fmt::format("domain.{}", side_names[side]); }
+
+/// The first periodic side; -1 if there is none.
+int periodic_side(const Domain& domain) {
+  for (std::size_t s = 0; s < domain.sides.size(); ++s)
+    if (domain.sides[s].periodic) return static_cast<int>(s);
+  return -1;
+}
+
+/// An axis is periodic on both its sides or on none.
+void check_sides(const Draft& draft, int dimension) {
+  const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
+  for (int s = 0; s < 6; ++s) {
+    const std::string key = key_of(s), across = key_of(s ^ 1);
+    const auto refuse_it = [&](const std::string& sentence) {
+      refuse(draft.scene.path, draft.line(key), fmt::format("{} {}", key, sentence));
+    };
+    if (s >= 2 * dimension && draft.line(key) > 0)
+      refuse_it("is not allowed in two dimensions: only a domain.size of three numbers has a front and a back");
+    if (dimension == 3 && sides[s].electrode)
+      refuse_it(
+          fmt::format("= {} is not allowed in three dimensions, where there is no field: \"insulating\" and "
+                      "\"periodic\" are",
+                      show(sides[s])));
+    if (sides[s].periodic && !sides[s ^ 1].periodic)
+      refuse_it(
+          fmt::format("= \"periodic\" is not allowed with {} = {}: an axis is periodic on both its sides or on "
+                      "none",
+                      across, show(sides[s ^ 1])));
+  }
+}
+
+/// What there is beside the effects that belongs to the field of a plane domain with four sides.
+void check_plane_only(const Draft& draft, const std::string& where) {
+  const std::string effects = "effects.floating_conductors, which has none of that";
+  const std::string walls = "effects.wall_contact or effects.floating_conductors, which have none of that";
+  struct PlaneOnly {
+    std::string key, header, used_by;
+  };
+  for (const PlaneOnly& only : {PlaneOnly{"electrode", "[[electrode]]", walls},
+                                {"group", "[[group]]", effects},
+                                {"field", "[field]", effects},
+                                {"conductor.charge", "conductor.charge", effects},
+                                {"population.charge", "population.charge", effects}})
+    if (const int line = draft.line(only.key))
+      refuse(draft.scene.path, line,
+             fmt::format("{} is not allowed {}: it is for {}; leave it out", only.header, where, only.used_by));
+}
+
+void check_effects(const Draft& draft, int dimension) {
+  const int side = periodic_side(draft.scene.domain);
+  for (const Effects::Entry& entry : draft.scene.effects) {
+    entry.kind->check_dimension(dimension, place_in(draft.scene.path, draft.line("domain.size")));
+    if (side >= 0) entry.kind->check_periodic(place_in(draft.scene.path, draft.line(key_of(side))));
+  }
+}
+
+}  // namespace
+
+void settle_dimension(Draft& draft) {
+  Domain& domain = draft.scene.domain;
+  const int dimension = draft.domain_size.count;
+  domain.size = draft.domain_size.plane();
+  domain.height = draft.domain_size.value[2];
+  check_sides(draft, dimension);
+  check_effects(draft, dimension);
+  if (!draft.scene.effects.has("contact_potential")) {
+    if (dimension == 3) check_plane_only(draft, "in three dimensions");
+    if (periodic_side(domain) >= 0) check_plane_only(draft, "with a periodic side");
+    if (const int line = draft.line("network"); line > 0 && periodic_side(domain) >= 0)
+      refuse(
+          draft.scene.path, line,
+          "[network] is not allowed with a periodic side, through which its contacts are not looked for; leave it out");
+  }
+  const auto check = [&](const Coordinates& given, int line, const std::string& key) {
+    if (given.count != dimension)
+      refuse(draft.scene.path, line,
+             fmt::format("{} has {} numbers, but the domain has {}: as many are allowed", key, given.count, dimension));
+  };
+  for (ConductorDraft& conductor : draft.conductors) {
+    check(conductor.position, conductor.line, "conductor.position");
+    conductor.conductor.position = conductor.position.plane();
+    conductor.conductor.z = conductor.position.value[2];
+    if (!conductor.velocity) continue;
+    check(*conductor.velocity, conductor.line, "conductor.velocity");
+    conductor.conductor.velocity = conductor.velocity->plane();
+    conductor.conductor.velocity_z = conductor.velocity->value[2];
+  }
+  for (const WallDraft& wall : draft.walls) {
+    check(wall.point, wall.line, "wall.point");
+    check(wall.normal, wall.line, "wall.normal");
+  }
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,150 @@
+// Dimensions and periodic sides of a scene, and how what knows nothing of them is refused.
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "src/model/bodies.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "src/scene/scene.hpp"
+#include "tests/scene_texts.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::scene_texts;
+
+namespace {
+
+const std::string cube = "domain = { size = [1.0, 2.0, 3.0] }\n";
+const std::string around = "domain = { size = [1.0, 2.0], left = \"periodic\", right = \"periodic\" }\n";
+const std::string periodic_cube =
+    "domain = { size = [1.0, 1.0, 1.0], left = \"periodic\", right = \"periodic\", bottom = \"periodic\", "
+    "top = \"periodic\", front = \"periodic\", back = \"periodic\" }\n";
+const std::string elastic = "effects.hertz_contact = {}\n";
+
+std::string ball(const std::string& position, const std::string& more = "") {
+  return "[[conductor]]\nposition = " + position + "\nradius = 0.1\n" + more;
+}
+
+/// m, the smallest from surface to surface, of nearest images where sides are periodic.
+double smallest_gap(const Scene& scene) {
+  const Box<3> box = scene.domain.box();
+  double least = INFINITY;
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const Conductor &a = scene.conductors[i], &b = scene.conductors[j];
+      const Vec3 apart = box.difference({a.position.x, a.position.y, a.z}, {b.position.x, b.position.y, b.z});
+      least = std::min(least, norm(apart) - a.radius - b.radius);
+    }
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("sides that are periodic") {
+  const Scene plane = parse(around + ball("[0.5, 0.5]"));
+  CHECK(plane.domain.box().periodic(0));
+  CHECK_FALSE(plane.domain.box().periodic(1));
+  const Scene space = parse(periodic_cube + ball("[0.5, 0.5, 0.5]"));
+  CHECK(space.domain.box().lengths == Vec3{1, 1, 1});
+  for (const DomainSide& side : space.domain.sides) CHECK(side.periodic);
+  CHECK_FALSE(parse(cube + ball("[0.5, 0.5, 0.5]")).domain.box().any_periodic());
+}
+
+TEST_CASE("an axis is periodic on both its sides or on none") {
+  check_refused("domain = { size = [1.0, 1.0], left = \"periodic\" }\n" + ball("[0.5, 0.5]"),
+                {"test.toml:1:", "domain.left = \"periodic\"", "domain.right = \"insulating\"", "both its sides"});
+  check_refused("domain = { size = [1.0, 1.0], bottom = { potential = 5.0 }, top = \"periodic\" }\n",
+                {"domain.top = \"periodic\"", "domain.bottom = { potential = 5 }"});
+  check_refused("domain = { size = [1.0, 1.0], left = \"round\" }\n",
+                {"domain.left = \"round\"", "\"periodic\", \"insulating\" or { potential = a number }"});
+}
+
+TEST_CASE("front and back are there in three dimensions only") {
+  check_refused("domain = { size = [1.0, 1.0], front = \"periodic\", back = \"periodic\" }\n",
+                {"domain.front is not allowed in two dimensions"});
+  check_refused("domain = { size = [1.0, 1.0, 1.0], back = { potential = 5.0 } }\n",
+                {"domain.back = { potential = 5 }", "in three dimensions", "\"periodic\""});
+}
+
+TEST_CASE("places and velocities have as many numbers as the domain") {
+  const Conductor c = parse(cube + ball("[0.5, 0.5, 2.5]", "velocity = [1.0, 2.0, 3.0]\n")).conductors[0];
+  CHECK(c.z == 2.5);
+  CHECK(c.velocity == Vec2{1, 2});
+  CHECK(c.velocity_z == 3);
+  CHECK(parse(cube + ball("[0.5, 0.5, 2.5]")).conductors[0].velocity_z == 0);
+  check_refused(cube + ball("[0.5, 0.5]"), {"conductor.position has 2 numbers", "the domain has 3"});
+  check_refused(cube + ball("[0.5, 0.5, 0.5]", "velocity = [1.0, 2.0]\n"),
+                {"conductor.velocity has 2 numbers", "the domain has 3"});
+  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]", "velocity = [1.0, 2.0, 3.0]\n"),
+                {"conductor.velocity has 3 numbers", "the domain has 2"});
+}
+
+TEST_CASE("effects that know neither three dimensions nor periodic sides say so") {
+  const std::string fluid = "medium = { relative_permittivity = 2.0, viscosity = 1.0 }\n";
+  const auto table = [](const std::string& effect) { return "effects." + effect + " = {}\n"; };
+  for (const std::string effect : {"wall_contact", "floating_conductors", "contact_discharge", "contact_resistance"}) {
+    check_refused(cube + fluid + table(effect) + ball("[0.5, 0.5, 0.5]"),
+                  {"effects." + effect + " is not allowed in 3 dimensions: it can do 2"});
+    check_refused(around + fluid + table(effect) + ball("[0.5, 0.5]"),
+                  {"effects." + effect + " is not allowed with a periodic side"});
+  }
+  check_refused(around + table("contact_potential") + ball("[0.5, 0.5]"),
+                {"effects.contact_potential is not allowed with a periodic side"});
+  for (const std::string effect : {"hertz_contact", "stokes_drag"}) {
+    CHECK(refusal(periodic_cube + fluid + table(effect) + ball("[0.5, 0.5, 0.5]")) == "");
+    CHECK(refusal(around + fluid + table(effect) + ball("[0.5, 0.5]")) == "");
+  }
+}
+
+TEST_CASE("what belongs to a field is for two dimensions and no periodic side") {
+  for (const std::string more :
+       {"[[group]]\nname = \"wire\"\n", "[field]\ncells = 64\n", "charge = 1.0\n",
+        "[[electrode]]\nshape = \"disk\"\ncentre = [0.2, 0.2]\nradius = 0.1\npotential = 0\n"}) {
+    check_refused(cube + ball("[0.5, 0.5, 0.5]") + more, {"is not allowed in three dimensions", "leave it out"});
+    check_refused(around + ball("[0.5, 0.5]") + more, {"is not allowed with a periodic side", "leave it out"});
+  }
+}
+
+TEST_CASE("networks of resistors are for scenes without a periodic side") {
+  const std::string between = "[network]\nbetween = \"front,back\"\n";
+  CHECK(refusal(cube + ball("[0.5, 0.5, 0.5]") + between) == "");
+  check_refused(periodic_cube + ball("[0.5, 0.5, 0.5]") + between, {"[network] is not allowed with a periodic side"});
+  check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.between", "\"front\""});
+}
+
+TEST_CASE("a conductor reaches through a periodic side, but its centre does not") {
+  CHECK(refusal(around + ball("[0.0, 0.5]")) == "");
+  check_refused(around + ball("[-0.01, 0.5]"), {"reaches out of the domain by 0.01 m", "its centre"});
+  check_refused(around + ball("[0.5, 0.05]"), {"reaches out of the domain by 0.05 m"});
+  check_refused(cube + ball("[0.5, 0.5, 2.95]"), {"conductor.position = [0.5, 0.5, 2.95] m", "the whole sphere"});
+  check_refused("domain = { size = [0.15, 1.0], left = \"periodic\", right = \"periodic\" }\n" + ball("[0.1, 0.5]"),
+                {"overlaps its own image"});
+}
+
+TEST_CASE("conductors that overlap across a periodic side or in depth are refused") {
+  check_refused(around + ball("[0.95, 0.5]") + ball("[0.1, 0.5]"), {"overlaps the one at [0.95, 0.5] m", "0.05 m"});
+  CHECK(refusal("domain.size = [1.0, 2.0]\n" + ball("[0.9, 0.5]") + ball("[0.1, 0.5]")) == "");
+  check_refused(cube + ball("[0.5, 0.5, 1.0]") + ball("[0.5, 0.5, 1.15]"), {"overlaps the one at [0.5, 0.5, 1] m"});
+  CHECK(refusal(cube + ball("[0.5, 0.5, 1.0]") + ball("[0.5, 0.5, 1.3]")) == "");
+}
+
+TEST_CASE("populations in space, and through periodic sides, without overlap") {
+  const std::string many = "[[population]]\ncount = 30\nradius = [0.06, 0.1]\n";
+  for (const std::string& start : {cube, periodic_cube, around}) {
+    CAPTURE(start);
+    const Scene s = parse(start + elastic + many + "min_gap = 0.001\n");
+    CHECK(smallest_gap(s) >= 0.001);
+    bool through = false;  // a side
+    for (const Conductor& c : s.conductors) through |= c.position.x < c.radius || c.position.x > 1 - c.radius;
+    CHECK(through == s.domain.box().periodic(0));
+  }
+  const Scene packing = parse(cube + "effects.contact_potential = {}\n" + many);
+  CHECK(smallest_gap(packing) >= 0);
+}
+
+TEST_CASE("bodies have the scene's box, and are inside it") {
+  const Bodies bodies = make_bodies(parse(periodic_cube + ball("[0.5, 0.5, 1.0]", "velocity = [0.0, 0.0, 2.0]\n")));
+  CHECK(bodies.box.any_periodic());
+  CHECK(bodies.position == std::vector<double>{0.5, 0.5, 0});
+  CHECK(bodies.image == std::vector<int>{0, 0, 1});
+  CHECK(velocity<3>(bodies, 0) == Vec3{0, 0, 2});
+}

@@ -18,6 +18,7 @@
 #include "src/record/recorder.hpp"
 #include "src/record/result_file.hpp"
 #include "tests/folder.hpp"
+#include "tests/message.hpp"
 
 using namespace lichtenberg;
 namespace fs = std::filesystem;
@@ -125,15 +126,6 @@ Numbers expected(int frames) {
   }
   all["mark"] = {1.0 * frames};
   return all;
-}
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
 }
 
 pid_t in_child(const std::function<void()>& action) {

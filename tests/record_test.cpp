@@ -29,6 +29,7 @@
 #include "src/record/vtkhdf.hpp"
 #include "tests/folder.hpp"
 #include "tests/frames.hpp"
+#include "tests/message.hpp"
 
 using namespace lichtenberg;
 namespace fs = std::filesystem;
@@ -106,15 +107,6 @@ std::vector<char> bytes_of(const std::string& path) {
 
 void write_bytes(const std::string& path, const std::vector<char>& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
 }
 
 /// Exit status of a child process that runs the action: 99 if it throws, 128 and the signal's number if it crashes.

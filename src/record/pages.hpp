@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#define OMPI_SKIP_MPICXX 1  // hdf5.h includes mpi.h: leave out its C++ classes, which need a library of their own
+#define OMPI_SKIP_MPICXX 1  // a parallel hdf5.h includes mpi.h: leave out its C++ classes, a library of their own
 #include <hdf5.h>
 
 namespace lichtenberg::hdf5 {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+
+#include "solvers/neighbours/pairs.hpp"
+#include "solvers/periodic/sources.hpp"
+
+namespace lichtenberg::periodic {
+
+/// A way to compute the periodic Coulomb sums of Sources.
+class Sum {
+ public:
+  virtual ~Sum() = default;
+  /// Pairs whose nearest images are at most this far apart must be among those that `evaluate` is given; 0: it needs
+  /// none.
+  virtual double cutoff() const = 0;
+  /// Overwrites `response`. `pairs`: in ascending order, each once; pairs beyond the cutoff cost time and change
+  /// nothing. The result is the same bits for any number of threads.
+  virtual void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
+                        Response& response) = 0;
+};
+
+}  // namespace lichtenberg::periodic

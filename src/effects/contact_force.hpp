@@ -1,0 +1,32 @@
+#pragma once
+
+#include "solvers/geometry/host_device.hpp"
+
+namespace lichtenberg::effects {
+
+/// A damped contact of two grains at one instant, in reduced units (m = d0 = v = 1: pure numbers).
+struct ContactForce {
+  double force = 0;       ///< repulsive, never below 0
+  double stored = 0;      ///< elastic energy
+  double dissipated = 0;  ///< power, never below 0
+  double by_overlap = 0;  ///< derivative of the force
+  double by_closing = 0;  ///< derivative of the force by the closing speed
+};
+
+/// The parts of a force elastic(overlap) + damping(overlap) closing.
+struct ContactParts {
+  double elastic = 0, elastic_slope = 0, stored = 0;
+  double damping = 0, damping_slope = 0;
+};
+
+/// The force max(elastic + damping closing, 0): grains that do not stick never pull, so a contact that opens fast gives
+/// way before the overlap is gone. What the spring has left then is lost as well: the power
+/// (force - elastic) closing is damping closing^2 while the force acts and -elastic closing while it does not.
+LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& parts, double closing) {
+  const double force = parts.elastic + parts.damping * closing;
+  if (force <= 0) return {.stored = parts.stored, .dissipated = -parts.elastic * closing};
+  return {force, parts.stored, parts.damping * closing * closing, parts.elastic_slope + parts.damping_slope * closing,
+          parts.damping};
+}
+
+}  // namespace lichtenberg::effects

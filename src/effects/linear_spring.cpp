@@ -1,0 +1,45 @@
+#include "src/effects/linear_spring.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+/// acos(z) / sqrt(1 - z^2), and what it goes on as beyond 1.
+double arc_over_sine(double z) {
+  if (z == 1) return 1;
+  return z < 1 ? std::acos(z) / std::sqrt((1 - z) * (1 + z)) : std::acosh(z) / std::sqrt((z - 1) * (z + 1));
+}
+
+}  // namespace
+
+LinearCollision linear_collision(const LinearSpringLaw& law, double effective_mass) {
+  const double frequency = std::sqrt(law.stiffness / effective_mass);
+  const double z = law.damping / (2 * effective_mass * frequency), phase = 2 * arc_over_sine(z);
+  return {std::exp(-z * phase), phase / frequency};
+}
+
+double linear_damping(double stiffness, double restitution, double effective_mass) {
+  if (!(restitution > 0 && restitution <= 1))
+    throw InputError(fmt::format("the restitution of a linear contact is {}; it must lie in (0, 1]", restitution));
+  const double wanted = -std::log(restitution);
+  const auto excess = [&](double z) { return 2 * z * arc_over_sine(z) - wanted; };
+  // Rising in z, and at z >= 1 at least 2 acosh(z) >= 2 ln z.
+  double low = 0, high = 1 / std::sqrt(restitution);
+  std::uintmax_t iterations = 100;
+  if (wanted > 0)
+    std::tie(low, high) = boost::math::tools::toms748_solve(excess, low, high, -wanted, excess(high),
+                                                            boost::math::tools::eps_tolerance<double>(52), iterations);
+  else
+    high = 0;
+  return (low + high) * std::sqrt(stiffness * effective_mass);
+}
+
+}  // namespace lichtenberg::effects

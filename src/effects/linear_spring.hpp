@@ -1,0 +1,50 @@
+#pragma once
+
+#include "src/effects/contact_force.hpp"
+#include "src/model/pair_law.hpp"
+
+namespace lichtenberg::effects {
+
+/// Linear spring and dashpot, F = max(A xi + B xi', 0), xi the overlap (Cundall and Strack 1979), in reduced units. A
+/// spring of no geometry: all pairs have the same A and B whatever their radii, so that the restitution of a pair
+/// depends on its effective mass (pair_law.hpp).
+struct LinearSpringLaw {
+  static constexpr bool over_distance = false, damped = true;
+  double stiffness = 0;  ///< A
+  double damping = 0;    ///< B
+
+  LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
+  LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
+  LICHTENBERG_HOST_DEVICE double scale(double, double) const { return 1; }
+
+  /// The contact of one pair, for who follows its overlap: nothing at overlap <= 0. The force jumps to B closing at
+  /// touch.
+  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
+    if (overlap <= 0) return {};
+    const double spring = scale * stiffness;
+    return contact_force({spring * overlap, spring, 0.5 * spring * overlap * overlap, scale * damping, 0}, closing);
+  }
+
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
+    const ContactForce law = at(seen.reach - seen.distance, seen.closing);
+    return {law.stored, law.force, law.by_overlap};
+  }
+};
+
+/// Speed after a collision over speed before, and how long the force lasts.
+struct LinearCollision {
+  double restitution = 0, duration = 0;
+};
+
+/// The head-on collision of two grains of effective mass m_eff = m_i m_j / (m_i + m_j), 1/2 for two of mass 1; it does
+/// not depend on the speed. With w0^2 = A / m_eff and z = B / (2 m_eff w0) the force is gone after
+///   t_c = 2 acos(z) / (w0 sqrt(1 - z^2)) and then  restitution = exp(-z w0 t_c),
+/// for z > 1 with acosh(z) / sqrt(z^2 - 1): the contact ends with the force, not with the overlap (Schwager and
+/// Poeschel 2007).
+LinearCollision linear_collision(const LinearSpringLaw& law, double effective_mass);
+
+/// The damping B that gives two grains of this effective mass this restitution. Throws InputError unless
+/// 0 < restitution <= 1.
+double linear_damping(double stiffness, double restitution, double effective_mass);
+
+}  // namespace lichtenberg::effects

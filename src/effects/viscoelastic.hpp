@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cmath>
+
+#include "src/effects/contact_force.hpp"
+#include "src/model/pair_law.hpp"
+
+namespace lichtenberg::effects {
+
+/// Viscoelastic spheres, F = max(E xi^(3/2) + D sqrt(xi) xi', 0), xi the overlap (Brilliantov, Spahn, Hertzsch and
+/// Poeschel 1996), in reduced units. Two grains of diameter d0 = 1 have E and D as given; those of other radii have
+/// them times sqrt(R_eff / (d0/4)), as in Hertz's law (pair_law.hpp).
+struct ViscoelasticLaw {
+  static constexpr bool over_distance = false, damped = true;
+  double elastic = 0;      ///< E = alpha d0^(5/2) / (m v^2)
+  double dissipative = 0;  ///< D = beta d0^(3/2) / (m v)
+
+  LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
+  LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
+
+  /// What E and D of two grains of these radii are multiplied by.
+  LICHTENBERG_HOST_DEVICE double scale(double radius_i, double radius_j) const {
+    return 2 * std::sqrt(radius_i * radius_j / (radius_i + radius_j));
+  }
+
+  /// The contact of one pair, for who follows its overlap: nothing at overlap <= 0. Towards overlap 0 `by_overlap`
+  /// grows like closing / sqrt(overlap).
+  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
+    if (overlap <= 0) return {};
+    const double root = std::sqrt(overlap), spring = scale * elastic * root, dashpot = scale * dissipative;
+    return contact_force({spring * overlap, 1.5 * spring, 0.4 * spring * overlap * overlap,  //
+                          dashpot * root, 0.5 * dashpot / root},
+                         closing);
+  }
+
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
+    const ContactForce law = at(seen.reach - seen.distance, seen.closing, scale(seen.radius_i, seen.radius_j));
+    return {law.stored, law.force, law.by_overlap};
+  }
+};
+
+}  // namespace lichtenberg::effects

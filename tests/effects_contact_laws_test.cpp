@@ -1,0 +1,155 @@
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "solvers/neighbours/pairs.hpp"
+#include "src/effects/hertz.hpp"
+#include "src/effects/linear_spring.hpp"
+#include "src/effects/viscoelastic.hpp"
+#include "src/model/pair_loop.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::effects;
+using doctest::Approx;
+
+namespace {
+
+const ViscoelasticLaw viscoelastic{278.6, 27.7};
+const LinearSpringLaw linear{278.6, 10};
+constexpr double half = 0.5;  // the effective mass of two grains of mass 1
+
+struct Collision {
+  double restitution = 0, duration = 0;  ///< duration: of the force
+  double dissipated = 0;
+};
+
+/// Two grains that touch at this speed, by Runge and Kutta's fourth order in sqrt(t), in which sqrt(overlap) is smooth.
+/// Where the clamp sets in the acceleration (slope 600) has a kink in a step of some 2e-5: an error of 1e-7.
+template <class Law>
+Collision collide(const Law& law, double speed) {
+  using State = std::array<double, 3>;  // overlap, closing, dissipated
+  const auto rate = [&](double sigma, const State& y) {
+    const ContactForce contact = law.at(y[0], y[1]);
+    return State{2 * sigma * y[1], -2 * sigma * contact.force / half, 2 * sigma * contact.dissipated};
+  };
+  const auto moved = [](const State& y, double h, const State& k) {
+    return State{y[0] + h * k[0], y[1] + h * k[1], y[2] + h * k[2]};
+  };
+  State y = {1e-14, speed, 0};
+  const double h = 2e-5;
+  double duration = 0;
+  for (int n = 0; y[0] > 0; ++n) {
+    const double s = n * h;
+    const State a = rate(s, y), b = rate(s + h / 2, moved(y, h / 2, a)), c = rate(s + h / 2, moved(y, h / 2, b)),
+                d = rate(s + h, moved(y, h, c));
+    for (int k = 0; k < 3; ++k) y[k] += h / 6 * (a[k] + 2 * b[k] + 2 * c[k] + d[k]);
+    if (law.at(y[0], y[1]).force > 0) duration = (s + h) * (s + h);
+  }
+  return {-y[1] / speed, duration, y[2]};
+}
+
+template <class Law>
+void check_derivatives(const Law& law, double overlap, double closing, double scale) {
+  const ContactForce here = law.at(overlap, closing, scale);
+  const double h = 1e-6;  // truncation h^2 f'''/6 < 1e-8, rounding 1e-14 / h
+  CHECK(here.by_overlap ==
+        Approx((law.at(overlap + h, closing, scale).force - law.at(overlap - h, closing, scale).force) / (2 * h))
+            .epsilon(1e-7));
+  CHECK(here.by_closing ==
+        Approx((law.at(overlap, closing + h, scale).force - law.at(overlap, closing - h, scale).force) / (2 * h))
+            .epsilon(1e-7));
+  const double elastic = law.at(overlap, 0, scale).force;
+  CHECK(elastic ==
+        Approx((law.at(overlap + h, 0, scale).stored - law.at(overlap - h, 0, scale).stored) / (2 * h)).epsilon(1e-7));
+  CHECK(here.dissipated == Approx((here.force - elastic) * closing).epsilon(1e-13));
+}
+
+}  // namespace
+
+TEST_CASE("a contact's derivatives, stored energy and dissipated power belong to its force") {
+  for (const double closing : {-5.0, -0.1, 0.0, 0.7, 3.0})
+    for (const double scale : {1.0, 0.7}) {
+      check_derivatives(viscoelastic, 0.08, closing, scale);
+      check_derivatives(linear, 0.08, closing, scale);
+    }
+}
+
+TEST_CASE("a contact never pulls, and what its spring has left is lost") {
+  // E xi = .04 * 278.6 = 11.1 < D |xi'|, and A xi = 11.1 < B |xi'| = 20.
+  const ContactForce soft = viscoelastic.at(0.04, -2), spring = linear.at(0.04, -2);
+  CHECK(soft.force == 0);
+  CHECK(soft.dissipated == Approx(278.6 * 0.008 * 2));
+  CHECK(soft.stored == Approx(0.4 * 278.6 * 0.04 * 0.008));
+  CHECK(soft.by_overlap == 0);
+  CHECK(soft.by_closing == 0);
+  CHECK(spring.force == 0);
+  CHECK(spring.dissipated == Approx(278.6 * 0.04 * 2));
+  for (const double overlap : {0.0, -0.1}) {
+    CHECK(viscoelastic.at(overlap, 3).force == 0);
+    CHECK(viscoelastic.at(overlap, 3).by_overlap == 0);
+    CHECK(linear.at(overlap, 3).force == 0);
+  }
+}
+
+TEST_CASE("spheres of any radii have Hertz's force") {
+  // E of two grains of diameter 1 is 4/3 E* sqrt(1/4).
+  const ViscoelasticLaw elastic{278.6, 0};
+  for (const double radius : {0.5, 0.2, 3.0}) {
+    const PairSeen seen{.distance = 0.45 + radius, .reach = 0.5 + radius, .radius_i = 0.5, .radius_j = radius};
+    const PairForce hertzian = HertzLaw{1.5 * 278.6}(seen), here = elastic(seen);
+    CHECK(here.force == Approx(hertzian.force).epsilon(1e-13));
+    CHECK(here.energy == Approx(hertzian.energy).epsilon(1e-13));
+    CHECK(here.stiffness == Approx(hertzian.stiffness).epsilon(1e-13));
+  }
+  CHECK(elastic.scale(0.5, 0.5) == 1);
+}
+
+TEST_CASE("in a loop over pairs a law sees overlap and closing speed") {
+  const std::vector<double> radius = {0.5, 0.5}, position = {0, 0, 0, 0, 0.9, 0}, velocity = {0, 2, 1, 0, -1, 0};
+  const auto force_on_first = [&](const auto& law) {
+    std::vector<double> force(6);
+    add_pair_forces(law, Spheres<3>{position, radius}, std::vector<Pair>{{0, 1}}, force, parallel::Team::single(),
+                    velocity);
+    CHECK(force[4] == -force[1]);
+    return force[1];
+  };
+  CHECK(force_on_first(viscoelastic) == Approx(-viscoelastic.at(0.1, 3).force).epsilon(1e-13));
+  CHECK(force_on_first(linear) == Approx(-linear.at(0.1, 3).force).epsilon(1e-13));
+}
+
+TEST_CASE("energy that a collision loses is what the contact dissipates") {
+  for (const Collision& collision :
+       {collide(viscoelastic, 1), collide(linear, 1), collide(LinearSpringLaw{278.6, 27.7}, 1)})
+    CHECK(half * half * (1 - collision.restitution * collision.restitution) ==
+          Approx(collision.dissipated).epsilon(1e-6));
+}
+
+TEST_CASE("restitution and duration of viscoelastic grains at E = 278.6, D = 27.7") {
+  // To the digits of an independent solution of the same equation.
+  CHECK(collide(viscoelastic, 1).restitution == Approx(0.330835).epsilon(2e-6));
+  CHECK(collide(viscoelastic, 0.01).restitution == Approx(0.597185).epsilon(2e-6));
+  CHECK(collide(viscoelastic, 1).duration == Approx(0.213).epsilon(3e-3));
+}
+
+TEST_CASE("restitution of linear springs, in closed form") {
+  // A = 278.6 and z = 1 at B = 2 sqrt(A / 2) = 23.6: both branches. Digits of a numerical solution.
+  const double known[][2] = {{1, .8784330594}, {10, .3464297011}, {20, .1675527592}, {27.7, .1086084758}};
+  for (const auto& [damping, restitution] : known) {
+    CHECK(linear_collision({278.6, damping}, half).restitution == Approx(restitution).epsilon(1e-9));
+    CHECK(linear_damping(278.6, restitution, half) == Approx(damping).epsilon(1e-9));
+  }
+  for (const double damping : {10.0, 27.7}) {
+    const LinearCollision theory = linear_collision({278.6, damping}, half);
+    const Collision measured = collide(LinearSpringLaw{278.6, damping}, 2);
+    CHECK(measured.restitution == Approx(theory.restitution).epsilon(1e-6));
+    CHECK(measured.duration == Approx(theory.duration).epsilon(1e-4));  // a step at its end
+  }
+  const double critical = 2 * std::sqrt(278.6 / 2);
+  CHECK(linear_collision({278.6, critical}, half).restitution == Approx(std::exp(-2)).epsilon(1e-9));
+  CHECK(linear_damping(278.6, 1, half) == 0);
+  for (const double refused : {0.0, -0.1, 1.1, std::nan("")})
+    CHECK_THROWS_AS(linear_damping(278.6, refused, half), InputError);
+}

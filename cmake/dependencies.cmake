@@ -14,3 +14,10 @@ find_package(ZLIB REQUIRED)
 # without MPI. Debian calls it hdf5-serial, for its PETSc has brought a parallel one; its symbols have other versions.
 pkg_search_module(SERIAL_HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5-serial hdf5)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)
+# Headers alone, and no CMake files.
+find_path(RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
+mark_as_advanced(RANDOM123_INCLUDE_DIR)
+if(NOT TARGET Random123::Random123)
+  add_library(Random123::Random123 INTERFACE IMPORTED)
+  set_target_properties(Random123::Random123 PROPERTIES INTERFACE_INCLUDE_DIRECTORIES ${RANDOM123_INCLUDE_DIR})
+endif()

@@ -17,12 +17,15 @@ struct LinearSpringLaw {
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
   LICHTENBERG_HOST_DEVICE double scale(double, double) const { return 1; }
 
-  /// The contact of one pair, for who follows its overlap: nothing at overlap <= 0. The force jumps to B closing at
-  /// touch.
-  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
-    if (overlap <= 0) return {};
+  /// The parts of the force at an overlap; nothing below 0. The force jumps to B closing at touch.
+  LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
+    if (overlap < 0) return {};
     const double spring = scale * stiffness;
-    return contact_force({spring * overlap, spring, 0.5 * spring * overlap * overlap, scale * damping, 0}, closing);
+    return {spring * overlap, spring, 0.5 * spring * overlap * overlap, scale * damping, 0};
+  }
+  /// The contact of one pair, for who follows its overlap.
+  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
+    return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);
   }
 
   LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {

@@ -23,14 +23,16 @@ struct ViscoelasticLaw {
     return 2 * std::sqrt(radius_i * radius_j / (radius_i + radius_j));
   }
 
-  /// The contact of one pair, for who follows its overlap: nothing at overlap <= 0. Towards overlap 0 `by_overlap`
-  /// grows like closing / sqrt(overlap).
-  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
-    if (overlap <= 0) return {};
+  /// The parts of the force at an overlap; nothing below 0. Towards overlap 0 `damping_slope` grows like
+  /// 1 / sqrt(overlap).
+  LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
+    if (overlap < 0) return {};
     const double root = std::sqrt(overlap), spring = scale * elastic * root, dashpot = scale * dissipative;
-    return contact_force({spring * overlap, 1.5 * spring, 0.4 * spring * overlap * overlap,  //
-                          dashpot * root, 0.5 * dashpot / root},
-                         closing);
+    return {spring * overlap, 1.5 * spring, 0.4 * spring * overlap * overlap, dashpot * root, root > 0 ? 0.5 * dashpot / root : 0};
+  }
+  /// The contact of one pair, for who follows its overlap.
+  LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
+    return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);
   }
 
   LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {

@@ -33,9 +33,12 @@ class Motion final : public ContactMotion {
  public:
   explicit Motion(const Law& law) : law_(law) {}
 
-  void advance(Bodies& bodies, std::span<const Pair> pairs, double time, double dt, int steps, parallel::Team& team,
-               ContactRecord& record) override {
+  ContactRecord advance(Bodies& bodies, std::span<const Pair> pairs, double time, double dt, int steps,
+                        parallel::Team& team) override {
+    ContactRecord record{.time = time + dt, .dt = dt};
     for (int n = 0; n < steps; ++n) step(bodies, pairs, time + n * (dt / steps), dt / steps, team, record);
+    record.open = contacts_;
+    return record;
   }
 
   double stored_energy(const Bodies& bodies) const override {
@@ -87,12 +90,12 @@ class Motion final : public ContactMotion {
     note(bodies, time, dt, record);
   }
 
-  /// Pairs in contact, and those that the flight of their grains brings closer than `slack_` to it.
+  /// Pairs in contact, and those that may come to it, if contacts accelerate them to each other.
   void find_active(const Bodies& bodies, std::span<const Pair> pairs, double dt) {
     const Spheres<d> grains = spheres<d>(bodies);
     active_.clear();
     auto contact = contacts_.begin();
-    const double slack = slack_ * dt * dt;
+    const double slack = largest_acceleration(bodies) * dt * dt;
     for (const Pair pair : pairs) {
       while (contact != contacts_.end() && contact->pair < pair) ++contact;
       const bool touching = contact != contacts_.end() && contact->pair == pair;
@@ -100,6 +103,18 @@ class Motion final : public ContactMotion {
       if (!touching && !may_touch(state, reach(bodies, pair) + slack, dt)) continue;
       active_.push_back({.pair = pair, .contact = touching ? &*contact : nullptr, .start = state});
     }
+  }
+
+  /// What a grain could feel if all contacts that it may have pushed like the one that pushes most.
+  double largest_acceleration(const Bodies& bodies) {
+    const Spheres<d> grains = spheres<d>(bodies);
+    double largest = 0;
+    for (const GrainContact& contact : contacts_) {
+      const auto [i, j] = contact.pair;
+      const double push = norm(force(bodies, contact.pair, seen(bodies, grains, contact.pair)));
+      largest = std::max(largest, push / std::min(bodies.mass[i], bodies.mass[j]));
+    }
+    return 2 * largest;
   }
 
   /// Whether two in straight flight come closer than `distance` within dt.
@@ -114,7 +129,6 @@ class Motion final : public ContactMotion {
   void feel_each_other(const Bodies& bodies, double dt) {
     start_.assign(bodies.size() * d, 0);
     halfway_.assign(bodies.size() * d, 0);
-    double largest = 0;
     for (Active& a : active_) {
       a.force = a.contact ? force(bodies, a.pair, a.start) : Vec<d>{};
       add(start_, a, a.force);
@@ -122,13 +136,11 @@ class Motion final : public ContactMotion {
     const double h = 0.5 * dt;
     for (Active& a : active_) {
       const Vec<d> acceleration = relative(start_, bodies, a.pair);
-      largest = std::max(largest, norm(acceleration));
       a.halfway = force(
           bodies, a.pair,
           {a.start.apart + h * a.start.velocity + (0.5 * h * h) * acceleration, a.start.velocity + h * acceleration});
       add(halfway_, a, a.halfway);
     }
-    slack_ = 2 * largest;
   }
 
   Vec<d> force(const Bodies& bodies, Pair pair, const PairState<d>& state) const {
@@ -157,6 +169,7 @@ class Motion final : public ContactMotion {
     const Outside<d> outside{first, (2 / dt) * (middle - first)};
     const auto pair = motion(bodies, a.pair, outside);
     a.step = a.contact ? pair.in_contact(a.start, time - a.contact->since, dt) : pair.approaching(a.start, dt);
+    if (!a.contact && a.step.touched < 0) return;  // no impulse, not even one of rounding
     a.impulse = mass * (a.step.end.velocity - a.start.velocity - outside.velocity(dt));
     a.shift = mass * (a.step.end.apart - a.start.apart - dt * a.start.velocity - outside.path(dt));
   }
@@ -189,22 +202,24 @@ class Motion final : public ContactMotion {
       if (!a.contact) record.begun.push_back(contact);
       const PairState<d> state = seen(bodies, grains, a.pair);
       const double distance = norm(state.apart), overlap = reach(bodies, a.pair) - distance;
-      record.largest_overlap = std::max(record.largest_overlap, overlap);
-      if (overlap > std::min(bodies.radius[a.pair.i], bodies.radius[a.pair.j])) refuse(a.pair, overlap, contact);
+      record.largest_overlap = std::max(record.largest_overlap, overlap / reach(bodies, a.pair));
+      if (distance < too_close * reach(bodies, a.pair)) refuse(a.pair, contact);
       if (overlap > 0)
         now.push_back(contact);
       else
         record.ended.push_back({contact, dot(state.apart, state.velocity) / distance, time + dt});
     }
     contacts_ = std::move(now);
-    ++record.steps;
   }
 
-  [[noreturn]] static void refuse(Pair pair, double overlap, const GrainContact& contact) {
+  /// Of the sum of radii. Where centres pass through each other, a contact has no direction.
+  static constexpr double too_close = 0.1;
+
+  [[noreturn]] static void refuse(Pair pair, const GrainContact& contact) {
     throw Failure(fmt::format(
-        "grains {} and {} overlap by {:.3g} diameters, more than a radius, after an impact at speed {:.3g}: so soft a "
-        "contact lets them fly through each other; a stiffer contact or a lower temperature is needed",
-        pair.i, pair.j, overlap, contact.impact_speed));
+        "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it; a "
+        "larger stiffness, of a stage its stage.stiffness, or a lower temperature is needed",
+        pair.i, pair.j, contact.impact_speed));
   }
 
   Law law_;
@@ -216,7 +231,7 @@ class Motion final : public ContactMotion {
 
 }  // namespace
 
-std::unique_ptr<ContactMotion> make_contact_motion(const ContactLaw& law, int dimension) {
+std::unique_ptr<ContactMotion> make_contact_motion(const effects::GrainContactLaw& law, int dimension) {
   return std::visit(
       [&](const auto& one) -> std::unique_ptr<ContactMotion> {
         using Law = std::decay_t<decltype(one)>;

@@ -12,9 +12,13 @@
 namespace lichtenberg {
 
 struct Checkpoint;
+struct ContactRecord;
 struct EffectKind;
 struct Frame;
 struct Summary;
+namespace effects {
+struct GrainContactLaw;
+}
 
 /// What an effect must be given. Only what some effect of the scene needs is allocated and computed.
 struct Needs {
@@ -88,6 +92,20 @@ class Effect {
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
   /// The time (s) in which every charge decays to 1/e of itself, if nothing else happens to it.
   virtual double charge_relaxation_time() const { return INFINITY; }
+
+  // What follows is for grains, which src/granular moves.
+
+  /// The law of their contacts, of the effect that makes them; null of all others.
+  virtual const effects::GrainContactLaw* grain_contact() const { return nullptr; }
+  /// True if its forces follow from places and charges alone and change little while a grain moves by a small part of
+  /// its size: then they may act as impulses between the steps in which contacts are followed.
+  virtual bool is_smooth() const { return false; }
+  /// Moves charges (reduced units, [N]) between grains in contact. The bodies still have the charges of before.
+  virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
+    (void)contacts, (void)bodies, (void)charge;
+  }
+  /// Changes momenta as a gas around the grains does from `time` on within dt; returns the energy that it gave them.
+  virtual double drive(double time, double dt, Bodies& bodies) { return (void)time, (void)dt, (void)bodies, 0; }
 
   // What follows is for an effect with a state of its own, beyond the bodies and its options.
 

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <variant>
+
+#include "src/effects/linear_spring.hpp"
+#include "src/effects/viscoelastic.hpp"
+
+namespace lichtenberg::effects {
+
+/// How grains in contact push each other.
+struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
+  using variant::variant;
+};
+
+/// Without damping, and `stiffness` times as stiff.
+GrainContactLaw elastic(const GrainContactLaw& law, double stiffness);
+
+/// How long two grains of diameter 1 and mass 1 that meet at this speed are in contact, if nothing is lost: no contact
+/// of theirs is shorter. Hertz: 3.21806 (m_eff^2 / (E^2 speed))^(1/5); linear: pi sqrt(m_eff / A).
+double shortest_contact(const GrainContactLaw& law, double speed);
+
+}  // namespace lichtenberg::effects

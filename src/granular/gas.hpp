@@ -1,0 +1,75 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "src/granular/contact_motion.hpp"
+#include "src/granular/energy_book.hpp"
+#include "src/granular/pair_list.hpp"
+#include "src/model/checkpoint.hpp"
+#include "src/model/model.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::granular {
+
+/// Grains in a periodic box with all that acts on them, at one instant: what an integrator carries on.
+class Gas {
+ public:
+  explicit Gas(const Scene& scene);
+
+  const Scene& scene() const { return scene_; }
+  const Bodies& bodies() const { return model_.bodies; }
+  Model& model() { return model_; }
+  double time() const { return time_; }
+  const std::vector<GrainContact>& contacts() const { return contact_motion_->contacts(); }
+  /// The law of contacts in the stage that the scene is in.
+  const effects::GrainContactLaw& law() const { return law_; }
+  parallel::Team& team() { return *team_; }
+
+  /// The energy as it is, with what has been booked so far.
+  EnergyBook energy();
+  double fastest() const;  ///< the largest speed
+
+  /// The pairs that may touch while no grain moves by more than `travel`.
+  std::span<const Pair> pairs(double travel) { return list_.pairs(model_.bodies, travel, *team_); }
+
+  /// Changes momenta by dt times the smooth forces at this instant.
+  void kick(double dt);
+  /// The gas around the grains acts on them for dt.
+  void drive(double dt);
+  /// Contacts, and nothing else, move the grains for dt, in steps that resolve the shortest contact.
+  void follow_contacts(double dt);
+  /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
+  void settle_contacts();
+
+  /// A stage of the scene begins or ends here: laws change, and a temperature may be set anew.
+  void enter_stage();
+  /// The time at which the current stage ends; infinite in the last.
+  double stage_end() const;
+
+  Checkpoint save() const;
+  void restore(const Checkpoint& checkpoint);
+
+  // What has been counted since the start.
+  std::int64_t steps = 0, contact_steps = 0, collisions = 0;
+  double largest_overlap = 0;  ///< over the sum of radii
+
+ private:
+  bool has_stage() const { return stage_ < scene_.stages.size(); }
+  void evaluate();
+
+  Scene scene_;
+  std::unique_ptr<parallel::Team> team_;
+  Model model_;
+  effects::GrainContactLaw law_;
+  std::unique_ptr<ContactMotion> contact_motion_;
+  PairList list_;
+  ContactRecord record_;
+  std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
+  EnergyBook book_;                   ///< the flows
+  double time_ = 0;
+  std::size_t stage_ = 0;
+};
+
+}  // namespace lichtenberg::granular

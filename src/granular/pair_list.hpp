@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "src/model/bodies.hpp"
+
+namespace lichtenberg::granular {
+
+/// The pairs of grains whose surfaces may come closer than a range within a step, kept while the grains move. Each
+/// grain has a reach of its own, which grows with its speed, so that a fast one in a cold gas costs its own
+/// neighbourhood and not everybody's.
+class PairList {
+ public:
+  explicit PairList(double range) : range_(range) {}
+
+  /// The pairs, in ascending order, that come closer than the range while no grain moves by more than `travel` from
+  /// where it is; may hold others.
+  std::span<const Pair> pairs(const Bodies& bodies, double travel, parallel::Team& team);
+  std::int64_t searches() const { return searches_; }
+
+ private:
+  bool holds(const Bodies& bodies, double travel) const;
+  void search(const Bodies& bodies, double travel, parallel::Team& team);
+
+  double range_;
+  std::vector<double> searched_at_, reach_;  ///< places of the last search, [N * d], and what each may have moved, [N]
+  std::vector<Pair> pairs_;
+  std::int64_t searches_ = 0;
+};
+
+}  // namespace lichtenberg::granular

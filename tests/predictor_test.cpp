@@ -15,7 +15,7 @@ namespace {
 Scene resolved_crowd() {
   Scene scene = crowd();
   scene.domain.size = {0.02, 0.02};
-  for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec2{0.04, 0.04};
+  for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec3{0.04, 0.04, 0};
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
   scene.field.cells = 256;
   return scene;

@@ -89,7 +89,7 @@ force = 0.01
 )");
   CHECK(s.title == "All of it");
   CHECK(s.seed == 7);
-  CHECK(s.domain.size == Vec2{0.04, 0.02});
+  CHECK(s.domain.size == Vec3{0.04, 0.02, 0});
   CHECK((s.domain.sides[0].electrode && s.domain.sides[0].potential == -5));
   CHECK((s.domain.sides[1].electrode && s.domain.sides[1].potential == 3));
   CHECK_FALSE(s.domain.sides[2].electrode);
@@ -99,8 +99,8 @@ force = 0.01
   CHECK(s.medium.depth == 0.01);
   CHECK(s.material.density == 1000);
   REQUIRE(s.conductors.size() == 2);
-  CHECK(s.conductors[0].position == Vec2{0.01, 0.01});
-  CHECK(s.conductors[0].velocity == Vec2{0.1, -0.2});
+  CHECK(s.conductors[0].position == Vec3{0.01, 0.01, 0});
+  CHECK(s.conductors[0].velocity == Vec3{0.1, -0.2, 0});
   CHECK(s.conductors[0].charge == 2e-10);
   CHECK(s.conductors[0].group == -1);
   CHECK(s.conductors[1].radius == 0.002);
@@ -157,7 +157,7 @@ TEST_CASE("defaults are filled in") {
   CHECK(s.output.file == "name.h5");
   CHECK(s.field.relaxation_eta == 0);
   CHECK(s.conductors[0].charge == 0);
-  CHECK(s.conductors[0].velocity == Vec2{0, 0});
+  CHECK(s.conductors[0].velocity == Vec3{});
   CHECK(s.material.density == 8050);
   CHECK(s.electrodes[0].name == "disk 1");
   CHECK(s.seed == 1);
@@ -393,6 +393,6 @@ TEST_CASE("the shipped scenes") {
   CHECK(least_gap(dendrite) >= 0.1e-3);
   CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->gap == 0.775e-3);
   const Scene two_disks = read_scene((shipped_scenes() / "two-disks.toml").string());
-  const Vec2 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
+  const Vec3 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
   CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding
 }

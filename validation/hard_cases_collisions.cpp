@@ -56,7 +56,7 @@ Scene head_on(const Collision& collision, int bystanders = 0) {
   scene.conductors[1].velocity = {-0.5 * collision.speed, 0};
   for (int i = 0; i < bystanders; ++i) {
     const Vec2 seat = {2e-3 + i % 40 * 2.2 * radius, 0.055 + i / 40 * 2.2 * radius};
-    scene.conductors.push_back({.position = seat, .radius = radius});
+    scene.conductors.push_back({.position = in_space(seat), .radius = radius});
   }
   scene.effects.add(effects::HertzContactOptions{.young = collision.young, .poisson = 0.3});
   return scene;

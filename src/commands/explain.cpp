@@ -27,7 +27,7 @@ using Summaries = std::vector<effects::EffectSummary>;
 void explain_scene(const Scene& scene) {
   fmt::print("{}{}{}\n", scene.path, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  domain               {:g} m x {:g} m{}\n", scene.domain.size.x, scene.domain.size.y,
-             scene.domain.height > 0 ? fmt::format(" x {:g} m", scene.domain.height) : "");
+             scene.dimension() == 3 ? fmt::format(" x {:g} m", scene.domain.size.z) : "");
   fmt::print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
   for (const effects::Terminal& terminal : effects::terminals_of(scene))

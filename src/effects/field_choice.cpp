@@ -58,7 +58,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
   // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
   constexpr double reserve = 3;
   laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),
-                                   .most_cells = cells_in_memory(scene.domain.size),
+                                   .most_cells = cells_in_memory(plane(scene.domain.size)),
                                    .cut_cell = cut_cell_options(scene.field)};
   const bool only_cut_cell = has_resistors(scene) || scene.field.device != "cpu" ||
                              (for_a_run && scene.field.method.empty() && !multipoles_can_follow(scene));

@@ -60,7 +60,7 @@ void add_couplings(const Scene& scene, const ElectricalGroups& groups, const Imp
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const ImplicitCharges& charges) {
   laplace::LaplaceProblem problem;
-  problem.size = scene.domain.size;
+  problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
   add_sides(scene, problem);
   std::vector<int> group_of_node(groups.id.size());
@@ -149,7 +149,8 @@ int predictor_cells(const Scene& scene) {
   const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double side = std::max(scene.domain.size.x, scene.domain.size.y);
   int cells = scene.field.cells;
-  for (int next = cells; next > 0 && smallest * next >= least_radius * side; next = halved(scene.domain.size, next))
+  for (int next = cells; next > 0 && smallest * next >= least_radius * side;
+       next = halved(plane(scene.domain.size), next))
     cells = next;
   return cells <= scene.field.cells / 4 ? cells : 0;
 }
@@ -196,7 +197,7 @@ namespace {
 /// Outside there is no field to solve for.
 void check_inside(const Scene& scene, const Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
-    const Vec2 p = position(bodies, i), size = scene.domain.size;
+    const Vec2 p = position(bodies, i), size = plane(scene.domain.size);
     if (p.x >= 0 && p.y >= 0 && p.x <= size.x && p.y <= size.y) continue;
     throw Failure(fmt::format(
         "conductor {} has left the domain and is at [{:g}, {:g}] m{}", i, p.x, p.y,

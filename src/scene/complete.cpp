@@ -62,7 +62,7 @@ double permittivity(const Draft& draft) {
 
 /// Square cells: S along the longer side must give a whole number along the shorter one.
 double cell_size(const Draft& draft) {
-  const Vec2 size = draft.scene.domain.size;
+  const Vec3 size = draft.scene.domain.size;
   const int cells = draft.scene.field.cells;
   const double h = std::max(size.x, size.y) / cells;
   if (draft.scene.field.accuracy) return h;  // another number will be chosen

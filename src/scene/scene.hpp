@@ -22,14 +22,15 @@ struct DomainSide {
 };
 
 struct Domain {
-  Vec2 size;                        ///< m
-  double height = 0;                ///< m, along z, of a three-dimensional domain; 0: it has two dimensions
+  Vec3 size;                        ///< m; z = 0: it has two dimensions
   std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
   bool walled = true;               ///< of a packing: the sides are walls
 
-  /// The same for who moves bodies in it; without a length along z in two dimensions.
+  int dimension() const { return size.z > 0 ? 3 : 2; }
+
+  /// The domain for who moves bodies in it; without a length along z in two dimensions.
   Box<3> box() const {
-    Box<3> box{.lengths = {size.x, size.y, height}};
+    Box<3> box{.lengths = size};
     for (std::size_t s = 0; s < sides.size(); ++s)
       box.sides[s] = sides[s].periodic ? Boundary::periodic : sides[s].electrode ? Boundary::electrode : Boundary::wall;
     return box;
@@ -51,20 +52,17 @@ struct Medium {
   double temperature = 295.15;  ///< K (22 degrees Celsius, D 4.1): turns dissipated power into entropy production
 };
 
-/// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave the third
-/// component at 0.
+/// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave z at 0.
 struct Wall {
   std::string name;
-  std::array<double, 3> point{};   ///< m
-  std::array<double, 3> normal{};  ///< of length 1
+  Vec3 point{};   ///< m
+  Vec3 normal{};  ///< of length 1
 };
 
-/// A mobile disk (field) or sphere (mechanics).
+/// A mobile disk (field) or sphere (mechanics). Two-dimensional scenes leave z at 0.
 struct Conductor {
-  Vec2 position{};                  ///< m
-  double z = 0;                     ///< m, in three dimensions
-  Vec2 velocity{};                  ///< m/s
-  double velocity_z = 0;            ///< m/s
+  Vec3 position{};                  ///< m
+  Vec3 velocity{};                  ///< m/s
   double radius = 0;                ///< m
   double charge = 0;                ///< C
   int group = -1;                   ///< index into Scene::groups, -1: of its own
@@ -73,8 +71,7 @@ struct Conductor {
 
 /// m, of the conductor's centre from the wall; negative beyond it.
 inline double distance(const Wall& wall, const Conductor& conductor) {
-  return (conductor.position.x - wall.point[0]) * wall.normal[0] +
-         (conductor.position.y - wall.point[1]) * wall.normal[1] + (conductor.z - wall.point[2]) * wall.normal[2];
+  return dot(conductor.position - wall.point, wall.normal);
 }
 
 /// Conductors wired together by the scene: one potential, whether they touch or not. Either the charge of the whole
@@ -174,7 +171,7 @@ struct Scene {
   OutputOptions output;
   StopOptions stop;
 
-  int dimension() const { return domain.height > 0 ? 3 : 2; }
+  int dimension() const { return domain.dimension(); }
 };
 
 /// Reads and checks a scene, whose effects are of these kinds. Throws InputError (one sentence: file, line, key, value

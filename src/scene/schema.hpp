@@ -18,7 +18,7 @@ using At = T* (*)(Draft&);
 using Place =
     std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
                  At<std::vector<double>>, At<DomainSide>, At<std::optional<double>>, At<std::optional<std::string>>,
-                 At<std::optional<Interval>>, At<std::optional<Rectangle>>, At<std::optional<Coordinates>>>;
+                 At<std::optional<Interval>>, At<std::optional<Region>>, At<std::optional<Coordinates>>>;
 
 /// The finite numbers from low to high.
 struct Range {

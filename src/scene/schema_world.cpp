@@ -314,7 +314,7 @@ Table population() {
                .place = [](Draft& d) { return &d.populations.back().region; },
                .unit = "m",
                .computed_default = "the whole domain",
-               .help = "rectangle that they lie in, in three dimensions from front to back"},
+               .help = "rectangle or cuboid that they lie in; a rectangle in three dimensions goes from front to back"},
           }};
 }
 

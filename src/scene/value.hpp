@@ -84,11 +84,11 @@ inline bool read(const toml::node& node, Coordinates& value) {
 }
 inline const char* type_name(const Coordinates&) { return "two numbers [x, y] or three [x, y, z]"; }
 inline std::string show(const Coordinates& value) {
-  return value.count == 3 ? fmt::format("[{:g}, {:g}, {:g}]", value.value[0], value.value[1], value.value[2])
-                          : show(value.plane());
+  return value.count == 3 ? fmt::format("[{:g}, {:g}, {:g}]", value.value.x, value.value.y, value.value.z)
+                          : show(plane(value.value));
 }
 inline std::vector<double> numbers(const Coordinates& value) {
-  const auto& [x, y, z] = value.value;
+  const auto [x, y, z] = value.value;
   return value.count == 3 ? std::vector<double>{x, y, z} : std::vector<double>{x, y};
 }
 
@@ -118,14 +118,19 @@ inline const char* type_name(const Interval&) { return "a number or two numbers 
 inline std::string show(const Interval& value) { return fmt::format("[{:g}, {:g}]", value.smallest, value.largest); }
 inline std::vector<double> numbers(const Interval& value) { return {value.smallest, value.largest}; }
 
-inline bool read(const toml::node& node, Rectangle& value) {
+inline bool read(const toml::node& node, Region& value) {
   const toml::array* pair = node.as_array();
-  return pair && pair->size() == 2 && read((*pair)[0], value.lower) && read((*pair)[1], value.upper);
+  return pair && pair->size() == 2 && read((*pair)[0], value.lower) && read((*pair)[1], value.upper) &&
+         value.lower.count == value.upper.count;
 }
-inline const char* type_name(const Rectangle&) { return "two corners [[left, bottom], [right, top]]"; }
-inline std::string show(const Rectangle& value) { return "[" + show(value.lower) + ", " + show(value.upper) + "]"; }
-inline std::vector<double> numbers(const Rectangle& value) {
-  return {value.lower.x, value.lower.y, value.upper.x, value.upper.y};
+inline const char* type_name(const Region&) {
+  return "two corners [[left, bottom], [right, top]] or [[left, bottom, front], [right, top, back]]";
+}
+inline std::string show(const Region& value) { return "[" + show(value.lower) + ", " + show(value.upper) + "]"; }
+inline std::vector<double> numbers(const Region& value) {
+  std::vector<double> all = numbers(value.lower);
+  for (const double number : numbers(value.upper)) all.push_back(number);
+  return all;
 }
 
 inline bool read(const toml::node& node, DomainSide& value) {

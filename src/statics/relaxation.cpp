@@ -42,7 +42,7 @@ std::vector<int> spatial_order(const Scene& scene, double diameter) {
   const auto cell = [&](double x) { return static_cast<std::uint32_t>(std::clamp(x / diameter, 0.0, limit)); };
   std::vector<std::pair<std::uint64_t, int>> codes;
   for (const Conductor& c : scene.conductors)
-    codes.emplace_back(interleaved({cell(c.position.x), cell(c.position.y), cell(c.z)}),
+    codes.emplace_back(interleaved({cell(c.position.x), cell(c.position.y), cell(c.position.z)}),
                        static_cast<int>(codes.size()));
   std::ranges::sort(codes);
   std::vector<int> order;

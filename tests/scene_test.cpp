@@ -117,15 +117,15 @@ force = 0.01
   CHECK(s.effects.find<effects::WallContactOptions>()->poisson == 0.3);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 1e-4);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.5);
-  CHECK(s.field.method == "relaxation");
+  CHECK(s.field.method == FieldMethod::relaxation);
   CHECK(s.field.cells == 64);
   CHECK(s.field.tolerance == 1e-6);
   CHECK(s.field.moving_tolerance == 1e-3);
-  CHECK(s.field.links == "plain");
-  CHECK(s.field.linear_solver == "assembled");
+  CHECK(s.field.links == FieldLinks::plain);
+  CHECK(s.field.linear_solver == FieldLinearSolver::assembled);
   CHECK(s.field.relaxation_eta == 0.01);
-  CHECK(s.mechanics.integrator == "euler");
-  CHECK(s.mechanics.coupling == "monolithic");
+  CHECK(s.mechanics.integrator == Integrator::euler);
+  CHECK(s.mechanics.coupling == FieldCoupling::monolithic);
   CHECK(s.mechanics.relative_tolerance == 1e-5);
   CHECK(s.mechanics.position_tolerance == 1e-7);
   CHECK(s.mechanics.largest_step == 0.25);
@@ -325,8 +325,8 @@ TEST_CASE("an accuracy takes the place of cells and tolerances") {
     return box + "[field]\naccuracy = 1e-3\n" + field + disk("[0.01, 0.01]");
   };
   CHECK(*parse(with("")).field.accuracy == 1e-3);
-  CHECK(parse(with("")).field.method == "");
-  CHECK(parse(with("method = \"cut-cell\"\n")).field.method == "cut-cell");
+  CHECK_FALSE(parse(with("")).field.method);
+  CHECK(parse(with("method = \"cut-cell\"\n")).field.method == FieldMethod::cut_cell);
   CHECK_FALSE(parse(with("")).field.estimate);
   CHECK_FALSE(parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]")).field.accuracy);
   for (const std::string key : {"cells", "tolerance", "moving_tolerance"})

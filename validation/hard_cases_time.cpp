@@ -30,9 +30,9 @@ const std::array<std::string, 3> ways = {"split", "monolithic", "euler"};
 /// `scene` by split or monolithic coupling of CVODE, or by Euler's steps.
 Scene by(const std::string& way, Scene scene) {
   if (way == "euler")
-    scene.mechanics.integrator = "euler";
+    scene.mechanics.integrator = Integrator::euler;
   else
-    scene.mechanics.coupling = way;
+    scene.mechanics.coupling = value_of<FieldCoupling>(way).value();
   return scene;
 }
 

@@ -63,13 +63,21 @@ struct WallDraft {
   Coordinates point{}, normal{};
 };
 
+/// Of the radii in their interval, which truncates it.
+enum class RadiusDistribution { uniform, normal, lognormal };
+template <>
+inline constexpr Named<RadiusDistribution> values_named<RadiusDistribution>[] = {
+    {RadiusDistribution::uniform, "uniform"},
+    {RadiusDistribution::normal, "normal"},
+    {RadiusDistribution::lognormal, "lognormal"}};
+
 /// `count` conductors at random places of `region`, wholly inside it.
 struct PopulationDraft {
   int line = 0;
   int count = 0;
   std::optional<Interval> radius{};
   std::vector<double> radii{};  ///< m, taken in turn, in place of `radius`
-  std::string distribution = "uniform";
+  RadiusDistribution distribution = RadiusDistribution::uniform;
   std::optional<double> mean{}, deviation{};
   bool overlapping = false;
   double charge = 0;

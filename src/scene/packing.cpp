@@ -140,11 +140,11 @@ void check_packing_keys(const Draft& draft) {
   const std::string why =
       " is not allowed with effects.contact_potential, under which nothing else acts: leave one out";
   check_idle_keys(draft);
-  const std::string& method = draft.scene.minimize.method;
-  if (const int line = draft.line("minimize.step"); line > 0 && method != "gradient-descent")
+  const MinimizeMethod method = draft.scene.minimize.method;
+  if (const int line = draft.line("minimize.step"); line > 0 && method != MinimizeMethod::gradient_descent)
     refuse_it(line, fmt::format("minimize.step is not allowed with minimize.method = \"{}\", which chooses its steps: "
                                 "leave it out, or choose \"gradient-descent\"",
-                                method));
+                                name_of(method)));
   if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
   if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
 }

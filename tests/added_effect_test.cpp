@@ -222,11 +222,13 @@ TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for b
 
 TEST_CASE("every integrator tells an effect of each step that stands, once") {
   struct Way {
-    const char *integrator, *coupling;
+    Integrator integrator;
+    FieldCoupling coupling;
   };
-  for (const Way way : {Way{"cvode", "split"}, Way{"cvode", "monolithic"}, Way{"euler", "split"}}) {
-    CAPTURE(way.coupling);
-    CAPTURE(way.integrator);
+  for (const Way way : {Way{Integrator::cvode, FieldCoupling::split}, Way{Integrator::cvode, FieldCoupling::monolithic},
+                        Way{Integrator::euler, FieldCoupling::split}}) {
+    CAPTURE(name_of(way.coupling));
+    CAPTURE(name_of(way.integrator));
     Scene scene = steel_spheres::crowd();
     scene.mechanics.integrator = way.integrator;
     scene.mechanics.coupling = way.coupling;

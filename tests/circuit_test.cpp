@@ -99,7 +99,7 @@ TEST_CASE("the error of a step: half the change of a current that changes slowly
 // ---- leakage
 
 TEST_CASE("charge leaks with the relaxation time of the fluid, fed or not, exactly at any step") {
-  for (const char* integrator : {"cvode", "euler"}) {
+  for (const Integrator integrator : {Integrator::cvode, Integrator::euler}) {
     Scene scene = scene_of({{0.05, 0.05}});
     scene.effects.add<effects::FloatingConductorsOptions>();
     scene.domain.sides[0].electrode = true;
@@ -166,7 +166,7 @@ TEST_CASE("the charge step is of second order") {
   const double ohm = 0.2 / capacitance;
   const auto error = [&](double dt) {
     Scene scene = resistor_scene(ohm);
-    scene.mechanics.integrator = "euler";
+    scene.mechanics.integrator = Integrator::euler;
     scene.mechanics.euler_step = scene.mechanics.euler_field_step = dt;
     Simulation simulation(scene, std::make_unique<LineCharges>());
     simulation.advance_to(0.2);
@@ -311,7 +311,7 @@ TEST_CASE("what a source feeds into an insulated box leaves through the resistor
 }
 
 TEST_CASE("a crowd with everything on: charge to the last digit, whatever the integrator, and the same bits resumed") {
-  for (const auto& [integrator, every] : {std::tuple{"cvode", 0.05}, {"euler", 0.02}}) {
+  for (const auto& [integrator, every] : {std::tuple{Integrator::cvode, 0.05}, {Integrator::euler, 0.02}}) {
     Scene scene = crowd();
     scene.electrodes.push_back(ball("high", {0.062, 0.05}, 50));
     scene.electrodes.back().series_resistance = 0.05 / capacitance;

@@ -26,7 +26,7 @@ inline Scene scene_of(std::vector<Vec2> places) {
   Scene scene;
   scene.domain.size = {0.1, 0.1};
   scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  for (const Vec2 place : places) scene.conductors.push_back({.position = in_space(place), .radius = radius});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.1});
   scene.mechanics.position_tolerance = 1e-6;

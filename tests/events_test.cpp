@@ -32,7 +32,7 @@ TEST_CASE("split and monolithic coupling agree through contacts made and lost") 
   Scene scene = crowd();
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = (i % 3 - 1.0) * 3e-10;
   scene.mechanics.relative_tolerance = 1e-8;
-  const auto run = [&](const std::string& coupling) {
+  const auto run = [&](FieldCoupling coupling) {
     scene.mechanics.coupling = coupling;
     scene.mechanics.position_tolerance = 1e-5 * radius;
     Simulation simulation(scene, std::make_unique<LineCharges>());
@@ -42,8 +42,8 @@ TEST_CASE("split and monolithic coupling agree through contacts made and lost") 
     CHECK(c.contacts_lost > 2);
     return std::pair(simulation.now(), c.regroupings);
   };
-  const auto [split, split_regroupings] = run("split");
-  const auto [monolithic, monolithic_regroupings] = run("monolithic");
+  const auto [split, split_regroupings] = run(FieldCoupling::split);
+  const auto [monolithic, monolithic_regroupings] = run(FieldCoupling::monolithic);
   CHECK(split_regroupings == monolithic_regroupings);
   CHECK(split.group == monolithic.group);
   CHECK(largest_distance(split, monolithic) < 1e-3 * radius);
@@ -52,7 +52,7 @@ TEST_CASE("split and monolithic coupling agree through contacts made and lost") 
 
 TEST_CASE("contacts are located where the gap says, not where steps end") {
   // A constant force until contact with the grounded ball, none after it: v = sqrt(2 a s) remembers where that was.
-  for (const std::string coupling : {"split", "monolithic"}) {
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) {
     Scene scene = conductor_scene({{0.02, 0.05}});
     scene.effects.remove<effects::StokesDragOptions>();
     scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
@@ -75,7 +75,7 @@ TEST_CASE("contacts are located where the gap says, not where steps end") {
 
 TEST_CASE("a contact that is made and lost on the way is not missed, however long steps could be") {
   // Straight past a grounded ball, the least gap 1 % below the contact gap; no force, so nothing else ends a step.
-  for (const std::string coupling : {"split", "monolithic"})
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic})
     for (const double start : {0.02, 0.0203, 0.0206}) {
       Scene scene = conductor_scene({{start, 0.05 + 2.99 * radius}});
       scene.effects.remove<effects::StokesDragOptions>();
@@ -210,8 +210,9 @@ TEST_CASE("the charges at the instant of a parting are those of that instant, no
 }
 
 TEST_CASE("charge is balanced to 1e-12 over whole runs, whatever the integrator") {
-  for (const auto& [integrator, coupling, end] :
-       {std::tuple{"cvode", "split", 2.0}, {"cvode", "monolithic", 0.1}, {"euler", "split", 0.5}}) {
+  for (const auto& [integrator, coupling, end] : {std::tuple{Integrator::cvode, FieldCoupling::split, 2.0},
+                                                  {Integrator::cvode, FieldCoupling::monolithic, 0.1},
+                                                  {Integrator::euler, FieldCoupling::split, 0.5}}) {
     Scene scene = crowd();
     scene.mechanics.integrator = integrator;
     scene.mechanics.coupling = coupling;
@@ -292,8 +293,9 @@ TEST_CASE("a run is stationary when all are grounded and at rest, not before") {
 }
 
 TEST_CASE("a simulation restored from a checkpoint goes on bit for bit as the one that made it") {
-  for (const auto& [integrator, coupling, every] :
-       {std::tuple{"cvode", "split", 0.05}, {"cvode", "monolithic", 0.005}, {"euler", "split", 0.02}}) {
+  for (const auto& [integrator, coupling, every] : {std::tuple{Integrator::cvode, FieldCoupling::split, 0.05},
+                                                    {Integrator::cvode, FieldCoupling::monolithic, 0.005},
+                                                    {Integrator::euler, FieldCoupling::split, 0.02}}) {
     Scene scene = crowd();
     scene.mechanics.integrator = integrator;
     scene.mechanics.coupling = coupling;

@@ -247,7 +247,7 @@ TEST_CASE("an interval of a rounding error is none") {
 
 TEST_CASE("a place without a field that an iteration tries is no failure, one that a body reaches is") {
   Scene scene = conductor_scene({{0.05, 0.05}});
-  scene.mechanics.coupling = "monolithic";
+  scene.mechanics.coupling = FieldCoupling::monolithic;
   int solves = 0;
   Simulation once(scene, scripted([&](const auto&) -> std::vector<Vec2> {
                     if (++solves == 5) throw Failure("here is no field");
@@ -261,7 +261,7 @@ TEST_CASE("a place without a field that an iteration tries is no failure, one th
 
 TEST_CASE("an exception in the middle of an integration comes out of it as it is") {
   Scene scene = conductor_scene({{0.05, 0.05}});
-  scene.mechanics.coupling = "monolithic";
+  scene.mechanics.coupling = FieldCoupling::monolithic;
   int solves = 0;
   Simulation simulation(scene, scripted([&](const auto&) -> std::vector<Vec2> {
                           if (++solves > 5) throw Failure("the field solver gave up");
@@ -274,7 +274,7 @@ TEST_CASE("an exception in the middle of an integration comes out of it as it is
 
 TEST_CASE("Euler: explicit steps of euler_step, the field every euler_field_step") {
   Scene scene = conductor_scene({{0.05, 0.05}});
-  scene.mechanics.integrator = "euler";
+  scene.mechanics.integrator = Integrator::euler;
   scene.conductors[0].velocity = {0.1, 0};
   int solves = 0;
   Simulation simulation(scene, scripted([&](const auto&) {
@@ -294,8 +294,8 @@ TEST_CASE("Euler comes closer to CVODE in proportion to its step") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
-  scene.mechanics.coupling = "monolithic";
-  const auto run = [&](const std::string& integrator, double step) {
+  scene.mechanics.coupling = FieldCoupling::monolithic;
+  const auto run = [&](Integrator integrator, double step) {
     scene.mechanics.integrator = integrator;
     scene.mechanics.euler_step = 0.01 * step;
     scene.mechanics.euler_field_step = step;
@@ -303,9 +303,9 @@ TEST_CASE("Euler comes closer to CVODE in proportion to its step") {
     simulation.advance_to(0.2);
     return simulation.now();
   };
-  const ConductorFrame reference = run("cvode", 0);
-  const double coarse = largest_distance(run("euler", 4e-3), reference);
-  const double fine = largest_distance(run("euler", 1e-3), reference);
+  const ConductorFrame reference = run(Integrator::cvode, 0);
+  const double coarse = largest_distance(run(Integrator::euler, 4e-3), reference);
+  const double fine = largest_distance(run(Integrator::euler, 1e-3), reference);
   CHECK(coarse > 1e-7);
   CHECK(coarse / fine == near(4, 0.1));  // first order; the next is down by step * force rate = 0.01
 }
@@ -318,7 +318,7 @@ TEST_CASE("split coupling converges to the monolithic one in second order of the
   for (int i = 0; i < 4; ++i) scene.conductors[i].charge = charges[i];
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.mechanics.relative_tolerance = 1e-9;
-  const auto run = [&](const std::string& coupling, double step) {
+  const auto run = [&](FieldCoupling coupling, double step) {
     scene.mechanics.coupling = coupling;
     scene.mechanics.largest_step = step;
     scene.mechanics.position_tolerance = 1;  // every step is accepted
@@ -326,10 +326,10 @@ TEST_CASE("split coupling converges to the monolithic one in second order of the
     simulation.advance_to(0.32);
     return simulation.now();
   };
-  const ConductorFrame reference = run("monolithic", 0.01);
-  const double e1 = largest_distance(run("split", 0.04), reference);
-  const double e2 = largest_distance(run("split", 0.02), reference);
-  const double e4 = largest_distance(run("split", 0.01), reference);
+  const ConductorFrame reference = run(FieldCoupling::monolithic, 0.01);
+  const double e1 = largest_distance(run(FieldCoupling::split, 0.04), reference);
+  const double e2 = largest_distance(run(FieldCoupling::split, 0.02), reference);
+  const double e4 = largest_distance(run(FieldCoupling::split, 0.01), reference);
   CHECK(e1 > 1e-7);
   // The first step, whose force is held constant, costs H^2 as well; the rest of the series is not negligible yet.
   CHECK(std::log2(e1 / e2) == near(2, 0.2));
@@ -341,15 +341,15 @@ TEST_CASE("split coupling keeps the position tolerance with far fewer solves") {
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.mechanics.relative_tolerance = 1e-9;
-  const auto run = [&](const std::string& coupling, double tolerance) {
+  const auto run = [&](FieldCoupling coupling, double tolerance) {
     scene.mechanics.coupling = coupling;
     scene.mechanics.position_tolerance = tolerance;
     Simulation simulation(scene, std::make_unique<LineCharges>());
     simulation.advance_to(0.3);
     return simulation.now();
   };
-  const ConductorFrame reference = run("monolithic", 1e-6);
-  const ConductorFrame coarse = run("split", 1e-6), fine = run("split", 1e-8);
+  const ConductorFrame reference = run(FieldCoupling::monolithic, 1e-6);
+  const ConductorFrame coarse = run(FieldCoupling::split, 1e-6), fine = run(FieldCoupling::split, 1e-8);
   // The tolerance is per step, and there are some tens of steps: a factor 10 is allowed for both.
   CHECK(largest_distance(coarse, reference) < 1e-5);
   CHECK(largest_distance(fine, reference) < 1e-7);

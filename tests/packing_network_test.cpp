@@ -80,14 +80,14 @@ TEST_CASE("both networks of a result file, and the particles sorted by what they
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.frame == 1);
-  const SolvedNetwork particle = solve_network(frame, "particle", {}, 12);
+  const SolvedNetwork particle = solve_network(frame, NetworkModel::particle, {}, 12);
   // Four contacts of 1 Ohm, those with the walls among them. Contact-centred: 1 Ohm across the lower and the upper
   // particle; on the middle one, which has three contacts, 1 Ohm beside 2 Ohm by way of the third.
   CHECK(particle.conduction.resistance == Approx(4).epsilon(1e-14));
   CHECK(particle.conduction.current == Approx(3).epsilon(1e-14));
   CHECK(particle.conduction.power == Approx(36).epsilon(1e-14));
-  CHECK(solve_network(frame, "contact", {}, 12).conduction.resistance == Approx(8.0 / 3).epsilon(1e-14));
-  for (const std::string model : {"particle", "contact"}) {
+  CHECK(solve_network(frame, NetworkModel::contact, {}, 12).conduction.resistance == Approx(8.0 / 3).epsilon(1e-14));
+  for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact}) {
     const SolvedNetwork solved = solve_network(frame, model, {}, 1);
     CHECK(solved.backbone == std::vector<int>{0, 1, 2});
     CHECK(solved.dead_ends == std::vector<int>{3});
@@ -97,7 +97,7 @@ TEST_CASE("both networks of a result file, and the particles sorted by what they
 
 TEST_CASE("a frame without a path: infinite resistance, no error") {
   const TwoFrames file;
-  const SolvedNetwork solved = solve_network(read_packing(file.path(), 0), "particle", {}, 1);
+  const SolvedNetwork solved = solve_network(read_packing(file.path(), 0), NetworkModel::particle, {}, 1);
   CHECK(!solved.conduction.connected);
   CHECK(std::isinf(solved.conduction.resistance));
   CHECK(solved.isolated == std::vector<int>{1, 3, 4});
@@ -108,11 +108,14 @@ TEST_CASE("a frame without a path: infinite resistance, no error") {
 TEST_CASE("particles as electrodes") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
-  CHECK(solve_network(frame, "particle", {.between = "0,2"}, 1).conduction.resistance == Approx(2).epsilon(1e-14));
-  CHECK(solve_network(frame, "contact", {.between = "0,2"}, 1).conduction.resistance == Approx(2.0 / 3).epsilon(1e-14));
+  CHECK(solve_network(frame, NetworkModel::particle, {.between = "0,2"}, 1).conduction.resistance ==
+        Approx(2).epsilon(1e-14));
+  CHECK(solve_network(frame, NetworkModel::contact, {.between = "0,2"}, 1).conduction.resistance ==
+        Approx(2.0 / 3).epsilon(1e-14));
   for (const char* between : {"3,top", "3, top", "3 ,top", " 3 , top "})
-    CHECK(solve_network(frame, "particle", {.between = between}, 1).conduction.resistance == Approx(3).epsilon(1e-14));
-  for (const std::string model : {"particle", "contact"}) {
+    CHECK(solve_network(frame, NetworkModel::particle, {.between = between}, 1).conduction.resistance ==
+          Approx(3).epsilon(1e-14));
+  for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact}) {
     const SolvedNetwork solved = solve_network(frame, model, {.between = "0,2"}, 1);
     CHECK(solved.backbone == std::vector<int>{0, 1, 2});
     CHECK(solved.dead_ends == std::vector<int>{3});
@@ -126,8 +129,8 @@ TEST_CASE("particles as electrodes") {
 TEST_CASE("the scene chooses the physics of the resistors") {
   const TwoFrames file("[network]\nresistor = \"constriction\"\nresistivity = 3.0\nspot = 0.01\nmodel = \"contact\"\n");
   const PackingFrame frame = read_packing(file.path(), {});
-  CHECK(frame.scene.network.model == "contact");
-  const SolvedNetwork solved = solve_network(frame, "contact", frame.scene.network, 1);
+  CHECK(frame.scene.network.model == NetworkModel::contact);
+  const SolvedNetwork solved = solve_network(frame, NetworkModel::contact, frame.scene.network, 1);
   CHECK(solved.conduction.resistance == Approx(6 * 3.0 / (4 * 0.01)).epsilon(1e-13));
   // Another resistor on the command line has no use for the scene's parameters, but those beside it are for itself.
   CHECK(run_command_line({"network", file.path(), "--no-picture", "--resistor", "constant", "--resistance", "2"}) == 0);
@@ -137,7 +140,8 @@ TEST_CASE("the scene chooses the physics of the resistors") {
 TEST_CASE("powers balance however small they are") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
-  const SolvedNetwork solved = solve_network(frame, "particle", {.parameters = {.resistance = 1e300}}, 1e-7);
+  const SolvedNetwork solved =
+      solve_network(frame, NetworkModel::particle, {.parameters = {.resistance = 1e300}}, 1e-7);
   CHECK(solved.conduction.current == Approx(0.25e-307).epsilon(1e-14));
   CHECK(solved.conduction.power_balance < 1e-12);
 }
@@ -147,7 +151,7 @@ TEST_CASE("conductors of different materials in one network") {
   PackingFrame frame = read_packing(file.path(), {});
   frame.packing.resistivity = {1e-30, 1e30, 1e-30, 1, 1};
   // Bottom to top, particle-centred: half of each contact lies in either particle. 1e30 twice, in series.
-  const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
+  const SolvedNetwork solved = solve_network(frame, NetworkModel::particle, {}, 1);
   CHECK(solved.conduction.resistance == Approx(1e30).epsilon(1e-14));
   CHECK(solved.conduction.power_balance < 1e-14);
 }
@@ -156,7 +160,7 @@ TEST_CASE("the file keeps the networks, and everything else") {
   const TwoFrames file;
   for (const double voltage : {1.0, 12.0}) {  // the second call over the first
     const PackingFrame frame = read_packing(file.path(), {});
-    save_networks(file.path(), frame, {solve_network(frame, "particle", {}, voltage)});
+    save_networks(file.path(), frame, {solve_network(frame, NetworkModel::particle, {}, voltage)});
   }
   const hdf5::Handle result = hdf5::load(file.path());
   CHECK(hdf5::get<double>(result, "network/particle/effective_resistance")[0] == Approx(4));
@@ -176,7 +180,7 @@ TEST_CASE("the file keeps the networks, and everything else") {
 TEST_CASE("a file that changes while it is measured stays as its run left it") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
-  const SolvedNetwork solved = solve_network(frame, "particle", {}, 1);
+  const SolvedNetwork solved = solve_network(frame, NetworkModel::particle, {}, 1);
   file.save_another_frame();
   const std::string newer = text_of(file.path());
   CHECK_THROWS_AS(save_networks(file.path(), frame, {solved}), Failure);
@@ -188,7 +192,7 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const auto refused = [&](const NetworkOptions& options) {
-    return message_of([&] { solve_network(frame, "particle", options, 1); });
+    return message_of([&] { solve_network(frame, NetworkModel::particle, options, 1); });
   };
   CHECK(contains(refused({.between = "bottom,bottom"}), "same electrode twice"));
   CHECK(contains(refused({.between = "bottom"}), "two electrodes are needed"));
@@ -199,7 +203,7 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
   CHECK(contains(refused({.parameters = {.resistance = INFINITY}}),
                  "inf Ohm is not allowed: it must be greater than 0 and finite"));
   CHECK(contains(refused({.parameters = {.spot = 0.1}}), "\"constant\" has no use for spot"));
-  for (const std::string model : {"particle", "contact"}) {
+  for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact}) {
     const NetworkOptions wide{.resistor = "constriction", .parameters = {.resistivity = 1, .spot = 0.5}};
     CHECK(contains(message_of([&] { solve_network(frame, model, wide, 1); }),
                    "no contact can be that wide on particle 3 of radius 0.5 m"));
@@ -207,13 +211,13 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
   PackingFrame spheres = frame;
   spheres.packing.position[4][2] = 1;
   CHECK(contains(message_of([&] {
-                   solve_network(spheres, "contact",
+                   solve_network(spheres, NetworkModel::contact,
                                  {.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}, 1);
                  }),
                  "disks in the plane"));
   CHECK(
       contains(refused({.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}), "contact-centred"));
-  CHECK(contains(message_of([&] { solve_network(frame, "contact", {.between = "0,1"}, 1); }), "touch"));
+  CHECK(contains(message_of([&] { solve_network(frame, NetworkModel::contact, {.between = "0,1"}, 1); }), "touch"));
   CHECK(contains(message_of([&] { read_packing(file.path(), 2); }), "it has frames 0 to 1"));
   CHECK(contains(message_of([] { read_packing("nothing.h5", {}); }), "nothing.h5 does not exist"));
   CHECK(contains(message_of([] {

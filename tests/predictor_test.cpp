@@ -15,7 +15,7 @@ namespace {
 Scene resolved_crowd() {
   Scene scene = crowd();
   scene.domain.size = {0.02, 0.02};
-  for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec2{0.04, 0.04};
+  for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec3{0.04, 0.04, 0};
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
   scene.field.cells = 256;
   return scene;
@@ -33,8 +33,10 @@ TEST_CASE("the predictor's grid is the field's, halved while a radius has two ce
   scene.field.cells = 250;  // 125, and then no whole cells
   CHECK(effects::predictor_cells(scene) == 0);
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
-           [](Scene& s) { s.mechanics.predictor = false; }, [](Scene& s) { s.mechanics.coupling = "monolithic"; },
-           [](Scene& s) { s.mechanics.integrator = "euler"; }, [](Scene& s) { s.field.method = "relaxation"; },
+           [](Scene& s) { s.mechanics.predictor = false; },
+           [](Scene& s) { s.mechanics.coupling = FieldCoupling::monolithic; },
+           [](Scene& s) { s.mechanics.integrator = Integrator::euler; },
+           [](Scene& s) { s.field.method = FieldMethod::relaxation; },
            [](Scene& s) { s.effects.add(effects::LeakageOptions{.conductivity = 1e-10}); }}) {
     Scene other = resolved_crowd();
     change(other);

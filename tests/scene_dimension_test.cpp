@@ -31,7 +31,7 @@ double smallest_gap(const Scene& scene) {
   for (std::size_t i = 0; i < scene.conductors.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const Conductor &a = scene.conductors[i], &b = scene.conductors[j];
-      const Vec3 apart = box.difference({a.position.x, a.position.y, a.z}, {b.position.x, b.position.y, b.z});
+      const Vec3 apart = box.difference(a.position, b.position);
       least = std::min(least, norm(apart) - a.radius - b.radius);
     }
   return least;
@@ -67,10 +67,9 @@ TEST_CASE("front and back are there in three dimensions only") {
 
 TEST_CASE("places and velocities have as many numbers as the domain") {
   const Conductor c = parse(cube + ball("[0.5, 0.5, 2.5]", "velocity = [1.0, 2.0, 3.0]\n")).conductors[0];
-  CHECK(c.z == 2.5);
-  CHECK(c.velocity == Vec2{1, 2});
-  CHECK(c.velocity_z == 3);
-  CHECK(parse(cube + ball("[0.5, 0.5, 2.5]")).conductors[0].velocity_z == 0);
+  CHECK(c.position == Vec3{0.5, 0.5, 2.5});
+  CHECK(c.velocity == Vec3{1, 2, 3});
+  CHECK(parse(cube + ball("[0.5, 0.5, 2.5]")).conductors[0].velocity == Vec3{});
   check_refused(cube + ball("[0.5, 0.5]"), {"conductor.position has 2 numbers", "the domain has 3"});
   check_refused(cube + ball("[0.5, 0.5, 0.5]", "velocity = [1.0, 2.0]\n"),
                 {"conductor.velocity has 2 numbers", "the domain has 3"});
@@ -139,6 +138,33 @@ TEST_CASE("populations in space, and through periodic sides, without overlap") {
   }
   const Scene packing = parse(cube + "effects.contact_potential = {}\n" + many);
   CHECK(smallest_gap(packing) >= 0);
+}
+
+TEST_CASE("a population's region is a box in space; a rectangle goes from front to back") {
+  const auto with_region = [](const std::string& domain, const std::string& region) {
+    return domain + elastic + "[[population]]\ncount = 30\nradius = 0.02\nregion = " + region + "\n";
+  };
+  const auto within = [](const Scene& scene, Vec3 lower, Vec3 upper) {
+    return std::ranges::all_of(scene.conductors, [&](const Conductor& c) {
+      for (int k = 0; k < 3; ++k)
+        if (c.position[k] < lower[k] + c.radius || c.position[k] > upper[k] - c.radius) return false;
+      return true;
+    });
+  };
+  const std::string box = "[[0.1, 0.2, 1.0], [0.5, 0.6, 1.5]]", rectangle = "[[0.1, 0.2], [0.5, 0.6]]";
+  CHECK(within(parse(with_region(cube, box)), {0.1, 0.2, 1}, {0.5, 0.6, 1.5}));
+  CHECK(within(parse(with_region(periodic_cube, "[[0.1, 0.2, 0.3], [0.5, 0.6, 0.7]]")), {0.1, 0.2, 0.3},
+               {0.5, 0.6, 0.7}));
+  const Scene through = parse(with_region(cube, rectangle));
+  CHECK(within(through, {0.1, 0.2, 0}, {0.5, 0.6, 3}));
+  CHECK_FALSE(within(through, {0.1, 0.2, 1}, {0.5, 0.6, 1.5}));
+  check_refused(with_region(cube, "[[0.1, 0.2, 1.0], [0.5, 0.6, 3.5]]"),
+                {"population.region from [0.1, 0.2, 1] to [0.5, 0.6, 3.5]",
+                 "[[left, bottom, front], [right, top, back]]", "from [0, 0, 0] to [1, 2, 3] m"});
+  check_refused(with_region(cube, "[[0.1, 0.2, 1.0], [0.5, 0.6, 1.0]]"), {"population.region", "is not allowed"});
+  check_refused(with_region(cube, "[[0.1, 0.2, 1.0], [0.5, 0.6]]"), {"population.region", "wrong unit or type"});
+  check_refused(with_region("domain.size = [1.0, 1.0]\n", box),
+                {"population.region has corners of 3 numbers", "the domain has 2"});
 }
 
 TEST_CASE("bodies have the scene's box, and are inside it") {

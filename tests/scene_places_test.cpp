@@ -270,7 +270,7 @@ TEST_CASE("packings") {
     CHECK(s.walls.size() == 6);
     CHECK(s.walls[3].name == "top");  // along y, as in two dimensions
     CHECK(s.walls[5].name == "back");
-    CHECK(s.conductors[0].z == 2.5);
+    CHECK(s.conductors[0].position.z == 2.5);
     check_refused(start + contact + "[[conductor]]\nposition = [1.0, 1.0, 2.5]\nradius = 0.3\n",
                   {"conductor.position has 3 numbers", "the domain has 2"});
   }
@@ -384,7 +384,7 @@ TEST_CASE("populations") {
                           "[[population]]\ncount = 10\nradius = 0.0003\ncharge = 1e-12\n"
                           "region = [[0.0, 0.01], [0.04, 0.02]]\n");
     REQUIRE(s.conductors.size() == 51);
-    CHECK(s.conductors[0].position == Vec2{0.01, 0.01});
+    CHECK(s.conductors[0].position == Vec3{0.01, 0.01, 0});
     CHECK(least_gap(s) >= 0);
     double smallest = 1, largest = 0;
     for (int i = 1; i <= 40; ++i) {
@@ -422,7 +422,7 @@ TEST_CASE("populations") {
   SUBCASE("regression: the first place of seed 1") {
     // Computed by this program; anything that changes it changes every shipped scene. The generator's first two outputs
     // are u, v; x = R + u (0.04 - 2R), y = R + v (0.02 - 2R). Tolerance: two roundings.
-    const Vec2 first = parse(start + "[[population]]\ncount = 1\nradius = 0.001\n").conductors[0].position;
+    const Vec3 first = parse(start + "[[population]]\ncount = 1\nradius = 0.001\n").conductors[0].position;
     UniformRandom random(1);
     CHECK(first.x == doctest::Approx(0.001 + random() * 0.038).epsilon(1e-15));
     CHECK(first.y == doctest::Approx(0.001 + random() * 0.018).epsilon(1e-15));

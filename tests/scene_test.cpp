@@ -89,7 +89,7 @@ force = 0.01
 )");
   CHECK(s.title == "All of it");
   CHECK(s.seed == 7);
-  CHECK(s.domain.size == Vec2{0.04, 0.02});
+  CHECK(s.domain.size == Vec3{0.04, 0.02, 0});
   CHECK((s.domain.sides[0].electrode && s.domain.sides[0].potential == -5));
   CHECK((s.domain.sides[1].electrode && s.domain.sides[1].potential == 3));
   CHECK_FALSE(s.domain.sides[2].electrode);
@@ -99,8 +99,8 @@ force = 0.01
   CHECK(s.medium.depth == 0.01);
   CHECK(s.material.density == 1000);
   REQUIRE(s.conductors.size() == 2);
-  CHECK(s.conductors[0].position == Vec2{0.01, 0.01});
-  CHECK(s.conductors[0].velocity == Vec2{0.1, -0.2});
+  CHECK(s.conductors[0].position == Vec3{0.01, 0.01, 0});
+  CHECK(s.conductors[0].velocity == Vec3{0.1, -0.2, 0});
   CHECK(s.conductors[0].charge == 2e-10);
   CHECK(s.conductors[0].group == -1);
   CHECK(s.conductors[1].radius == 0.002);
@@ -117,15 +117,15 @@ force = 0.01
   CHECK(s.effects.find<effects::WallContactOptions>()->poisson == 0.3);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 1e-4);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.5);
-  CHECK(s.field.method == "relaxation");
+  CHECK(s.field.method == FieldMethod::relaxation);
   CHECK(s.field.cells == 64);
   CHECK(s.field.tolerance == 1e-6);
   CHECK(s.field.moving_tolerance == 1e-3);
-  CHECK(s.field.links == "plain");
-  CHECK(s.field.linear_solver == "assembled");
+  CHECK(s.field.links == FieldLinks::plain);
+  CHECK(s.field.linear_solver == FieldLinearSolver::assembled);
   CHECK(s.field.relaxation_eta == 0.01);
-  CHECK(s.mechanics.integrator == "euler");
-  CHECK(s.mechanics.coupling == "monolithic");
+  CHECK(s.mechanics.integrator == Integrator::euler);
+  CHECK(s.mechanics.coupling == FieldCoupling::monolithic);
   CHECK(s.mechanics.relative_tolerance == 1e-5);
   CHECK(s.mechanics.position_tolerance == 1e-7);
   CHECK(s.mechanics.largest_step == 0.25);
@@ -157,7 +157,7 @@ TEST_CASE("defaults are filled in") {
   CHECK(s.output.file == "name.h5");
   CHECK(s.field.relaxation_eta == 0);
   CHECK(s.conductors[0].charge == 0);
-  CHECK(s.conductors[0].velocity == Vec2{0, 0});
+  CHECK(s.conductors[0].velocity == Vec3{});
   CHECK(s.material.density == 8050);
   CHECK(s.electrodes[0].name == "disk 1");
   CHECK(s.seed == 1);
@@ -325,8 +325,8 @@ TEST_CASE("an accuracy takes the place of cells and tolerances") {
     return box + "[field]\naccuracy = 1e-3\n" + field + disk("[0.01, 0.01]");
   };
   CHECK(*parse(with("")).field.accuracy == 1e-3);
-  CHECK(parse(with("")).field.method == "");
-  CHECK(parse(with("method = \"cut-cell\"\n")).field.method == "cut-cell");
+  CHECK_FALSE(parse(with("")).field.method);
+  CHECK(parse(with("method = \"cut-cell\"\n")).field.method == FieldMethod::cut_cell);
   CHECK_FALSE(parse(with("")).field.estimate);
   CHECK_FALSE(parse(box + "field.cells = 64\n" + disk("[0.01, 0.01]")).field.accuracy);
   for (const std::string key : {"cells", "tolerance", "moving_tolerance"})
@@ -393,6 +393,6 @@ TEST_CASE("the shipped scenes") {
   CHECK(least_gap(dendrite) >= 0.1e-3);
   CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->gap == 0.775e-3);
   const Scene two_disks = read_scene((shipped_scenes() / "two-disks.toml").string());
-  const Vec2 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
+  const Vec3 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
   CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding
 }

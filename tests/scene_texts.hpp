@@ -57,11 +57,11 @@ inline std::filesystem::path shipped_scenes() { return std::filesystem::path(sou
 inline double least_gap(const Scene& scene) {
   double least = INFINITY;
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
-    const Disk a{scene.conductors[i].position, scene.conductors[i].radius};
+    const Disk a{plane(scene.conductors[i].position), scene.conductors[i].radius};
     for (std::size_t j = 0; j < i; ++j)
-      least = std::min(least, gap(a, Disk{scene.conductors[j].position, scene.conductors[j].radius}));
+      least = std::min(least, gap(a, Disk{plane(scene.conductors[j].position), scene.conductors[j].radius}));
     for (const Electrode& electrode : scene.electrodes) least = std::min(least, gap(a, electrode.shape));
-    const Vec2 size = scene.domain.size;
+    const Vec3 size = scene.domain.size;
     least = std::min({least, a.centre.x - a.radius, a.centre.y - a.radius, size.x - a.centre.x - a.radius,
                       size.y - a.centre.y - a.radius});
   }

@@ -33,7 +33,7 @@ inline Scene scene_of(const std::vector<Vec2>& places) {
   Scene scene;
   scene.domain.size = {0.1, 0.1};
   scene.medium = {.permittivity = 4.2e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  for (const Vec2 place : places) scene.conductors.push_back({.position = in_space(place), .radius = radius});
   scene.mechanics.position_tolerance = 1e-3 * radius;
   scene.mechanics.largest_step = 0.1;
   return scene;
@@ -60,9 +60,10 @@ inline Scene crowd(unsigned seed = 7) {
   while (scene.conductors.size() < 12) {
     const Vec2 p = {place(random), place(random)};
     const bool free =
-        norm(p - Vec2{0.05, 0.05}) > 2.2 * radius &&
-        std::ranges::all_of(scene.conductors, [&](const Conductor& c) { return norm(p - c.position) > 2.2 * radius; });
-    if (free) scene.conductors.push_back({.position = p, .radius = radius, .charge = 2e-12});
+        norm(p - Vec2{0.05, 0.05}) > 2.2 * radius && std::ranges::all_of(scene.conductors, [&](const Conductor& c) {
+          return norm(p - plane(c.position)) > 2.2 * radius;
+        });
+    if (free) scene.conductors.push_back({.position = in_space(p), .radius = radius, .charge = 2e-12});
   }
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
   scene.effects.add(effects::CurrentSourceOptions{.current = 0.2e-9});

@@ -77,7 +77,7 @@ TEST_CASE("keys are set wherever they stand, and tables added") {
   CHECK(std::get<Disk>(scene.electrodes[1].shape).radius == 1.5e-3);
   CHECK_FALSE(scene.domain.sides[2].electrode);
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.2e-3);
-  CHECK(scene.mechanics.integrator == "euler");
+  CHECK(scene.mechanics.integrator == Integrator::euler);
 }
 
 TEST_CASE("numbers keep all their digits") {

@@ -56,7 +56,7 @@ Scene head_on(const Collision& collision, int bystanders = 0) {
   scene.conductors[1].velocity = {-0.5 * collision.speed, 0};
   for (int i = 0; i < bystanders; ++i) {
     const Vec2 seat = {2e-3 + i % 40 * 2.2 * radius, 0.055 + i / 40 * 2.2 * radius};
-    scene.conductors.push_back({.position = seat, .radius = radius});
+    scene.conductors.push_back({.position = in_space(seat), .radius = radius});
   }
   scene.effects.add(effects::HertzContactOptions{.young = collision.young, .poisson = 0.3});
   return scene;
@@ -109,7 +109,7 @@ void collisions(Report& report, bool all) {
 void with_a_field(Report& report) {
   report.section("Steel at 10 m/s each, with a field and no drag");
   const Collision collision{200e9, 20};
-  for (const std::string coupling : {"split", "monolithic"}) {
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) {
     Scene scene = head_on(collision);
     scene.effects.add<effects::FloatingConductorsOptions>();
     scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
@@ -121,13 +121,13 @@ void with_a_field(Report& report) {
     const Counters& counters = simulation.counters();
     const double energy = (norm2(frame.velocity[0]) + norm2(frame.velocity[1])) / 200;
     // At most 400 steps, as above, in each of the three pieces that two events make.
-    report.at_most(coupling + ": energy", std::abs(energy - 1), 2 * 3 * 400 * error_a_step(scene, 10));
-    report.at_most(coupling + ": gap at the end, where it was",
+    report.at_most(name_of(coupling) + ": energy", std::abs(energy - 1), 2 * 3 * 400 * error_a_step(scene, 10));
+    report.at_most(name_of(coupling) + ": gap at the end, where it was",
                    std::abs(norm(frame.position[1] - frame.position[0]) - 2 * radius - way) / way,
                    3 * 400 * error_a_step(scene, 10));
-    report.at_most(coupling + ": contacts made, beside one", std::abs(counters.contacts_made - 1.0), 0);
-    report.at_most(coupling + ": contacts lost, beside one", std::abs(counters.contacts_lost - 1.0), 0);
-    report.at_most(coupling + ": charges, which the contact makes equal",
+    report.at_most(name_of(coupling) + ": contacts made, beside one", std::abs(counters.contacts_made - 1.0), 0);
+    report.at_most(name_of(coupling) + ": contacts lost, beside one", std::abs(counters.contacts_lost - 1.0), 0);
+    report.at_most(name_of(coupling) + ": charges, which the contact makes equal",
                    std::abs(frame.charge[0] - frame.charge[1]) / 1e-12, 1e-15);
   }
 }
@@ -188,7 +188,7 @@ void struck_chain(Report& report, double young, double speed) {
 }
 
 /// Pressed together from both ends, in oil, until it rests: every contact bears the whole force F = k overlap^(3/2).
-void pressed_chain(Report& report, double young, double force, const std::string& coupling) {
+void pressed_chain(Report& report, double young, double force, FieldCoupling coupling) {
   std::vector<Vec2> places;
   for (int i = 0; i < 20; ++i) places.push_back({0.01 + 2 * radius * i, 0.05});
   Scene scene = scene_of(places);
@@ -209,8 +209,8 @@ void pressed_chain(Report& report, double young, double force, const std::string
   for (int i = 0; i + 1 < 20; ++i)
     worst = std::max(worst, std::abs(2 * radius - norm(frame.position[i + 1] - frame.position[i]) - overlap));
   // At rest errors die out instead of adding up: what is left is that of the last step, of two bodies.
-  report.at_most(fmt::format("Y = {:.0e} Pa, pressed by {:g} N, {}: overlap", young, force, coupling), worst / overlap,
-                 2 * scene.mechanics.relative_tolerance * radius / overlap);
+  report.at_most(fmt::format("Y = {:.0e} Pa, pressed by {:g} N, {}: overlap", young, force, name_of(coupling)),
+                 worst / overlap, 2 * scene.mechanics.relative_tolerance * radius / overlap);
 }
 
 /// Pressed into each other at the start, and let go: the elastic energy becomes motion.
@@ -227,7 +227,7 @@ void let_go(Report& report) {
 }
 
 /// So soft and so fast that the centres would pass each other (or the wall): a sentence, whatever the integrator.
-void too_soft(Report& report, const std::string& integrator, bool wall) {
+void too_soft(Report& report, Integrator integrator, bool wall) {
   Scene scene = head_on({1e6, 40});
   scene.effects.add(effects::WallContactOptions{.young = 1e6, .poisson = 0.3});
   scene.mechanics.integrator = integrator;
@@ -238,8 +238,9 @@ void too_soft(Report& report, const std::string& integrator, bool wall) {
   } catch (const Failure& failure) {
     said = std::string(failure.what()).find("too soft") != std::string::npos;
   }
-  report.at_least(fmt::format("Y = 1e6 Pa, 20 m/s, {} by {}: said", wall ? "into a wall" : "head-on", integrator), said,
-                  1);
+  report.at_least(
+      fmt::format("Y = 1e6 Pa, 20 m/s, {} by {}: said", wall ? "into a wall" : "head-on", name_of(integrator)), said,
+      1);
 }
 
 }  // namespace
@@ -252,13 +253,13 @@ int main(int argc, char** argv) {
   report.section("Twenty in contact");
   for (const double young : {1e6, 200e9}) struck_chain(report, young, 0.1);
   if (all) struck_chain(report, 200e9, 10);
-  for (const std::string coupling : {"split", "monolithic"}) {
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) {
     pressed_chain(report, 1e6, 1e-4, coupling);
     pressed_chain(report, 200e9, 0.1, coupling);
   }
   report.section("An overlap at the start, and overlaps too deep");
   let_go(report);
-  for (const std::string integrator : {"cvode", "euler"})
+  for (const Integrator integrator : {Integrator::cvode, Integrator::euler})
     for (const bool wall : {false, true}) too_soft(report, integrator, wall);
   return report.exit_status();
 }

@@ -99,7 +99,7 @@ double crossing_time(double between, double gap) {
   return before + touching + (between + gap) / w + (1 - speed / w) * tau;
 }
 
-void thousand_bounces(Report& report, const std::string& coupling, double contact_gap, int contacts) {
+void thousand_bounces(Report& report, FieldCoupling coupling, double contact_gap, int contacts) {
   Scene scene = between_plates();
   scene.effects.find<effects::ContactDischargeOptions>()->gap = contact_gap;
   scene.mechanics.coupling = coupling;
@@ -113,7 +113,7 @@ void thousand_bounces(Report& report, const std::string& coupling, double contac
   const double from_the_next = contact_gap + 0.5 * crossing * w, up = contacts % 2 == 0 ? 1 : -1;
   const double place = up > 0 ? height - radius - from_the_next : radius + from_the_next;
   const double off = std::abs(bounces.end.position[0].y - place);
-  const std::string name = fmt::format("{}, contact at {:g} R: ", coupling, contact_gap / radius);
+  const std::string name = fmt::format("{}, contact at {:g} R: ", name_of(coupling), contact_gap / radius);
   report.at_most(name + "imbalance, fraction of the charge", bounces.unbalanced, 1e-12);
   report.at_most(name + fmt::format("contacts beside {}", contacts), std::abs(made - contacts), 0);
   report.at_most(name + "frames with impossible counts", bounces.miscounted, 0);
@@ -121,7 +121,7 @@ void thousand_bounces(Report& report, const std::string& coupling, double contac
   report.at_most(name + "place at the end, tolerances", off / scene.mechanics.position_tolerance, 1.2 * contacts);
   // The first step after a jump of the force by 2 F is R / w sqrt(tolerance / R) = 0.5 ms (with a small gap for R: 0.07
   // ms); 8 (11) doublings lead to the longest, 0.1 s, of which 4 fill the rest; contact, parting and a few retries.
-  if (coupling == "split")
+  if (coupling == FieldCoupling::split)
     report.at_most(name + "field solves a contact", static_cast<double>(bounces.counters.field_solves) / made, 20);
 }
 
@@ -175,7 +175,7 @@ struct Fall {
 };
 
 /// Two bodies 4 R apart that are one from `last_gap` on.
-Scene falling(const Fall& fall, const std::string& coupling, double last_gap) {
+Scene falling(const Fall& fall, FieldCoupling coupling, double last_gap) {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 6 * radius, 0.05}});
   scene.effects.add(effects::ContactDischargeOptions{.gap = last_gap, .hysteresis = 0.05});
   scene.mechanics.coupling = coupling;
@@ -195,7 +195,7 @@ Scene falling(const Fall& fall, const std::string& coupling, double last_gap) {
 /// time wrong by a fraction 2 d / s_0, and later less. d is the position tolerance in split coupling. In monolithic
 /// coupling, where n is at most the number of solves, it is 1e-6 R and 1e-6 of the momentum, and without oil as much of
 /// R again (stepper.hpp), which displaces by 1e-6 of the way.
-void collapse(Report& report, const Fall& fall, const std::string& coupling, double last_gap) {
+void collapse(Report& report, const Fall& fall, FieldCoupling coupling, double last_gap) {
   const double first_gap = 4 * radius, strength = 1e-8;
   const Scene scene = falling(fall, coupling, last_gap);
   const double time = fall.in_oil ? drag * (first_gap * first_gap - last_gap * last_gap) / (4 * strength)
@@ -209,18 +209,19 @@ void collapse(Report& report, const Fall& fall, const std::string& coupling, dou
     simulation.advance_to(middle);
     const Counters& counters = simulation.counters();
     (counters.contacts_made > 0 ? after : before) = middle;
-    n = std::max(n, static_cast<double>(coupling == "split" ? counters.steps : counters.field_solves));
+    n = std::max(n, static_cast<double>(coupling == FieldCoupling::split ? counters.steps : counters.field_solves));
   }
-  const double d = coupling == "split" ? scene.mechanics.position_tolerance
-                                       : scene.mechanics.relative_tolerance * (2 * radius + 0.5 * first_gap);
-  report.at_most(fmt::format("{}, {}, to {:g} R: time of {:.3g} s", fall.name, coupling, last_gap / radius, time),
-                 std::abs(before - time),
-                 fall.in_oil ? n * first_gap * d * drag / strength : n * 2 * d / first_gap * time);
+  const double d = coupling == FieldCoupling::split
+                       ? scene.mechanics.position_tolerance
+                       : scene.mechanics.relative_tolerance * (2 * radius + 0.5 * first_gap);
+  report.at_most(
+      fmt::format("{}, {}, to {:g} R: time of {:.3g} s", fall.name, name_of(coupling), last_gap / radius, time),
+      std::abs(before - time), fall.in_oil ? n * first_gap * d * drag / strength : n * 2 * d / first_gap * time);
 }
 
 /// Thrown at each other against repulsion, from 40 R: m u^2 = A ln(s_0 / s), which turns them round at s = 1.05 contact
 /// gaps. Far away the force hardly changes, and what comes looks like a contact.
-void turn_back(Report& report, const std::string& coupling, double largest_step) {
+void turn_back(Report& report, FieldCoupling coupling, double largest_step) {
   Scene scene = falling({"", false, largest_step}, coupling, radius);
   scene.conductors[0].position.x = 0.02;
   scene.conductors[1].position.x = 0.02 + 42 * radius;
@@ -233,11 +234,12 @@ void turn_back(Report& report, const std::string& coupling, double largest_step)
   const double gap = norm(frame.position[1] - frame.position[0]) - 2 * radius;
   const double energy = 0.5 * mass * (norm2(frame.velocity[0]) + norm2(frame.velocity[1])) - strength * std::log(gap);
   const double at_first = mass * speed * speed - strength * std::log(40 * radius);
-  const std::string name = fmt::format("{}, steps up to {:g} s: ", coupling, largest_step);
+  const std::string name = fmt::format("{}, steps up to {:g} s: ", name_of(coupling), largest_step);
   report.at_most(name + "contacts", static_cast<double>(simulation.counters().contacts_made), 0);
   // A displacement d of both changes the energy by 2 d A / gap, at most 2 d A / R, in each step.
-  const double d = coupling == "split" ? scene.mechanics.position_tolerance : 4e-6 * radius;
-  const double n = static_cast<double>(coupling == "split" ? simulation.counters().steps : frame.field_solves);
+  const double d = coupling == FieldCoupling::split ? scene.mechanics.position_tolerance : 4e-6 * radius;
+  const double n =
+      static_cast<double>(coupling == FieldCoupling::split ? simulation.counters().steps : frame.field_solves);
   report.at_most(name + "energy, fraction", std::abs(energy - at_first) / (mass * speed * speed),
                  n * 2 * d * strength / radius / (mass * speed * speed));
   report.at_least(name + "gap, or it never turned, R", gap / radius, 10);
@@ -277,7 +279,7 @@ void fast_body(Report& report) {
 
 /// A fast sphere strikes another, wired to it, that rests: which flies past a third, and that contact could not be
 /// foreseen. The three share the third's charge evenly while they touch.
-void struck(Report& report, const std::string& coupling) {
+void struck(Report& report, FieldCoupling coupling) {
   const double gap = 0.02 * radius, dip = 0.5 * gap;
   Scene scene = scene_of({{0.02, 0.05}, {0.03, 0.05}, {0.04, 0.05 + 2 * radius + dip}});
   scene.effects.add<effects::FloatingConductorsOptions>();
@@ -290,13 +292,13 @@ void struck(Report& report, const std::string& coupling) {
   scene.conductors[2].charge = 3e-12;
   Simulation simulation(scene, no_forces());
   simulation.advance_to(0.03);
-  report.at_most(coupling + ": charge left on one flown past, beside a third",
+  report.at_most(name_of(coupling) + ": charge left on one flown past, beside a third",
                  std::abs(simulation.now().charge[2] / 3e-12 - 1.0 / 3), 1e-15);
 }
 
 /// At rest 6 R from a grounded ball, in a trap that turns it round at 3.5 R; a contact were at 3 R. The force where it
 /// is, held for the first long step, would lead it there.
-void trap(Report& report, const std::string& coupling) {
+void trap(Report& report, FieldCoupling coupling) {
   Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
@@ -307,7 +309,7 @@ void trap(Report& report, const std::string& coupling) {
         return std::vector<Vec2>{{-1e-3 * (centre(problem, 0).x - (0.05 - 4.75 * radius)), 0}, {0, 0}};
       }));
   simulation.advance_to(10);
-  report.at_most(coupling + ", in a trap, 13 swings: contacts",
+  report.at_most(name_of(coupling) + ", in a trap, 13 swings: contacts",
                  static_cast<double>(simulation.counters().contacts_made), 0);
 }
 
@@ -317,21 +319,21 @@ int main(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
   Report report("Charges at their limits in time");
   report.section("A conductor that bounces between two plates");
-  thousand_bounces(report, "split", radius, 1000);
-  thousand_bounces(report, "split", 0.02 * radius, 1000);
-  thousand_bounces(report, "monolithic", radius, all ? 1000 : 100);
+  thousand_bounces(report, FieldCoupling::split, radius, 1000);
+  thousand_bounces(report, FieldCoupling::split, 0.02 * radius, 1000);
+  thousand_bounces(report, FieldCoupling::monolithic, radius, all ? 1000 : 100);
   thousand_bounces_in_the_field(report, all ? 1000 : 50);
   report.section("Opposite charges fall on each other, force A / gap");
-  for (const std::string coupling : {"split", "monolithic"})
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic})
     for (const double last_gap : {radius, 0.1 * radius, 0.01 * radius})
       for (const Fall& fall : {Fall{"in oil", true, 0.1}, Fall{"no drag", false, 0.1}, Fall{"long steps", false, 100}})
         collapse(report, fall, coupling, last_gap);
   report.section("What turns back before contact: like charges, thrown at each other");
-  for (const std::string coupling : {"split", "monolithic"})
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic})
     for (const double largest_step : {0.1, 100.0}) turn_back(report, coupling, largest_step);
-  for (const std::string coupling : {"split", "monolithic"}) trap(report, coupling);
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) trap(report, coupling);
   report.section("Fast bodies");
-  for (const std::string coupling : {"split", "monolithic"}) struck(report, coupling);
+  for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) struck(report, coupling);
   fast_body(report);
   return report.exit_status();
 }

@@ -30,9 +30,9 @@ const std::array<std::string, 3> ways = {"split", "monolithic", "euler"};
 /// `scene` by split or monolithic coupling of CVODE, or by Euler's steps.
 Scene by(const std::string& way, Scene scene) {
   if (way == "euler")
-    scene.mechanics.integrator = "euler";
+    scene.mechanics.integrator = Integrator::euler;
   else
-    scene.mechanics.coupling = way;
+    scene.mechanics.coupling = value_of<FieldCoupling>(way).value();
   return scene;
 }
 
@@ -65,8 +65,9 @@ void simultaneous(Report& report, const std::string& way, int arms) {
   for (int k = 0; k < arms; ++k) {
     const Vec2 outward = k % 2 == 0 ? Vec2{k < 2 ? 1.0 : -1.0, 0} : Vec2{0, k < 2 ? 1.0 : -1.0};
     const Vec2 side = arms == 2 && k == 1 ? Vec2{-1, 0} : outward;
-    scene.conductors.push_back(
-        {.position = scene.conductors[0].position + 4 * radius * side, .velocity = -0.02 * side, .radius = radius});
+    scene.conductors.push_back({.position = scene.conductors[0].position + in_space(4 * radius * side),
+                                .velocity = in_space(-0.02 * side),
+                                .radius = radius});
   }
   scene.effects.remove<effects::StokesDragOptions>();
   scene.effects.add<effects::HertzContactOptions>();
@@ -81,8 +82,8 @@ void simultaneous(Report& report, const std::string& way, int arms) {
   double uneven = 0;
   for (int k = 1; k <= arms; ++k) uneven = std::max(uneven, std::abs(frame.charge[k] / frame.charge[1] - 1));
   report.at_most(name + "difference of their charges, fraction", uneven, 1e-10);
-  report.at_most(name + "the middle one moved, radii", norm(frame.position[0] - scene.conductors[0].position) / radius,
-                 1e-10);
+  report.at_most(name + "the middle one moved, radii",
+                 norm(frame.position[0] - plane(scene.conductors[0].position)) / radius, 1e-10);
   report.at_most(name + "charge lost, fraction", imbalance(frame, 4e-11) / 4e-11, 1e-15);
 }
 
@@ -167,7 +168,8 @@ void starts(Report& report, const std::string& way) {
       scene.effects.remove<effects::StokesDragOptions>();
       scene.conductors[1].velocity = {speed, 0};
       Simulation simulation(by(way, scene), no_forces());
-      const bool touching = norm(scene.conductors[1].position - scene.conductors[0].position) - 2 * radius <= radius;
+      const bool touching =
+          norm(plane(scene.conductors[1].position - scene.conductors[0].position)) - 2 * radius <= radius;
       const auto made_at_once = [&] { return simulation.now().group[1] == 0; };
       if ((touching || speed < 0) && !made_at_once()) ++missing;
       if (!touching && speed >= 0 && made_at_once()) ++invented;
@@ -221,7 +223,7 @@ void sides(Report& report, const std::string& way) {
     scene.effects.remove<effects::StokesDragOptions>();
     scene.effects.add<effects::WallContactOptions>();
     scene.effects.find<effects::ContactDischargeOptions>()->gap = gap;
-    scene.conductors[0].velocity = v;
+    scene.conductors[0].velocity = in_space(v);
     scene.conductors[0].charge = 1e-11;
     Simulation simulation(by(way, scene), no_forces());
     simulation.advance_to(time);

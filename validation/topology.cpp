@@ -215,7 +215,7 @@ TreeFractions dendrite_starts(int trees) {
   for (int seed = 1; seed <= trees; ++seed) {
     std::vector<Vec2> point;
     for (const Conductor& conductor : dendrite({{"seed = 1 ", fmt::format("seed = {} ", seed)}}).conductors)
-      point.push_back(conductor.position);
+      point.push_back(plane(conductor.position));
     fractions.add(euclidean_minimum_spanning_tree(point), point);
   }
   return fractions;

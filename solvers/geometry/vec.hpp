@@ -31,6 +31,11 @@ struct Vec<3> {
 using Vec2 = Vec<2>;
 using Vec3 = Vec<3>;
 
+/// What a point or vector of space is to the plane: its x and y.
+LICHTENBERG_HOST_DEVICE constexpr Vec2 plane(Vec3 a) { return {a.x, a.y}; }
+/// A point or vector of the plane in space: its z is 0.
+LICHTENBERG_HOST_DEVICE constexpr Vec3 in_space(Vec2 a) { return {a.x, a.y, 0}; }
+
 template <int d>
 LICHTENBERG_HOST_DEVICE constexpr Vec<d>& operator+=(Vec<d>& a, Vec<d> b) {
   a.x += b.x;

@@ -11,7 +11,7 @@ namespace lichtenberg::analysis {
 
 Ground ground_of(const Scene& scene) {
   Ground ground;
-  ground.size = scene.domain.size;
+  ground.size = plane(scene.domain.size);
   for (size_t k = 0; k < ground.side.size(); ++k) ground.side[k] = scene.domain.sides[k].electrode;
   for (const Electrode& electrode : scene.electrodes) ground.bodies.push_back(electrode.shape);
   return ground;

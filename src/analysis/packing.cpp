@@ -59,7 +59,7 @@ double content(const Bodies& bodies) {
 /// wall.
 void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, double virial) {
   const int d = bodies.dimension;
-  const std::array<double, 3> side = {scene.domain.size.x, scene.domain.size.y, scene.domain.height};
+  const Vec3 side = scene.domain.size;
   double volume = 1, work = 0;
   for (int k = 0; k < d; ++k) {
     volume *= side[k];

@@ -26,7 +26,7 @@ double elastic_energy(const Scene& scene, const std::vector<Vec2>& position) {
   contacts.effects = {};
   if (const auto* spheres = scene.effects.find<effects::HertzContactOptions>()) contacts.effects.add(*spheres);
   if (const auto* walls = scene.effects.find<effects::WallContactOptions>()) contacts.effects.add(*walls);
-  for (std::size_t i = 0; i < position.size(); ++i) contacts.conductors[i].position = position[i];
+  for (std::size_t i = 0; i < position.size(); ++i) contacts.conductors[i].position = in_space(position[i]);
   return effects::make_model(contacts).stored_energy(0);
 }
 

@@ -11,9 +11,9 @@ namespace {
 
 laplace::Price price_of(const FieldOptions& options) {
   // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
-  if (options.method == "relaxation") return {16, 0, 3.5e-10 * options.cells, 60};
-  if (options.method == "multipole") return laplace::multipole_price;
-  return options.linear_solver == "assembled" ? laplace::assembled_price : laplace::cut_cell_price;
+  if (options.method == FieldMethod::relaxation) return {16, 0, 3.5e-10 * options.cells, 60};
+  if (options.method == FieldMethod::multipole) return laplace::multipole_price;
+  return options.linear_solver == FieldLinearSolver::assembled ? laplace::assembled_price : laplace::cut_cell_price;
 }
 
 /// Of the first instant: what is in contact then has no way to go.
@@ -45,7 +45,7 @@ FieldCost estimate_field_cost(const FieldOptions& options, double size) {
 }
 
 std::optional<double> estimate_field_solves(const Scene& scene) {
-  if (scene.mechanics.integrator == "euler") return scene.stop.time / scene.mechanics.euler_field_step;
+  if (scene.mechanics.integrator == Integrator::euler) return scene.stop.time / scene.mechanics.euler_field_step;
   for (const char* name : {"current_source", "stokes_drag", "contact_discharge"})
     if (!scene.effects.has(name)) return std::nullopt;
   return 0.65 * std::pow(floating_groups(scene) / share_of_area(scene), 1.5);

@@ -13,12 +13,12 @@ inline Argument device_argument(std::string& device) {
   return {"--device",
           &device,
           "where the field is solved, cpu or cuda (default: field.device of the scene)",
-          {.allowed = {"cpu", "cuda"}}};
+          {.allowed = names_of<FieldDevice>()}};
 }
 
 inline Scene read_scene_for(const std::string& path, const std::string& device) {
   Scene scene = read_scene(path);
-  if (!device.empty()) scene.field.device = device;
+  if (!device.empty()) scene.field.device = value_of<FieldDevice>(device).value();
   return scene;
 }
 

@@ -27,7 +27,7 @@ using Summaries = std::vector<effects::EffectSummary>;
 void explain_scene(const Scene& scene) {
   fmt::print("{}{}{}\n", scene.path, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  domain               {:g} m x {:g} m{}\n", scene.domain.size.x, scene.domain.size.y,
-             scene.domain.height > 0 ? fmt::format(" x {:g} m", scene.domain.height) : "");
+             scene.dimension() == 3 ? fmt::format(" x {:g} m", scene.domain.size.z) : "");
   fmt::print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
@@ -135,7 +135,8 @@ void explain_accuracy(const Scene& scene) {
   if (!scene.field.accuracy) return;
   fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
              *scene.field.accuracy,
-             scene.field.method == "multipole" ? "this tolerance" : fmt::format("some {} cells", scene.field.cells));
+             scene.field.method == FieldMethod::multipole ? "this tolerance"
+                                                          : fmt::format("some {} cells", scene.field.cells));
 }
 
 /// Returns what the cost grows with.
@@ -145,7 +146,8 @@ double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem)
   explain_accuracy(scene);
   fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field.tolerance,
              scene.field.moving_tolerance);
-  return scene.field.method == "multipole" ? explain_multipoles(scene, problem) : explain_grid(scene, problem);
+  return scene.field.method == FieldMethod::multipole ? explain_multipoles(scene, problem)
+                                                      : explain_grid(scene, problem);
 }
 
 /// Why the scene's own method cannot be used in a run; empty if it can, or if a run would choose one.

@@ -29,25 +29,25 @@ std::vector<std::string> name_groups(const Scene& scene, const laplace::LaplaceP
 }
 
 std::string linear_solver_in_words(const FieldOptions& field) {
-  if (field.linear_solver == "assembled") return "assembled matrix with a preconditioner of PETSc's";
+  if (field.linear_solver == FieldLinearSolver::assembled) return "assembled matrix with a preconditioner of PETSc's";
   return "matrix-free with geometric multigrid";
 }
 
 }  // namespace
 
 std::string method_in_words(const FieldOptions& field) {
-  if (field.method == "relaxation")
+  if (field.method == FieldMethod::relaxation)
     return "relaxation (D 6.3-6.5): over-relaxed lattice, gradient descent on the floating potentials";
-  if (field.method == "multipole")
+  if (field.method == FieldMethod::multipole)
     return "multipole: spectral, a Fourier series a disk and walls as mirrors; GMRES with FFT";
-  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", field.links,
-                     linear_solver_in_words(field), field.device == "cuda" ? ", on a CUDA device" : "");
+  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", name_of(field.links),
+                     linear_solver_in_words(field), field.device == FieldDevice::cuda ? ", on a CUDA device" : "");
 }
 
 std::string choice_in_words(const FieldOptions& field) {
-  const std::string grid = field.method == "multipole" ? "" : fmt::format("{} cells, ", field.cells);
-  return fmt::format("{}, {}tolerance {:.2g}: an estimated error of {:.1e}, where {:g} is allowed", field.method, grid,
-                     field.tolerance, *field.estimate, *field.accuracy);
+  const std::string grid = field.method == FieldMethod::multipole ? "" : fmt::format("{} cells, ", field.cells);
+  return fmt::format("{}, {}tolerance {:.2g}: an estimated error of {:.1e}, where {:g} is allowed",
+                     name_of(*field.method), grid, field.tolerance, *field.estimate, *field.accuracy);
 }
 
 FieldProblem make_field_problem(const Scene& scene) {

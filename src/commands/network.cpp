@@ -21,7 +21,8 @@ namespace {
 struct NetworkArguments {
   std::string file, picture;
   std::optional<int> frame;
-  NetworkOptions options;  ///< those that were given
+  NetworkOptions options;  ///< those that were given, but for the model
+  std::optional<std::string> model;
   std::optional<std::string> between;
   double voltage = 1;
   bool json = false, no_picture = false, no_save = false;
@@ -31,7 +32,7 @@ struct NetworkArguments {
 /// model: another one ignores those that it has no use for.
 NetworkOptions options_for(const NetworkArguments& request, const Scene& scene) {
   NetworkOptions options = scene.network;
-  if (request.options.model) options.model = request.options.model;
+  if (request.model) options.model = value_of<NetworkModel>(*request.model);
   if (request.options.resistor) options.resistor = request.options.resistor;
   if (request.between) options.between = *request.between;
   const network::ResistorModel& resistor = network::resistor_model(options.resistor.value_or("constant"));
@@ -42,11 +43,11 @@ NetworkOptions options_for(const NetworkArguments& request, const Scene& scene) 
   return options;
 }
 
-std::vector<std::string> models_of(const NetworkOptions& options) {
+std::vector<NetworkModel> models_of(const NetworkOptions& options) {
   if (options.model) return {*options.model};
   const network::ResistorModel& resistor = network::resistor_model(options.resistor.value_or("constant"));
-  if (resistor.path == nullptr) return {"contact"};
-  return {"particle", "contact"};
+  if (resistor.path == nullptr) return {NetworkModel::contact};
+  return {NetworkModel::particle, NetworkModel::contact};
 }
 
 std::string resistor_in_words(const NetworkOptions& options) {
@@ -68,7 +69,7 @@ std::string some(const std::vector<int>& numbers) {
 
 void print_table(const SolvedNetwork& solved) {
   const network::Conduction& c = solved.conduction;
-  fmt::print("{}-centred network\n", solved.model);
+  fmt::print("{}-centred network\n", name_of(solved.model));
   fmt::print("  resistor              {}\n", resistor_in_words(solved.options));
   fmt::print("  nodes, resistors      {}, {}\n", solved.network.network.nodes, solved.network.network.links.size());
   if (!c.connected) {
@@ -97,7 +98,7 @@ nlohmann::ordered_json parameters_json(const NetworkOptions& options) {
 
 nlohmann::ordered_json network_json(const SolvedNetwork& solved) {
   const network::Conduction& c = solved.conduction;
-  nlohmann::ordered_json json = {{"model", solved.model},
+  nlohmann::ordered_json json = {{"model", name_of(solved.model)},
                                  {"resistor", solved.options.resistor.value_or("constant")},
                                  {"parameters", parameters_json(solved.options)},
                                  {"between", solved.options.between},
@@ -145,7 +146,7 @@ std::string picture_of(const NetworkArguments& request) {
 
 void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetwork>& networks) {
   std::vector<std::string> arguments = {request.file, "--out", picture_of(request), "--models"};
-  for (const SolvedNetwork& solved : networks) arguments.push_back(solved.model);
+  for (const SolvedNetwork& solved : networks) arguments.push_back(name_of(solved.model));
   draw("network.py", arguments);
 }
 
@@ -159,7 +160,7 @@ void measure(const NetworkArguments& request) {
   if (draws(request)) check_writable(picture_of(request));
   const NetworkOptions options = options_for(request, frame.scene);
   std::vector<SolvedNetwork> networks;
-  for (const std::string& model : models_of(options))
+  for (const NetworkModel model : models_of(options))
     networks.push_back(solve_network(frame, model, options, request.voltage));
   if (!request.no_save) save_networks(request.file, frame, networks);
   if (request.json)
@@ -179,9 +180,9 @@ Command network_command() {
   command.arguments = {
       {"FILE", &request->file, "result file of a run (.h5); the networks are kept in it", {.required = true}},
       {"--model",
-       &request->options.model,
+       &request->model,
        "what a node is (default: network.model of the scene, or both)",
-       {.allowed = {"particle", "contact"}}},
+       {.allowed = names_of<NetworkModel>()}},
       {"--between", &request->between,
        "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top)"},
       {"--resistor",

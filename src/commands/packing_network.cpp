@@ -93,7 +93,7 @@ void sort_particles(const PackingFrame& frame, const std::vector<network::Electr
 }
 
 void put_network(const hdf5::Handle& file, const PackingFrame& frame, const SolvedNetwork& solved) {
-  const std::string path = "network/" + solved.model;
+  const std::string path = "network/" + name_of(solved.model);
   if (hdf5::exists(file, path)) hdf5::check(H5Ldelete(file, path.c_str(), H5P_DEFAULT));
   const hdf5::Handle group = hdf5::open_group(file, path);
   const auto& [network, electrode, first, second] = solved.network;
@@ -156,7 +156,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
   }
 }
 
-SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model, const NetworkOptions& asked,
+SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked,
                             double voltage) {
   SolvedNetwork solved{.model = model, .options = asked};
   if (!asked.resistor && !asked.parameters.resistance) solved.options.parameters.resistance = 1;
@@ -164,7 +164,7 @@ SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model,
   const network::Parameters& parameters = solved.options.parameters;
   network::check(resistor, parameters);
   const auto electrodes = electrodes_of(frame, asked.between);
-  const auto build = model == "particle" ? network::particle_network : network::contact_network;
+  const auto build = model == NetworkModel::particle ? network::particle_network : network::contact_network;
   solved.network = build(frame.packing, frame.contacts, resistor, parameters, electrodes);
   solved.conduction = network::conduct(solved.network.network, solved.network.electrode[0], solved.network.electrode[1],
                                        {.voltage = voltage});

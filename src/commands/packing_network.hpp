@@ -27,7 +27,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame);
 
 /// One network of a packing, solved.
 struct SolvedNetwork {
-  std::string model;  ///< particle | contact
+  NetworkModel model = NetworkModel::particle;
   NetworkOptions options;
   network::PackingNetwork network;
   network::Conduction conduction;
@@ -36,8 +36,8 @@ struct SolvedNetwork {
   std::vector<int> isolated;   ///< without any
 };
 
-/// `model`: particle or contact. Throws InputError as network::check and the two builders do.
-SolvedNetwork solve_network(const PackingFrame& frame, const std::string& model, const NetworkOptions& options,
+/// Throws InputError as network::check and the two builders do.
+SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                             double voltage);
 
 /// Puts the networks into the result file, one group /network/MODEL each, over those of an earlier call; the file is

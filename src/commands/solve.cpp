@@ -99,7 +99,7 @@ void print_json(const Answer& answer) {
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
   json["energy"] = answer.energy();
-  json["method"] = field.method;
+  json["method"] = name_of(*field.method);
   if (field.accuracy)
     json["accuracy"] = {{"asked", *field.accuracy},
                         {"estimated_error", *field.estimate},

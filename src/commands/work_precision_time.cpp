@@ -66,21 +66,21 @@ class TimeTrial : public Trial {
 };
 
 MechanicsOptions monolithic_at(double tolerance) {
-  return {.integrator = "cvode", .coupling = "monolithic", .relative_tolerance = tolerance};
+  return {.integrator = Integrator::cvode, .coupling = FieldCoupling::monolithic, .relative_tolerance = tolerance};
 }
 
 /// CVODE inside a coupling step a thousand times better than the step, as by default; rounding allows no more than
 /// 1e-12.
 MechanicsOptions split_at(double tolerance, double radius) {
-  return {.integrator = "cvode",
-          .coupling = "split",
+  return {.integrator = Integrator::cvode,
+          .coupling = FieldCoupling::split,
           .relative_tolerance = std::max(1e-3 * tolerance, 1e-12),
           .position_tolerance = tolerance * radius};
 }
 
 /// A hundred steps of mechanics to a field solve, as in D 6.7.
 MechanicsOptions euler_at(double step) {
-  return {.integrator = "euler", .euler_step = step / 100, .euler_field_step = step};
+  return {.integrator = Integrator::euler, .euler_step = step / 100, .euler_field_step = step};
 }
 
 Candidate candidate(const Subject& subject, Settings settings, double cost, const MechanicsOptions& mechanics) {
@@ -152,7 +152,7 @@ std::string describe_field(const Subject& subject) {
   const FieldOptions& field = subject.scene.field;
   if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return "no field";
   if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
-  return fmt::format("field by the {} method on S = {} at tolerance {:g}", field.method, field.cells,
+  return fmt::format("field by the {} method on S = {} at tolerance {:g}", name_of(*field.method), field.cells,
                      subject.field_tolerance);
 }
 

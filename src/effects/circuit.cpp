@@ -20,9 +20,9 @@ void check_resistors(const Draft& draft) {
     refuse(scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
   };
-  if (draft.line("field.method") > 0 && scene.field.method != "cut-cell")
-    refuse_with("field.method", scene.field.method, "cut-cell");
-  if (scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic")
+  if (draft.line("field.method") > 0 && scene.field.method != FieldMethod::cut_cell)
+    refuse_with("field.method", name_of(*scene.field.method), "cut-cell");
+  if (scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic)
     refuse_with("mechanics.coupling", "monolithic", "split");
 }
 

@@ -53,7 +53,7 @@ bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, 
       if (o.distance <= 0) return false;
       o.particle = i, o.partner = state.bodies.size() + static_cast<int>(w);
       o.q = o.distance / o.reach;
-      o.normal = walls[w].normal;
+      for (int k = 0; k < dimension; ++k) o.normal[k] = walls[w].normal[k];
       if (o.q < 1) visit(o);
     }
   }

@@ -23,7 +23,7 @@ int cells_in_memory(Vec2 size) {
 }
 
 bool multipoles_can_follow(Scene scene) {
-  scene.field.method = "multipole";
+  scene.field.method = FieldMethod::multipole;
   try {
     check_can_move(scene);
     return true;
@@ -58,12 +58,12 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
   // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
   constexpr double reserve = 3;
   laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),
-                                   .most_cells = cells_in_memory(scene.domain.size),
+                                   .most_cells = cells_in_memory(plane(scene.domain.size)),
                                    .cut_cell = cut_cell_options(scene.field)};
-  const bool only_cut_cell = has_resistors(scene) || scene.field.device != "cpu" ||
-                             (for_a_run && scene.field.method.empty() && !multipoles_can_follow(scene));
-  if (scene.field.method == "multipole") request.method = laplace::Method::multipole;
-  if (scene.field.method == "cut-cell" || (scene.field.method.empty() && only_cut_cell))
+  const bool only_cut_cell = has_resistors(scene) || scene.field.device != FieldDevice::cpu ||
+                             (for_a_run && !scene.field.method && !multipoles_can_follow(scene));
+  if (scene.field.method == FieldMethod::multipole) request.method = laplace::Method::multipole;
+  if (scene.field.method == FieldMethod::cut_cell || (!scene.field.method && only_cut_cell))
     request.method = laplace::Method::cut_cell;
   if (const auto* discharge = scene.effects.find<ContactDischargeOptions>(); for_a_run && discharge)
     request.least_gap = discharge->gap;
@@ -71,7 +71,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
 }
 
 FieldOptions with_choice(FieldOptions field, const laplace::Choice& choice) {
-  field.method = choice.method == laplace::Method::multipole ? "multipole" : "cut-cell";
+  field.method = choice.method == laplace::Method::multipole ? FieldMethod::multipole : FieldMethod::cut_cell;
   field.cells = choice.cells;
   field.tolerance = field.moving_tolerance = choice.tolerance;
   field.estimate = choice.estimate;
@@ -86,7 +86,7 @@ Scene with_field_chosen(Scene scene) {
 }
 
 double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem) {
-  const bool multipole = field.method == "multipole";
+  const bool multipole = field.method == FieldMethod::multipole;
   const laplace::Choice choice{.method = multipole ? laplace::Method::multipole : laplace::Method::cut_cell,
                                .cells = field.cells,
                                .tolerance = field.moving_tolerance};

@@ -60,7 +60,7 @@ void add_couplings(const Scene& scene, const ElectricalGroups& groups, const Imp
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const ImplicitCharges& charges) {
   laplace::LaplaceProblem problem;
-  problem.size = scene.domain.size;
+  problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
   add_sides(scene, problem);
   std::vector<int> group_of_node(groups.id.size());
@@ -96,38 +96,38 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
 
 namespace {
 
-laplace::LinkFormula link_formula(const std::string& name) {
-  if (name == "plain") return laplace::LinkFormula::plain;
-  return name == "aperture" ? laplace::LinkFormula::aperture : laplace::LinkFormula::log_fitted;
+laplace::LinkFormula link_formula(FieldLinks links) {
+  if (links == FieldLinks::plain) return laplace::LinkFormula::plain;
+  return links == FieldLinks::aperture ? laplace::LinkFormula::aperture : laplace::LinkFormula::log_fitted;
 }
 
 }  // namespace
 
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
   using CutCell = laplace::CutCellOptions;
-  const bool assembled = options.linear_solver == "assembled";
+  const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
   return {.cells = options.cells,
           .tolerance = options.tolerance,
           .links = link_formula(options.links),
           .threads = options.threads,
           .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
-          .device = options.device == "cuda" ? CutCell::Device::cuda : CutCell::Device::cpu};
+          .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu};
 }
 
 void check_device(const FieldOptions& options) {
-  if (options.device != "cpu" && (options.method == "multipole" || options.method == "relaxation"))
+  if (options.device != FieldDevice::cpu && options.method && options.method != FieldMethod::cut_cell)
     throw InputError(
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
                     "\"cut-cell\" is the method that can use another device",
-                    options.device, options.method));
+                    name_of(options.device), name_of(*options.method)));
 }
 
 void check_device(const Scene& scene) {
   if (!scene.effects.has<FloatingConductorsOptions>()) return;
   check_device(scene.field);
-  if (scene.field.device != "cpu" && has_resistors(scene))
+  if (scene.field.device != FieldDevice::cpu && has_resistors(scene))
     throw InputError(fmt::format("{}: field.device = \"{}\" is not allowed in a run with resistors: \"cpu\" is",
-                                 scene.path, scene.field.device));
+                                 scene.path, name_of(scene.field.device)));
 }
 
 namespace {
@@ -142,14 +142,16 @@ int halved(Vec2 size, int cells) {
 
 int predictor_cells(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
-  if (!mechanics.predictor || mechanics.integrator != "cvode" || mechanics.coupling != "split") return 0;
-  if (scene.field.method != "cut-cell" || scene.conductors.empty()) return 0;
+  if (!mechanics.predictor || mechanics.integrator != Integrator::cvode || mechanics.coupling != FieldCoupling::split)
+    return 0;
+  if (scene.field.method != FieldMethod::cut_cell || scene.conductors.empty()) return 0;
   if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
   constexpr double least_radius = 1.9;  // cells
   const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double side = std::max(scene.domain.size.x, scene.domain.size.y);
   int cells = scene.field.cells;
-  for (int next = cells; next > 0 && smallest * next >= least_radius * side; next = halved(scene.domain.size, next))
+  for (int next = cells; next > 0 && smallest * next >= least_radius * side;
+       next = halved(plane(scene.domain.size), next))
     cells = next;
   return cells <= scene.field.cells / 4 ? cells : 0;
 }
@@ -158,17 +160,17 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
   check_device(options);
   if (options.accuracy && !options.estimate)
     throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
-  if (options.method == "relaxation")
+  if (options.method == FieldMethod::relaxation)
     return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
         .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
-  if (options.method == "multipole")
+  if (options.method == FieldMethod::multipole)
     return std::make_unique<laplace::MultipoleSolver>(
         laplace::MultipoleOptions{.tolerance = options.tolerance, .cells = options.cells});
   return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
 }
 
 void check_can_move(const Scene& scene) {
-  if (scene.field.method != "multipole" || !scene.effects.has<FloatingConductorsOptions>()) return;
+  if (scene.field.method != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
       fmt::format("{}: field.method = \"multipole\" in a run needs [effects.{}]: it cannot solve disks that "
@@ -179,13 +181,16 @@ void check_can_move(const Scene& scene) {
 
 void check_processes(const FieldOptions* field) {
   const int processes = parallel::process_count();
-  if (processes == 1 || (field && field->method == "cut-cell" && field->linear_solver == "assembled")) return;
+  if (processes == 1 ||
+      (field && field->method == FieldMethod::cut_cell && field->linear_solver == FieldLinearSolver::assembled))
+    return;
   throw InputError(
       fmt::format("{} runs on one process, and mpirun started {}: {}",
-                  !field                        ? "a scene without a field"
-                  : field->method.empty()       ? "field.accuracy without a field.method"
-                  : field->method == "cut-cell" ? fmt::format("field.linear_solver = \"{}\"", field->linear_solver)
-                                                : fmt::format("field.method = \"{}\"", field->method),
+                  !field           ? "a scene without a field"
+                  : !field->method ? "field.accuracy without a field.method"
+                  : field->method == FieldMethod::cut_cell
+                      ? fmt::format("field.linear_solver = \"{}\"", name_of(field->linear_solver))
+                      : fmt::format("field.method = \"{}\"", name_of(*field->method)),
                   processes,
                   field ? "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out"
                         : "leave mpirun out"));
@@ -196,7 +201,7 @@ namespace {
 /// Outside there is no field to solve for.
 void check_inside(const Scene& scene, const Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
-    const Vec2 p = position(bodies, i), size = scene.domain.size;
+    const Vec2 p = position(bodies, i), size = plane(scene.domain.size);
     if (p.x >= 0 && p.y >= 0 && p.x <= size.x && p.y <= size.y) continue;
     throw Failure(fmt::format(
         "conductor {} has left the domain and is at [{:g}, {:g}] m{}", i, p.x, p.y,
@@ -295,7 +300,7 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
   if (const int cells = predictor_cells(scene)) {
     moving.cells = cells;
     moving.tolerance = std::max(moving.tolerance, 1e-4);  // such a grid's own error is a hundred times that
-    moving.device = "cpu";
+    moving.device = FieldDevice::cpu;
     effect->set_predictor(make_field_solver(moving));
   }
   return effect;

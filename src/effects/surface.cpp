@@ -42,8 +42,8 @@ Surface surface_of(const Shape& shape) {
 }
 
 std::array<Surface, 4> sides_of(const Domain& domain) {
-  return {HalfPlane{{0, 0}, {1, 0}}, HalfPlane{domain.size, {-1, 0}}, HalfPlane{{0, 0}, {0, 1}},
-          HalfPlane{domain.size, {0, -1}}};
+  const Vec2 far = plane(domain.size);
+  return {HalfPlane{{0, 0}, {1, 0}}, HalfPlane{far, {-1, 0}}, HalfPlane{{0, 0}, {0, 1}}, HalfPlane{far, {0, -1}}};
 }
 
 View view(const Surface& surface, Vec2 point) {

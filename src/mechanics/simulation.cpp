@@ -26,7 +26,8 @@ using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 /// Null, which means the default: the tolerance of a moving scene. Inside an integrator's error control the field's own
 /// error must not show.
 Solver default_solver(const Scene& scene) {
-  const bool inside = scene.mechanics.integrator == "cvode" && scene.mechanics.coupling == "monolithic";
+  const bool inside =
+      scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic;
   return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field)
                                                                            : nullptr;
 }

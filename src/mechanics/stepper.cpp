@@ -10,9 +10,10 @@ namespace lichtenberg::mechanics {
 
 std::unique_ptr<Stepper> make_stepper(Workplace workplace) {
   const MechanicsOptions& options = workplace.scene.mechanics;
-  if (options.integrator == "euler") return std::make_unique<Euler>(workplace);
+  if (options.integrator == Integrator::euler) return std::make_unique<Euler>(workplace);
   // Without a field there is nothing to split off.
-  if (!workplace.electrics || options.coupling == "monolithic") return std::make_unique<Monolithic>(workplace);
+  if (!workplace.electrics || options.coupling == FieldCoupling::monolithic)
+    return std::make_unique<Monolithic>(workplace);
   return std::make_unique<Split>(workplace);
 }
 

@@ -176,7 +176,7 @@ std::string energy_warning(const Scene& scene, const Outcome& outcome) {
            "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "
            "or widen effects.contact_discharge.gap";
   return fmt::format("{}: take more field.cells or a smaller mechanics.{}", what,
-                     scene.mechanics.integrator == "euler" ? "euler_field_step" : "position_tolerance");
+                     scene.mechanics.integrator == Integrator::euler ? "euler_field_step" : "position_tolerance");
 }
 
 }  // namespace lichtenberg::mechanics

@@ -41,11 +41,9 @@ Bodies make_bodies(const Scene& scene) {
   for (const Conductor& conductor : scene.conductors) {
     const double r = conductor.radius;
     const double mass = 4.0 / 3.0 * std::numbers::pi * scene.material.density * r * r * r;
-    bodies.position.insert(bodies.position.end(), {conductor.position.x, conductor.position.y});
-    bodies.momentum.insert(bodies.momentum.end(), {mass * conductor.velocity.x, mass * conductor.velocity.y});
-    if (bodies.dimension == 3) {
-      bodies.position.push_back(conductor.z);
-      bodies.momentum.push_back(mass * conductor.velocity_z);
+    for (int k = 0; k < bodies.dimension; ++k) {
+      bodies.position.push_back(conductor.position[k]);
+      bodies.momentum.push_back(mass * conductor.velocity[k]);
     }
     bodies.mass.push_back(mass);
     bodies.radius.push_back(r);

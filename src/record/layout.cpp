@@ -63,8 +63,8 @@ void put_walls(hid_t scene_group, const Scene& scene) {
   std::vector<double> point, normal;
   for (const Wall& wall : scene.walls) {
     names.push_back(wall.name);
-    point.insert(point.end(), wall.point.begin(), wall.point.end());
-    normal.insert(normal.end(), wall.normal.begin(), wall.normal.end());
+    point.insert(point.end(), {wall.point.x, wall.point.y, wall.point.z});
+    normal.insert(normal.end(), {wall.normal.x, wall.normal.y, wall.normal.z});
   }
   hdf5::put_attribute(group, "names", names);
   hdf5::put<double>(group, "point", point, {names.size(), dimension}, "m");
@@ -73,12 +73,12 @@ void put_walls(hid_t scene_group, const Scene& scene) {
 
 void put_domain(hid_t scene_group, const Domain& domain) {
   const hdf5::Handle group = hdf5::open_group(scene_group, "domain");
-  if (domain.height > 0) hdf5::put(group, "height", domain.height, "m");
-  put_point(group, "size", domain.size);
+  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, "m");
+  put_point(group, "size", plane(domain.size));
   std::vector<std::int32_t> electrode;
   std::vector<double> potential;
   std::vector<std::string> names;
-  for (std::size_t s = 0; s < (domain.height > 0 ? 6u : 4u); ++s) {
+  for (int s = 0; s < 2 * domain.dimension(); ++s) {
     names.emplace_back(side_names[s]);
     electrode.push_back(domain.sides[s].electrode);
     potential.push_back(domain.sides[s].potential);

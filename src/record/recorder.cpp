@@ -59,10 +59,10 @@ void put_program(const hdf5::Handle& group, const Provenance& provenance) {
 
 /// What the scene left open may have been chosen by the program, or on the command line.
 void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
-  hdf5::put_attribute(group, "method", field.method);
+  hdf5::put_attribute(group, "method", name_of(*field.method));
   hdf5::put_attribute(group, "cells", field.cells);
   hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
-  hdf5::put_attribute(group, "device", field.device);
+  hdf5::put_attribute(group, "device", name_of(field.device));
   if (field.accuracy) hdf5::put_attribute(group, "accuracy", *field.accuracy);
   if (field.estimate) hdf5::put_attribute(group, "estimated_error", *field.estimate);
 }

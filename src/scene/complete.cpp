@@ -62,7 +62,7 @@ double permittivity(const Draft& draft) {
 
 /// Square cells: S along the longer side must give a whole number along the shorter one.
 double cell_size(const Draft& draft) {
-  const Vec2 size = draft.scene.domain.size;
+  const Vec3 size = draft.scene.domain.size;
   const int cells = draft.scene.field.cells;
   const double h = std::max(size.x, size.y) / cells;
   if (draft.scene.field.accuracy) return h;  // another number will be chosen
@@ -90,9 +90,11 @@ void check_accuracy(const Draft& draft) {
     refuse(draft.scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with field.accuracy: {}", key, value, why));
   };
-  if (field.method == "relaxation")
-    refuse_with("field.method", field.method, "its error is not estimated; \"cut-cell\" and \"multipole\" are allowed");
-  if (field.links != "log-fitted") refuse_with("field.links", field.links, "\"log-fitted\" needs fewer cells");
+  if (field.method == FieldMethod::relaxation)
+    refuse_with("field.method", name_of(*field.method),
+                "its error is not estimated; \"cut-cell\" and \"multipole\" are allowed");
+  if (field.links != FieldLinks::log_fitted)
+    refuse_with("field.links", name_of(field.links), "\"log-fitted\" needs fewer cells");
 }
 
 /// What a method makes of the tolerance.
@@ -101,22 +103,22 @@ struct ToleranceOf {
   double least;           ///< that rounding allows
 };
 
-ToleranceOf tolerance_of(const std::string& method) {
-  if (method == "multipole") return {.single = 1e-10, .moving = 1e-6, .least = 1e-13};
+ToleranceOf tolerance_of(FieldMethod method) {
+  if (method == FieldMethod::multipole) return {.single = 1e-10, .moving = 1e-6, .least = 1e-13};
   // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the default.
-  if (method == "relaxation") return {.single = 1e-4, .moving = 1e-4, .least = 1e-10};
+  if (method == FieldMethod::relaxation) return {.single = 1e-4, .moving = 1e-4, .least = 1e-10};
   return {.single = 1e-8, .moving = 1e-5, .least = 1e-14};
 }
 
 void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
   if (field.accuracy) return;
-  const ToleranceOf method = tolerance_of(field.method);
+  const ToleranceOf method = tolerance_of(*field.method);
   const auto fill_in = [&](const std::string& key, std::optional<double> given, double usual, double& value) {
     value = given.value_or(usual);
     if (value < method.least)
       refuse(draft.scene.path, draft.line(key),
              fmt::format("{} = {:g} is not allowed: rounding ends at {:g} with field.method = \"{}\"", key, value,
-                         method.least, field.method));
+                         method.least, name_of(*field.method)));
   };
   fill_in("field.tolerance", draft.tolerance, method.single, field.tolerance);
   fill_in("field.moving_tolerance", draft.moving_tolerance, method.moving, field.moving_tolerance);
@@ -126,7 +128,7 @@ void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
 /// it lies if its radius is at least half a cell's diagonal.
 void check_resolution(const Draft& draft, double smallest_radius, double h) {
   const double least = std::sqrt(0.5) * h;
-  if (draft.scene.field.method == "relaxation" && smallest_radius < least)
+  if (draft.scene.field.method == FieldMethod::relaxation && smallest_radius < least)
     refuse(
         draft.scene.path, draft.line("field.method"),
         fmt::format(
@@ -207,7 +209,7 @@ void check_network(const Draft& draft, const Scene& scene) {
              fmt::format("{} is not allowed: the resistor model \"{}\" has no use for it; it needs {}", key, model.name,
                          fmt::join(model.needs, " and ")));
   if (options.resistor) check("network.resistor", [&] { network::check(model, options.parameters); });
-  if (options.model == "particle" && model.path == nullptr)
+  if (options.model == NetworkModel::particle && model.path == nullptr)
     refuse(
         scene.path, draft.line("network.model"),
         fmt::format("network.model = \"particle\" is not allowed with network.resistor = \"{}\", a model of contacts "
@@ -241,7 +243,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
                   .depth = draft.depth.value_or(2 * largest_radius),
                   .temperature = scene.medium.temperature};
   fill_in_tolerances(draft, scene.field);
-  if (scene.field.accuracy && draft.line("field.method") == 0) scene.field.method.clear();
+  if (scene.field.accuracy && draft.line("field.method") == 0) scene.field.method.reset();
   scene.field.relaxation_eta = draft.relaxation_eta.value_or(0);
   scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
   scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
@@ -277,7 +279,7 @@ Scene complete(const Draft& draft) {
   if (packing) check_packing(draft, scene);
   check_frames(draft);
   check_network(draft, scene);
-  if (scene.field.method == "multipole") check_disks_only(draft, scene.electrodes);
+  if (scene.field.method == FieldMethod::multipole) check_disks_only(draft, scene.electrodes);
   return scene;
 }
 

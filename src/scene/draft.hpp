@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -18,14 +17,16 @@ struct Interval {
 
 /// A point or a vector of two components or three; what is not given is 0.
 struct Coordinates {
-  std::array<double, 3> value{};
+  Vec3 value{};
   int count = 2;
-
-  Vec2 plane() const { return {value[0], value[1]}; }
 };
 
-struct Rectangle {
-  Vec2 lower, upper;
+/// A rectangle or a cuboid between two corners of as many components; a rectangle in three dimensions goes from front
+/// to back.
+struct Region {
+  Coordinates lower{}, upper{};
+
+  int axes() const { return lower.count; }  ///< that it bounds
 };
 
 /// An [[electrode]] as written: the keys of every shape, of which the reader has seen to it that the right ones are
@@ -62,19 +63,27 @@ struct WallDraft {
   Coordinates point{}, normal{};
 };
 
+/// Of the radii in their interval, which truncates it.
+enum class RadiusDistribution { uniform, normal, lognormal };
+template <>
+inline constexpr Named<RadiusDistribution> values_named<RadiusDistribution>[] = {
+    {RadiusDistribution::uniform, "uniform"},
+    {RadiusDistribution::normal, "normal"},
+    {RadiusDistribution::lognormal, "lognormal"}};
+
 /// `count` conductors at random places of `region`, wholly inside it.
 struct PopulationDraft {
   int line = 0;
   int count = 0;
   std::optional<Interval> radius{};
   std::vector<double> radii{};  ///< m, taken in turn, in place of `radius`
-  std::string distribution = "uniform";
+  RadiusDistribution distribution = RadiusDistribution::uniform;
   std::optional<double> mean{}, deviation{};
   bool overlapping = false;
   double charge = 0;
   double relative_resistivity = 1;
   double min_gap = 0;  ///< m, to every other conductor, electrode and side of the domain
-  std::optional<Rectangle> region{};
+  std::optional<Region> region{};
 };
 
 /// A scene file as written: each value has its type and its range, but defaults that depend on other keys are still

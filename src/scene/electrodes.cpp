@@ -80,7 +80,7 @@ Shape build_shape(const ElectrodeDraft& electrode, Vec2 size) {
 }
 
 void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
-  const Vec2 size = draft.scene.domain.size;
+  const Vec3 size = draft.scene.domain.size;
   const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, electrode.line, why); };
   if (electrode.shape == "half-disk") {
     const double along = electrode.side == "left" || electrode.side == "right" ? size.y : size.x;
@@ -94,7 +94,7 @@ void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shap
   const Ring* ring = std::get_if<Ring>(&shape);
   const Shape inside =
       ring ? Shape(Disk{ring->centre, ring->radius}) : shape;  // of a ring: what it leaves to the fluid
-  if (!touch(inside, box(size)))
+  if (!touch(inside, box(plane(size))))
     refuse_it(fmt::format("the {} lies outside the domain, which goes from [0, 0] to [{:g}, {:g}] m", electrode.shape,
                           size.x, size.y));
 }
@@ -135,14 +135,14 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
         refuse_resistor(fmt::format("the electrode \"{}\"", electrodes[j].name));
     for (int side = 0; side < 4; ++side)
       if (electrodes[i].series_resistance > 0 && domain.sides[side].electrode &&
-          touch(electrodes[i].shape, line_of(side, domain.size)))
+          touch(electrodes[i].shape, line_of(side, plane(domain.size))))
         refuse_resistor(fmt::format("the {} side of the domain", side_names[side]));
     for (std::size_t j = 0; j < i; ++j)
       if (electrodes[i].potential != electrodes[j].potential && touch(electrodes[i].shape, electrodes[j].shape))
         refuse_it(fmt::format("the electrode \"{}\"", electrodes[j].name), electrodes[j].potential);
     for (int side = 0; side < 4; ++side)
       if (domain.sides[side].electrode && domain.sides[side].potential != electrodes[i].potential &&
-          touch(electrodes[i].shape, line_of(side, domain.size)))
+          touch(electrodes[i].shape, line_of(side, plane(domain.size))))
         refuse_it(fmt::format("the {} side of the domain", side_names[side]), domain.sides[side].potential);
   }
 }
@@ -154,7 +154,7 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
   std::map<std::string, int> nameless;
   std::set<std::string> names;
   for (const ElectrodeDraft& written : draft.electrodes) {
-    const Shape shape = build_shape(written, draft.scene.domain.size);
+    const Shape shape = build_shape(written, plane(draft.scene.domain.size));
     check_place(draft, written, shape);
     const std::string name =
         written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);

@@ -17,8 +17,9 @@ namespace lichtenberg {
 namespace {
 
 std::string at(const Conductor& conductor, int dimension) {
-  return dimension == 3 ? fmt::format("[{:g}, {:g}, {:g}]", conductor.position.x, conductor.position.y, conductor.z)
-                        : fmt::format("[{:g}, {:g}]", conductor.position.x, conductor.position.y);
+  return dimension == 3
+             ? fmt::format("[{:g}, {:g}, {:g}]", conductor.position.x, conductor.position.y, conductor.position.z)
+             : fmt::format("[{:g}, {:g}]", conductor.position.x, conductor.position.y);
 }
 
 /// The line of the [[conductor]] or [[population]] that particle i comes from.
@@ -33,10 +34,10 @@ int line_of(const Draft& draft, std::size_t i) {
 }
 
 std::vector<Wall> sides_of_box(const Domain& domain, int dimension) {
-  const std::array<double, 3> far = {domain.size.x, domain.size.y, domain.height};
   std::vector<Wall> walls;
   for (int k = 0; k < dimension; ++k) {
-    Wall low{.name = std::string(side_names[2 * k])}, high{.name = std::string(side_names[2 * k + 1]), .point = far};
+    Wall low{.name = std::string(side_names[2 * k])},
+        high{.name = std::string(side_names[2 * k + 1]), .point = domain.size};
     low.normal[k] = 1, high.normal[k] = -1;
     walls.push_back(low), walls.push_back(high);
   }
@@ -44,8 +45,8 @@ std::vector<Wall> sides_of_box(const Domain& domain, int dimension) {
 }
 
 Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) {
-  const std::array<double, 3>& n = given.normal.value;
-  const double length = std::hypot(n[0], n[1], n[2]);
+  const Vec3 n = given.normal.value;
+  const double length = std::hypot(n.x, n.y, n.z);
   if (length == 0)
     refuse(draft.scene.path, given.line, "wall.normal = 0 is not allowed: it must point to the particles' side");
   if (given.name && !network::is_electrode_name(*given.name))
@@ -53,9 +54,7 @@ Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) 
            fmt::format("wall.name = \"{}\" is not allowed: it must not be a number, which names a particle, have a "
                        "comma in it or a blank at its ends",
                        *given.name));
-  return {given.name.value_or(fmt::format("wall {}", number)),
-          given.point.value,
-          {n[0] / length, n[1] / length, n[2] / length}};
+  return {given.name.value_or(fmt::format("wall {}", number)), given.point.value, n / length};
 }
 
 /// Area or volume of all particles.
@@ -69,7 +68,7 @@ double content(const Scene& scene) {
 void check_content(const Scene& scene) {
   const Domain& domain = scene.domain;
   const bool spheres = scene.dimension() == 3;
-  const double room = domain.size.x * domain.size.y * (spheres ? domain.height : 1), filled = content(scene) / room;
+  const double room = domain.size.x * domain.size.y * (spheres ? domain.size.z : 1), filled = content(scene) / room;
   if (filled > 1)
     refuse(
         scene.path, 0,
@@ -84,7 +83,7 @@ void check_places(const Draft& draft, const Scene& scene) {
   std::iota(order.begin(), order.end(), 0);
   const auto place = [&](std::size_t i) {
     const Conductor& c = scene.conductors[i];
-    return std::tuple(c.position.x, c.position.y, c.z);
+    return std::tuple(c.position.x, c.position.y, c.position.z);
   };
   std::ranges::sort(order, {}, place);
   const auto same = std::ranges::adjacent_find(order, {}, place);
@@ -141,11 +140,11 @@ void check_packing_keys(const Draft& draft) {
   const std::string why =
       " is not allowed with effects.contact_potential, under which nothing else acts: leave one out";
   check_idle_keys(draft);
-  const std::string& method = draft.scene.minimize.method;
-  if (const int line = draft.line("minimize.step"); line > 0 && method != "gradient-descent")
+  const MinimizeMethod method = draft.scene.minimize.method;
+  if (const int line = draft.line("minimize.step"); line > 0 && method != MinimizeMethod::gradient_descent)
     refuse_it(line, fmt::format("minimize.step is not allowed with minimize.method = \"{}\", which chooses its steps: "
                                 "leave it out, or choose \"gradient-descent\"",
-                                method));
+                                name_of(method)));
   if (!draft.electrodes.empty()) refuse_it(draft.electrodes.front().line, "[[electrode]]" + why);
   if (!draft.groups.empty()) refuse_it(draft.groups.front().line, "[[group]]" + why);
 }
@@ -178,7 +177,7 @@ void check_packing(const Draft& draft, const Scene& scene) {
                fmt::format("the particle at {} m is not allowed: its centre is not inside the wall \"{}\"",
                            at(c, dimension), wall.name));
     const double narrowest =
-        std::min({scene.domain.size.x, scene.domain.size.y, dimension == 3 ? scene.domain.height : INFINITY});
+        std::min({scene.domain.size.x, scene.domain.size.y, dimension == 3 ? scene.domain.size.z : INFINITY});
     if (scene.domain.walled && c.radius > narrowest)
       refuse(scene.path, line_of(draft, i),
              fmt::format("a particle of radius {:g} m cannot fit between walls that are {:g} m apart: even the "

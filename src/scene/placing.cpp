@@ -34,10 +34,8 @@ SphereGrid grid_of_given(const Draft& draft) {
   return grid;
 }
 
-std::string at(Vec2 p) { return fmt::format("[{:g}, {:g}]", p.x, p.y); }
-
 std::string at(Vec3 p, int dimension) {
-  return dimension == 3 ? fmt::format("[{:g}, {:g}, {:g}]", p.x, p.y, p.z) : at(Vec2{p.x, p.y});
+  return dimension == 3 ? fmt::format("[{:g}, {:g}, {:g}]", p.x, p.y, p.z) : fmt::format("[{:g}, {:g}]", p.x, p.y);
 }
 
 /// How far it is out of the domain (m); where a side is periodic, its centre.
@@ -59,8 +57,9 @@ Room room_for(double radius, const PopulationDraft& population, const Domain& do
   const double from_side = radius + population.min_gap;
   Room room{{}, box.lengths};
   for (int k = 0; k < 3; ++k) {
-    if (population.region && k < 2)
-      room.lower[k] = population.region->lower[k] + radius, room.upper[k] = population.region->upper[k] - radius;
+    if (population.region && k < population.region->axes())
+      room.lower[k] = population.region->lower.value[k] + radius,
+      room.upper[k] = population.region->upper.value[k] - radius;
     if (box.periodic(k)) continue;
     room.lower[k] = std::max(room.lower[k], from_side);
     room.upper[k] = std::min(room.upper[k], box.lengths[k] - from_side);
@@ -82,7 +81,7 @@ struct Obstacles {
 };
 
 bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min_gap) {
-  const Disk disk{conductor.position, conductor.radius};
+  const Disk disk{plane(conductor.position), conductor.radius};
   return std::ranges::all_of(obstacles.electrodes,
                              [&](const Electrode& electrode) { return gap(disk, electrode.shape) >= min_gap; }) &&
          std::ranges::all_of(obstacles.walls, [&](const Wall& wall) {
@@ -103,7 +102,7 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
         .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
     conductor.position.x = random.between(room.lower.x, room.upper.x);
     conductor.position.y = random.between(room.lower.y, room.upper.y);
-    if (dimension == 3) conductor.z = random.between(room.lower.z, room.upper.z);
+    if (dimension == 3) conductor.position.z = random.between(room.lower.z, room.upper.z);
     if (!clear_of(obstacles, conductor, population.min_gap)) continue;
     if (population.overlapping || !grid.conflict(sphere_of(conductor), population.min_gap)) return conductor;
   }
@@ -111,14 +110,18 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
 }
 
 void check_population(const Draft& draft, const PopulationDraft& population) {
-  const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, population.line, why); };
   if (!population.region) return;
-  const Vec2 lower = population.region->lower, upper = population.region->upper, size = draft.scene.domain.size;
-  if (lower.x >= upper.x || lower.y >= upper.y || lower.x < 0 || lower.y < 0 || upper.x > size.x || upper.y > size.y)
-    refuse_it(
-        fmt::format("population.region from {} to {} is not allowed: it must be [[left, bottom], [right, top]] inside "
-                    "the domain, which goes from [0, 0] to {} m",
-                    at(lower), at(upper), at(size)));
+  const int axes = population.region->axes();
+  const Vec3 lower = population.region->lower.value, upper = population.region->upper.value;
+  const Vec3 size = draft.scene.domain.size;
+  for (int k = 0; k < axes; ++k)
+    if (lower[k] >= upper[k] || lower[k] < 0 || upper[k] > size[k])
+      refuse(draft.scene.path, population.line,
+             fmt::format("population.region from {} to {} is not allowed: it must be {} inside the domain, which goes "
+                         "from {} to {} m",
+                         at(lower, axes), at(upper, axes),
+                         axes == 3 ? "[[left, bottom, front], [right, top, back]]" : "[[left, bottom], [right, top]]",
+                         at({}, axes), at(size, axes)));
 }
 
 }  // namespace
@@ -190,7 +193,8 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
     if (!fits(sphere.radius, -2 * slack, box))
       refuse_it("overlaps its own image beyond a periodic side: that axis must be at least a diameter long");
     for (const Electrode& electrode : electrodes)
-      if (const double overlap = -gap(Disk{conductor.position, conductor.radius}, electrode.shape); overlap > slack)
+      if (const double overlap = -gap(Disk{plane(conductor.position), conductor.radius}, electrode.shape);
+          overlap > slack)
         refuse_it(fmt::format("overlaps the electrode \"{}\" by {:.3g} m: they may touch but not overlap",
                               electrode.name, overlap));
     if (const auto other = grid.conflict(sphere, -slack))

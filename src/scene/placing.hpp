@@ -29,9 +29,7 @@ struct Sphere {
   double radius = 0;  ///< m
 };
 
-inline Sphere sphere_of(const Conductor& conductor) {
-  return {{conductor.position.x, conductor.position.y, conductor.z}, conductor.radius};
-}
+inline Sphere sphere_of(const Conductor& conductor) { return {conductor.position, conductor.radius}; }
 
 /// Disks or spheres in square or cubic buckets, so that the neighbours of one are found without looking at all of them.
 /// Along periodic axes of the domain the nearest images count.
@@ -39,7 +37,7 @@ class SphereGrid {
  public:
   /// `reach`: the largest centre distance (m) at which two can matter to each other.
   SphereGrid(double reach, const Domain& domain)
-      : side_(reach), box_(domain.box()), layers_(domain.height > 0 ? 1 : 0) {}
+      : side_(reach), box_(domain.box()), layers_(domain.dimension() == 3 ? 1 : 0) {}
 
   /// Along periodic axes the centre must be in the domain.
   void insert(const Sphere& sphere);

@@ -74,7 +74,8 @@ class Reader {
             refuse_value(path, key, node, "is not allowed");
         },
         key.place);
-    if (!key.choices.empty() && std::ranges::find(key.choices, *node.value<std::string>()) == key.choices.end())
+    const std::vector<std::string> choices = key.choices();
+    if (!choices.empty() && std::ranges::find(choices, *node.value<std::string>()) == choices.end())
       refuse_value(path, key, node, "is not allowed");
   }
 

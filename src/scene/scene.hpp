@@ -10,6 +10,7 @@
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec.hpp"
 #include "solvers/network/parameters.hpp"
+#include "src/scene/choice.hpp"
 #include "src/scene/effects.hpp"
 
 namespace lichtenberg {
@@ -22,14 +23,15 @@ struct DomainSide {
 };
 
 struct Domain {
-  Vec2 size;                        ///< m
-  double height = 0;                ///< m, along z, of a three-dimensional domain; 0: it has two dimensions
+  Vec3 size;                        ///< m; z = 0: it has two dimensions
   std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
   bool walled = true;               ///< of a packing: the sides are walls
 
-  /// The same for who moves bodies in it; without a length along z in two dimensions.
+  int dimension() const { return size.z > 0 ? 3 : 2; }
+
+  /// The domain for who moves bodies in it; without a length along z in two dimensions.
   Box<3> box() const {
-    Box<3> box{.lengths = {size.x, size.y, height}};
+    Box<3> box{.lengths = size};
     for (std::size_t s = 0; s < sides.size(); ++s)
       box.sides[s] = sides[s].periodic ? Boundary::periodic : sides[s].electrode ? Boundary::electrode : Boundary::wall;
     return box;
@@ -51,20 +53,17 @@ struct Medium {
   double temperature = 295.15;  ///< K (22 degrees Celsius, D 4.1): turns dissipated power into entropy production
 };
 
-/// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave the third
-/// component at 0.
+/// A flat wall that does not move: particles are where its normal points. Two-dimensional scenes leave z at 0.
 struct Wall {
   std::string name;
-  std::array<double, 3> point{};   ///< m
-  std::array<double, 3> normal{};  ///< of length 1
+  Vec3 point{};   ///< m
+  Vec3 normal{};  ///< of length 1
 };
 
-/// A mobile disk (field) or sphere (mechanics).
+/// A mobile disk (field) or sphere (mechanics). Two-dimensional scenes leave z at 0.
 struct Conductor {
-  Vec2 position{};                  ///< m
-  double z = 0;                     ///< m, in three dimensions
-  Vec2 velocity{};                  ///< m/s
-  double velocity_z = 0;            ///< m/s
+  Vec3 position{};                  ///< m
+  Vec3 velocity{};                  ///< m/s
   double radius = 0;                ///< m
   double charge = 0;                ///< C
   int group = -1;                   ///< index into Scene::groups, -1: of its own
@@ -73,8 +72,7 @@ struct Conductor {
 
 /// m, of the conductor's centre from the wall; negative beyond it.
 inline double distance(const Wall& wall, const Conductor& conductor) {
-  return (conductor.position.x - wall.point[0]) * wall.normal[0] +
-         (conductor.position.y - wall.point[1]) * wall.normal[1] + (conductor.z - wall.point[2]) * wall.normal[2];
+  return dot(conductor.position - wall.point, wall.normal);
 }
 
 /// Conductors wired together by the scene: one potential, whether they touch or not. Either the charge of the whole
@@ -92,27 +90,60 @@ struct Material {
 /// Along the domain's longer side.
 constexpr int most_cells = 32768;
 
+enum class FieldMethod { cut_cell, multipole, relaxation };
+template <>
+inline constexpr Named<FieldMethod> values_named<FieldMethod>[] = {{FieldMethod::cut_cell, "cut-cell"},
+                                                                   {FieldMethod::multipole, "multipole"},
+                                                                   {FieldMethod::relaxation, "relaxation"}};
+
+enum class FieldDevice { cpu, cuda };
+template <>
+inline constexpr Named<FieldDevice> values_named<FieldDevice>[] = {{FieldDevice::cpu, "cpu"},
+                                                                   {FieldDevice::cuda, "cuda"}};
+
+/// Formulas for the conductance from a cell to a disk.
+enum class FieldLinks { log_fitted, plain, aperture };
+template <>
+inline constexpr Named<FieldLinks> values_named<FieldLinks>[] = {
+    {FieldLinks::log_fitted, "log-fitted"}, {FieldLinks::plain, "plain"}, {FieldLinks::aperture, "aperture"}};
+
+/// Matrix-free, or with any preconditioner of PETSc.
+enum class FieldLinearSolver { multigrid, assembled };
+template <>
+inline constexpr Named<FieldLinearSolver> values_named<FieldLinearSolver>[] = {
+    {FieldLinearSolver::multigrid, "multigrid"}, {FieldLinearSolver::assembled, "assembled"}};
+
 struct FieldOptions {
   /// Asked for in place of cells and tolerances: largest error of potentials, charges and forces, relative
   /// (solvers/laplace/accuracy/measure.hpp). Until `estimate` says that they have been chosen, cells and tolerances
   /// mean nothing, and an empty method is one to be chosen.
   std::optional<double> accuracy;
-  std::optional<double> estimate;           ///< of the error, with what has been chosen
-  std::string method = "cut-cell";          ///< cut-cell | multipole | relaxation
-  int cells = 512;                          ///< S: cells along the domain's longer side; multipole: of the output
-  double tolerance = 1e-8;                  ///< error of a single solve, relative; default by method
-  double moving_tolerance = 1e-5;           ///< the same for the solves of a moving scene
-  std::string device = "cpu";               ///< cpu | cuda
-  int threads = 0;                          ///< of the cut-cell method; 0: all cores, fewer on small grids
-  std::string links = "log-fitted";         ///< log-fitted | plain | aperture
-  std::string linear_solver = "multigrid";  ///< multigrid (matrix-free) | assembled (any PETSc preconditioner)
-  double relaxation_eta = 0;                ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
+  std::optional<double> estimate;  ///< of the error, with what has been chosen
+  std::optional<FieldMethod> method = FieldMethod::cut_cell;
+  int cells = 512;                 ///< S: cells along the domain's longer side; multipole: of the output
+  double tolerance = 1e-8;         ///< error of a single solve, relative; default by method
+  double moving_tolerance = 1e-5;  ///< error of a solve of a moving scene, relative
+  FieldDevice device = FieldDevice::cpu;
+  int threads = 0;  ///< of the cut-cell method; 0: all cores, fewer on small grids
+  FieldLinks links = FieldLinks::log_fitted;
+  FieldLinearSolver linear_solver = FieldLinearSolver::multigrid;
+  double relaxation_eta = 0;  ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
 };
 
+enum class Integrator { cvode, euler };
+template <>
+inline constexpr Named<Integrator> values_named<Integrator>[] = {{Integrator::cvode, "cvode"},
+                                                                 {Integrator::euler, "euler"}};
+
+/// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs.
+enum class FieldCoupling { split, monolithic };
+template <>
+inline constexpr Named<FieldCoupling> values_named<FieldCoupling>[] = {{FieldCoupling::split, "split"},
+                                                                       {FieldCoupling::monolithic, "monolithic"}};
+
 struct MechanicsOptions {
-  std::string integrator = "cvode";  ///< cvode | euler
-  /// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs
-  std::string coupling = "split";
+  Integrator integrator = Integrator::cvode;
+  FieldCoupling coupling = FieldCoupling::split;
   bool predictor = true;  ///< split: forces between field solves from a coarser grid, if there is one
   double relative_tolerance = 1e-6;
   double position_tolerance = 0;   ///< m: error allowed a coupling step; default 1e-3 radius
@@ -121,10 +152,19 @@ struct MechanicsOptions {
   double euler_field_step = 1e-3;  ///< s (D 6.7)
 };
 
+enum class MinimizeMethod { lbfgs_newton, lbfgs, newton_cg, fire, gradient_descent };
+template <>
+inline constexpr Named<MinimizeMethod> values_named<MinimizeMethod>[] = {
+    {MinimizeMethod::lbfgs_newton, "lbfgs-newton"},
+    {MinimizeMethod::lbfgs, "lbfgs"},
+    {MinimizeMethod::newton_cg, "newton-cg"},
+    {MinimizeMethod::fire, "fire"},
+    {MinimizeMethod::gradient_descent, "gradient-descent"}};
+
 /// How particles under a contact potential come to rest. Forces are in units of stiffness / R, R the mean diameter.
 struct MinimizeOptions {
-  std::string method = "lbfgs-newton";  ///< lbfgs-newton | lbfgs | newton-cg | fire | gradient-descent
-  double force_tolerance = 1e-8;        ///< the largest net force on a particle
+  MinimizeMethod method = MinimizeMethod::lbfgs_newton;
+  double force_tolerance = 1e-8;  ///< the largest net force on a particle
   std::int64_t max_iterations = 10'000'000;
   double step = 2.5e-3;           ///< of gradient-descent, in units of R^2 / stiffness
   std::int64_t record_every = 0;  ///< iterations between two frames; 0: ever longer ones
@@ -138,11 +178,17 @@ struct OutputOptions {
   bool picture = true;
 };
 
+/// What a node of the network is.
+enum class NetworkModel { particle, contact };
+template <>
+inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkModel::particle, "particle"},
+                                                                     {NetworkModel::contact, "contact"}};
+
 /// The resistors of `lichtenberg network`; a run does not read them. Which model needs which parameter:
 /// solvers/network/resistor.hpp.
 struct NetworkOptions {
-  std::optional<std::string> model;     ///< particle | contact: what a node is; empty: both, one after the other
-  std::optional<std::string> resistor;  ///< model of a resistor; empty: constant, of 1 Ohm if nothing else is said
+  std::optional<NetworkModel> model;    ///< empty: both, one after the other
+  std::optional<std::string> resistor;  ///< of network::resistor_models; empty: constant, of 1 Ohm if nothing is said
   network::Parameters parameters;
   std::string between = "bottom,top";  ///< electrodes: names of walls or numbers of particles
 };
@@ -174,7 +220,7 @@ struct Scene {
   OutputOptions output;
   StopOptions stop;
 
-  int dimension() const { return domain.height > 0 ? 3 : 2; }
+  int dimension() const { return domain.dimension(); }
 };
 
 /// Reads and checks a scene, whose effects are of these kinds. Throws InputError (one sentence: file, line, key, value

@@ -71,8 +71,13 @@ std::string Range::text() const {
   return fmt::format("{}", fmt::join(ends, " and "));
 }
 
+std::vector<std::string> Key::choices() const {
+  const auto names = std::visit([]<class T>(At<T>) { return choices_of(T{}); }, place);
+  return names.empty() ? texts : names;
+}
+
 std::string Key::allowed() const {
-  if (!choices.empty()) return fmt::format("one of \"{}\"", fmt::join(choices, "\", \""));
+  if (const auto all = choices(); !all.empty()) return fmt::format("one of \"{}\"", fmt::join(all, "\", \""));
   std::string text = std::visit([]<class T>(At<T>) { return type_name(T{}); }, place);
   if (!unit.empty()) text += " in " + unit;
   const std::string limits = range.text();

@@ -18,7 +18,9 @@ using At = T* (*)(Draft&);
 using Place =
     std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
                  At<std::vector<double>>, At<DomainSide>, At<std::optional<double>>, At<std::optional<std::string>>,
-                 At<std::optional<Interval>>, At<std::optional<Rectangle>>, At<std::optional<Coordinates>>>;
+                 At<std::optional<Interval>>, At<std::optional<Region>>, At<std::optional<Coordinates>>,
+                 At<std::optional<FieldMethod>>, At<FieldDevice>, At<FieldLinks>, At<FieldLinearSolver>, At<Integrator>,
+                 At<FieldCoupling>, At<MinimizeMethod>, At<std::optional<NetworkModel>>, At<RadiusDistribution>>;
 
 /// The finite numbers from low to high.
 struct Range {
@@ -42,14 +44,16 @@ inline constexpr Range accuracy{.low = 0, .high = 1, .low_itself = false, .high_
 struct Key {
   std::string name;
   Place place;
-  std::string unit{};                  ///< of the key's numbers; empty: a pure number or none
-  Range range{};                       ///< of each of the key's numbers
-  std::vector<std::string> choices{};  ///< of a text; empty: any
+  std::string unit{};                ///< of the key's numbers; empty: a pure number or none
+  Range range{};                     ///< of each of the key's numbers
+  std::vector<std::string> texts{};  ///< that a text may be; empty: any. (An enumeration has its names)
   bool required = false;
   std::vector<std::string> shapes{};  ///< the shapes of electrode that need the key, others refuse it; empty: any shape
   std::string computed_default{};     ///< says in words what an optional place is filled with
   std::string help{};
 
+  /// The texts that may be written: an enumeration's names, or a text's; empty if there are others.
+  std::vector<std::string> choices() const;
   /// What may be written, as in "a number in m, greater than 0".
   std::string allowed() const;
   /// "required", or the default, which an `untouched` draft (Schema::blank_draft) holds.

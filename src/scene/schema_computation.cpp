@@ -20,7 +20,6 @@ Table minimize() {
       .keys = {
           {.name = "method",
            .place = [](Draft& d) { return &d.scene.minimize.method; },
-           .choices = {"lbfgs-newton", "lbfgs", "newton-cg", "fire", "gradient-descent"},
            .help =
                "lbfgs-newton: limited-memory BFGS until the contacts have settled, then Newton's method with "
                "conjugate gradients; fire: inertial relaxation; gradient-descent: small steps of one length down the "
@@ -64,7 +63,7 @@ Table field() {
                "checked at checkpoints"},
           {.name = "method",
            .place = [](Draft& d) { return &d.scene.field.method; },
-           .choices = {"cut-cell", "multipole", "relaxation"},
+           .computed_default = "\"cut-cell\"",
            .help =
                "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
                "only; relaxation: lattice and gradient descent (D 6.3-6.5)"},
@@ -87,7 +86,6 @@ Table field() {
            .help = "the same for the solves of a moving scene"},
           {.name = "device",
            .place = [](Draft& d) { return &d.scene.field.device; },
-           .choices = {"cpu", "cuda"},
            .help = "where cut-cell solves; --device on the command line comes first"},
           {.name = "threads",
            .place = [](Draft& d) { return &d.scene.field.threads; },
@@ -95,13 +93,11 @@ Table field() {
            .help = "that cut-cell shares its work among, for the same bits; 0: one a core, fewer on small grids"},
           {.name = "links",
            .place = [](Draft& d) { return &d.scene.field.links; },
-           .choices = {"log-fitted", "plain", "aperture"},
            .help =
                "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
                "the obvious, first-order, to compare with (linear_solver = \"assembled\")"},
           {.name = "linear_solver",
            .place = [](Draft& d) { return &d.scene.field.linear_solver; },
-           .choices = {"multigrid", "assembled"},
            .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
           {.name = "relaxation_eta",
            .place = [](Draft& d) { return &d.relaxation_eta; },
@@ -118,11 +114,9 @@ Table mechanics() {
           .keys = {
               {.name = "integrator",
                .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
-               .choices = {"cvode", "euler"},
                .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7)"},
               {.name = "coupling",
                .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
-               .choices = {"split", "monolithic"},
                .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
               {.name = "predictor",
                .place = [](Draft& d) { return &d.scene.mechanics.predictor; },
@@ -163,7 +157,6 @@ Table network() {
       .keys = {
           {.name = "model",
            .place = [](Draft& d) { return &d.scene.network.model; },
-           .choices = {"particle", "contact"},
            .computed_default = "both, one after the other",
            .help = "what a node of the network is, and with it between what the resistors are"},
           {.name = "between",
@@ -176,7 +169,7 @@ Table network() {
       }};
   Key& resistor = table.keys.back();
   for (const network::ResistorModel& model : network::resistor_models()) {
-    resistor.choices.push_back(model.name);
+    resistor.texts.push_back(model.name);
     resistor.help += fmt::format(" {} ({}), {};", model.name, fmt::join(model.needs, ", "), model.help);
   }
   resistor.help.back() = '.';

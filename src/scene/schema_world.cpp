@@ -116,7 +116,7 @@ Table electrode() {
                .help = "its name in messages and results"},
               {.name = "shape",
                .place = [](Draft& d) { return &d.electrodes.back().shape; },
-               .choices = {"disk", "half-disk", "bar", "ring"},
+               .texts = {"disk", "half-disk", "bar", "ring"},
                .required = true,
                .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle"},
               {.name = "potential",
@@ -144,7 +144,7 @@ Table electrode() {
                .help = "of the circle"},
               {.name = "side",
                .place = [](Draft& d) { return &d.electrodes.back().side; },
-               .choices = {"left", "right", "bottom", "top"},
+               .texts = {"left", "right", "bottom", "top"},
                .shapes = {"half-disk"},
                .help = "side of the domain on which the centre lies"},
               {.name = "at",
@@ -281,7 +281,6 @@ Table population() {
                .help = "in place of radius: radii that are taken in turn, and over again if count is larger"},
               {.name = "distribution",
                .place = [](Draft& d) { return &d.populations.back().distribution; },
-               .choices = {"uniform", "normal", "lognormal"},
                .help = "of the radii in their interval, which truncates it"},
               {.name = "mean",
                .place = [](Draft& d) { return &d.populations.back().mean; },
@@ -314,7 +313,7 @@ Table population() {
                .place = [](Draft& d) { return &d.populations.back().region; },
                .unit = "m",
                .computed_default = "the whole domain",
-               .help = "rectangle that they lie in, in three dimensions from front to back"},
+               .help = "rectangle or cuboid that they lie in; a rectangle in three dimensions goes from front to back"},
           }};
 }
 

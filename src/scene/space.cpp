@@ -73,8 +73,7 @@ void check_effects(const Draft& draft, int dimension) {
 void settle_dimension(Draft& draft) {
   Domain& domain = draft.scene.domain;
   const int dimension = draft.domain_size.count;
-  domain.size = draft.domain_size.plane();
-  domain.height = draft.domain_size.value[2];
+  domain.size = draft.domain_size.value;
   check_sides(draft, dimension);
   check_effects(draft, dimension);
   if (!draft.scene.effects.has("contact_potential")) {
@@ -92,17 +91,19 @@ void settle_dimension(Draft& draft) {
   };
   for (ConductorDraft& conductor : draft.conductors) {
     check(conductor.position, conductor.line, "conductor.position");
-    conductor.conductor.position = conductor.position.plane();
-    conductor.conductor.z = conductor.position.value[2];
+    conductor.conductor.position = conductor.position.value;
     if (!conductor.velocity) continue;
     check(*conductor.velocity, conductor.line, "conductor.velocity");
-    conductor.conductor.velocity = conductor.velocity->plane();
-    conductor.conductor.velocity_z = conductor.velocity->value[2];
+    conductor.conductor.velocity = conductor.velocity->value;
   }
   for (const WallDraft& wall : draft.walls) {
     check(wall.point, wall.line, "wall.point");
     check(wall.normal, wall.line, "wall.normal");
   }
+  for (const PopulationDraft& population : draft.populations)
+    if (population.region && population.region->axes() > dimension)
+      refuse(draft.scene.path, population.line,
+             "population.region has corners of 3 numbers, but the domain has 2: as many are allowed");
 }
 
 }  // namespace lichtenberg

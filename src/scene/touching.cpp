@@ -22,7 +22,7 @@ bool one_potential(const Scene& scene, const Conductor& a, const Conductor& b) {
   return (a.group >= 0 && a.group == b.group) || (potential && potential == potential_of(scene, b));
 }
 
-Disk disk_of(const Conductor& conductor) { return {conductor.position, conductor.radius}; }
+Disk disk_of(const Conductor& conductor) { return {plane(conductor.position), conductor.radius}; }
 
 /// Pairs are found along x: only those whose extents overlap there are compared.
 void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) {
@@ -46,7 +46,7 @@ void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) 
 
 void check_touching(const Draft& draft, const Scene& scene) {
   const auto refuse_it = [&](std::size_t i, const std::string& other) {
-    const Vec2 p = scene.conductors[i].position;
+    const Vec3 p = scene.conductors[i].position;
     refuse(
         scene.path, draft.conductors[i].line,
         fmt::format("conductor.position = [{:g}, {:g}] m is not allowed: this conductor touches {}, and the force "
@@ -55,10 +55,10 @@ void check_touching(const Draft& draft, const Scene& scene) {
                     p.x, p.y, other));
   };
   check_pairs(draft, scene, refuse_it);
-  const Vec2 size = scene.domain.size;
+  const Vec3 size = scene.domain.size;
   for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
     const Conductor& conductor = scene.conductors[i];
-    const Vec2 p = conductor.position;
+    const Vec3 p = conductor.position;
     const double slack = touching_slack * conductor.radius;
     const std::optional<double> potential = potential_of(scene, conductor);
     for (const Electrode& electrode : scene.electrodes)

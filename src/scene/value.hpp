@@ -16,7 +16,13 @@
 namespace lichtenberg {
 
 // The types a scene's value can have. For each: `read` (false if the TOML value is of another type), `type_name` (as in
-// "it must be ..."), `show` (as written in a scene file) and `numbers` (those that a key's range and unit apply to).
+// "it must be ..."), `show` (as written in a scene file), `numbers` (those that a key's range and unit apply to) and
+// `choices_of` (the texts that it can be, if it is an enumeration).
+
+template <class T>
+std::vector<std::string> choices_of(const T&) {
+  return {};
+}
 
 inline bool read(const toml::node& node, double& value) {
   if (!node.is_number()) return false;
@@ -66,6 +72,31 @@ inline const char* type_name(const std::string&) { return "a text, not empty"; }
 inline std::string show(const std::string& value) { return '"' + value + '"'; }
 inline std::vector<double> numbers(const std::string&) { return {}; }
 
+/// A text that is none of the enumeration's names changes nothing: who knows the key refuses it.
+template <Enumeration E>
+bool read(const toml::node& node, E& value) {
+  std::string name;
+  if (!read(node, name)) return false;
+  value = value_of<E>(name).value_or(value);
+  return true;
+}
+template <Enumeration E>
+const char* type_name(const E&) {
+  return type_name(std::string());
+}
+template <Enumeration E>
+std::string show(const E& value) {
+  return show(name_of(value));
+}
+template <Enumeration E>
+std::vector<double> numbers(const E&) {
+  return {};
+}
+template <Enumeration E>
+std::vector<std::string> choices_of(const E&) {
+  return names_of<E>();
+}
+
 inline bool read(const toml::node& node, Vec2& value) {
   const toml::array* pair = node.as_array();
   return pair && pair->size() == 2 && read((*pair)[0], value.x) && read((*pair)[1], value.y);
@@ -84,11 +115,11 @@ inline bool read(const toml::node& node, Coordinates& value) {
 }
 inline const char* type_name(const Coordinates&) { return "two numbers [x, y] or three [x, y, z]"; }
 inline std::string show(const Coordinates& value) {
-  return value.count == 3 ? fmt::format("[{:g}, {:g}, {:g}]", value.value[0], value.value[1], value.value[2])
-                          : show(value.plane());
+  return value.count == 3 ? fmt::format("[{:g}, {:g}, {:g}]", value.value.x, value.value.y, value.value.z)
+                          : show(plane(value.value));
 }
 inline std::vector<double> numbers(const Coordinates& value) {
-  const auto& [x, y, z] = value.value;
+  const auto [x, y, z] = value.value;
   return value.count == 3 ? std::vector<double>{x, y, z} : std::vector<double>{x, y};
 }
 
@@ -118,14 +149,19 @@ inline const char* type_name(const Interval&) { return "a number or two numbers 
 inline std::string show(const Interval& value) { return fmt::format("[{:g}, {:g}]", value.smallest, value.largest); }
 inline std::vector<double> numbers(const Interval& value) { return {value.smallest, value.largest}; }
 
-inline bool read(const toml::node& node, Rectangle& value) {
+inline bool read(const toml::node& node, Region& value) {
   const toml::array* pair = node.as_array();
-  return pair && pair->size() == 2 && read((*pair)[0], value.lower) && read((*pair)[1], value.upper);
+  return pair && pair->size() == 2 && read((*pair)[0], value.lower) && read((*pair)[1], value.upper) &&
+         value.lower.count == value.upper.count;
 }
-inline const char* type_name(const Rectangle&) { return "two corners [[left, bottom], [right, top]]"; }
-inline std::string show(const Rectangle& value) { return "[" + show(value.lower) + ", " + show(value.upper) + "]"; }
-inline std::vector<double> numbers(const Rectangle& value) {
-  return {value.lower.x, value.lower.y, value.upper.x, value.upper.y};
+inline const char* type_name(const Region&) {
+  return "two corners [[left, bottom], [right, top]] or [[left, bottom, front], [right, top, back]]";
+}
+inline std::string show(const Region& value) { return "[" + show(value.lower) + ", " + show(value.upper) + "]"; }
+inline std::vector<double> numbers(const Region& value) {
+  std::vector<double> all = numbers(value.lower);
+  for (const double number : numbers(value.upper)) all.push_back(number);
+  return all;
 }
 
 inline bool read(const toml::node& node, DomainSide& value) {
@@ -161,6 +197,11 @@ std::string show(const std::optional<T>& value) {
 template <class T>
 std::vector<double> numbers(const std::optional<T>& value) {
   return value ? numbers(*value) : std::vector<double>{};
+}
+
+template <class T>
+std::vector<std::string> choices_of(const std::optional<T>&) {
+  return choices_of(T{});
 }
 
 }  // namespace lichtenberg

@@ -42,7 +42,7 @@ std::vector<int> spatial_order(const Scene& scene, double diameter) {
   const auto cell = [&](double x) { return static_cast<std::uint32_t>(std::clamp(x / diameter, 0.0, limit)); };
   std::vector<std::pair<std::uint64_t, int>> codes;
   for (const Conductor& c : scene.conductors)
-    codes.emplace_back(interleaved({cell(c.position.x), cell(c.position.y), cell(c.z)}),
+    codes.emplace_back(interleaved({cell(c.position.x), cell(c.position.y), cell(c.position.z)}),
                        static_cast<int>(codes.size()));
   std::ranges::sort(codes);
   std::vector<int> order;
@@ -92,7 +92,7 @@ struct Relaxation::Implementation {
         diameter(mean_diameter(s)),
         order(spatial_order(s, diameter)),
         energy(reordered(s, order), threads_for(s)),
-        method(scene.minimize.method == "lbfgs-newton" ? "lbfgs" : scene.minimize.method) {
+        method(scene.minimize.method == MinimizeMethod::lbfgs_newton ? MinimizeMethod::lbfgs : scene.minimize.method) {
     start(energy.model().bodies.position);
   }
 
@@ -106,10 +106,12 @@ struct Relaxation::Implementation {
   std::unique_ptr<minimize::Minimizer> make_minimizer(std::vector<double> x) {
     const double area = diameter * diameter / stiffness;
     const double move = 0.1 * diameter;
-    if (method == "gradient-descent")
+    if (method == MinimizeMethod::gradient_descent)
       return std::make_unique<minimize::GradientDescent>(energy, std::move(x), scene.minimize.step * area, move);
-    if (method == "fire") return std::make_unique<minimize::Fire>(energy, std::move(x), 0.4 * std::sqrt(area), move);
-    if (method == "lbfgs") return std::make_unique<minimize::Lbfgs>(energy, std::move(x), 0.05 * area, move);
+    if (method == MinimizeMethod::fire)
+      return std::make_unique<minimize::Fire>(energy, std::move(x), 0.4 * std::sqrt(area), move);
+    if (method == MinimizeMethod::lbfgs)
+      return std::make_unique<minimize::Lbfgs>(energy, std::move(x), 0.05 * area, move);
     return std::make_unique<minimize::NewtonCg>(energy, std::move(x), move, stiffness / diameter);
   }
 
@@ -136,7 +138,7 @@ struct Relaxation::Implementation {
           scene.path, iteration));
   }
 
-  void change_to(const std::string& other) {
+  void change_to(MinimizeMethod other) {
     method = other;
     changed_at = earlier_evaluations = evaluations();
     start(minimizer->point().x);
@@ -147,14 +149,14 @@ struct Relaxation::Implementation {
   /// Once hardly a contact is made or lost any more, the energy is all but quadratic, and Newton's method ends in some
   /// tens of evaluations. If it does not, something still gives way: L-BFGS again, to a smaller force.
   void choose_method() {
-    if (scene.minimize.method != "lbfgs-newton") return;
+    if (scene.minimize.method != MinimizeMethod::lbfgs_newton) return;
     constexpr std::int64_t most_evaluations = 100;
     const double unit = stiffness / diameter;
-    if (method == "lbfgs" && largest_force <= settled * unit) {
-      change_to("newton-cg");
-    } else if (method == "newton-cg" && evaluations() - changed_at > most_evaluations) {
+    if (method == MinimizeMethod::lbfgs && largest_force <= settled * unit) {
+      change_to(MinimizeMethod::newton_cg);
+    } else if (method == MinimizeMethod::newton_cg && evaluations() - changed_at > most_evaluations) {
       settled *= 0.1;
-      change_to("lbfgs");
+      change_to(MinimizeMethod::lbfgs);
     }
   }
 
@@ -163,7 +165,7 @@ struct Relaxation::Implementation {
   double diameter;         ///< m, mean
   std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
   statics::PotentialEnergy energy;
-  std::string method;     ///< the one in use
+  MinimizeMethod method;  ///< the one in use
   double settled = 1e-4;  ///< the force (stiffness / diameter) from which on the contacts are taken to have settled
   std::unique_ptr<minimize::Minimizer> minimizer;
   std::int64_t iteration = 0;
@@ -273,8 +275,9 @@ Summary Relaxation::summary() {
     return Summary::Line{std::move(label), std::move(text)};
   };
   summary.goal = "at_rest";
-  summary.title = fmt::format("holds the relaxation: {} after {} iterations of {}, {} evaluations",
-                              at_rest() ? "at rest" : "not at rest", iteration(), scene.minimize.method, evaluations());
+  summary.title =
+      fmt::format("holds the relaxation: {} after {} iterations of {}, {} evaluations",
+                  at_rest() ? "at rest" : "not at rest", iteration(), name_of(scene.minimize.method), evaluations());
   summary.lines.insert(summary.lines.begin(),
                        {line("energy", fmt::format("{:.10g} J", energy())),
                         line("largest force", fmt::format("{:.3g} N, {:.2e} of stiffness / mean diameter",
@@ -304,7 +307,7 @@ Checkpoint Relaxation::checkpoint() {
   checkpoint.reals = self.minimizer->memory();
   checkpoint.reals["position"] = self.in_scene_order(self.minimizer->point().x);
   checkpoint.integers["counters"] = {self.iteration, evaluations(), noted_at_};
-  checkpoint.integers["method"] = {self.method == "newton-cg", self.changed_at};
+  checkpoint.integers["method"] = {self.method == MinimizeMethod::newton_cg, self.changed_at};
   checkpoint.reals["settled"] = {self.settled};
   return checkpoint;
 }
@@ -317,7 +320,7 @@ void Relaxation::restore(const Checkpoint& checkpoint) {
       position->second.size() != self.minimizer->point().x.size())
     throw Failure("the checkpoint is not one of this scene's relaxation");
   const std::vector<std::int64_t>& method = checkpoint.integers.at("method");
-  if (method.at(0)) self.method = "newton-cg";
+  if (method.at(0)) self.method = MinimizeMethod::newton_cg;
   self.changed_at = method.at(1);
   self.settled = checkpoint.reals.at("settled").at(0);
   self.start(self.in_own_order(position->second));

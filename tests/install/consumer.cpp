@@ -16,6 +16,6 @@ int main() {
     radius = 1e-3
   )",
                                                             "consumer.toml");
-  const lichtenberg::laplace::LaplaceProblem problem{.size = scene.domain.size};
+  const lichtenberg::laplace::LaplaceProblem problem{.size = plane(scene.domain.size)};
   std::printf("%zu conductors in %g m x %g m\n", scene.conductors.size(), problem.size.x, problem.size.y);
 }

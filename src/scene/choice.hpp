@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace lichtenberg {
+
+/// A value of an enumeration, and what scene files, messages and results call it.
+template <class E>
+struct Named {
+  E value;
+  std::string_view name;
+};
+
+/// All values of an enumeration of options, in the order in which messages list them: an array of Named<E> beside each
+/// such enumeration, and nothing for others.
+template <class E>
+inline constexpr std::nullptr_t values_named{};
+
+template <class E>
+concept Enumeration = std::is_enum_v<E>;
+
+template <Enumeration E>
+std::string name_of(E value) {
+  for (const Named<E>& named : values_named<E>)
+    if (named.value == value) return std::string(named.name);
+  return "";
+}
+
+/// Empty if none has that name.
+template <Enumeration E>
+std::optional<E> value_of(std::string_view name) {
+  for (const Named<E>& named : values_named<E>)
+    if (named.name == name) return named.value;
+  return {};
+}
+
+template <Enumeration E>
+std::vector<std::string> names_of() {
+  std::vector<std::string> names;
+  for (const Named<E>& named : values_named<E>) names.emplace_back(named.name);
+  return names;
+}
+
+}  // namespace lichtenberg

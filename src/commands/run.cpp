@@ -14,6 +14,7 @@
 #include "src/commands/progress.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/granular/granular_motion.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/model/stopwatch.hpp"
 #include "src/record/recorder.hpp"
@@ -38,6 +39,7 @@ Scene requested_scene(const RunArguments& request) {
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
   if (scene.effects.has("contact_potential")) return std::make_unique<Relaxation>(scene);
+  if (scene.reference) return std::make_unique<GranularMotion>(scene);
   return std::make_unique<Simulation>(scene);
 }
 
@@ -172,7 +174,8 @@ class Run {
   }
 
   std::string instant(double time) const {
-    return motion_->time_unit() == "s" ? fmt::format("t = {:.6g} s", time) : fmt::format("iteration {:.0f}", time);
+    const std::string unit = motion_->time_unit();
+    return unit == "1" ? fmt::format("iteration {:.0f}", time) : fmt::format("t = {:.6g} {}", time, unit);
   }
 
   std::map<std::string, double> seconds() const {

@@ -12,7 +12,9 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/leakage.hpp"
+#include "src/effects/linear_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
+#include "src/effects/viscoelastic_contact.hpp"
 #include "src/effects/wall_contact.hpp"
 
 namespace lichtenberg::effects {
@@ -28,6 +30,8 @@ const EffectKinds& all_kinds() {
       &LeakageOptions::kind(),
       &ContactResistanceOptions::kind(),
       &ContactPotentialOptions::kind(),
+      &ViscoelasticContactOptions::kind(),
+      &LinearContactOptions::kind(),
   };
   return kinds;
 }

@@ -42,7 +42,7 @@ HertzContact::HertzContact(const HertzContactOptions& options)
 
 void HertzContact::add_forces(const State& state, std::span<double> force) const {
   const PairSum sum = visit_spheres(state.bodies, [&](const auto& spheres) {
-    return add_pair_forces(law(), spheres, state.neighbours, force, parallel::Team::single());
+    return add_pair_forces(law(), spheres, state.neighbours, force, state.team);
   });
   if (sum.refused) refuse(state.bodies, *sum.refused);
 }

@@ -28,7 +28,8 @@ struct ViscoelasticLaw {
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
     if (overlap < 0) return {};
     const double root = std::sqrt(overlap), spring = scale * elastic * root, dashpot = scale * dissipative;
-    return {spring * overlap, 1.5 * spring, 0.4 * spring * overlap * overlap, dashpot * root, root > 0 ? 0.5 * dashpot / root : 0};
+    return {spring * overlap, 1.5 * spring, 0.4 * spring * overlap * overlap, dashpot * root,
+            root > 0 ? 0.5 * dashpot / root : 0};
   }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {

@@ -38,15 +38,17 @@ class Gas {
   void kick(double dt);
   /// The gas around the grains acts on them for dt.
   void drive(double dt);
-  /// Contacts, and nothing else, move the grains for dt, in steps that resolve the shortest contact.
-  void follow_contacts(double dt);
+  /// Contacts, and nothing else, move the grains until `end`, in steps that resolve the shortest contact.
+  void follow_contacts(double end);
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
 
-  /// A stage of the scene begins or ends here: laws change, and a temperature may be set anew.
-  void enter_stage();
+  /// Whether contacts lose nothing and move no charge, because the scene is still being mixed.
+  bool in_elastic_stage() const;
   /// The time at which the current stage ends; infinite in the last.
   double stage_end() const;
+  /// Goes on to the next stage: another law of contact, perhaps another temperature.
+  void leave_stage();
 
   Checkpoint save() const;
   void restore(const Checkpoint& checkpoint);
@@ -56,8 +58,11 @@ class Gas {
   double largest_overlap = 0;  ///< over the sum of radii
 
  private:
-  bool has_stage() const { return stage_ < scene_.stages.size(); }
+  bool has_smooth_forces() const;
   void evaluate();
+  double potential_energy();
+  void set_law();
+  void rescale(double temperature);
 
   Scene scene_;
   std::unique_ptr<parallel::Team> team_;

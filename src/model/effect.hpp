@@ -35,6 +35,7 @@ struct State {
   double time = 0;  ///< s
   const Bodies& bodies;
   std::span<const Pair> neighbours;  ///< empty unless an effect needs them; may hold pairs beyond the range
+  parallel::Team& team = parallel::Team::single();  ///< for loops that are worth sharing
 };
 
 /// How forces change with positions and momenta, as a sum of blocks, for implicit integrators. Force component k on

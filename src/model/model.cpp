@@ -45,9 +45,9 @@ double Model::largest_move() const {
 }
 
 State Model::state(double time) {
-  if (!neighbours) return {time, bodies, {}};
-  update(*neighbours, bodies);
-  return {time, bodies, neighbours->pairs()};
+  if (!neighbours) return {time, bodies, {}, *team};
+  update(*neighbours, bodies, *team);
+  return {time, bodies, neighbours->pairs(), *team};
 }
 
 void Model::forces(double time, std::span<double> force) {

@@ -18,6 +18,7 @@ struct Model {
   Bodies bodies;
   std::vector<std::unique_ptr<Effect>> effects;
   std::optional<NeighbourList> neighbours;
+  parallel::Team* team = &parallel::Team::single();  ///< that effects share their work among; outlives this
 
   /// Sum of all forces on the bodies as they are (N, [N * dimension], overwritten).
   void forces(double time, std::span<double> force);
@@ -48,7 +49,7 @@ struct Model {
   /// The least of the effects' Needs::largest_move as a length (m); infinite if none sets one.
   double largest_move() const;
 
- private:
+  /// What effects are given at this instant, with the list of neighbours brought up to date.
   State state(double time);
 };
 

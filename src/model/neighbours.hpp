@@ -19,8 +19,8 @@ inline std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, 
                                             parallel::Team& team = parallel::Team::single()) {
   return visit_spheres(bodies, [&](const auto& s) { return pairs_within_reach(s, range, reach, team); });
 }
-inline void update(NeighbourList& list, const Bodies& bodies) {
-  visit_spheres(bodies, [&](const auto& s) { list.update(s); });
+inline void update(NeighbourList& list, const Bodies& bodies, parallel::Team& team = parallel::Team::single()) {
+  visit_spheres(bodies, [&](const auto& s) { list.update(s, team); });
 }
 
 }  // namespace lichtenberg

@@ -12,6 +12,7 @@
 #include "src/scene/draft.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/electrodes.hpp"
+#include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/packing.hpp"
 #include "src/scene/placing.hpp"
@@ -254,6 +255,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 
 Scene complete(const Draft& draft) {
   check_alone(draft);
+  check_grains(draft);
   check_packing_keys(draft);
   check_effects(draft);
   check_resistors(draft);
@@ -265,12 +267,13 @@ Scene complete(const Draft& draft) {
   scene.walls = build_walls(draft);
   scene.groups = build_groups(draft);
   if (!packing) check_given_conductors(draft, scene.electrodes);
-  const bool has_no_field = packing || scene.dimension() == 3 || scene.domain.box().any_periodic();
+  const bool has_no_field = packing || scene.reference || scene.dimension() == 3 || scene.domain.box().any_periodic();
   const double h = has_no_field ? 0 : cell_size(draft);
   scene.conductors = place_conductors(draft, scene.electrodes, scene.walls);
   if (scene.conductors.empty())
     refuse(scene.path, 0, "the scene has no conductors: at least one [[conductor]] or [[population]] is needed");
   assign_groups(draft, scene);
+  if (scene.reference) complete_grains(draft, scene);
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
   check_resolution(draft, smallest.radius, h);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);

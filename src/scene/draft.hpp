@@ -82,7 +82,8 @@ struct PopulationDraft {
   bool overlapping = false;
   double charge = 0;
   double relative_resistivity = 1;
-  double min_gap = 0;  ///< m, to every other conductor, electrode and side of the domain
+  std::optional<double> temperature{};  ///< of grains, m0 v0^2
+  double min_gap = 0;                   ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
 };
 

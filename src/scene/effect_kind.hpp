@@ -35,6 +35,8 @@ struct EffectKind {
   std::string alone{};                ///< why no other effect may stand beside it; empty: others may
   std::vector<int> dimensions = {2};  ///< of the space in which it knows what to do
   bool periodic = false;              ///< whether it knows what to do where a side of the domain is periodic
+  bool grains =
+      false;  ///< whether it is one of a scene of grains, with [reference] and reduced units; others are in SI
 
   /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
   /// (refuse()). This and what follows may be null.

@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "src/scene/document.hpp"
+#include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/schema.hpp"
 #include "src/scene/value.hpp"
@@ -160,6 +161,7 @@ Scene parse_scene(const std::string& text, const std::string& path, const Effect
   Reader(schema, draft).read_document(parse_document(text, path));
   draft.scene.effects.sort(kinds);
   settle_dimension(draft);
+  if (draft.scene.reference) fill_in_grains(draft);
   return complete(draft);
 }
 

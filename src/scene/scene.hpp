@@ -130,10 +130,12 @@ struct FieldOptions {
   double relaxation_eta = 0;  ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
 };
 
-enum class Integrator { cvode, euler };
+/// The first two are for conductors; grains have the others, and cvode.
+enum class Integrator { cvode, euler, multirate, verlet, gear, gear_printed };
 template <>
-inline constexpr Named<Integrator> values_named<Integrator>[] = {{Integrator::cvode, "cvode"},
-                                                                 {Integrator::euler, "euler"}};
+inline constexpr Named<Integrator> values_named<Integrator>[] = {
+    {Integrator::cvode, "cvode"},   {Integrator::euler, "euler"}, {Integrator::multirate, "multirate"},
+    {Integrator::verlet, "verlet"}, {Integrator::gear, "gear"},   {Integrator::gear_printed, "gear-printed"}};
 
 /// split: field extrapolated over an error-controlled step; monolithic: field inside the rhs.
 enum class FieldCoupling { split, monolithic };
@@ -150,6 +152,27 @@ struct MechanicsOptions {
   double largest_step = 0;         ///< s: largest coupling step; default output interval
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
+  // Of grains:
+  double step = 0.05;      ///< t0, the longest
+  int contact_steps = 25;  ///< multirate: steps of contacts in the shortest contact that there could be
+  int threads = 0;         ///< 0: one a core, fewer for few grains
+};
+
+/// The scales of a scene of grains (G table 5.3), in SI. All its numbers are in units of them: lengths in d0, masses in
+/// m0, velocities in v0, charges in q0, times in t0 = d0 / v0, energies and temperatures in m0 v0^2.
+struct Reference {
+  double length = 4.78e-3;  ///< d0, m: the diameter of a grain
+  double mass = 1.52e-4;    ///< m0, kg: its mass
+  double velocity = 1;      ///< v0, m/s
+  double charge = 2e-8;     ///< q0, C
+};
+
+/// A part of a run of grains, from the end of the one before. After the last all is as the scene says.
+struct Stage {
+  double duration = 0;                  ///< t0
+  bool elastic = true;                  ///< contacts lose nothing and move no charge, and no gas acts
+  double stiffness = 1;                 ///< elastic: by what contacts are stiffer
+  std::optional<double> temperature{};  ///< m0 v0^2, set at its end by one factor for all velocities
 };
 
 enum class MinimizeMethod { lbfgs_newton, lbfgs, newton_cg, fire, gradient_descent };
@@ -212,6 +235,8 @@ struct Scene {
   std::vector<Wall> walls;  ///< of a scene with a contact potential: the domain's sides first, if they are walls
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
+  std::optional<Reference> reference;  ///< of a scene of grains; others are in SI
+  std::vector<Stage> stages;
   Effects effects;  ///< one is in a run only if its table stands in the scene
   FieldOptions field;
   MechanicsOptions mechanics;

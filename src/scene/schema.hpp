@@ -90,6 +90,7 @@ class Schema {
 
 /// The tables that every scene may have: what there is, how it is computed and what that leaves.
 std::vector<Table> tables_of_the_world();
+std::vector<Table> tables_of_grains();
 std::vector<Table> tables_of_the_computation();
 
 /// Null if there is none.

@@ -114,7 +114,11 @@ Table mechanics() {
           .keys = {
               {.name = "integrator",
                .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
-               .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7)"},
+               .computed_default = "\"cvode\"; \"multirate\" of grains",
+               .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). Of "
+                       "grains multirate: charges act as impulses, between which contacts are followed by steps of "
+                       "their own; verlet: with predicted velocities; gear, gear-printed: Gear's of order 6, corrected "
+                       "and as G prints it; cvode: the reference, for few grains"},
               {.name = "coupling",
                .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
                .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
@@ -147,6 +151,19 @@ Table mechanics() {
                .unit = "s",
                .range = positive,
                .help = "time between two field solves of euler"},
+              {.name = "step",
+               .place = [](Draft& d) { return &d.scene.mechanics.step; },
+               .unit = "t0",
+               .range = positive,
+               .help = "of grains: the longest step; shorter where the fastest grain would fly farther than .2 d0"},
+              {.name = "contact_steps",
+               .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
+               .range = {.low = 4, .high = 1e4},
+               .help = "of multirate: steps of contacts in the shortest contact that there could be"},
+              {.name = "threads",
+               .place = [](Draft& d) { return &d.scene.mechanics.threads; },
+               .range = {.low = 0, .high = 1024},
+               .help = "that move grains, for the same bits; 0: one a core, fewer for few grains"},
           }};
 }
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "src/model/random.hpp"
+#include "solvers/random.hpp"
 
 using namespace lichtenberg;
 

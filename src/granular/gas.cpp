@@ -1,0 +1,215 @@
+#include "src/granular/gas.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "solvers/error.hpp"
+#include "src/effects/effects.hpp"
+
+namespace lichtenberg::granular {
+namespace {
+
+int threads_for(const Scene& scene) {
+  if (scene.mechanics.threads > 0) return scene.mechanics.threads;
+  constexpr std::size_t few = 4000;  // fewer are not worth sharing
+  return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+const effects::GrainContactLaw& contact_law(const Scene& scene, const Model& model) {
+  const effects::GrainContactLaw* law = nullptr;
+  for (const auto& effect : model.effects)
+    if (effect->grain_contact()) {
+      if (law) throw InputError(scene.path + ": two effects say how grains in contact push each other: one is allowed");
+      law = effect->grain_contact();
+    }
+  if (!law)
+    throw InputError(scene.path +
+                     ": a scene of grains needs effects.viscoelastic_contact or effects.linear_contact: without it "
+                     "they would fly through each other");
+  return *law;
+}
+
+}  // namespace
+
+Gas::Gas(const Scene& scene)
+    : scene_(scene),
+      team_(std::make_unique<parallel::Team>(threads_for(scene))),
+      model_(effects::make_model(scene)),
+      law_(contact_law(scene, model_)),
+      list_(0) {
+  model_.team = team_.get();
+  set_law();
+}
+
+double Gas::fastest() const {
+  const Bodies& b = model_.bodies;
+  double most = 0;
+  for (int i = 0; i < b.size(); ++i) {
+    double sum = 0;
+    for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) sum += b.momentum[k] * b.momentum[k];
+    most = std::max(most, std::sqrt(sum) / b.mass[i]);
+  }
+  return most;
+}
+
+EnergyBook Gas::energy() {
+  EnergyBook book = book_;
+  book.kinetic = model_.kinetic_energy();
+  book.contact = contact_motion_->stored_energy(model_.bodies);
+  book.potential = potential_energy();
+  return book;
+}
+
+double Gas::potential_energy() {
+  const State now = model_.state(time_);
+  double energy = 0;
+  for (const auto& effect : model_.effects)
+    if (effect->is_smooth()) energy += effect->stored_energy(now);
+  return energy;
+}
+
+void Gas::evaluate() {
+  if (!smooth_force_.empty()) return;
+  smooth_force_.assign(model_.bodies.momentum.size(), 0);
+  const State now = model_.state(time_);
+  for (const auto& effect : model_.effects)
+    if (effect->is_smooth()) effect->add_forces(now, smooth_force_);
+}
+
+void Gas::kick(double dt) {
+  if (!has_smooth_forces()) return;
+  evaluate();
+  for (std::size_t k = 0; k < smooth_force_.size(); ++k) model_.bodies.momentum[k] += dt * smooth_force_[k];
+}
+
+bool Gas::has_smooth_forces() const {
+  return std::ranges::any_of(model_.effects, [](const auto& effect) { return effect->is_smooth(); });
+}
+
+void Gas::drive(double dt) {
+  if (in_elastic_stage()) return;
+  for (const auto& effect : model_.effects) book_.driven += effect->drive(time_, dt, model_.bodies);
+}
+
+void Gas::follow_contacts(double end) {
+  const double speed = fastest(), dt = end - time_;
+  const double step = effects::shortest_contact(law_, 2 * speed) / scene_.mechanics.contact_steps;
+  const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
+  // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+  const std::span<const Pair> near = list_.pairs(model_.bodies, 2 * speed * dt, *team_);
+  record_ = contact_motion_->advance(model_.bodies, near, time_, dt, count, *team_);
+  wrap(model_.bodies);
+  time_ = end;
+  ++steps;
+  contact_steps += count;
+  collisions += static_cast<std::int64_t>(record_.begun.size());
+  largest_overlap = std::max(largest_overlap, record_.largest_overlap);
+  book_.dissipated += record_.dissipated;
+  smooth_force_.clear();
+}
+
+void Gas::settle_contacts() {
+  if (in_elastic_stage()) return;
+  std::vector<double> charge = model_.bodies.charge;
+  for (const auto& effect : model_.effects) effect->exchange_charges(record_, model_.bodies, charge);
+  if (charge == model_.bodies.charge) return;
+  const double before = potential_energy();
+  model_.bodies.charge = std::move(charge);
+  smooth_force_.clear();
+  book_.exchanged += potential_energy() - before;
+}
+
+bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }
+
+double Gas::stage_end() const {
+  double end = 0;
+  for (std::size_t s = 0; s <= stage_; ++s) end = s < scene_.stages.size() ? end + scene_.stages[s].duration : INFINITY;
+  return end;
+}
+
+void Gas::set_law() {
+  const effects::GrainContactLaw& given = contact_law(scene_, model_);
+  law_ = given;
+  if (stage_ < scene_.stages.size()) {
+    const Stage& stage = scene_.stages[stage_];
+    law_ = stage.elastic ? effects::elastic(given, stage.stiffness) : given;
+  }
+  std::vector<GrainContact> contacts;
+  if (contact_motion_) contacts = contact_motion_->contacts();
+  contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
+  contact_motion_->set_contacts(std::move(contacts));
+}
+
+void Gas::leave_stage() {
+  const double before = contact_motion_->stored_energy(model_.bodies) + model_.kinetic_energy();
+  if (const std::optional<double> temperature = scene_.stages[stage_].temperature) rescale(*temperature);
+  ++stage_;
+  set_law();
+  book_.driven += contact_motion_->stored_energy(model_.bodies) + model_.kinetic_energy() - before;
+}
+
+void Gas::rescale(double temperature) {
+  Bodies& b = model_.bodies;
+  const double now = 2 * model_.kinetic_energy() / (b.dimension * std::max(1, b.size()));
+  if (now > 0)
+    for (double& p : b.momentum) p *= std::sqrt(temperature / now);
+}
+
+Checkpoint Gas::save() const {
+  Checkpoint checkpoint;
+  const Bodies& b = model_.bodies;
+  checkpoint.reals["time"] = {time_};
+  checkpoint.reals["position"] = b.position;
+  checkpoint.reals["momentum"] = b.momentum;
+  if (!b.charge.empty()) checkpoint.reals["charge"] = b.charge;
+  checkpoint.integers["image"].assign(b.image.begin(), b.image.end());
+  checkpoint.integers["stage"] = {static_cast<std::int64_t>(stage_)};
+  checkpoint.integers["counters"] = {steps, contact_steps, collisions};
+  checkpoint.reals["book"] = {book_.dissipated, book_.exchanged, book_.driven, largest_overlap};
+  std::vector<std::int64_t>& pairs = checkpoint.integers["contact_pairs"];
+  std::vector<double>& touches = checkpoint.reals["contact_touches"];
+  for (const GrainContact& c : contacts()) {
+    pairs.insert(pairs.end(), {c.pair.i, c.pair.j, c.alone});
+    touches.insert(touches.end(), {c.since, c.impact_speed});
+  }
+  model_.save(checkpoint);
+  return checkpoint;
+}
+
+void Gas::restore(const Checkpoint& checkpoint) {
+  Bodies& b = model_.bodies;
+  const std::size_t components = b.position.size();
+  const auto whole = [&](const std::string& name, std::size_t size) -> const std::vector<std::int64_t>& {
+    const std::vector<std::int64_t>& values = integers(checkpoint, name);
+    if (values.size() != size)
+      throw Failure("the checkpoint's " + name + " are not those of this scene: another version of it wrote them");
+    return values;
+  };
+  time_ = reals(checkpoint, "time", 1).front();
+  b.position = reals(checkpoint, "position", components);
+  b.momentum = reals(checkpoint, "momentum", components);
+  if (!b.charge.empty()) b.charge = reals(checkpoint, "charge", b.charge.size());
+  const auto& image = whole("image", components);
+  b.image.assign(image.begin(), image.end());
+  stage_ = static_cast<std::size_t>(whole("stage", 1)[0]);
+  const auto& counters = whole("counters", 3);
+  steps = counters[0], contact_steps = counters[1], collisions = counters[2];
+  const std::vector<double>& book = reals(checkpoint, "book", 4);
+  book_ = {.dissipated = book[0], .exchanged = book[1], .driven = book[2]};
+  largest_overlap = book[3];
+  const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
+  const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
+  std::vector<GrainContact> contacts;
+  for (std::size_t k = 0; 3 * k < pairs.size(); ++k)
+    contacts.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
+                        touches[2 * k],
+                        touches[2 * k + 1],
+                        pairs[3 * k + 2] != 0});
+  set_law();
+  contact_motion_->set_contacts(std::move(contacts));
+  smooth_force_.clear();
+  model_.restore(checkpoint);
+}
+
+}  // namespace lichtenberg::granular

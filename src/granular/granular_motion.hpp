@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+
+#include "src/model/motion.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg {
+
+/// A scene of grains in time, in reduced units (Scene::reference), with the integrator that its [mechanics] asks for.
+class GranularMotion : public Motion {
+ public:
+  explicit GranularMotion(const Scene& scene);
+  ~GranularMotion() override;
+
+  double time() const override;
+  std::string time_unit() const override { return "t0"; }
+  double next_frame() const override;
+  double end_time() const override;
+  void advance_to(double time, const std::function<bool()>& pause) override;
+  bool finished() override;
+  bool exact_anywhere() const override { return true; }
+
+  Frame frame() override;
+  std::string progress() override;
+
+  Checkpoint checkpoint() override;
+  void restore(const Checkpoint& checkpoint) override;
+
+  ColumnGroup take_history() override;
+  Summary summary() override;
+  std::map<std::string, double> seconds() const override;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lichtenberg

@@ -1,0 +1,185 @@
+#include "src/scene/grains.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "solvers/geometry/box.hpp"
+#include "solvers/random.hpp"
+#include "src/scene/effect_kind.hpp"
+#include "src/scene/schema.hpp"
+
+namespace lichtenberg {
+namespace tables {
+namespace {
+
+using namespace ranges;
+
+Table reference() {
+  return {.path = "reference",
+          .help =
+              "Makes the scene one of grains in reduced units: its numbers are in units of these scales, whatever "
+              "unit their keys name: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
+              "/ v0, energies and temperatures in m0 v0^2. The defaults are those of G table 5.3.",
+          .open = [](Draft& d, int) { d.scene.reference.emplace(); },
+          .keys = {
+              {.name = "length",
+               .place = [](Draft& d) { return &d.scene.reference->length; },
+               .unit = "m",
+               .range = positive,
+               .help = "d0, a grain's diameter"},
+              {.name = "mass",
+               .place = [](Draft& d) { return &d.scene.reference->mass; },
+               .unit = "kg",
+               .range = positive,
+               .help = "m0, a grain's mass"},
+              {.name = "velocity",
+               .place = [](Draft& d) { return &d.scene.reference->velocity; },
+               .unit = "m/s",
+               .range = positive,
+               .help = "v0"},
+              {.name = "charge",
+               .place = [](Draft& d) { return &d.scene.reference->charge; },
+               .unit = "C",
+               .range = positive,
+               .help = "q0"},
+          }};
+}
+
+Table stage() {
+  return {
+      .path = "stage",
+      .kind = Table::Kind::repeated,
+      .help = "A part of a run of grains before all is as the scene says, one after the other: warm-up.",
+      .open = [](Draft& d, int) { d.scene.stages.emplace_back(); },
+      .keys = {
+          {.name = "duration",
+           .place = [](Draft& d) { return &d.scene.stages.back().duration; },
+           .unit = "t0",
+           .range = positive,
+           .required = true,
+           .help = "of the stage"},
+          {.name = "elastic",
+           .place = [](Draft& d) { return &d.scene.stages.back().elastic; },
+           .help = "contacts lose nothing and move no charge, and no gas acts"},
+          {.name = "stiffness",
+           .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
+           .range = {.low = 1},
+           .help = "by what elastic contacts are stiffer, so that the fastest grains do not fly through each other"},
+          {.name = "temperature",
+           .place = [](Draft& d) { return &d.scene.stages.back().temperature; },
+           .unit = "m0 v0^2",
+           .range = positive,
+           .computed_default = "none",
+           .help = "to which all velocities are scaled at its end"},
+      }};
+}
+
+}  // namespace
+}  // namespace tables
+
+std::vector<Table> tables_of_grains() { return {tables::reference(), tables::stage()}; }
+
+namespace {
+
+bool is_of_grains(Integrator integrator) { return integrator != Integrator::euler; }
+bool is_of_conductors(Integrator integrator) {
+  return integrator == Integrator::cvode || integrator == Integrator::euler;
+}
+
+void check_conductors(const Draft& draft) {
+  const auto refuse_it = [&](const std::string& key) {
+    if (const int line = draft.line(key); line > 0)
+      refuse(draft.scene.path, line,
+             key + " needs the table [reference], which makes the scene one of grains: add it, or leave the key out");
+  };
+  for (const Effects::Entry& entry : draft.scene.effects)
+    if (entry.kind->grains)
+      refuse_effect(draft, entry.kind->name, "the table [reference], which makes the scene one of grains");
+  for (const char* key :
+       {"stage", "population.temperature", "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
+    refuse_it(key);
+  if (!is_of_conductors(draft.scene.mechanics.integrator))
+    refuse(
+        draft.scene.path, draft.line("mechanics.integrator"),
+        fmt::format("mechanics.integrator = \"{}\" needs the table [reference], which makes the scene one of grains: "
+                    "\"cvode\" and \"euler\" are allowed without",
+                    name_of(draft.scene.mechanics.integrator)));
+}
+
+}  // namespace
+
+void check_grains(const Draft& draft) {
+  if (!draft.scene.reference) return check_conductors(draft);
+  for (const Effects::Entry& entry : draft.scene.effects)
+    if (!entry.kind->grains)
+      refuse(draft.scene.path, draft.line("effects." + entry.kind->name),
+             fmt::format("effects.{} is not allowed with [reference], which makes the scene one of grains: it is for "
+                         "scenes of conductors or packings; leave one out",
+                         entry.kind->name));
+  for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
+    if (const int line = draft.line(table); line > 0)
+      refuse(draft.scene.path, line,
+             fmt::format("[{}] is not allowed with [reference]: grains have none of that; leave it out", table));
+  const int sides = 2 * draft.scene.dimension();
+  for (int s = 0; s < sides; ++s)
+    if (!draft.scene.domain.sides[s].periodic)
+      refuse(draft.scene.path, draft.line("domain"),
+             fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [reference])", side_names[s]));
+  if (draft.line("mechanics.integrator") > 0 && !is_of_grains(draft.scene.mechanics.integrator))
+    refuse(draft.scene.path, draft.line("mechanics.integrator"),
+           fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: \"multirate\", \"verlet\", "
+                       "\"gear\", \"gear-printed\" and \"cvode\" are",
+                       name_of(draft.scene.mechanics.integrator)));
+}
+
+void fill_in_grains(Draft& draft) {
+  Scene& scene = draft.scene;
+  const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
+  if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
+  if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
+  if (!is_given("stop.time")) scene.stop.time = 150;
+  if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
+  scene.stop.stationary = false;
+  for (PopulationDraft& population : draft.populations)
+    if (!population.radius && population.radii.empty()) population.radius = Interval{0.5, 0.5};
+}
+
+namespace {
+
+/// Gaussian velocities whose momenta add up to 0, scaled to have the temperature exactly.
+void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
+  const int d = scene.dimension();
+  const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // in some unit
+  Vec3 momentum{};
+  double all = 0;
+  for (std::size_t i = first; i < end; ++i) {
+    Conductor& grain = scene.conductors[i];
+    Random random({.seed = scene.seed, .purpose = RandomPurpose::population, .i = i});
+    for (int k = 0; k < d; ++k) grain.velocity[k] = random.normal() / std::sqrt(mass(grain));
+    momentum += mass(grain) * grain.velocity;
+    all += mass(grain);
+  }
+  double energy = 0;
+  for (std::size_t i = first; i < end; ++i) {
+    Conductor& grain = scene.conductors[i];
+    grain.velocity -= momentum / all;
+    energy += 4.0 / 3.0 * std::numbers::pi * scene.material.density * mass(grain) * norm2(grain.velocity);
+  }
+  const double now = energy / (d * static_cast<double>(end - first));
+  for (std::size_t i = first; i < end; ++i) scene.conductors[i].velocity *= now > 0 ? std::sqrt(temperature / now) : 0;
+}
+
+}  // namespace
+
+void complete_grains(const Draft& draft, Scene& scene) {
+  std::size_t first = draft.conductors.size();
+  for (const PopulationDraft& population : draft.populations) {
+    const std::size_t end = first + population.count;
+    if (population.temperature) set_temperature(scene, first, end, *population.temperature);
+    first = end;
+  }
+}
+
+}  // namespace lichtenberg

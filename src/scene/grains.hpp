@@ -1,0 +1,16 @@
+#pragma once
+
+#include "src/scene/draft.hpp"
+
+namespace lichtenberg {
+
+/// Refuses what a scene of grains (with [reference]) cannot have, and what only such a scene can. Throws InputError.
+void check_grains(const Draft& draft);
+
+/// Defaults of a scene of grains that are not those of conductors. Called before populations are drawn.
+void fill_in_grains(Draft& draft);
+
+/// Velocities of the populations that have a temperature.
+void complete_grains(const Draft& draft, Scene& scene);
+
+}  // namespace lichtenberg

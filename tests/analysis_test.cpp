@@ -246,12 +246,12 @@ TEST_CASE("how far a circuit's energy may be off: by the steps and by the grid")
   scene.conductors = {{.radius = 2}, {.radius = 1}};
   scene.mechanics.position_tolerance = 4e-3;
   scene.domain.size = {8, 4};
-  scene.field.cells = 128;    // h = 1/16
+  scene.field().cells = 128;  // h = 1/16
   const double steps = 0.04;  // (2 x 4e-3)^(2/3)
   // 0.04 sqrt(h/R), times (h/gap)^(3/2) where the gap is more than a cell; without contacts there is no telling.
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
   scene.effects.add(effects::ContactDischargeOptions{.gap = 0.25});
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01 / 8));
-  scene.field.method = FieldMethod::multipole;
+  scene.field().method = FieldMethod::multipole;
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps));
 }

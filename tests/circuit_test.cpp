@@ -262,8 +262,8 @@ Scene series_circuit() {
   Scene scene = conductor_scene({{0.0175, 0.0195}, {0.0195, 0.0195}, {0.0215, 0.0195}});
   scene.domain.size = {0.039, 0.039};
   scene.electrodes = {ball("high", {0.0155, 0.0195}, 400), ball("low", {0.0235, 0.0195}, -200)};
-  scene.field.cells = 128;
-  scene.field.moving_tolerance = 1e-6;
+  scene.field().cells = 128;
+  scene.field().moving_tolerance = 1e-6;
   scene.material.density = 1e15;  // nothing moves
   return scene;
 }

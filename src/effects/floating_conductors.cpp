@@ -103,6 +103,10 @@ laplace::LinkFormula link_formula(FieldLinks links) {
 
 }  // namespace
 
+std::optional<FieldMethod> method_of(const FieldTable& table) {
+  return std::visit([](const auto& field) { return std::optional(field.method); }, table);
+}
+
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
   using CutCell = laplace::CutCellOptions;
   const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
@@ -114,20 +118,21 @@ laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
           .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu};
 }
 
-void check_device(const FieldOptions& options) {
-  if (options.device != FieldDevice::cpu && options.method && options.method != FieldMethod::cut_cell)
+void check_device(FieldDevice device, std::optional<FieldMethod> method) {
+  if (device != FieldDevice::cpu && method && method != FieldMethod::cut_cell)
     throw InputError(
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
                     "\"cut-cell\" is the method that can use another device",
-                    name_of(options.device), name_of(*options.method)));
+                    name_of(device), name_of(*method)));
 }
 
 void check_device(const Scene& scene) {
   if (!scene.effects.has<FloatingConductorsOptions>()) return;
-  check_device(scene.field);
-  if (scene.field.device != FieldDevice::cpu && has_resistors(scene))
+  const FieldDevice device = std::visit([](const auto& field) { return field.device; }, scene.field_table);
+  check_device(device, method_of(scene.field_table));
+  if (device != FieldDevice::cpu && has_resistors(scene))
     throw InputError(fmt::format("{}: field.device = \"{}\" is not allowed in a run with resistors: \"cpu\" is",
-                                 scene.path, name_of(scene.field.device)));
+                                 scene.path, name_of(device)));
 }
 
 namespace {
@@ -144,22 +149,20 @@ int predictor_cells(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
   if (!mechanics.predictor || mechanics.integrator != Integrator::cvode || mechanics.coupling != FieldCoupling::split)
     return 0;
-  if (scene.field.method != FieldMethod::cut_cell || scene.conductors.empty()) return 0;
+  if (scene.field().method != FieldMethod::cut_cell || scene.conductors.empty()) return 0;
   if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
   constexpr double least_radius = 1.9;  // cells
   const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double side = std::max(scene.domain.size.x, scene.domain.size.y);
-  int cells = scene.field.cells;
+  int cells = scene.field().cells;
   for (int next = cells; next > 0 && smallest * next >= least_radius * side;
        next = halved(plane(scene.domain.size), next))
     cells = next;
-  return cells <= scene.field.cells / 4 ? cells : 0;
+  return cells <= scene.field().cells / 4 ? cells : 0;
 }
 
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
-  check_device(options);
-  if (options.accuracy && !options.estimate)
-    throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+  check_device(options.device, options.method);
   if (options.method == FieldMethod::relaxation)
     return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
         .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
@@ -170,7 +173,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
 }
 
 void check_can_move(const Scene& scene) {
-  if (scene.field.method != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
+  if (method_of(scene.field_table) != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
       fmt::format("{}: field.method = \"multipole\" in a run needs [effects.{}]: it cannot solve disks that "
@@ -179,21 +182,20 @@ void check_can_move(const Scene& scene) {
                   scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : ""));
 }
 
-void check_processes(const FieldOptions* field) {
+void check_processes(const FieldTable* field) {
   const int processes = parallel::process_count();
-  if (processes == 1 ||
-      (field && field->method == FieldMethod::cut_cell && field->linear_solver == FieldLinearSolver::assembled))
-    return;
-  throw InputError(
-      fmt::format("{} runs on one process, and mpirun started {}: {}",
-                  !field           ? "a scene without a field"
-                  : !field->method ? "field.accuracy without a field.method"
-                  : field->method == FieldMethod::cut_cell
-                      ? fmt::format("field.linear_solver = \"{}\"", name_of(field->linear_solver))
-                      : fmt::format("field.method = \"{}\"", name_of(*field->method)),
-                  processes,
-                  field ? "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out"
-                        : "leave mpirun out"));
+  if (processes == 1) return;
+  std::string what = "a scene without a field", instead = "leave mpirun out";
+  if (field) {
+    const std::optional<FieldMethod> method = method_of(*field);
+    const auto linear_solver = std::visit([](const auto& table) { return table.linear_solver; }, *field);
+    if (method == FieldMethod::cut_cell && linear_solver == FieldLinearSolver::assembled) return;
+    what = !method                           ? "field.accuracy without a field.method"
+           : method == FieldMethod::cut_cell ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
+                                             : fmt::format("field.method = \"{}\"", name_of(*method));
+    instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
+  }
+  throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
 }
 
 namespace {
@@ -294,8 +296,8 @@ const EffectKind& FloatingConductorsOptions::kind() {
 }
 
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene) {
-  FieldOptions moving = scene.field;
-  moving.tolerance = scene.field.moving_tolerance;
+  FieldOptions moving = scene.field();
+  moving.tolerance = moving.moving_tolerance;
   auto effect = std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
   if (const int cells = predictor_cells(scene)) {
     moving.cells = cells;
@@ -321,7 +323,7 @@ const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const Elec
                                                 const ImplicitCharges& charges) {
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   const laplace::LaplaceSolution solution = solver_->solve(asked);
-  if (scene_.field.accuracy) last_problem_ = asked;
+  if (scene_.field_accuracy()) last_problem_ = asked;
   ++solves_;
   iterations_ += solution.iterations;
   return last_ = in_si(asked, solution, groups, charges);

@@ -33,13 +33,17 @@ struct ImplicitCharges {
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const ImplicitCharges& charges = {});
 
+/// Empty if it is to be chosen.
+std::optional<FieldMethod> method_of(const FieldTable& table);
+
 /// Those of the cut-cell method, at the tolerance of a single solve.
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 
-/// Throws InputError for a device that the method cannot use.
-void check_device(const FieldOptions& options);
+/// Throws InputError for a device that the method cannot use; no method: one is to be chosen.
+void check_device(FieldDevice device, std::optional<FieldMethod> method);
 
-/// The same for a run of the scene: what resistors carry is beyond other devices than the CPU.
+/// Throws InputError for a device that a run of the scene cannot use: what resistors carry is beyond other devices than
+/// the CPU.
 void check_device(const Scene& scene);
 
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
@@ -57,7 +61,7 @@ void check_can_move(const Scene& scene);
 
 /// Several processes (mpirun) share assembled field solves and nothing else. Throws InputError if there are several and
 /// `field` asks for another solver; null: no field is solved at all.
-void check_processes(const FieldOptions* field);
+void check_processes(const FieldTable* field);
 
 /// What the field does to the conductors: a solution with the scene's depth, in SI.
 struct Electrostatics {

@@ -129,7 +129,7 @@ double Electrics::charge_error(double time) const {
   double worst = 0;
   for (std::size_t k = 0; k < links_.size(); ++k) {
     const double now = field.carried[k] / step.weight;
-    const double noise = current_noise_ * scene_.field.moving_tolerance * links_[k].conductance * largest_potential;
+    const double noise = current_noise_ * scene_.field().moving_tolerance * links_[k].conductance * largest_potential;
     worst = std::max(worst, effects::charge_error(step.weight * now + step.inherited * remaining_[k], dt,
                                                   link_current_[k], now, noise));
   }

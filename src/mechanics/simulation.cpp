@@ -28,7 +28,7 @@ using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 Solver default_solver(const Scene& scene) {
   const bool inside =
       scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic;
-  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field)
+  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field())
                                                                            : nullptr;
 }
 
@@ -266,8 +266,8 @@ std::vector<std::string> Simulation::warnings() {
   Implementation& self = *implementation_;
   if (!self.electrics || !self.electrics->field().last_problem()) return {};
   const Stopwatch stopwatch(self.checking_seconds);
-  const double asked = *self.scene.field.accuracy;
-  const double estimate = effects::estimated_error(self.scene.field, *self.electrics->field().last_problem());
+  const double asked = self.scene.field_accuracy()->asked;
+  const double estimate = effects::estimated_error(self.scene.field(), *self.electrics->field().last_problem());
   const bool first = estimate > asked && self.largest_error.value_or(0) <= asked;
   self.largest_error = std::max(self.largest_error.value_or(0), estimate);
   if (!first) return {};
@@ -305,7 +305,7 @@ std::map<std::string, double> Simulation::seconds() const {
   std::map<std::string, double> all{{"field", self.counters.field_seconds},
                                     {"mechanics", self.counters.mechanics_seconds},
                                     {"contacts", self.counters.contact_seconds}};
-  if (self.scene.field.accuracy) all["accuracy"] = self.checking_seconds;
+  if (self.scene.field_accuracy()) all["accuracy"] = self.checking_seconds;
   return all;
 }
 

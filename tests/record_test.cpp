@@ -522,7 +522,7 @@ TEST_CASE("the first change of a scene is named; comments, order, [stop], [outpu
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
 }
 
-TEST_CASE("a relaxation may go on with more iterations, another tolerance and other threads, and with nothing else") {
+TEST_CASE("a minimization may go on with more iterations, another tolerance and other threads, and with nothing else") {
   const std::string now = "[minimize]\nmax_iterations = 9\nforce_tolerance = 1e-9\nthreads = 2\n";
   CHECK_EQ(first_change("", now), "");
   CHECK_EQ(first_change("[minimize]\nmax_iterations = 5\n", now), "");

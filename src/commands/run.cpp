@@ -18,7 +18,7 @@
 #include "src/model/stopwatch.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/scene.hpp"
-#include "src/statics/relaxation.hpp"
+#include "src/statics/minimization.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -37,7 +37,7 @@ Scene requested_scene(const RunArguments& request) {
 }
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
-  if (scene.effects.has("contact_potential")) return std::make_unique<Relaxation>(scene);
+  if (scene.effects.has("contact_potential")) return std::make_unique<Minimization>(scene);
   return std::make_unique<Simulation>(scene);
 }
 

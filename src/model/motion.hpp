@@ -37,7 +37,7 @@ class Motion {
  public:
   virtual ~Motion() = default;
 
-  /// s since the start; of a relaxation the number of the iteration.
+  /// s since the start; of a minimization the number of the iteration.
   virtual double time() const = 0;
   virtual std::string time_unit() const { return "s"; }  ///< "1" where time counts iterations
   /// The time at which the next frame is due, later than now.

@@ -380,7 +380,7 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
   }
 }
 
-TEST_CASE("a scene without a circuit books no energy and has no links") {
+TEST_CASE("a scene without a circuit books no energy and has no resistors") {
   Simulation simulation(crowd(), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   CHECK_FALSE(simulation.now().energy_balance);

@@ -79,7 +79,7 @@ void explain_circuit(const Scene& scene) {
   fmt::print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
 }
 
-struct Grid {
+struct ExplainedGrid {
   int nx, ny;
   double h;  ///< m
   /// Not counted on a grid so large that counting would take a share of the memory that is to be explained.
@@ -88,10 +88,10 @@ struct Grid {
   double cells() const { return static_cast<double>(nx) * ny; }
 };
 
-Grid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
+ExplainedGrid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   constexpr double most_to_count = 1 << 24;
   const double h = std::max(problem.size.x, problem.size.y) / scene.field().cells;
-  Grid grid{
+  ExplainedGrid grid{
       static_cast<int>(std::lround(problem.size.x / h)), static_cast<int>(std::lround(problem.size.y / h)), h, {}};
   if (grid.cells() > most_to_count) return grid;
   laplace::Level level(problem, grid.nx, grid.ny);
@@ -100,7 +100,7 @@ Grid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   return grid;
 }
 
-void explain_cells(const Grid& grid, std::int64_t floating) {
+void explain_cells(const ExplainedGrid& grid, std::int64_t floating) {
   if (grid.fluid_cells)
     fmt::print(
         "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of "
@@ -113,7 +113,7 @@ void explain_cells(const Grid& grid, std::int64_t floating) {
 
 /// A method on a grid. Returns its cells.
 double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  const Grid grid = make_grid(scene, problem);
+  const ExplainedGrid grid = make_grid(scene, problem);
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   fmt::print("  grid                 {} x {} cells of {:.4g} m; the smallest radius is {:.3g} cells{}\n", grid.nx,
              grid.ny, grid.h, radius / grid.h, radius < grid.h ? ", less than one: unresolved" : "");

@@ -31,27 +31,28 @@ void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
   }
 }
 
-/// Such a link carries nothing.
-bool is_within_group(const Link& link, const ElectricalGroups& groups) {
-  return link.b >= 0 && groups.id[link.a] == groups.id[link.b];
+/// Such a resistor carries nothing.
+bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
+  return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
 }
 
-/// The links between groups as couplings.
+/// The resistors between groups as couplings.
 void add_couplings(const Scene& scene, const ElectricalGroups& groups, const ImplicitCharges& charges,
                    const std::vector<int>& group_of_node, laplace::LaplaceProblem& problem) {
   std::map<int, int> group_of_supply;
-  for (const Link& link : charges.links) {
-    if (is_within_group(link, groups)) continue;
-    const int a = group_of_node[link.a];
+  for (const Resistor& resistor : charges.resistors) {
+    if (is_within_group(resistor, groups)) continue;
+    const int a = group_of_node[resistor.a];
     int b = 0;
-    if (link.b >= 0) {
-      b = group_of_node[link.b];
+    if (resistor.b >= 0) {
+      b = group_of_node[resistor.b];
     } else {
-      const auto [known, is_new] = group_of_supply.try_emplace(link.supply, static_cast<int>(problem.groups.size()));
-      if (is_new) problem.groups.push_back({.floating = false, .potential = link.potential});
+      const auto [known, is_new] =
+          group_of_supply.try_emplace(resistor.supply, static_cast<int>(problem.groups.size()));
+      if (is_new) problem.groups.push_back({.floating = false, .potential = resistor.potential});
       b = known->second;
     }
-    problem.couplings.push_back({a, b, charges.weight * link.conductance / scene.medium.depth});
+    problem.couplings.push_back({a, b, charges.weight * resistor.conductance / scene.medium.depth});
   }
 }
 
@@ -244,16 +245,16 @@ void neutralize(laplace::LaplaceProblem& problem) {
 double level(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
              const ImplicitCharges& charges) {
   double missing = charges.fed, conductance = 0;
-  for (const Link& link : charges.links) {
-    if (link.b >= 0) continue;
-    const int group = problem.bodies[link.a].group;  // bodies come in the order of nodes if every electrode is one
-    missing -= link.conductance * (solution.group_potential[group] - link.potential);
-    conductance += link.conductance;
+  for (const Resistor& resistor : charges.resistors) {
+    if (resistor.b >= 0) continue;
+    const int group = problem.bodies[resistor.a].group;  // bodies come in the order of nodes if every electrode is one
+    missing -= resistor.conductance * (solution.group_potential[group] - resistor.potential);
+    conductance += resistor.conductance;
   }
   return missing / conductance;
 }
 
-/// a + share * b, terminals and links as in a; b may be empty, which is none.
+/// a + share * b, terminals and resistors as in a; b may be empty, which is none.
 Electrostatics combination(Electrostatics a, double share, const Electrostatics& b) {
   a.energy += share * b.energy;
   for (std::size_t i = 0; i < b.force.size(); ++i) {
@@ -369,7 +370,8 @@ Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
   }
   const std::vector<double> flowed = laplace::coupling_charges(problem, solution);
   auto next = flowed.begin();
-  for (const Link& link : charges.links) result.carried.push_back(is_within_group(link, groups) ? 0 : depth * *next++);
+  for (const Resistor& resistor : charges.resistors)
+    result.carried.push_back(is_within_group(resistor, groups) ? 0 : depth * *next++);
   for (std::size_t b = scene_.conductors.size(); b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);
     result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group] + shift);

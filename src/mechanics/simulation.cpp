@@ -62,7 +62,7 @@ struct Simulation::Implementation {
   void begin();
   ConductorFrame now();
   Frame motion() const;
-  std::optional<analysis::Network> network(std::span<const Vec2> position) const;
+  std::optional<analysis::ContactNetwork> network(std::span<const Vec2> position) const;
   mechanics::Outcome outcome(bool stationary);
   void save_counters(Checkpoint& checkpoint) const;
   void restore_counters(const Checkpoint& checkpoint);
@@ -210,7 +210,7 @@ Frame Simulation::Implementation::motion() const {
   return frame;
 }
 
-std::optional<analysis::Network> Simulation::Implementation::network(std::span<const Vec2> position) const {
+std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec2> position) const {
   if (!electrics || !electrics->has_contacts()) return {};
   std::vector<analysis::Contact> contacts;
   for (const auto& [conductor, partner] : electrics->contacts())
@@ -225,7 +225,7 @@ Frame Simulation::frame() {
   if (self.electrics) {
     const ConductorFrame state = self.now();
     frame = columns_of(state);
-    if (const std::optional<analysis::Network> network = self.network(state.position))
+    if (const std::optional<analysis::ContactNetwork> network = self.network(state.position))
       analysis::add_columns(*network, frame);
   }
   self.model.add_columns(time(), frame);
@@ -257,7 +257,7 @@ std::string Simulation::progress() {
   std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, end_time());
   if (frame.field_solves > 0)
     text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
-  if (const std::optional<analysis::Network> network = implementation_->network(frame.position))
+  if (const std::optional<analysis::ContactNetwork> network = implementation_->network(frame.position))
     text += fmt::format(", {} of {} connected", network->degrees.connected, frame.position.size());
   return text;
 }

@@ -164,7 +164,7 @@ double Split::move(double time, double target) {
 /// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
 /// old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time) {
-  if (at_.electrics->has_links() || time - solved_at_ >= 0.5 * step_) return false;
+  if (at_.electrics->has_resistors() || time - solved_at_ >= 0.5 * step_) return false;
   at_.electrics->share(time, extrapolated_charges(time));
   const std::vector<Vec2> before = held_forces(time);
   if (!at_.electrics->reconnect(time)) return true;

@@ -39,7 +39,7 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
 ///
 ///   Q(t + dt) = decay Q(t) + fed J + F,        F = weight I(t + dt) + inherited F_before,
 ///
-/// where F is what is left of the charge that came through resistors in the step, F_before the same of the step before.
+/// where F is what is left of the charge that came through resistors in the step, F_before that of the step before.
 /// Leakage and J are exact. For I it is the backward differentiation formula of second order for unequal steps, or
 /// backward Euler if there is no step before, carried through exp(-t/tau) such that a constant current is exact at any
 /// dt/tau; without leakage F is all that came. Stable for any conductance and damping the faster the larger it is: a

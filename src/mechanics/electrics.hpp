@@ -39,8 +39,8 @@ class Electrics {
   void settle(double time);
   /// Whether anything carries charge at a finite rate: what it carried is known after a solve only.
   bool has_resistors() const { return !resistors_.empty(); }
-  /// The same as settle at an instant without a solve, with charges `by_field` (C) that are known otherwise. Not with
-  /// resistors.
+  /// Books and shares as settle does, at an instant without a solve, with charges `by_field` (C) known otherwise. Not
+  /// with resistors.
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be settled or shared at this instant. If groups merge, charges move: solves and settles again and

@@ -188,7 +188,7 @@ std::vector<double> Split::extrapolated_charges(double time) const {
 /// The last solve becomes the base of the extrapolation.
 void Split::remember_field(double time) { hold(time, at_.electrics->last().force, at_.electrics->last().charge); }
 
-/// The same with what was found at `time`.
+/// `force` (N) and `charge` (C), found at `time`, become the base of the extrapolation.
 void Split::hold(double time, std::vector<Vec2> force, std::vector<double> charge) {
   solved_at_ = time;
   force_ = std::move(force);

@@ -260,7 +260,7 @@ struct Scene {
 /// found, what is allowed). src/effects/read_scene.hpp reads scenes with the effects of this program.
 Scene read_scene(const std::string& path, const EffectKinds& kinds);
 
-/// The same from text already in memory; `path` is used in messages.
+/// Reads and checks a scene from text already in memory; `path` is used in messages.
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds);
 
 /// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`.

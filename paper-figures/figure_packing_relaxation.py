@@ -60,7 +60,7 @@ def main():
     descent = results["gradient-descent"]
     for axes, frame in zip(above.subplots(1, 4), frames(descent)):
         with h5py.File(descent) as file:
-            packing = plot_packing.Packing(file, frame)
+            packing = plot_packing.DrawnPacking(file, frame)
         plot_packing.draw_panel(axes, packing)
         axes.set_title(f"iteration {packing.iteration}", fontsize=9)
     draw_history(below.subplots(1, 2), results)

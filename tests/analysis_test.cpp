@@ -20,10 +20,10 @@ const Ground bottom{{30, 30}, {false, false, true, false}, {}};
 
 std::vector<double> ones(size_t n) { return std::vector<double>(n, 1.0); }
 
-Network network_on(const Ground& ground, const std::vector<Vec2>& position) {
+ContactNetwork network_on(const Ground& ground, const std::vector<Vec2>& position) {
   return analysis::network(contacts(position, ones(position.size()), 1, ground), position);
 }
-Network network_on_bottom(const std::vector<Vec2>& position) { return network_on(bottom, position); }
+ContactNetwork network_on_bottom(const std::vector<Vec2>& position) { return network_on(bottom, position); }
 
 }  // namespace
 
@@ -121,7 +121,7 @@ TEST_CASE("degrees count contacts within the network, the ground among them, and
 TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
   // A stem of three, the third of which carries three arms; contacts are 2.5 long, diagonals 3.54.
   const std::vector<Vec2> position{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}};
-  const Network tree = network_on_bottom(position);
+  const ContactNetwork tree = network_on_bottom(position);
   CHECK_EQ(tree.successor, std::vector<int>{to_ground, 0, 1, 2, 2, 2});
   const DegreeDistribution& degrees = tree.degrees;
   CHECK_EQ(degrees.number, std::vector<int>{0, 3, 2, 0, 1});
@@ -142,7 +142,7 @@ TEST_CASE("a tree with one conductor on the ground obeys D 7.6, 7.7 and 7.9") {
 }
 
 TEST_CASE("without any ground nobody is connected and all fractions are zero") {
-  const Network none = network_on(Ground{{30, 30}, {}, {}}, rounds);
+  const ContactNetwork none = network_on(Ground{{30, 30}, {}, {}}, rounds);
   CHECK_EQ(none.successor, std::vector<int>(rounds.size(), unconnected));
   CHECK_EQ(none.degrees.connected, 0);
   CHECK_EQ(none.degrees.endpoints(), 0);
@@ -164,7 +164,7 @@ TEST_CASE("on random networks the sum rule holds and every successor is one cont
   std::vector<Vec2> position(400);
   for (Vec2& p : position) p = {uniform(random), uniform(random)};
   const Ground ground{{60, 60}, {true, false, true, false}, {}};
-  const Network net = network_on(ground, position);
+  const ContactNetwork net = network_on(ground, position);
   const ContactGraph graph = contact_graph(static_cast<int>(position.size()), net.contacts);
   REQUIRE_GT(net.degrees.connected, 100);
   REQUIRE_GT(net.degrees.grounded, 1);
@@ -246,12 +246,12 @@ TEST_CASE("how far a circuit's energy may be off: by the steps and by the grid")
   scene.conductors = {{.radius = 2}, {.radius = 1}};
   scene.mechanics.position_tolerance = 4e-3;
   scene.domain.size = {8, 4};
-  scene.field.cells = 128;    // h = 1/16
+  scene.field().cells = 128;  // h = 1/16
   const double steps = 0.04;  // (2 x 4e-3)^(2/3)
   // 0.04 sqrt(h/R), times (h/gap)^(3/2) where the gap is more than a cell; without contacts there is no telling.
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
   scene.effects.add(effects::ContactDischargeOptions{.gap = 0.25});
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01 / 8));
-  scene.field.method = FieldMethod::multipole;
+  scene.field().method = FieldMethod::multipole;
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps));
 }

@@ -262,8 +262,8 @@ Scene series_circuit() {
   Scene scene = conductor_scene({{0.0175, 0.0195}, {0.0195, 0.0195}, {0.0215, 0.0195}});
   scene.domain.size = {0.039, 0.039};
   scene.electrodes = {ball("high", {0.0155, 0.0195}, 400), ball("low", {0.0235, 0.0195}, -200)};
-  scene.field.cells = 128;
-  scene.field.moving_tolerance = 1e-6;
+  scene.field().cells = 128;
+  scene.field().moving_tolerance = 1e-6;
   scene.material.density = 1e15;  // nothing moves
   return scene;
 }
@@ -380,7 +380,7 @@ TEST_CASE("what came and leaked before a merger is booked at potentials and char
   }
 }
 
-TEST_CASE("a scene without a circuit books no energy and has no links") {
+TEST_CASE("a scene without a circuit books no energy and has no resistors") {
   Simulation simulation(crowd(), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   CHECK_FALSE(simulation.now().energy_balance);

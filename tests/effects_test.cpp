@@ -246,7 +246,7 @@ TEST_CASE("the field solver is the one that the scene asks for") {
 
 TEST_CASE("the multipole method moves only what contact forces keep apart") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
-  scene.field.method = FieldMethod::multipole;
+  scene.field().method = FieldMethod::multipole;
   CHECK_THROWS_AS(make_model(scene), InputError);
   scene.effects.add<effects::HertzContactOptions>();
   CHECK_THROWS_AS(make_model(scene), InputError);

@@ -8,7 +8,7 @@
 namespace lichtenberg {
 
 /// What a run of conductors records of an instant.
-inline Frame columns_of(const ConductorFrame& state, const std::optional<analysis::Network>& network) {
+inline Frame columns_of(const ConductorFrame& state, const std::optional<analysis::ContactNetwork>& network) {
   Frame frame = columns_of(state);
   if (network) analysis::add_columns(*network, frame);
   return frame;

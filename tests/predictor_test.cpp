@@ -17,7 +17,7 @@ Scene resolved_crowd() {
   scene.domain.size = {0.02, 0.02};
   for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec3{0.04, 0.04, 0};
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
-  scene.field.cells = 256;
+  scene.field().cells = 256;
   return scene;
 }
 
@@ -26,17 +26,17 @@ Scene resolved_crowd() {
 TEST_CASE("the predictor's grid is the field's, halved while a radius has two cells, or there is none") {
   Scene scene = resolved_crowd();
   CHECK(effects::predictor_cells(scene) == 64);
-  scene.field.cells = 512;
+  scene.field().cells = 512;
   CHECK(effects::predictor_cells(scene) == 64);
-  scene.field.cells = 128;  // half as many are not worth a second field
+  scene.field().cells = 128;  // half as many are not worth a second field
   CHECK(effects::predictor_cells(scene) == 0);
-  scene.field.cells = 250;  // 125, and then no whole cells
+  scene.field().cells = 250;  // 125, and then no whole cells
   CHECK(effects::predictor_cells(scene) == 0);
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
            [](Scene& s) { s.mechanics.predictor = false; },
            [](Scene& s) { s.mechanics.coupling = FieldCoupling::monolithic; },
            [](Scene& s) { s.mechanics.integrator = Integrator::euler; },
-           [](Scene& s) { s.field.method = FieldMethod::relaxation; },
+           [](Scene& s) { s.field().method = FieldMethod::relaxation; },
            [](Scene& s) { s.effects.add(effects::LeakageOptions{.conductivity = 1e-10}); }}) {
     Scene other = resolved_crowd();
     change(other);

@@ -74,8 +74,8 @@ ConductorFrame frame(double time) {
   return f;
 }
 
-analysis::Network network_of_two() {
-  analysis::Network net;
+analysis::ContactNetwork network_of_two() {
+  analysis::ContactNetwork net;
   net.contacts = {{0, analysis::to_ground}, {0, 1}};
   net.successor = {analysis::to_ground, 0};
   net.degrees.connected = 2;
@@ -259,7 +259,7 @@ TEST_CASE("the scene stands in the file, with the geometry that a picture needs"
 TEST_CASE("the network stands in the file frame by frame, its contacts for the last") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
-  const analysis::Network loose{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}};
+  const analysis::ContactNetwork loose{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}};
   recorder.add(columns_of(frame(2), loose));
   recorder.save(milestone(2));
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -522,7 +522,7 @@ TEST_CASE("the first change of a scene is named; comments, order, [stop], [outpu
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
 }
 
-TEST_CASE("a relaxation may go on with more iterations, another tolerance and other threads, and with nothing else") {
+TEST_CASE("a minimization may go on with more iterations, another tolerance and other threads, and with nothing else") {
   const std::string now = "[minimize]\nmax_iterations = 9\nforce_tolerance = 1e-9\nthreads = 2\n";
   CHECK_EQ(first_change("", now), "");
   CHECK_EQ(first_change("[minimize]\nmax_iterations = 5\n", now), "");

@@ -399,7 +399,7 @@ TEST_CASE("resuming a run that is over changes nothing") {
   CHECK_EQ(text_of(folder / "six.h5"), before);
 }
 
-TEST_CASE("a relaxation is resumed with more iterations, then to another force, as if it had never stopped") {
+TEST_CASE("a minimization is resumed with more iterations, then to another force, as if it had never stopped") {
   const Folder folder;
   std::string output;
   const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {

@@ -1,5 +1,6 @@
 // Dimensions and periodic sides of a scene, and how what knows nothing of them is refused.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <string>
 
@@ -86,6 +87,9 @@ TEST_CASE("effects that know neither three dimensions nor periodic sides say so"
     check_refused(around + fluid + table(effect) + ball("[0.5, 0.5]"),
                   {"effects." + effect + " is not allowed with a periodic side"});
   }
+  for (const auto& [effect, key] : {std::pair{"leakage", "conductivity"}, {"current_source", "current"}})
+    check_refused(cube + fmt::format("effects.{}.{} = 1e-9\n", effect, key) + ball("[0.5, 0.5, 0.5]"),
+                  {fmt::format("effects.{} is not allowed in 3 dimensions: it can do 2", effect)});
   check_refused(around + table("contact_potential") + ball("[0.5, 0.5]"),
                 {"effects.contact_potential is not allowed with a periodic side"});
   for (const std::string effect : {"hertz_contact", "stokes_drag"}) {

@@ -1,4 +1,4 @@
-// Packings: the contact potential, minimizers, relaxations that are cut in two or shared among threads.
+// Packings: the contact potential, minimizers, minimizations that are cut in two or shared among threads.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -16,8 +16,8 @@
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/statics/minimization.hpp"
 #include "src/statics/potential_energy.hpp"
-#include "src/statics/relaxation.hpp"
 
 using namespace lichtenberg;
 
@@ -239,14 +239,14 @@ TEST_CASE("every minimizer comes back from deep inside a steep wall, and never g
 TEST_CASE("a disk deep in a wall comes to rest between the walls by every method") {
   for (const std::string method : methods) {
     CAPTURE(method);
-    Relaxation relaxation(
+    Minimization minimization(
         parse_scene("[domain]\nsize = [1.8, 1.8]\n[effects.contact_potential]\n[minimize]\nmethod = \"" + method +
                         "\"\n[[conductor]]\nposition = [0.001, 0.9]\nradius = 1\n",
                     "wall"));
-    while (!relaxation.at_rest() && relaxation.iterate()) {
+    while (!minimization.at_rest() && minimization.iterate()) {
     }
-    CHECK(relaxation.at_rest());
-    CHECK(relaxation.bodies().position[0] == doctest::Approx(0.9).epsilon(1e-7));
+    CHECK(minimization.at_rest());
+    CHECK(minimization.bodies().position[0] == doctest::Approx(0.9).epsilon(1e-7));
   }
 }
 
@@ -256,11 +256,11 @@ TEST_CASE("the stiffness is a unit: in units of any power of two, every method d
     const auto at_rest = [&](double stiffness) {
       Scene scene = packing(2, method);
       scene.effects.find<effects::ContactPotentialOptions>()->stiffness = stiffness;
-      Relaxation relaxation(scene);
-      while (!relaxation.at_rest() && relaxation.iterate()) {
+      Minimization minimization(scene);
+      while (!minimization.at_rest() && minimization.iterate()) {
       }
-      CHECK(relaxation.at_rest());
-      return relaxation.bodies().position;
+      CHECK(minimization.at_rest());
+      return minimization.bodies().position;
     };
     const std::vector<double> usual = at_rest(1);
     for (const double stiffness : {0x1p-146, 0x1p146}) CHECK(at_rest(stiffness) == usual);
@@ -274,7 +274,7 @@ TEST_CASE("forces beyond all numbers are a failure, and no rest") {
   for (const std::string method : methods) {
     const std::string text =
         start + "[[conductor]]\nposition = [1e-160, 1.0]\nradius = 1\n[minimize]\nmethod = \"" + method + "\"\n";
-    CHECK_THROWS_AS(Relaxation(parse_scene(text, "coincident")), Failure);
+    CHECK_THROWS_AS(Minimization(parse_scene(text, "coincident")), Failure);
   }
 }
 
@@ -282,27 +282,27 @@ TEST_CASE("a packing comes to rest by every method, without charges, field or PE
   for (const int dimension : {2, 3})
     for (const std::string method : methods) {
       CAPTURE(method);
-      Relaxation relaxation(packing(dimension, method));
-      double energy = relaxation.energy();
-      while (!relaxation.at_rest() && relaxation.iterate()) {
+      Minimization minimization(packing(dimension, method));
+      double energy = minimization.energy();
+      while (!minimization.at_rest() && minimization.iterate()) {
         if (method == "fire") continue;  // goes uphill now and then
-        CHECK(relaxation.energy() <= energy * (1 + 1e-12));
-        energy = relaxation.energy();
+        CHECK(minimization.energy() <= energy * (1 + 1e-12));
+        energy = minimization.energy();
       }
-      CHECK(relaxation.at_rest());
-      CHECK(relaxation.bodies().charge.empty());
-      const std::vector<double> position = relaxation.frame().reals("position");
+      CHECK(minimization.at_rest());
+      CHECK(minimization.bodies().charge.empty());
+      const std::vector<double> position = minimization.frame().reals("position");
       REQUIRE(position.size() == 150);
       CHECK((position[2] != 0) == (dimension == 3));
     }
   CHECK(!parallel::petsc_started());
 }
 
-TEST_CASE("a relaxation restored from a checkpoint goes on bit for bit") {
+TEST_CASE("a minimization restored from a checkpoint goes on bit for bit") {
   for (const std::string method : methods) {
     CAPTURE(method);
     const Scene scene = packing(2, method);
-    Relaxation whole(scene), first(scene), second(scene);
+    Minimization whole(scene), first(scene), second(scene);
     for (int k = 0; k < 300 && !whole.at_rest(); ++k) whole.iterate();
     for (int k = 0; k < 137 && !first.at_rest(); ++k) first.iterate();
     second.restore(first.checkpoint());

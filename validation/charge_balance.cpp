@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   run(report, read_scene(scenes + "seedling.toml"));
   if (asked_for_long(argc, argv)) {
     Scene dendrite = read_scene(scenes + "dendrite.toml");
-    dendrite.field.cells = 256;
+    dendrite.field().cells = 256;
     run(report, std::move(dendrite));
   }
   return report.exit_status();

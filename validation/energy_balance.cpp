@@ -76,7 +76,7 @@ double field_error(int cells) {
   Scene scene = shuttle(cells, 1e-3 * radius);
   scene.electrodes[0].series_resistance = 0;
   scene.electrodes[0].potential = 0;
-  const std::unique_ptr<laplace::LaplaceSolver> solver = effects::make_field_solver(scene.field);
+  const std::unique_ptr<laplace::LaplaceSolver> solver = effects::make_field_solver(scene.field());
   Bodies bodies = make_bodies(scene);
   bodies.charge = {1e-9};
   const double from = 2.5e-3 + radius + 2e-4, to = 0.5 * size;

@@ -131,7 +131,7 @@ void thousand_bounces_in_the_field(Report& report, int contacts) {
   scene.domain.sides[3].potential = 18e3;
   scene.conductors[0].charge = 1e-10;
   scene.conductors[0].position.y = 0.3 * height;
-  scene.field.cells = 64;
+  scene.field().cells = 64;
   Simulation simulation(scene);
   Bounces bounces;
   double time = 0;
@@ -151,7 +151,7 @@ void thousand_bounces_in_the_field(Report& report, int contacts) {
   report.at_most(name + "imbalance, fraction of its charge", bounces.unbalanced / carried, 1e-12);
   report.at_most(name + "frames with impossible counts", bounces.miscounted, 0);
   // On the grid the force varies from cell to cell, 54 of them on the way: four solves each, and 20 as above.
-  const double cells = (height - 4 * radius) / (height / scene.field.cells);
+  const double cells = (height - 4 * radius) / (height / scene.field().cells);
   report.at_most(name + "field solves a contact",
                  static_cast<double>(c.field_solves) / static_cast<double>(c.contacts_made), 4 * cells + 20);
 }

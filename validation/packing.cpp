@@ -12,7 +12,7 @@
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/statics/relaxation.hpp"
+#include "src/statics/minimization.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
@@ -39,15 +39,15 @@ struct Result {
 
 Result relaxed(const std::string& text) {
   Result result{.scene = parse_scene(text, "packing")};
-  Relaxation relaxation(result.scene);
-  while (!relaxation.at_rest() && relaxation.iterate()) {
+  Minimization minimization(result.scene);
+  while (!minimization.at_rest() && minimization.iterate()) {
   }
-  if (!relaxation.at_rest()) throw Failure("the relaxation found no rest");
-  result.bodies = relaxation.bodies();
-  result.energy = relaxation.energy();
-  result.largest_force = relaxation.largest_force();
-  result.iterations = relaxation.iteration();
-  result.evaluations = relaxation.evaluations();
+  if (!minimization.at_rest()) throw Failure("the relaxation found no rest");
+  result.bodies = minimization.bodies();
+  result.energy = minimization.energy();
+  result.largest_force = minimization.largest_force();
+  result.iterations = minimization.iteration();
+  result.evaluations = minimization.evaluations();
   result.packing = analysis::packing(result.bodies, result.scene);
   return result;
 }

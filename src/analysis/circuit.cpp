@@ -60,8 +60,8 @@ double energy_account(const ConductorFrame& frame) {
 double allowed_energy_imbalance(const Scene& scene) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double steps = std::pow(2 * scene.mechanics.position_tolerance / radius, 2.0 / 3);
-  if (scene.field.method == FieldMethod::multipole) return steps;
-  const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / scene.field.cells;
+  if (scene.field().method == FieldMethod::multipole) return steps;
+  const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / scene.field().cells;
   const auto* discharge = scene.effects.find<effects::ContactDischargeOptions>();
   const double gap = discharge ? discharge->gap : 0;
   return steps + laplace::likely_error * laplace::difficulty({.gap = gap, .radius = radius}, cell);

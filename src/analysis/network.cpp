@@ -134,8 +134,8 @@ DegreeRelations degree_relations(const DegreeDistribution& degrees, int conducto
           .f4_printed = f4 - (f1 - b)};
 }
 
-Network network(std::vector<Contact> contacts, std::span<const Vec2> position) {
-  Network result;
+ContactNetwork network(std::vector<Contact> contacts, std::span<const Vec2> position) {
+  ContactNetwork result;
   result.contacts = std::move(contacts);
   const ContactGraph graph = contact_graph(static_cast<int>(position.size()), result.contacts);
   result.successor = successors(graph, position);
@@ -143,7 +143,7 @@ Network network(std::vector<Contact> contacts, std::span<const Vec2> position) {
   return result;
 }
 
-void add_columns(const Network& network, Frame& frame) {
+void add_columns(const ContactNetwork& network, Frame& frame) {
   std::vector<std::int32_t> pairs;
   for (const auto& [i, j] : network.contacts) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);

@@ -89,16 +89,16 @@ struct DegreeRelations {
 DegreeRelations degree_relations(const DegreeDistribution& degrees, int conductors);
 
 /// The network at one instant: what a run records and a picture shows.
-struct Network {
+struct ContactNetwork {
   std::vector<Contact> contacts;
   std::vector<int> successor;  ///< see successors()
   DegreeDistribution degrees;
 };
 
 /// Successors and degrees in one go.
-Network network(std::vector<Contact> contacts, std::span<const Vec2> position);
+ContactNetwork network(std::vector<Contact> contacts, std::span<const Vec2> position);
 
 /// Its contacts (a list), the successors and the counts of connected conductors, endpoints and branch points.
-void add_columns(const Network& network, Frame& frame);
+void add_columns(const ContactNetwork& network, Frame& frame);
 
 }  // namespace lichtenberg::analysis

@@ -77,7 +77,7 @@ SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const doubl
   return tree;
 }
 
-Topology topology(Network network, std::span<const Vec2> position, std::span<const double> radius,
+Topology topology(ContactNetwork network, std::span<const Vec2> position, std::span<const double> radius,
                   const Ground& ground) {
   Topology result;
   result.relations = degree_relations(network.degrees, static_cast<int>(position.size()));

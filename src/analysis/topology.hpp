@@ -35,7 +35,7 @@ SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const doubl
 
 /// All that D chapter 7 asks of a configuration, and more. Lengths in m.
 struct Topology {
-  Network network;
+  ContactNetwork network;
   DegreeRelations relations;
   std::vector<int> strahler;       ///< by conductor, see strahler_numbers()
   StrahlerDistribution orders;     ///< of A
@@ -48,7 +48,7 @@ struct Topology {
 
 /// Dimensions are fitted from twice the mean edge of A, below which a tree is a line, to half (boxes) or a quarter
 /// (masses) of its larger extent, and are empty where these are less than a factor of two apart.
-Topology topology(Network network, std::span<const Vec2> position, std::span<const double> radius,
+Topology topology(ContactNetwork network, std::span<const Vec2> position, std::span<const double> radius,
                   const Ground& ground);
 
 }  // namespace lichtenberg::analysis

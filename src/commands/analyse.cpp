@@ -77,7 +77,7 @@ class Analyser {
 
   FrameAnalysis analyse(int index, const ConductorFrame& frame) const {
     const analysis::Ground ground = analysis::ground_of(scene_);
-    analysis::Network network = analysis::network(contacts(index, frame, ground), frame.position);
+    analysis::ContactNetwork network = analysis::network(contacts(index, frame, ground), frame.position);
     return {.frame = index,
             .time = frame.time,
             .topology = analysis::topology(std::move(network), frame.position, radius_, ground),

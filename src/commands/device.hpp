@@ -18,7 +18,8 @@ inline Argument device_argument(std::string& device) {
 
 inline Scene read_scene_for(const std::string& path, const std::string& device) {
   Scene scene = read_scene(path);
-  if (!device.empty()) scene.field.device = value_of<FieldDevice>(device).value();
+  if (!device.empty())
+    std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
   return scene;
 }
 

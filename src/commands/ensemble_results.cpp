@@ -55,7 +55,7 @@ void add_fractions(Quantities& quantities, const std::string& suffix, const anal
 /// f1 and B as other readings of D's definition have them: degrees in the tree A instead of the graph G, without the
 /// ground as a neighbour, and with the contacts of D 7.1 alone, which have no hysteresis (in the same tree: where the
 /// only contact with the ground is kept by hysteresis, none would be left).
-void add_other_readings(Quantities& quantities, const analysis::Network& network, const Scene& scene,
+void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& network, const Scene& scene,
                         const std::vector<Vec2>& position, const std::vector<double>& radius) {
   std::vector<analysis::Contact> tree;
   for (int i = 0; i < static_cast<int>(position.size()); ++i) {
@@ -81,7 +81,7 @@ void add_topology(Quantities& quantities, const Result& result) {
   if (!contacts) return;  // an earlier version's file
   const Scene scene = result.scene();
   const std::vector<Vec2> position = result.frame(last).plane_vectors("position");
-  const analysis::Network network = analysis::network(*contacts, position);
+  const analysis::ContactNetwork network = analysis::network(*contacts, position);
   for (const int degree : {2, 3, 4})
     quantities[fmt::format("degree_fraction_{}", degree)] = network.degrees.fraction(degree);
   const analysis::StrahlerDistribution orders =

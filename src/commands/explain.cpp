@@ -79,7 +79,7 @@ void explain_circuit(const Scene& scene) {
   fmt::print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
 }
 
-struct Grid {
+struct ExplainedGrid {
   int nx, ny;
   double h;  ///< m
   /// Not counted on a grid so large that counting would take a share of the memory that is to be explained.
@@ -88,10 +88,10 @@ struct Grid {
   double cells() const { return static_cast<double>(nx) * ny; }
 };
 
-Grid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
+ExplainedGrid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   constexpr double most_to_count = 1 << 24;
-  const double h = std::max(problem.size.x, problem.size.y) / scene.field.cells;
-  Grid grid{
+  const double h = std::max(problem.size.x, problem.size.y) / scene.field().cells;
+  ExplainedGrid grid{
       static_cast<int>(std::lround(problem.size.x / h)), static_cast<int>(std::lround(problem.size.y / h)), h, {}};
   if (grid.cells() > most_to_count) return grid;
   laplace::Level level(problem, grid.nx, grid.ny);
@@ -100,7 +100,7 @@ Grid make_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   return grid;
 }
 
-void explain_cells(const Grid& grid, std::int64_t floating) {
+void explain_cells(const ExplainedGrid& grid, std::int64_t floating) {
   if (grid.fluid_cells)
     fmt::print(
         "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of "
@@ -113,7 +113,7 @@ void explain_cells(const Grid& grid, std::int64_t floating) {
 
 /// A method on a grid. Returns its cells.
 double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  const Grid grid = make_grid(scene, problem);
+  const ExplainedGrid grid = make_grid(scene, problem);
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   fmt::print("  grid                 {} x {} cells of {:.4g} m; the smallest radius is {:.3g} cells{}\n", grid.nx,
              grid.ny, grid.h, radius / grid.h, radius < grid.h ? ", less than one: unresolved" : "");
@@ -123,7 +123,7 @@ double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) 
 
 /// The method without a grid. Returns its unknowns.
 double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  const long unknowns = laplace::multipole_unknowns(problem, {.tolerance = scene.field.tolerance});
+  const long unknowns = laplace::multipole_unknowns(problem, {.tolerance = scene.field().tolerance});
   fmt::print("  grid                 none\n");
   fmt::print("  unknowns             {}: some {} a disk, more in narrow gaps\n", unknowns,
              unknowns / static_cast<long>(problem.bodies.size()));
@@ -132,22 +132,22 @@ double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& pro
 
 /// What is likely to be chosen: nothing has been solved.
 void explain_accuracy(const Scene& scene) {
-  if (!scene.field.accuracy) return;
+  if (!scene.field_accuracy()) return;
   fmt::print("  accuracy             {:g}: {} will do; `solve` and `run` measure the error and take more if need be\n",
-             *scene.field.accuracy,
-             scene.field.method == FieldMethod::multipole ? "this tolerance"
-                                                          : fmt::format("some {} cells", scene.field.cells));
+             scene.field_accuracy()->asked,
+             scene.field().method == FieldMethod::multipole ? "this tolerance"
+                                                            : fmt::format("some {} cells", scene.field().cells));
 }
 
 /// Returns what the cost grows with.
 double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   fmt::print("\nfield\n");
-  fmt::print("  method               {}\n", method_in_words(scene.field));
+  fmt::print("  method               {}\n", method_in_words(scene.field()));
   explain_accuracy(scene);
-  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field.tolerance,
-             scene.field.moving_tolerance);
-  return scene.field.method == FieldMethod::multipole ? explain_multipoles(scene, problem)
-                                                      : explain_grid(scene, problem);
+  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field().tolerance,
+             scene.field().moving_tolerance);
+  return scene.field().method == FieldMethod::multipole ? explain_multipoles(scene, problem)
+                                                        : explain_grid(scene, problem);
 }
 
 /// Why the scene's own method cannot be used in a run; empty if it can, or if a run would choose one.
@@ -169,7 +169,7 @@ void explain_solves(const Scene& scene, const FieldCost& cost, double solves) {
     return;
   }
   constexpr double share = 1.0 / 6;  // of field solves among them: a tenth to a quarter (README.md of this folder)
-  const double coarsening = static_cast<double>(scene.field.cells) / cells;
+  const double coarsening = static_cast<double>(scene.field().cells) / cells;
   const double seconds = solves * cost.moving_seconds * (share + (1 - share) / (coarsening * coarsening));
   fmt::print("  a run                {:.2g} s: some {:.2g} field solves, and {:.2g} on {} cells between them\n",
              seconds, share * solves, (1 - share) * solves, cells);
@@ -185,7 +185,7 @@ void explain_run(const Scene& scene, const FieldCost& cost, const std::string& r
 }
 
 void explain_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
-  const FieldCost cost = estimate_field_cost(scene.field, size);
+  const FieldCost cost = estimate_field_cost(scene.field(), size);
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
   fmt::print("  a field solve        {:.2g} s on its own, {:.2g} s in a moving scene\n", cost.single_seconds,
@@ -201,8 +201,8 @@ bool is_for_a_run(const Scene& scene) {
 
 /// Chosen for a run if the scene has more than a field, else for `solve`.
 FieldOptions foreseen_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  return effects::with_choice(scene.field,
-                              laplace::foresee(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
+  return effects::field_chosen(*scene.field_request(),
+                               laplace::foresee(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
 }
 
 void explain(Scene scene) {
@@ -213,8 +213,8 @@ void explain(Scene scene) {
   if (scene.effects.has<effects::FloatingConductorsOptions>()) {
     field = make_field_problem(scene);
     field->problem.check();
-    if (scene.field.accuracy) scene.field = foreseen_field(scene, field->problem);
-    effects::make_field_solver(scene.field);
+    if (scene.field_request()) scene.field_table = foreseen_field(scene, field->problem);
+    effects::make_field_solver(scene.field());
   }
   const Summaries effects = effects::summarize_effects(scene);
   explain_scene(scene);

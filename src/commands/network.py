@@ -23,7 +23,7 @@ PALE = "#f0f0f0"
 
 
 @dataclass
-class Network:
+class DrawnNetwork:
     """Lengths in m; of a packing in space the two coordinates that are drawn."""
 
     model: str
@@ -107,7 +107,7 @@ def read_network(file, model):
     ends = resistor_ends(group, position, radius, found)
     potential = group["potential"][()]
     lines = [wall_line(w[0][shown], w[1][shown], size) if w else int(name) for w, name in zip(found, names)]
-    return Network(
+    return DrawnNetwork(
         model=model,
         resistor=group.attrs["resistor"],
         size=size,

@@ -16,7 +16,7 @@ def is_packing(path):
     return drawing.read_file(path, lambda file: "walls" in file["scene"])
 
 
-class Packing:
+class DrawnPacking:
     """A frame. Lengths in mm, in the plane of the picture."""
 
     def __init__(self, file, frame):
@@ -108,7 +108,7 @@ def draw_panel(axes, packing):
 
 def draw(path, frame):
     """The whole picture, as a figure; the frame exists."""
-    packing = drawing.read_file(path, lambda file: Packing(file, frame))
+    packing = drawing.read_file(path, lambda file: DrawnPacking(file, frame))
     drawing.set_style()
     figure, axes = plt.subplots(figsize=(6, 0.9 + 5 * packing.size[1] / packing.size[0]), layout="constrained")
     draw_panel(axes, packing)

@@ -19,7 +19,7 @@
 #include "src/model/stopwatch.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/scene.hpp"
-#include "src/statics/relaxation.hpp"
+#include "src/statics/minimization.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -32,13 +32,13 @@ struct RunArguments {
 Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
-  effects::check_processes(scene.effects.has<effects::FloatingConductorsOptions>() ? &scene.field : nullptr);
+  effects::check_processes(scene.effects.has<effects::FloatingConductorsOptions>() ? &scene.field_table : nullptr);
   effects::check_device(scene);
   return effects::with_field_chosen(std::move(scene));
 }
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
-  if (scene.effects.has("contact_potential")) return std::make_unique<Relaxation>(scene);
+  if (scene.effects.has("contact_potential")) return std::make_unique<Minimization>(scene);
   if (scene.reference) return std::make_unique<GranularMotion>(scene);
   return std::make_unique<Simulation>(scene);
 }
@@ -62,7 +62,7 @@ class Run {
   }
 
   void go() {
-    if (scene_.field.estimate && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field));
+    if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
     advance_to_the_end();
     for (const std::string& warning : final_warnings_) fmt::print(stderr, "lichtenberg: {}\n", warning);
     if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);

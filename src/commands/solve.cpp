@@ -61,8 +61,8 @@ void print_table(const Answer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
   print_conductors(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
-  fmt::print("method      {}\n", method_in_words(answer.scene.field));
-  if (answer.scene.field.accuracy) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field));
+  fmt::print("method      {}\n", method_in_words(answer.scene.field()));
+  if (answer.scene.field().chosen_for) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field()));
   fmt::print("unknowns    {}\n", solution.unknowns);
   fmt::print("iterations  {}\n", solution.iterations);
   if (solution.work > 0)
@@ -94,15 +94,15 @@ nlohmann::ordered_json capacitance_json(const Answer& answer) {
 
 void print_json(const Answer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
-  const FieldOptions& field = answer.scene.field;
+  const FieldOptions& field = answer.scene.field();
   nlohmann::ordered_json json;
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
   json["energy"] = answer.energy();
-  json["method"] = name_of(*field.method);
-  if (field.accuracy)
-    json["accuracy"] = {{"asked", *field.accuracy},
-                        {"estimated_error", *field.estimate},
+  json["method"] = name_of(field.method);
+  if (field.chosen_for)
+    json["accuracy"] = {{"asked", field.chosen_for->asked},
+                        {"estimated_error", field.chosen_for->estimate},
                         {"cells", field.cells},
                         {"tolerance", field.tolerance}};
   json["unknowns"] = solution.unknowns;
@@ -117,21 +117,21 @@ void print_json(const Answer& answer) {
 
 /// Fills in the solution, and what was chosen for it. Returns its solver.
 std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
-  if (answer.scene.field.accuracy) {
+  if (const FieldRequest* asked = answer.scene.field_request()) {
     laplace::AccurateSolution found =
         solve_to_accuracy(answer.field.problem, effects::accuracy_request(answer.scene, false));
-    answer.scene.field = effects::with_choice(answer.scene.field, found.choice);
+    answer.scene.field_table = effects::field_chosen(*asked, found.choice);
     answer.solution = std::move(found.solution);
     return std::move(found.solver);
   }
-  auto solver = effects::make_field_solver(answer.scene.field);
+  auto solver = effects::make_field_solver(answer.scene.field());
   answer.solution = solver->solve(answer.field.problem);
   return solver;
 }
 
 Answer solve(const SolveArguments& request) {
   Answer answer{.scene = read_scene_for(request.scene, request.device), .field = {}, .solution = {}, .capacitance = {}};
-  effects::check_processes(&answer.scene.field);
+  effects::check_processes(&answer.scene.field_table);
   answer.field = make_field_problem(answer.scene);
   const auto solver = solve_as_asked(answer);
   if (!request.field.empty()) write_field_vtkhdf(request.field, solver->field(), request.overwrite);

@@ -28,8 +28,8 @@ class Trial {
   virtual std::vector<double> errors() const = 0;
   /// Iterations or field solves of the last run.
   virtual std::int64_t work() const = 0;
-  /// The same by what a machine cannot change: operator evaluations, in residual evaluations on the whole grid; 0: not
-  /// counted.
+  /// Work of the last run by what a machine cannot change: operator evaluations, in residual evaluations on the whole
+  /// grid; 0: not counted.
   virtual double evaluations() const { return 0; }
 };
 
@@ -53,7 +53,7 @@ struct Point {
   double seconds = 0;          ///< wall time of a run, median
   double cores = 0;            ///< processor time over wall time
   std::int64_t work = 0;
-  double evaluations = 0;  ///< of an operator, in residual evaluations on the whole grid; 0: not counted
+  double evaluations = 0;           ///< of an operator, in residual evaluations on the whole grid; 0: not counted
   std::optional<double> mebibytes;  ///< memory that it took at its peak; empty if the system does not say
 };
 

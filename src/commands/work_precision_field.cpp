@@ -174,8 +174,8 @@ Method cut_cell(const Subject& subject, const std::vector<int>& sizes, const std
           grid_candidates(subject, sizes, {1e-2, 1e-3, 1e-4, 1e-6, 1e-8}, {}, cost, make_cut_cell(options))};
 }
 
-/// The same system as a matrix, for a preconditioner of PETSc's. Setting one up takes most of the time, so few
-/// tolerances will do.
+/// The cut-cell method with its system as a matrix, for a preconditioner of PETSc's. Setting one up takes most of the
+/// time, so few tolerances will do.
 Method assembled(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
                  const std::string& description, const PetscSetting::Options& petsc, CutCellOptions options = {}) {
   options.linear_solver = CutCellOptions::LinearSolver::assembled;

@@ -6,6 +6,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "src/commands/work_precision.hpp"
+#include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/simulation.hpp"
 
@@ -26,7 +27,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_solver(const Subject& subject) {
   if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return nullptr;
   if (subject.multipole)
     return std::make_unique<laplace::MultipoleSolver>(laplace::MultipoleOptions{.tolerance = subject.field_tolerance});
-  FieldOptions options = subject.scene.field;
+  FieldOptions options = subject.scene.field();
   options.tolerance = subject.field_tolerance;
   return effects::make_field_solver(options);
 }
@@ -149,10 +150,10 @@ void choose_field(Subject& subject, Diagram& diagram) {
 }
 
 std::string describe_field(const Subject& subject) {
-  const FieldOptions& field = subject.scene.field;
   if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return "no field";
   if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
-  return fmt::format("field by the {} method on S = {} at tolerance {:g}", name_of(*field.method), field.cells,
+  const FieldOptions& field = subject.scene.field();
+  return fmt::format("field by the {} method on S = {} at tolerance {:g}", name_of(field.method), field.cells,
                      subject.field_tolerance);
 }
 
@@ -164,7 +165,8 @@ Diagram sweep_time(const Scene& scene, const Request& request) {
         fmt::format("{}: work-precision compares places in the plane, which nothing leaves: two dimensions "
                     "and no periodic side are allowed",
                     scene.path));
-  Subject subject{.scene = scene, .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
+  Subject subject{.scene = effects::with_field_chosen(scene),
+                  .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{
       .quantities = {"positions"},

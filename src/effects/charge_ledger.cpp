@@ -51,19 +51,19 @@ void ChargeLedger::feed(std::span<const double> current, double dt, double relax
   }
 }
 
-void ChargeLedger::carry(const Link& link, double remaining, double plain) {
-  charge_[link.a].add(-remaining);
-  if (link.b >= 0) {
-    charge_[link.b].add(remaining);
-    leaked_in_step_[link.a] -= plain - remaining;
-    leaked_in_step_[link.b] += plain - remaining;
+void ChargeLedger::carry(const Resistor& resistor, double remaining, double plain) {
+  charge_[resistor.a].add(-remaining);
+  if (resistor.b >= 0) {
+    charge_[resistor.b].add(remaining);
+    leaked_in_step_[resistor.a] -= plain - remaining;
+    leaked_in_step_[resistor.b] += plain - remaining;
   } else {
     // To the last digit: what a loses, and what leaks of it.
     CompensatedSum missing(plain);
     missing.add(-remaining);
-    drained_[link.supply].add(plain);
+    drained_[resistor.supply].add(plain);
     leaked_.subtract(missing);
-    leaked_in_step_[link.a] -= missing.total();
+    leaked_in_step_[resistor.a] -= missing.total();
   }
 }
 

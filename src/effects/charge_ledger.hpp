@@ -37,9 +37,9 @@ class ChargeLedger {
   /// Adds current * dt to each conductor (A, s; D 5.5) and takes away what leaks through the fluid meanwhile
   /// (`relaxation_time`: s).
   void feed(std::span<const double> current, double dt, double relaxation_time = INFINITY);
-  /// Takes from the link's a, and gives to its b or its supply, the charge (C) that a current from a to b carries:
+  /// Takes from the resistor's a, and gives to its b or its supply, the charge (C) that a current from a to b carries:
   /// `plain` all of it, `remaining` what of it has not leaked (charge_step).
-  void carry(const Link& link, double remaining, double plain);
+  void carry(const Resistor& resistor, double remaining, double plain);
   /// Shares each group's charge as the field does (`by_field`: C, a conductor, D 5.4). A floating group keeps its sum
   /// exactly: what the field's charges miss of it is spread evenly. Held conductors take the field's charges, and the
   /// difference drains to the supply that they are connected with.

@@ -20,8 +20,8 @@ void check_resistors(const Draft& draft) {
     refuse(scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
   };
-  if (draft.line("field.method") > 0 && scene.field.method != FieldMethod::cut_cell)
-    refuse_with("field.method", name_of(*scene.field.method), "cut-cell");
+  if (draft.field.method && draft.field.method != FieldMethod::cut_cell)
+    refuse_with("field.method", name_of(*draft.field.method), "cut-cell");
   if (scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic)
     refuse_with("mechanics.coupling", "monolithic", "split");
 }
@@ -39,30 +39,30 @@ bool has_circuit(const Scene& scene) {
          (difference || scene.effects.has<LeakageOptions>() || has_resistors(scene));
 }
 
-std::vector<Link> links_of(const Scene& scene, std::span<const Contact> contacts) {
+std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
-  std::vector<Link> links;
+  std::vector<Resistor> resistors;
   for (int t = 0; t < static_cast<int>(terminals.size()); ++t)
     if (terminals[t].node >= 0)
-      links.push_back({.a = terminals[t].node,
-                       .supply = t,
-                       .potential = terminals[t].potential,
-                       .conductance = 1 / terminals[t].series_resistance,
-                       .series = true});
-  if (!scene.effects.has<ContactResistanceOptions>()) return links;
+      resistors.push_back({.a = terminals[t].node,
+                           .supply = t,
+                           .potential = terminals[t].potential,
+                           .conductance = 1 / terminals[t].series_resistance,
+                           .series = true});
+  if (!scene.effects.has<ContactResistanceOptions>()) return resistors;
   const double conductance = 1 / scene.effects.find<ContactResistanceOptions>()->ohms();
   const int n = static_cast<int>(scene.conductors.size());
   for (const Contact& contact : contacts) {
-    Link link{.a = contact.conductor, .conductance = conductance};
+    Resistor resistor{.a = contact.conductor, .conductance = conductance};
     if (contact.partner < n)
-      link.b = contact.partner;
+      resistor.b = contact.partner;
     else if (const int node = terminals[contact.partner - n].node; node >= 0)
-      link.b = node;
+      resistor.b = node;
     else
-      link.supply = contact.partner - n, link.potential = terminals[link.supply].potential;
-    links.push_back(link);
+      resistor.supply = contact.partner - n, resistor.potential = terminals[resistor.supply].potential;
+    resistors.push_back(resistor);
   }
-  return links;
+  return resistors;
 }
 
 ChargeStep charge_step(double dt, double before, double relaxation_time) {

@@ -40,7 +40,8 @@ bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   return any;
 }
 
-/// The same for these particles and the walls, wall by wall.
+/// Calls visit(overlap) for the particles from `first` on up to before `end` and the walls that they overlap, wall by
+/// wall. False if one of them is on a wall or beyond it.
 template <int dimension, class Visit>
 bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, int end, Visit visit) {
   Overlap o;

@@ -41,11 +41,11 @@ class ContactPotential : public Effect {
 
   /// U in J; infinite if a centre lies on another or on or beyond a wall.
   double energy(const State& state) const;
-  /// The same, and adds the forces; if it is infinite, only some of them.
+  /// U in J, and adds the forces; if it is infinite, only some of them.
   double energy_and_forces(const State& state, std::span<double> force) const;
-  /// The same of the pairs whose first particle is one from `first` on up to before `end`, and of these particles and
-  /// the walls: for who shares the particles among threads. Touches `force` of no other particles; what acts on those
-  /// is appended to `beyond`.
+  /// The share of U, with its forces, of the pairs whose first particle is one from `first` on up to before `end`, and
+  /// of these particles and the walls: for who shares the particles among threads. Touches `force` of no other
+  /// particles; what acts on those is appended to `beyond`.
   double energy_and_forces(const State& state, int first, int end, std::span<double> force,
                            std::vector<Push>& beyond) const;
   /// Throws Failure where the energy is infinite.
@@ -55,8 +55,8 @@ class ContactPotential : public Effect {
   /// Everything that overlaps: pairs in the order of the neighbours, then wall by wall. Empty if the
   /// energy is infinite.
   std::vector<Overlap> overlaps(const State& state) const;
-  /// The same of the pairs whose first particle is one from `first` on up to before `end`, particle by particle, and
-  /// then of these particles and the walls.
+  /// The overlaps of the pairs whose first particle is one from `first` on up to before `end`, particle by particle,
+  /// and then of these particles and the walls.
   std::vector<Overlap> overlaps(const State& state, int first, int end) const;
 
   double stiffness() const { return stiffness_; }

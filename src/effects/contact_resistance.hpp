@@ -15,7 +15,7 @@ struct ContactResistanceOptions {
   static const EffectKind& kind();
 };
 
-/// A contact of contact_discharge conducts instead of making two one. It acts through the links of the circuit
+/// A contact of contact_discharge conducts instead of making two one. It acts through the resistors of the circuit
 /// (circuit.hpp) and the groups (groups.hpp), which ask the scene for its options.
 class ContactResistance : public Effect {
  public:

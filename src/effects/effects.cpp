@@ -16,6 +16,7 @@
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/viscoelastic_contact.hpp"
 #include "src/effects/wall_contact.hpp"
+#include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
 
@@ -56,6 +57,16 @@ std::unique_ptr<Effect> take(EffectList& list, const EffectKind& kind) {
   return effect;
 }
 
+/// A box is too short for its neighbours from the first search on or never.
+void search_first(const Scene& scene, Model& model) {
+  if (!model.neighbours) return;
+  try {
+    update(*model.neighbours, model.bodies);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", scene.path, error.what()));
+  }
+}
+
 }  // namespace
 
 void check_can_run(const Scene& scene) {
@@ -73,7 +84,9 @@ Model make_model(const Scene& scene, EffectList made) {
   if (!made.empty())
     throw InputError(fmt::format("{}: the scene has no table [effects.{}], but is given that effect", scene.path,
                                  made.front()->name()));
-  return Model(make_bodies(scene), std::move(effects), initial_charges(scene));
+  Model model(make_bodies(scene), std::move(effects), initial_charges(scene));
+  search_first(scene, model);
+  return model;
 }
 
 std::vector<EffectSummary> summarize_effects(const Scene& scene) {

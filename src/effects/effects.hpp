@@ -28,8 +28,8 @@ void check_can_run(const Scene& scene);
 
 /// The scene's bodies with the effects whose tables stand in the scene, and no other: those of all_kinds() in its
 /// order, then those of other kinds. Who must know one of them in particular makes it and hands it over in `made`.
-/// Throws InputError for what those that are not handed over cannot do in a run, and for an effect in `made` that is
-/// not in the scene.
+/// Throws InputError for what those that are not handed over cannot do in a run, for an effect in `made` that is
+/// not in the scene, and for a periodic box that is too short for the neighbours of a particle.
 Model make_model(const Scene& scene, EffectList made = {});
 
 struct EffectSummary {

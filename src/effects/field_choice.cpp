@@ -23,7 +23,7 @@ int cells_in_memory(Vec2 size) {
 }
 
 bool multipoles_can_follow(Scene scene) {
-  scene.field.method = FieldMethod::multipole;
+  scene.field_table = FieldOptions{.method = FieldMethod::multipole};
   try {
     check_can_move(scene);
     return true;
@@ -51,37 +51,44 @@ ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
 }
 
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
+  const FieldRequest& asked = *scene.field_request();
   if (for_a_run)
     check_device(scene);
   else
-    check_device(scene.field);
+    check_device(asked.device, asked.method);
   // Errors in units of what is largest at the moment vary while a scene moves: up to three times what the start has.
   constexpr double reserve = 3;
-  laplace::AccuracyRequest request{.accuracy = *scene.field.accuracy / (for_a_run ? reserve : 1),
-                                   .most_cells = cells_in_memory(plane(scene.domain.size)),
-                                   .cut_cell = cut_cell_options(scene.field)};
-  const bool only_cut_cell = has_resistors(scene) || scene.field.device != FieldDevice::cpu ||
-                             (for_a_run && !scene.field.method && !multipoles_can_follow(scene));
-  if (scene.field.method == FieldMethod::multipole) request.method = laplace::Method::multipole;
-  if (scene.field.method == FieldMethod::cut_cell || (!scene.field.method && only_cut_cell))
+  laplace::AccuracyRequest request{
+      .accuracy = asked.accuracy / (for_a_run ? reserve : 1),
+      .most_cells = cells_in_memory(plane(scene.domain.size)),
+      .cut_cell =
+          cut_cell_options({.device = asked.device, .threads = asked.threads, .linear_solver = asked.linear_solver})};
+  const bool only_cut_cell = has_resistors(scene) || asked.device != FieldDevice::cpu ||
+                             (for_a_run && !asked.method && !multipoles_can_follow(scene));
+  if (asked.method == FieldMethod::multipole) request.method = laplace::Method::multipole;
+  if (asked.method == FieldMethod::cut_cell || (!asked.method && only_cut_cell))
     request.method = laplace::Method::cut_cell;
   if (const auto* discharge = scene.effects.find<ContactDischargeOptions>(); for_a_run && discharge)
     request.least_gap = discharge->gap;
   return request;
 }
 
-FieldOptions with_choice(FieldOptions field, const laplace::Choice& choice) {
-  field.method = choice.method == laplace::Method::multipole ? FieldMethod::multipole : FieldMethod::cut_cell;
-  field.cells = choice.cells;
-  field.tolerance = field.moving_tolerance = choice.tolerance;
-  field.estimate = choice.estimate;
-  return field;
+FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice) {
+  return {.method = choice.method == laplace::Method::multipole ? FieldMethod::multipole : FieldMethod::cut_cell,
+          .cells = choice.cells,
+          .tolerance = choice.tolerance,
+          .moving_tolerance = choice.tolerance,
+          .device = asked.device,
+          .threads = asked.threads,
+          .linear_solver = asked.linear_solver,
+          .chosen_for = FieldAccuracy{asked.accuracy, choice.estimate}};
 }
 
 Scene with_field_chosen(Scene scene) {
-  if (!scene.field.accuracy || scene.field.estimate || !scene.effects.has<FloatingConductorsOptions>()) return scene;
+  const FieldRequest* asked = scene.field_request();
+  if (!asked || !scene.effects.has<FloatingConductorsOptions>()) return scene;
   const laplace::LaplaceProblem problem = typical_problem(scene);
-  scene.field = with_choice(scene.field, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
+  scene.field_table = field_chosen(*asked, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
   return scene;
 }
 

@@ -10,12 +10,13 @@ namespace lichtenberg::effects {
 /// The electrical groups of the first instant: contacts that exist are made.
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
 
-/// A scene's field.accuracy as the solvers take it. For a run it is to hold for gaps down to contact_discharge's, and
-/// the method must be one that can follow. Throws InputError for a device that the method cannot use.
+/// The request of a scene that has one, as the solvers take it. For a run it is to hold for gaps down to
+/// contact_discharge's, and the method must be one that can follow. Throws InputError for a device that the method
+/// cannot use.
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 
-/// The field options with what was chosen.
-FieldOptions with_choice(FieldOptions field, const laplace::Choice& choice);
+/// What is asked for, with what was chosen for it.
+FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice);
 
 /// The scene with its field chosen for a run, if it asks for an accuracy. Estimates are made where the conductors are
 /// at the start, with the charge that they have after the first output.every. Throws InputError if the accuracy cannot

@@ -31,27 +31,28 @@ void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
   }
 }
 
-/// Such a link carries nothing.
-bool is_within_group(const Link& link, const ElectricalGroups& groups) {
-  return link.b >= 0 && groups.id[link.a] == groups.id[link.b];
+/// Such a resistor carries nothing.
+bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
+  return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
 }
 
-/// The links between groups as couplings.
+/// The resistors between groups as couplings.
 void add_couplings(const Scene& scene, const ElectricalGroups& groups, const ImplicitCharges& charges,
                    const std::vector<int>& group_of_node, laplace::LaplaceProblem& problem) {
   std::map<int, int> group_of_supply;
-  for (const Link& link : charges.links) {
-    if (is_within_group(link, groups)) continue;
-    const int a = group_of_node[link.a];
+  for (const Resistor& resistor : charges.resistors) {
+    if (is_within_group(resistor, groups)) continue;
+    const int a = group_of_node[resistor.a];
     int b = 0;
-    if (link.b >= 0) {
-      b = group_of_node[link.b];
+    if (resistor.b >= 0) {
+      b = group_of_node[resistor.b];
     } else {
-      const auto [known, is_new] = group_of_supply.try_emplace(link.supply, static_cast<int>(problem.groups.size()));
-      if (is_new) problem.groups.push_back({.floating = false, .potential = link.potential});
+      const auto [known, is_new] =
+          group_of_supply.try_emplace(resistor.supply, static_cast<int>(problem.groups.size()));
+      if (is_new) problem.groups.push_back({.floating = false, .potential = resistor.potential});
       b = known->second;
     }
-    problem.couplings.push_back({a, b, charges.weight * link.conductance / scene.medium.depth});
+    problem.couplings.push_back({a, b, charges.weight * resistor.conductance / scene.medium.depth});
   }
 }
 
@@ -103,6 +104,10 @@ laplace::LinkFormula link_formula(FieldLinks links) {
 
 }  // namespace
 
+std::optional<FieldMethod> method_of(const FieldTable& table) {
+  return std::visit([](const auto& field) { return std::optional(field.method); }, table);
+}
+
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
   using CutCell = laplace::CutCellOptions;
   const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
@@ -114,20 +119,21 @@ laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
           .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu};
 }
 
-void check_device(const FieldOptions& options) {
-  if (options.device != FieldDevice::cpu && options.method && options.method != FieldMethod::cut_cell)
+void check_device(FieldDevice device, std::optional<FieldMethod> method) {
+  if (device != FieldDevice::cpu && method && method != FieldMethod::cut_cell)
     throw InputError(
         fmt::format("field.device = \"{}\" is not allowed with field.method = \"{}\", which runs on the CPU: "
                     "\"cut-cell\" is the method that can use another device",
-                    name_of(options.device), name_of(*options.method)));
+                    name_of(device), name_of(*method)));
 }
 
 void check_device(const Scene& scene) {
   if (!scene.effects.has<FloatingConductorsOptions>()) return;
-  check_device(scene.field);
-  if (scene.field.device != FieldDevice::cpu && has_resistors(scene))
+  const FieldDevice device = std::visit([](const auto& field) { return field.device; }, scene.field_table);
+  check_device(device, method_of(scene.field_table));
+  if (device != FieldDevice::cpu && has_resistors(scene))
     throw InputError(fmt::format("{}: field.device = \"{}\" is not allowed in a run with resistors: \"cpu\" is",
-                                 scene.path, name_of(scene.field.device)));
+                                 scene.path, name_of(device)));
 }
 
 namespace {
@@ -144,22 +150,20 @@ int predictor_cells(const Scene& scene) {
   const MechanicsOptions& mechanics = scene.mechanics;
   if (!mechanics.predictor || mechanics.integrator != Integrator::cvode || mechanics.coupling != FieldCoupling::split)
     return 0;
-  if (scene.field.method != FieldMethod::cut_cell || scene.conductors.empty()) return 0;
+  if (scene.field().method != FieldMethod::cut_cell || scene.conductors.empty()) return 0;
   if (has_circuit(scene)) return 0;     // small errors of potentials are large ones of currents
   constexpr double least_radius = 1.9;  // cells
   const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double side = std::max(scene.domain.size.x, scene.domain.size.y);
-  int cells = scene.field.cells;
+  int cells = scene.field().cells;
   for (int next = cells; next > 0 && smallest * next >= least_radius * side;
        next = halved(plane(scene.domain.size), next))
     cells = next;
-  return cells <= scene.field.cells / 4 ? cells : 0;
+  return cells <= scene.field().cells / 4 ? cells : 0;
 }
 
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
-  check_device(options);
-  if (options.accuracy && !options.estimate)
-    throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+  check_device(options.device, options.method);
   if (options.method == FieldMethod::relaxation)
     return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
         .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
@@ -170,7 +174,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
 }
 
 void check_can_move(const Scene& scene) {
-  if (scene.field.method != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
+  if (method_of(scene.field_table) != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
       fmt::format("{}: field.method = \"multipole\" in a run needs [effects.{}]: it cannot solve disks that "
@@ -179,21 +183,20 @@ void check_can_move(const Scene& scene) {
                   scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : ""));
 }
 
-void check_processes(const FieldOptions* field) {
+void check_processes(const FieldTable* field) {
   const int processes = parallel::process_count();
-  if (processes == 1 ||
-      (field && field->method == FieldMethod::cut_cell && field->linear_solver == FieldLinearSolver::assembled))
-    return;
-  throw InputError(
-      fmt::format("{} runs on one process, and mpirun started {}: {}",
-                  !field           ? "a scene without a field"
-                  : !field->method ? "field.accuracy without a field.method"
-                  : field->method == FieldMethod::cut_cell
-                      ? fmt::format("field.linear_solver = \"{}\"", name_of(field->linear_solver))
-                      : fmt::format("field.method = \"{}\"", name_of(*field->method)),
-                  processes,
-                  field ? "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out"
-                        : "leave mpirun out"));
+  if (processes == 1) return;
+  std::string what = "a scene without a field", instead = "leave mpirun out";
+  if (field) {
+    const std::optional<FieldMethod> method = method_of(*field);
+    const auto linear_solver = std::visit([](const auto& table) { return table.linear_solver; }, *field);
+    if (method == FieldMethod::cut_cell && linear_solver == FieldLinearSolver::assembled) return;
+    what = !method                           ? "field.accuracy without a field.method"
+           : method == FieldMethod::cut_cell ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
+                                             : fmt::format("field.method = \"{}\"", name_of(*method));
+    instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
+  }
+  throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
 }
 
 namespace {
@@ -242,16 +245,16 @@ void neutralize(laplace::LaplaceProblem& problem) {
 double level(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
              const ImplicitCharges& charges) {
   double missing = charges.fed, conductance = 0;
-  for (const Link& link : charges.links) {
-    if (link.b >= 0) continue;
-    const int group = problem.bodies[link.a].group;  // bodies come in the order of nodes if every electrode is one
-    missing -= link.conductance * (solution.group_potential[group] - link.potential);
-    conductance += link.conductance;
+  for (const Resistor& resistor : charges.resistors) {
+    if (resistor.b >= 0) continue;
+    const int group = problem.bodies[resistor.a].group;  // bodies come in the order of nodes if every electrode is one
+    missing -= resistor.conductance * (solution.group_potential[group] - resistor.potential);
+    conductance += resistor.conductance;
   }
   return missing / conductance;
 }
 
-/// a + share * b, terminals and links as in a; b may be empty, which is none.
+/// a + share * b, terminals and resistors as in a; b may be empty, which is none.
 Electrostatics combination(Electrostatics a, double share, const Electrostatics& b) {
   a.energy += share * b.energy;
   for (std::size_t i = 0; i < b.force.size(); ++i) {
@@ -294,8 +297,8 @@ const EffectKind& FloatingConductorsOptions::kind() {
 }
 
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene) {
-  FieldOptions moving = scene.field;
-  moving.tolerance = scene.field.moving_tolerance;
+  FieldOptions moving = scene.field();
+  moving.tolerance = moving.moving_tolerance;
   auto effect = std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
   if (const int cells = predictor_cells(scene)) {
     moving.cells = cells;
@@ -321,7 +324,7 @@ const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const Elec
                                                 const ImplicitCharges& charges) {
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   const laplace::LaplaceSolution solution = solver_->solve(asked);
-  if (scene_.field.accuracy) last_problem_ = asked;
+  if (scene_.field_accuracy()) last_problem_ = asked;
   ++solves_;
   iterations_ += solution.iterations;
   return last_ = in_si(asked, solution, groups, charges);
@@ -367,7 +370,8 @@ Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
   }
   const std::vector<double> flowed = laplace::coupling_charges(problem, solution);
   auto next = flowed.begin();
-  for (const Link& link : charges.links) result.carried.push_back(is_within_group(link, groups) ? 0 : depth * *next++);
+  for (const Resistor& resistor : charges.resistors)
+    result.carried.push_back(is_within_group(resistor, groups) ? 0 : depth * *next++);
   for (std::size_t b = scene_.conductors.size(); b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);
     result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group] + shift);

@@ -22,24 +22,28 @@ struct FloatingConductorsOptions {
 /// What a step of charge through resistors asks of the field at its end, beside the conductors' charges (charge_step).
 struct ImplicitCharges {
   std::vector<double> behind_resistors;  ///< C, of those nodes, in order; empty: none
-  std::vector<Link> links;
-  double weight = 0;  ///< s: what a link carries is weight * conductance * potential difference
+  std::vector<Resistor> resistors;
+  double weight = 0;  ///< s: what a resistor carries is weight * conductance * potential difference
   double fed = 0;     ///< A, into all conductors together
 };
 
 /// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the
 /// electrodes. Groups: the electrical groups in ascending order of id, then one for each electrode without a resistor,
-/// then one for each supply at the end of a link. Charges and what links carry become those per metre of depth.
+/// then one for each supply at the end of a resistor. Charges and what resistors carry become those per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const ImplicitCharges& charges = {});
+
+/// Empty if it is to be chosen.
+std::optional<FieldMethod> method_of(const FieldTable& table);
 
 /// Those of the cut-cell method, at the tolerance of a single solve.
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 
-/// Throws InputError for a device that the method cannot use.
-void check_device(const FieldOptions& options);
+/// Throws InputError for a device that the method cannot use; no method: one is to be chosen.
+void check_device(FieldDevice device, std::optional<FieldMethod> method);
 
-/// The same for a run of the scene: what resistors carry is beyond other devices than the CPU.
+/// Throws InputError for a device that a run of the scene cannot use: what resistors carry is beyond other devices than
+/// the CPU.
 void check_device(const Scene& scene);
 
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
@@ -57,7 +61,7 @@ void check_can_move(const Scene& scene);
 
 /// Several processes (mpirun) share assembled field solves and nothing else. Throws InputError if there are several and
 /// `field` asks for another solver; null: no field is solved at all.
-void check_processes(const FieldOptions* field);
+void check_processes(const FieldTable* field);
 
 /// What the field does to the conductors: a solution with the scene's depth, in SI.
 struct Electrostatics {
@@ -65,7 +69,7 @@ struct Electrostatics {
   std::vector<double> charge;     ///< C, by the field (D 5.4)
   std::vector<double> potential;  ///< V
   double energy = 0;              ///< J
-  std::vector<double> carried;    ///< C, by link, from a to b in the step: weight * current at its end
+  std::vector<double> carried;    ///< C, by resistor, from a to b in the step: weight * current at its end
   // Of the terminals, in the order of terminals_of:
   std::vector<double> terminal_charge;     ///< C, on their surface
   std::vector<double> terminal_potential;  ///< V

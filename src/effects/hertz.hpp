@@ -23,7 +23,7 @@ LICHTENBERG_HOST_DEVICE inline HertzForce hertz(double modulus, double effective
   return {force, stiffness, 0.4 * force * overlap};
 }
 
-/// The same between two spheres (pair_law.hpp).
+/// Hertz's force between two spheres (pair_law.hpp).
 struct HertzLaw {
   static constexpr bool over_distance = false, damped = false;
   double modulus = 0;  ///< Pa, E*

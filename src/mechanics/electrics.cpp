@@ -44,31 +44,32 @@ double Electrics::contact_gap() const {
 void Electrics::connect() {
   if (discharge_) counters_.contacts_made += discharge_->update(model_.bodies).made;
   groups_ = groups_of(discharge_);
-  update_links(true);
+  update_resistors(true);
 }
 
 effects::ElectricalGroups Electrics::groups_of(const effects::ContactDischarge* discharge) const {
   return effects::electrical_groups(scene_, discharge ? discharge->contacts() : std::vector<effects::Contact>{});
 }
 
-/// The links of the contacts as they are. After a jump no current is known, and none leads smoothly to the next step's.
-void Electrics::update_links(bool groups_changed) {
-  std::vector<effects::Link> now =
-      effects::links_of(scene_, discharge_ ? discharge_->contacts() : std::vector<effects::Contact>{});
-  if (now == links_ && !groups_changed) return;
-  links_ = std::move(now);
-  remaining_.assign(links_.size(), 0);
-  plain_.assign(links_.size(), 0);
-  link_current_.assign(links_.size(), 0);
+/// The resistors of the contacts as they are. After a jump no current is known, and none leads smoothly to the next
+/// step's.
+void Electrics::update_resistors(bool groups_changed) {
+  std::vector<effects::Resistor> now =
+      effects::resistors_of(scene_, discharge_ ? discharge_->contacts() : std::vector<effects::Contact>{});
+  if (now == resistors_ && !groups_changed) return;
+  resistors_ = std::move(now);
+  remaining_.assign(resistors_.size(), 0);
+  plain_.assign(resistors_.size(), 0);
+  resistor_current_.assign(resistors_.size(), 0);
   last_step_ = 0;
   current_noise_ = 1;
-  if (!field_.last().potential.empty()) guess_link_currents();
+  if (!field_.last().potential.empty()) guess_currents();
 }
 
 /// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
-void Electrics::guess_link_currents() {
+void Electrics::guess_currents() {
   const std::vector<double> potential = node_potentials();
-  for (std::size_t k = 0; k < links_.size(); ++k) link_current_[k] = link_current(links_[k], potential);
+  for (std::size_t k = 0; k < resistors_.size(); ++k) resistor_current_[k] = resistor_current(resistors_[k], potential);
 }
 
 void Electrics::show_charges() {
@@ -81,14 +82,15 @@ const effects::Electrostatics& Electrics::solve(double time) {
   std::vector<double> charge;
   for (int i = 0; i < ledger_.size(); ++i)
     charge.push_back(step.decay * ledger_.charge(i) + (i < model_.bodies.size() ? current_[i] * step.fed : 0));
-  for (std::size_t k = 0; k < links_.size(); ++k) {
+  for (std::size_t k = 0; k < resistors_.size(); ++k) {
     const double inherited = step.inherited * remaining_[k];
-    charge[links_[k].a] -= inherited;
-    if (links_[k].b >= 0) charge[links_[k].b] += inherited;
+    charge[resistors_[k].a] -= inherited;
+    if (resistors_[k].b >= 0) charge[resistors_[k].b] += inherited;
   }
   const auto terminals = charge.begin() + model_.bodies.size();
   std::copy(charge.begin(), terminals, model_.bodies.charge.begin());
-  implicit_ = {{terminals, charge.end()}, links_, step.weight, std::accumulate(current_.begin(), current_.end(), 0.0)};
+  implicit_ = {
+      {terminals, charge.end()}, resistors_, step.weight, std::accumulate(current_.begin(), current_.end(), 0.0)};
   const Stopwatch watch(counters_.field_seconds);
   if (predicting_)
     field_.predict(model_.bodies, groups_, implicit_);
@@ -111,14 +113,14 @@ std::vector<double> Electrics::node_potentials() const {
   return by_node(field_.last().potential, field_.last().terminal_potential);
 }
 
-double Electrics::link_current(const effects::Link& link, std::span<const double> node_potential) const {
-  const double other = link.b >= 0 ? node_potential[link.b] : link.potential;
-  return link.conductance * (node_potential[link.a] - other);
+double Electrics::resistor_current(const effects::Resistor& resistor, std::span<const double> node_potential) const {
+  const double other = resistor.b >= 0 ? node_potential[resistor.b] : resistor.potential;
+  return resistor.conductance * (node_potential[resistor.a] - other);
 }
 
 double Electrics::charge_error(double time) const {
   const double dt = time - booked_until_;
-  if (links_.empty() || dt == 0) return 0;
+  if (resistors_.empty() || dt == 0) return 0;
   const effects::ChargeStep step = effects::charge_step(dt, last_step_, relaxation_time_);
   const effects::Electrostatics& field = field_.last();
   double largest_charge = 0, largest_potential = 0;
@@ -127,11 +129,12 @@ double Electrics::charge_error(double time) const {
   for (const effects::Supply& supply : supplies_)
     largest_potential = std::max(largest_potential, std::abs(supply.potential));
   double worst = 0;
-  for (std::size_t k = 0; k < links_.size(); ++k) {
+  for (std::size_t k = 0; k < resistors_.size(); ++k) {
     const double now = field.carried[k] / step.weight;
-    const double noise = current_noise_ * scene_.field.moving_tolerance * links_[k].conductance * largest_potential;
+    const double noise =
+        current_noise_ * scene_.field().moving_tolerance * resistors_[k].conductance * largest_potential;
     worst = std::max(worst, effects::charge_error(step.weight * now + step.inherited * remaining_[k], dt,
-                                                  link_current_[k], now, noise));
+                                                  resistor_current_[k], now, noise));
   }
   const double tolerance = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
   return worst == 0 ? 0 : worst / (tolerance * largest_charge);
@@ -147,13 +150,13 @@ void Electrics::share(double time, std::span<const double> by_field) {
   show_charges();
 }
 
-/// Books what the links have carried in a step.
-void Electrics::carry_links(const effects::ChargeStep& step) {
-  for (std::size_t k = 0; k < links_.size(); ++k) {
-    link_current_[k] = field_.last().carried[k] / step.weight;
-    remaining_[k] = step.weight * link_current_[k] + step.inherited * remaining_[k];
-    plain_[k] = step.plain_weight * link_current_[k] + step.plain_inherited * plain_[k];
-    ledger_.carry(links_[k], remaining_[k], plain_[k]);
+/// Books what the resistors have carried in a step.
+void Electrics::carry_resistors(const effects::ChargeStep& step) {
+  for (std::size_t k = 0; k < resistors_.size(); ++k) {
+    resistor_current_[k] = field_.last().carried[k] / step.weight;
+    remaining_[k] = step.weight * resistor_current_[k] + step.inherited * remaining_[k];
+    plain_[k] = step.plain_weight * resistor_current_[k] + step.plain_inherited * plain_[k];
+    ledger_.carry(resistors_[k], remaining_[k], plain_[k]);
   }
 }
 
@@ -164,11 +167,11 @@ void Electrics::settle(double time, bool merged) {
   model_.currents(time, current_);
   ledger_.feed(current_, dt, relaxation_time_);
   if (dt > 0) {
-    carry_links(effects::charge_step(dt, last_step_, relaxation_time_));
+    carry_resistors(effects::charge_step(dt, last_step_, relaxation_time_));
     last_step_ = dt;
     current_noise_ = 0;
   } else if (current_noise_ > 0) {
-    guess_link_currents();
+    guess_currents();
   }
   ledger_.settle(groups_, by_node(field_.last().charge, field_.last().terminal_charge));
   if (energy_) energy_->note(current_, dt, ledger_.leaked_in_step());
@@ -197,7 +200,7 @@ bool Electrics::reconnect(double time) {
     }
   }
   const bool changed = !(groups_ == before);
-  update_links(changed);
+  update_resistors(changed);
   if (!changed) return false;
   ++counters_.regroupings;
   if (!effects::parts(groups_, before)) return false;
@@ -253,14 +256,14 @@ double Electrics::work_since_booking(double time) const {
   return work;
 }
 
-/// `carried`: C, by link since the last solve; none if no time has passed.
+/// `carried`: C, by resistor since the last solve; none if no time has passed.
 void Electrics::book_energy(double time, bool merged, std::span<const double> carried) {
   EnergyBook::Instant now{time, field_.last().energy, node_potentials(), field_.last().terminal_charge,
                           ledger_.drained_by_supply()};
   if (merged)
     energy_->book_merger(std::move(now), model_.bodies.position == booked_at_ ? 0 : work_since_booking(time));
   else
-    energy_->book(std::move(now), links_, carried);
+    energy_->book(std::move(now), resistors_, carried);
   booked_at_ = model_.bodies.position;
   booked_force_ = field_.last().force;
 }
@@ -291,8 +294,8 @@ std::vector<TerminalReading> Electrics::terminals() const {
 
 void Electrics::save(Checkpoint& checkpoint) const {
   checkpoint.reals["charge_ledger"] = ledger_.save();
-  if (!links_.empty()) {
-    checkpoint.reals["link_currents"] = link_current_;
+  if (!resistors_.empty()) {
+    checkpoint.reals["link_currents"] = resistor_current_;
     checkpoint.reals["link_charges_left"] = remaining_;
     checkpoint.reals["link_charges"] = plain_;
     checkpoint.reals["last_charge_step"] = {last_step_, current_noise_};
@@ -320,11 +323,11 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
     discharge_->set_contacts(std::move(contacts));
   }
   groups_ = groups_of(discharge_);
-  update_links(true);
-  if (!links_.empty()) {
-    link_current_ = reals(checkpoint, "link_currents", links_.size());
-    remaining_ = reals(checkpoint, "link_charges_left", links_.size());
-    plain_ = reals(checkpoint, "link_charges", links_.size());
+  update_resistors(true);
+  if (!resistors_.empty()) {
+    resistor_current_ = reals(checkpoint, "link_currents", resistors_.size());
+    remaining_ = reals(checkpoint, "link_charges_left", resistors_.size());
+    plain_ = reals(checkpoint, "link_charges", resistors_.size());
     const std::vector<double>& last = reals(checkpoint, "last_charge_step", 2);
     last_step_ = last[0];
     current_noise_ = last[1];

@@ -38,9 +38,9 @@ class Electrics {
   /// Books the charges fed until `time`, the instant of the last solve, and shares them as that field does.
   void settle(double time);
   /// Whether anything carries charge at a finite rate: what it carried is known after a solve only.
-  bool has_links() const { return !links_.empty(); }
-  /// The same as settle at an instant without a solve, with charges `by_field` (C) that are known otherwise. Not with
-  /// links.
+  bool has_resistors() const { return !resistors_.empty(); }
+  /// Books and shares as settle does, at an instant without a solve, with charges `by_field` (C) known otherwise. Not
+  /// with resistors.
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be settled or shared at this instant. If groups merge, charges move: solves and settles again and
@@ -85,13 +85,13 @@ class Electrics {
   effects::ElectricalGroups groups_of(const effects::ContactDischarge* discharge) const;
   void show_charges();
   void settle(double time, bool merged);
-  void carry_links(const effects::ChargeStep& step);
+  void carry_resistors(const effects::ChargeStep& step);
   void book_energy(double time, bool merged, std::span<const double> carried);
-  void guess_link_currents();
-  void update_links(bool groups_changed);
+  void guess_currents();
+  void update_resistors(bool groups_changed);
   std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const;
   std::vector<double> node_potentials() const;
-  double link_current(const effects::Link& link, std::span<const double> node_potential) const;
+  double resistor_current(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   double work_since_booking(double time) const;
 
   const Scene& scene_;
@@ -107,10 +107,10 @@ class Electrics {
   std::vector<double> current_;  ///< A, that the effects feed
   // What carries charge at a finite rate, and its last step:
   double relaxation_time_;  ///< s, of leakage
-  std::vector<effects::Link> links_;
-  std::vector<double> link_current_, remaining_, plain_;  ///< A, C, C, by link (charge_step)
-  double current_noise_ = 1;           ///< 1: link_current_ is from potentials, with the solver's error; 0: from a step
-  double last_step_ = 0;               ///< s; 0: none whose currents lead smoothly to the next
+  std::vector<effects::Resistor> resistors_;
+  std::vector<double> resistor_current_, remaining_, plain_;  ///< A, C, C, by resistor (charge_step)
+  double current_noise_ = 1;  ///< 1: resistor_current_ is from potentials, with the solver's error; 0: from a step
+  double last_step_ = 0;      ///< s; 0: none whose currents lead smoothly to the next
   effects::ImplicitCharges implicit_;  ///< of the last solve
   std::optional<EnergyBook> energy_;
   std::vector<double> booked_at_;  ///< positions when energy was last booked

@@ -30,7 +30,7 @@ void EnergyBook::note(std::span<const double> current, double dt, std::span<cons
   for (std::size_t i = 0; i < leaked.size(); ++i) leaked_[i] += leaked[i];
 }
 
-/// What passed through no link.
+/// What passed through no resistor.
 void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_potential,
                               std::span<const double> terminal_charge) {
   for (std::size_t i = 0; i < fed_.size(); ++i) {
@@ -78,15 +78,15 @@ void EnergyBook::forget_rates() {
   std::ranges::fill(terminal_rate_, 0.0);
 }
 
-void EnergyBook::book(Instant now, std::span<const effects::Link> links, std::span<const double> carried) {
+void EnergyBook::book(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried) {
   if (!last_.potential.empty()) {
     const std::vector<double> mean = mean_of(last_.potential, now.potential);
     book_charges(now, mean, now.terminal_charge);
     note_rates(now);
     for (std::size_t k = 0; k < carried.size(); ++k) {
-      const effects::Link& link = links[k];
-      const double other = link.b >= 0 ? mean[link.b] : link.potential;
-      (link.series ? flows_.series_resistors : flows_.contacts) += carried[k] * (mean[link.a] - other);
+      const effects::Resistor& resistor = resistors[k];
+      const double other = resistor.b >= 0 ? mean[resistor.b] : resistor.potential;
+      (resistor.series ? flows_.series_resistors : flows_.contacts) += carried[k] * (mean[resistor.a] - other);
     }
   }
   last_ = std::move(now);

@@ -30,12 +30,12 @@ class EnergyBook {
     std::vector<double> terminal_charge;  ///< C
     std::vector<double> drained;          ///< C, to each supply since the start
   };
-  /// Books what was noted, and what links have `carried` (C, from a to b; may be empty) since the last time.
-  void book(Instant now, std::span<const effects::Link> links, std::span<const double> carried);
-  /// The same for an instant at which groups have merged. `work` (J): what the field's forces have done on the bodies
-  /// since the last time; what the field has lost beyond that went into sparks. What was fed and leaked since then is
-  /// booked at the mean of the last potentials and of those that they would have reached at this instant, had they gone
-  /// on as between the last two bookings: what is left of first order is a merger that follows a jump.
+  /// Books what was noted, and what resistors have `carried` (C, from a to b; may be empty) since the last time.
+  void book(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried);
+  /// Books what was noted up to an instant at which groups have merged. `work` (J): what the field's forces have done
+  /// on the bodies since the last time; what the field has lost beyond that went into sparks. What was fed and leaked
+  /// since then is booked at the mean of the last potentials and of those that they would have reached at this instant,
+  /// had they gone on as between the last two bookings: what is left of first order is a merger that follows a jump.
   void book_merger(Instant now, double work);
   /// Something else than a merger has jumped: how potentials go on is not known before the next booking.
   void forget_rates();

@@ -28,7 +28,7 @@ using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 Solver default_solver(const Scene& scene) {
   const bool inside =
       scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic;
-  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field)
+  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field())
                                                                            : nullptr;
 }
 
@@ -62,7 +62,7 @@ struct Simulation::Implementation {
   void begin();
   ConductorFrame now();
   Frame motion() const;
-  std::optional<analysis::Network> network(std::span<const Vec2> position) const;
+  std::optional<analysis::ContactNetwork> network(std::span<const Vec2> position) const;
   mechanics::Outcome outcome(bool stationary);
   void save_counters(Checkpoint& checkpoint) const;
   void restore_counters(const Checkpoint& checkpoint);
@@ -210,7 +210,7 @@ Frame Simulation::Implementation::motion() const {
   return frame;
 }
 
-std::optional<analysis::Network> Simulation::Implementation::network(std::span<const Vec2> position) const {
+std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec2> position) const {
   if (!electrics || !electrics->has_contacts()) return {};
   std::vector<analysis::Contact> contacts;
   for (const auto& [conductor, partner] : electrics->contacts())
@@ -225,7 +225,7 @@ Frame Simulation::frame() {
   if (self.electrics) {
     const ConductorFrame state = self.now();
     frame = columns_of(state);
-    if (const std::optional<analysis::Network> network = self.network(state.position))
+    if (const std::optional<analysis::ContactNetwork> network = self.network(state.position))
       analysis::add_columns(*network, frame);
   }
   self.model.add_columns(time(), frame);
@@ -257,7 +257,7 @@ std::string Simulation::progress() {
   std::string text = fmt::format("t = {:.4g} of {:.4g} s", frame.time, end_time());
   if (frame.field_solves > 0)
     text += fmt::format(", {} field solves, {} iterations", frame.field_solves, frame.iterations);
-  if (const std::optional<analysis::Network> network = implementation_->network(frame.position))
+  if (const std::optional<analysis::ContactNetwork> network = implementation_->network(frame.position))
     text += fmt::format(", {} of {} connected", network->degrees.connected, frame.position.size());
   return text;
 }
@@ -266,8 +266,8 @@ std::vector<std::string> Simulation::warnings() {
   Implementation& self = *implementation_;
   if (!self.electrics || !self.electrics->field().last_problem()) return {};
   const Stopwatch stopwatch(self.checking_seconds);
-  const double asked = *self.scene.field.accuracy;
-  const double estimate = effects::estimated_error(self.scene.field, *self.electrics->field().last_problem());
+  const double asked = self.scene.field_accuracy()->asked;
+  const double estimate = effects::estimated_error(self.scene.field(), *self.electrics->field().last_problem());
   const bool first = estimate > asked && self.largest_error.value_or(0) <= asked;
   self.largest_error = std::max(self.largest_error.value_or(0), estimate);
   if (!first) return {};
@@ -305,7 +305,7 @@ std::map<std::string, double> Simulation::seconds() const {
   std::map<std::string, double> all{{"field", self.counters.field_seconds},
                                     {"mechanics", self.counters.mechanics_seconds},
                                     {"contacts", self.counters.contact_seconds}};
-  if (self.scene.field.accuracy) all["accuracy"] = self.checking_seconds;
+  if (self.scene.field_accuracy()) all["accuracy"] = self.checking_seconds;
   return all;
 }
 

@@ -33,7 +33,8 @@ class Simulation : public Motion {
   /// What there is to see now. Solves the field of the first instant if nothing has yet. Throws InputError for a scene
   /// in three dimensions.
   ConductorFrame now();
-  /// The same as columns, in two dimensions and in three, with the network of the contacts and what the effects show.
+  /// What there is to see now as columns, in two dimensions and in three, with the network of the contacts and what the
+  /// effects show.
   Frame frame() override;
   std::optional<laplace::Field> field() override;
   std::string progress() override;

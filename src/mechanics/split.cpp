@@ -164,7 +164,7 @@ double Split::move(double time, double target) {
 /// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
 /// old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time) {
-  if (at_.electrics->has_links() || time - solved_at_ >= 0.5 * step_) return false;
+  if (at_.electrics->has_resistors() || time - solved_at_ >= 0.5 * step_) return false;
   at_.electrics->share(time, extrapolated_charges(time));
   const std::vector<Vec2> before = held_forces(time);
   if (!at_.electrics->reconnect(time)) return true;
@@ -188,7 +188,7 @@ std::vector<double> Split::extrapolated_charges(double time) const {
 /// The last solve becomes the base of the extrapolation.
 void Split::remember_field(double time) { hold(time, at_.electrics->last().force, at_.electrics->last().charge); }
 
-/// The same with what was found at `time`.
+/// `force` (N) and `charge` (C), found at `time`, become the base of the extrapolation.
 void Split::hold(double time, std::vector<Vec2> force, std::vector<double> charge) {
   solved_at_ = time;
   force_ = std::move(force);

@@ -12,8 +12,9 @@ double displacement(double error, double dt, double mass, double drag);
 /// larger of the two limits' times; infinite if the rate is 0.
 double time_to_displace(double tolerance, double rate, double mass, double drag);
 
-/// The same for a body at rest without drag, whose force error grows with the way it has fallen since, as
-/// growth t^2 / 2 m: displaced by growth t^4 / 24 m^2 (`growth`: N^2/m, force times its slope in space).
+/// The time (s) in which a body at rest without drag is displaced by `tolerance` (m) if its force error grows with the
+/// way it has fallen since, as growth t^2 / 2 m: displaced by growth t^4 / 24 m^2 (`growth`: N^2/m, force times its
+/// slope in space).
 double time_to_displace_from_rest(double tolerance, double growth, double mass);
 
 /// The time (s) in which a body of that speed (m/s) and acceleration (m/s2, along the speed at worst) moves by

@@ -13,8 +13,8 @@ namespace lichtenberg::mechanics {
 
 /// How far a scene of conductors came.
 struct Outcome {
-  ConductorFrame frame;                      ///< the last one
-  std::optional<analysis::Network> network;  ///< of that frame
+  ConductorFrame frame;                             ///< the last one
+  std::optional<analysis::ContactNetwork> network;  ///< of that frame
   bool stationary = false;
   double initial_charge = 0;            ///< C, on the conductors at the start
   double initial_energy = 0;            ///< J, analysis::energy_account() at the start, of a scene with a circuit

@@ -37,7 +37,7 @@ class Motion {
  public:
   virtual ~Motion() = default;
 
-  /// s since the start; of a relaxation the number of the iteration.
+  /// s since the start; of a minimization the number of the iteration.
   virtual double time() const = 0;
   virtual std::string time_unit() const { return "s"; }  ///< "1" where time counts iterations
   /// The time at which the next frame is due, later than now.
@@ -64,8 +64,8 @@ class Motion {
   /// All there is. One restored from it goes on bit for bit as this one does, which may have to forget something for
   /// it.
   virtual Checkpoint checkpoint() = 0;
-  /// The same without forgetting, for a motion that fails on its way: one restored from it goes on as this one does but
-  /// for solvers' tolerances. Empty where that is not offered.
+  /// A checkpoint without forgetting, for a motion that fails on its way: one restored from it goes on as this one does
+  /// but for solvers' tolerances. Empty where that is not offered.
   virtual std::optional<Checkpoint> snapshot() { return {}; }
   /// Puts the motion where the checkpoint was made. Throws Failure if that was of another scene.
   virtual void restore(const Checkpoint& checkpoint) = 0;

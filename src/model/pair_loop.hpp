@@ -220,8 +220,8 @@ void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const 
   spheres.box.any_periodic() ? add(std::true_type{}) : add(std::false_type{});
 }
 
-/// Adds the forces of all pairs, which are in ascending order. The same bits for any number of threads: each task has a
-/// range of particles, and what it finds to push others is added afterwards, task by task.
+/// Adds the forces of all pairs, which are in ascending order. Any number of threads gives one result to the last bit:
+/// each task has a range of particles, and what it finds to push others is added afterwards, task by task.
 template <int d, class Law>
 PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, std::span<double> force,
                         parallel::Team& team, std::span<const double> velocity = {}) {

@@ -91,7 +91,7 @@ hid_t native() {
 // Attributes. Text is UTF-8 of variable length, as h5py and the readers of H5MD expect it.
 void put_attribute(hid_t object, const std::string& name, const std::string& text);
 void put_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts);
-/// The same of fixed length: what the readers of VTKHDF expect.
+/// An attribute whose text is of fixed length: what the readers of VTKHDF expect.
 void put_fixed_attribute(hid_t object, const std::string& name, const std::string& text);
 template <class Number>
 void put_attribute(hid_t object, const std::string& name, std::span<const Number> numbers, const Shape& shape);
@@ -122,7 +122,7 @@ void put_text(hid_t parent, const std::string& name, const std::string& text);
 /// All numbers of a dataset, the last index fastest, converted if they are stored as another type.
 template <class Number>
 std::vector<Number> get(hid_t parent, const std::string& name);
-/// The same of `count` rows from `first` on. Throws Error if the dataset has not as many.
+/// `count` rows of a dataset from `first` on, converted as in `get`. Throws Error if the dataset has not as many.
 template <class Number>
 std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count);
 std::string get_text(hid_t parent, const std::string& name);

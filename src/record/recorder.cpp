@@ -59,18 +59,19 @@ void put_program(const hdf5::Handle& group, const Provenance& provenance) {
 
 /// What the scene left open may have been chosen by the program, or on the command line.
 void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
-  hdf5::put_attribute(group, "method", name_of(*field.method));
+  hdf5::put_attribute(group, "method", name_of(field.method));
   hdf5::put_attribute(group, "cells", field.cells);
   hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
   hdf5::put_attribute(group, "device", name_of(field.device));
-  if (field.accuracy) hdf5::put_attribute(group, "accuracy", *field.accuracy);
-  if (field.estimate) hdf5::put_attribute(group, "estimated_error", *field.estimate);
+  if (!field.chosen_for) return;
+  hdf5::put_attribute(group, "accuracy", field.chosen_for->asked);
+  hdf5::put_attribute(group, "estimated_error", field.chosen_for->estimate);
 }
 
 void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene) {
   put_program(hdf5::open_group(file, session_group(session)), provenance);
   if (scene.effects.has<effects::FloatingConductorsOptions>())
-    put_field_options(hdf5::open_group(file, session_group(session) + "/field"), scene.field);
+    put_field_options(hdf5::open_group(file, session_group(session) + "/field"), scene.field());
 }
 
 std::optional<ColumnGroup> history_in(const hdf5::Handle& file) {

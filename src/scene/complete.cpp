@@ -64,9 +64,9 @@ double permittivity(const Draft& draft) {
 /// Square cells: S along the longer side must give a whole number along the shorter one.
 double cell_size(const Draft& draft) {
   const Vec3 size = draft.scene.domain.size;
-  const int cells = draft.scene.field.cells;
+  const int cells = draft.field.options.cells;
   const double h = std::max(size.x, size.y) / cells;
-  if (draft.scene.field.accuracy) return h;  // another number will be chosen
+  if (draft.field.accuracy) return h;  // another number will be chosen
   const double shorter = std::min(size.x, size.y);
   const double across = shorter / h;
   const double whole = std::max(1.0, std::round(across));
@@ -82,7 +82,7 @@ double cell_size(const Draft& draft) {
 
 /// What is asked for in place of other keys excludes them.
 void check_accuracy(const Draft& draft) {
-  const FieldOptions& field = draft.scene.field;
+  const FieldDraft& field = draft.field;
   if (!field.accuracy) return;
   for (const std::string key : {"field.cells", "field.tolerance", "field.moving_tolerance"})
     if (const int line = draft.line(key); line > 0)
@@ -94,8 +94,8 @@ void check_accuracy(const Draft& draft) {
   if (field.method == FieldMethod::relaxation)
     refuse_with("field.method", name_of(*field.method),
                 "its error is not estimated; \"cut-cell\" and \"multipole\" are allowed");
-  if (field.links != FieldLinks::log_fitted)
-    refuse_with("field.links", name_of(field.links), "\"log-fitted\" needs fewer cells");
+  if (field.options.links != FieldLinks::log_fitted)
+    refuse_with("field.links", name_of(field.options.links), "\"log-fitted\" needs fewer cells");
 }
 
 /// What a method makes of the tolerance.
@@ -112,30 +112,45 @@ ToleranceOf tolerance_of(FieldMethod method) {
 }
 
 void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
-  if (field.accuracy) return;
-  const ToleranceOf method = tolerance_of(*field.method);
+  const ToleranceOf method = tolerance_of(field.method);
   const auto fill_in = [&](const std::string& key, std::optional<double> given, double usual, double& value) {
     value = given.value_or(usual);
     if (value < method.least)
       refuse(draft.scene.path, draft.line(key),
              fmt::format("{} = {:g} is not allowed: rounding ends at {:g} with field.method = \"{}\"", key, value,
-                         method.least, name_of(*field.method)));
+                         method.least, name_of(field.method)));
   };
-  fill_in("field.tolerance", draft.tolerance, method.single, field.tolerance);
-  fill_in("field.moving_tolerance", draft.moving_tolerance, method.moving, field.moving_tolerance);
+  fill_in("field.tolerance", draft.field.tolerance, method.single, field.tolerance);
+  fill_in("field.moving_tolerance", draft.field.moving_tolerance, method.moving, field.moving_tolerance);
+}
+
+/// [field] with its defaults.
+FieldTable field_of(const Draft& draft) {
+  const FieldDraft& given = draft.field;
+  FieldOptions options = given.options;
+  if (given.accuracy)
+    return FieldRequest{.accuracy = *given.accuracy,
+                        .method = given.method,
+                        .device = options.device,
+                        .threads = options.threads,
+                        .linear_solver = options.linear_solver};
+  options.method = given.method.value_or(options.method);
+  options.relaxation_eta = given.relaxation_eta.value_or(0);
+  fill_in_tolerances(draft, options);
+  return options;
 }
 
 /// The lattice scheme holds a conductor's potential at the sites inside it (D 6.3). A disk contains a site wherever
 /// it lies if its radius is at least half a cell's diagonal.
 void check_resolution(const Draft& draft, double smallest_radius, double h) {
   const double least = std::sqrt(0.5) * h;
-  if (draft.scene.field.method == FieldMethod::relaxation && smallest_radius < least)
+  if (draft.field.method == FieldMethod::relaxation && smallest_radius < least)
     refuse(
         draft.scene.path, draft.line("field.method"),
         fmt::format(
             "field.method = \"relaxation\" needs a radius of at least {:.3g} m with these cells, but the smallest is "
             "{:.3g} m: field.cells must be at least {:.0f}",
-            least, smallest_radius, std::ceil(draft.scene.field.cells * least / smallest_radius)));
+            least, smallest_radius, std::ceil(draft.field.options.cells * least / smallest_radius)));
 }
 
 int group_index(const Draft& draft, const ConductorDraft& conductor) {
@@ -243,9 +258,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
                   .viscosity = draft.viscosity.value_or(0),
                   .depth = draft.depth.value_or(2 * largest_radius),
                   .temperature = scene.medium.temperature};
-  fill_in_tolerances(draft, scene.field);
-  if (scene.field.accuracy && draft.line("field.method") == 0) scene.field.method.reset();
-  scene.field.relaxation_eta = draft.relaxation_eta.value_or(0);
+  scene.field_table = field_of(draft);
   scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
   scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
   scene.output.file = draft.output_file.value_or(std::filesystem::path(scene.path).stem().string() + ".h5");
@@ -282,7 +295,7 @@ Scene complete(const Draft& draft) {
   if (packing) check_packing(draft, scene);
   check_frames(draft);
   check_network(draft, scene);
-  if (scene.field.method == FieldMethod::multipole) check_disks_only(draft, scene.electrodes);
+  if (draft.field.method == FieldMethod::multipole) check_disks_only(draft, scene.electrodes);
   return scene;
 }
 

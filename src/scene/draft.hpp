@@ -87,6 +87,14 @@ struct PopulationDraft {
   std::optional<Region> region{};
 };
 
+/// [field] as written.
+struct FieldDraft {
+  std::optional<double> accuracy{};
+  std::optional<FieldMethod> method{};
+  std::optional<double> tolerance{}, moving_tolerance{}, relaxation_eta{};
+  FieldOptions options{};  ///< takes what needs no second thought
+};
+
 /// A scene file as written: each value has its type and its range, but defaults that depend on other keys are still
 /// open, and nothing has been compared with anything else.
 struct Draft {
@@ -94,7 +102,8 @@ struct Draft {
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   Coordinates domain_size;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
-  std::optional<double> tolerance, moving_tolerance, relaxation_eta, position_tolerance, largest_step;
+  std::optional<double> position_tolerance, largest_step;
+  FieldDraft field;
   std::optional<std::string> output_file;
   std::vector<ElectrodeDraft> electrodes;
   std::vector<WallDraft> walls;

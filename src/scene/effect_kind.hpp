@@ -41,8 +41,8 @@ struct EffectKind {
   /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
   /// (refuse()). This and what follows may be null.
   void (*check)(const Draft&) = nullptr;
-  /// The same once all defaults are filled in and the conductors placed; fills in the defaults of its own keys that
-  /// depend on those.
+  /// Compares them again once all defaults are filled in and the conductors placed; fills in the defaults of its own
+  /// keys that depend on those.
   void (*complete)(const Draft&, Scene&) = nullptr;
   /// What only a run cannot do, where other commands can. Throws InputError.
   void (*check_run)(const Scene&) = nullptr;
@@ -52,7 +52,7 @@ struct EffectKind {
 
   /// Throws InputError if it cannot do that dimension: a sentence, after `where` ("scene.toml:3: ", say).
   void check_dimension(int dimension, const std::string& where = "") const;
-  /// The same where a side is periodic.
+  /// Throws InputError if it cannot do with a periodic side: a sentence, after `where`.
   void check_periodic(const std::string& where = "") const;
 };
 

@@ -43,7 +43,7 @@ class Effects {
   O& add(O options = {}) {
     return *std::any_cast<O>(&add(O::kind(), std::any(std::move(options))));
   }
-  /// The same with options of the type that `kind` has.
+  /// Puts an effect of that kind into the scene, or gives it other options; they are of the type that `kind` has.
   std::any& add(const EffectKind& kind, std::any options);
   void remove(std::string_view name);
   template <class O>

@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
+#include "solvers/error.hpp"
 #include "solvers/geometry/box.hpp"
 #include "solvers/geometry/shape.hpp"
 #include "solvers/geometry/vec.hpp"
@@ -113,13 +116,16 @@ template <>
 inline constexpr Named<FieldLinearSolver> values_named<FieldLinearSolver>[] = {
     {FieldLinearSolver::multigrid, "multigrid"}, {FieldLinearSolver::assembled, "assembled"}};
 
+/// An accuracy that a field was chosen for: largest error of potentials, charges and forces, relative
+/// (solvers/laplace/accuracy/measure.hpp).
+struct FieldAccuracy {
+  double asked = 0;
+  double estimate = 0;  ///< of the error
+};
+
+/// How the field is computed.
 struct FieldOptions {
-  /// Asked for in place of cells and tolerances: largest error of potentials, charges and forces, relative
-  /// (solvers/laplace/accuracy/measure.hpp). Until `estimate` says that they have been chosen, cells and tolerances
-  /// mean nothing, and an empty method is one to be chosen.
-  std::optional<double> accuracy;
-  std::optional<double> estimate;  ///< of the error, with what has been chosen
-  std::optional<FieldMethod> method = FieldMethod::cut_cell;
+  FieldMethod method = FieldMethod::cut_cell;
   int cells = 512;                 ///< S: cells along the domain's longer side; multipole: of the output
   double tolerance = 1e-8;         ///< error of a single solve, relative; default by method
   double moving_tolerance = 1e-5;  ///< error of a solve of a moving scene, relative
@@ -127,8 +133,21 @@ struct FieldOptions {
   int threads = 0;  ///< of the cut-cell method; 0: all cores, fewer on small grids
   FieldLinks links = FieldLinks::log_fitted;
   FieldLinearSolver linear_solver = FieldLinearSolver::multigrid;
-  double relaxation_eta = 0;  ///< step of the gradient descent (D 6.30), V m/C; 0: chosen
+  double relaxation_eta = 0;                  ///< step of the gradient descent (D 6.30), V m/C; 0: chosen by the solver
+  std::optional<FieldAccuracy> chosen_for{};  ///< empty: the scene says all of the above
 };
+
+/// What a scene asks for in place of cells and tolerances: effects::with_field_chosen makes FieldOptions of it.
+struct FieldRequest {
+  double accuracy = 0;                ///< as in FieldAccuracy
+  std::optional<FieldMethod> method;  ///< empty: to be chosen
+  FieldDevice device = FieldDevice::cpu;
+  int threads = 0;
+  FieldLinearSolver linear_solver = FieldLinearSolver::multigrid;
+};
+
+/// [field] of a scene.
+using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
 /// The first two are for conductors; grains have the others, and cvode.
 enum class Integrator { cvode, euler, multirate, verlet, gear, gear_printed };
@@ -238,7 +257,7 @@ struct Scene {
   std::optional<Reference> reference;  ///< of a scene of grains; others are in SI
   std::vector<Stage> stages;
   Effects effects;  ///< one is in a run only if its table stands in the scene
-  FieldOptions field;
+  FieldTable field_table;
   MechanicsOptions mechanics;
   MinimizeOptions minimize;
   NetworkOptions network;
@@ -246,13 +265,27 @@ struct Scene {
   StopOptions stop;
 
   int dimension() const { return domain.dimension(); }
+  /// Throws InputError while it is only asked for.
+  const FieldOptions& field() const {
+    if (field_request())
+      throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+    return std::get<FieldOptions>(field_table);
+  }
+  FieldOptions& field() { return const_cast<FieldOptions&>(std::as_const(*this).field()); }
+  /// What the field was chosen for; null if the scene says how it is computed, or nothing is chosen yet.
+  const FieldAccuracy* field_accuracy() const {
+    const FieldOptions* options = std::get_if<FieldOptions>(&field_table);
+    return options && options->chosen_for ? &*options->chosen_for : nullptr;
+  }
+  /// Null once nothing is left to be chosen.
+  const FieldRequest* field_request() const { return std::get_if<FieldRequest>(&field_table); }
 };
 
 /// Reads and checks a scene, whose effects are of these kinds. Throws InputError (one sentence: file, line, key, value
 /// found, what is allowed). src/effects/read_scene.hpp reads scenes with the effects of this program.
 Scene read_scene(const std::string& path, const EffectKinds& kinds);
 
-/// The same from text already in memory; `path` is used in messages.
+/// Reads and checks a scene from text already in memory; `path` is used in messages.
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds);
 
 /// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`.

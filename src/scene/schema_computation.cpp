@@ -53,7 +53,7 @@ Table field() {
       .help = "How the potential is computed.",
       .keys = {
           {.name = "accuracy",
-           .place = [](Draft& d) { return &d.scene.field.accuracy; },
+           .place = [](Draft& d) { return &d.field.accuracy; },
            .range = {.low = 1e-12, .high = 0.1},
            .computed_default = "none; cells and tolerances count",
            .help =
@@ -62,45 +62,45 @@ Table field() {
                "disk over the largest. A run is chosen for at its start, for gaps down to contact_discharge's, and "
                "checked at checkpoints"},
           {.name = "method",
-           .place = [](Draft& d) { return &d.scene.field.method; },
+           .place = [](Draft& d) { return &d.field.method; },
            .computed_default = "\"cut-cell\"",
            .help =
                "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
                "only; relaxation: lattice and gradient descent (D 6.3-6.5)"},
           {.name = "cells",
-           .place = [](Draft& d) { return &d.scene.field.cells; },
+           .place = [](Draft& d) { return &d.field.options.cells; },
            .range = {.low = 8, .high = most_cells},
            .help =
                "square cells along the domain's longer side; of multipole, which needs none, those of its pictures"},
           {.name = "tolerance",
-           .place = [](Draft& d) { return &d.tolerance; },
+           .place = [](Draft& d) { return &d.field.tolerance; },
            .range = accuracy,
            .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation",
            .help =
                "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole in "
                "potentials, charges and forces, relative to the largest; of relaxation in the groups' charges"},
           {.name = "moving_tolerance",
-           .place = [](Draft& d) { return &d.moving_tolerance; },
+           .place = [](Draft& d) { return &d.field.moving_tolerance; },
            .range = accuracy,
            .computed_default = "1e-5; 1e-6 of multipole, 1e-4 of relaxation",
            .help = "the same for the solves of a moving scene"},
           {.name = "device",
-           .place = [](Draft& d) { return &d.scene.field.device; },
+           .place = [](Draft& d) { return &d.field.options.device; },
            .help = "where cut-cell solves; --device on the command line comes first"},
           {.name = "threads",
-           .place = [](Draft& d) { return &d.scene.field.threads; },
+           .place = [](Draft& d) { return &d.field.options.threads; },
            .range = {.low = 0, .high = 1024},
            .help = "that cut-cell shares its work among, for the same bits; 0: one a core, fewer on small grids"},
           {.name = "links",
-           .place = [](Draft& d) { return &d.scene.field.links; },
+           .place = [](Draft& d) { return &d.field.options.links; },
            .help =
                "conductance from a cell to a disk: exact for a logarithmic potential, or for a linear one; aperture: "
                "the obvious, first-order, to compare with (linear_solver = \"assembled\")"},
           {.name = "linear_solver",
-           .place = [](Draft& d) { return &d.scene.field.linear_solver; },
+           .place = [](Draft& d) { return &d.field.options.linear_solver; },
            .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
           {.name = "relaxation_eta",
-           .place = [](Draft& d) { return &d.relaxation_eta; },
+           .place = [](Draft& d) { return &d.field.relaxation_eta; },
            .unit = "V m/C",
            .range = positive,
            .computed_default = "chosen by the solver",

@@ -43,9 +43,9 @@ double sphere_on_plate_charge(double radius, double permittivity, double field);
 /// Time (s) from x = `from` to `to` (m) at the speed force(x) / drag: without inertia.
 double overdamped_time(const std::function<double(double)>& force, double drag, double from, double to);
 
-/// The same at one constant speed, kept up by elastic reflection at both ends: inertia in command. The force's work is
-/// what drag dissipates, drag v (to - from). Never longer than without inertia: the mean of a force is at least its
-/// harmonic mean.
+/// Time (s) from x = `from` to `to` (m) at one constant speed, kept up by elastic reflection at both ends: inertia in
+/// command. The force's work is what drag dissipates, drag v (to - from). Never longer than without inertia: the mean
+/// of a force is at least its harmonic mean.
 double ballistic_time(const std::function<double(double)>& force, double drag, double from, double to);
 
 }  // namespace lichtenberg::theory

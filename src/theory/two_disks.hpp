@@ -33,7 +33,7 @@ Vec2 force(const DiskPair& pair, double charge);
 /// floats: each step multiplies the missing charge by 1 - eta C, the error by its square, so lambda = -2 ln|1 - eta C|.
 double error_decay_rate(double eta, double capacitance);
 
-/// The same for eta C << 1: 2 eta C (D 6.39).
+/// That rate for eta C << 1: 2 eta C (D 6.39).
 double small_step_decay_rate(double eta, double capacitance);
 
 }  // namespace lichtenberg::theory

@@ -11,8 +11,8 @@
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/statics/minimization.hpp"
 #include "src/statics/potential_energy.hpp"
-#include "src/statics/relaxation.hpp"
 #include "src/version.hpp"
 
 using namespace lichtenberg;
@@ -68,17 +68,17 @@ std::string extrapolated(double half_time, double half_force, double time, doubl
 void run_ours(const Options& options, int count, const std::string& method) {
   const Scene scene = random_packing(options, count, method);
   const Clock clock;
-  Relaxation relaxation(scene);
+  Minimization minimization(scene);
   double half_time = 0, half_force = 0;
-  while (!relaxation.at_rest() && clock.wall() < options.seconds && relaxation.iterate())
+  while (!minimization.at_rest() && clock.wall() < options.seconds && minimization.iterate())
     if (half_time == 0 && clock.wall() > 0.5 * options.seconds)
-      half_time = clock.wall(), half_force = relaxation.largest_force();
-  const double unit = relaxation.force_unit();
-  print_row(count, method, relaxation.iteration(), relaxation.evaluations(), clock, relaxation.energy(),
-            relaxation.largest_force() / unit,
-            relaxation.at_rest() ? ""
-                                 : extrapolated(half_time, half_force / unit, clock.wall(),
-                                                relaxation.largest_force() / unit, options.tolerance));
+      half_time = clock.wall(), half_force = minimization.largest_force();
+  const double unit = minimization.force_unit();
+  print_row(count, method, minimization.iteration(), minimization.evaluations(), clock, minimization.energy(),
+            minimization.largest_force() / unit,
+            minimization.at_rest() ? ""
+                                   : extrapolated(half_time, half_force / unit, clock.wall(),
+                                                  minimization.largest_force() / unit, options.tolerance));
 }
 
 /// The same energy in the hands of PETSc's limited-memory variable metric method.
@@ -133,7 +133,7 @@ void run_tao(const Options& options, int count) {
   const Scene scene = random_packing(options, count, "lbfgs");
   statics::PotentialEnergy energy(scene, options.threads > 0 ? options.threads : 2);
   std::vector<double> start = energy.model().bodies.position;
-  const double unit = Relaxation(scene).force_unit();
+  const double unit = Minimization(scene).force_unit();
   ForTao self{
       .energy = &energy, .dimension = options.dimension, .goal = options.tolerance * unit, .seconds = options.seconds};
   ::Vec x;

@@ -14,11 +14,11 @@
 namespace lichtenberg {
 
 /// A scene with a contact potential on its way to rest, by the method that its [minimize] asks for.
-class Relaxation : public Motion {
+class Minimization : public Motion {
  public:
   /// Throws InputError if the energy is infinite at the start, Failure if a force is.
-  explicit Relaxation(const Scene& scene);
-  ~Relaxation() override;
+  explicit Minimization(const Scene& scene);
+  ~Minimization() override;
 
   /// Goes on by one iteration. False, and nothing happens, if the method finds no lower energy. Throws Failure if a
   /// force is no finite number.

@@ -1,4 +1,4 @@
-#include "src/statics/relaxation.hpp"
+#include "src/statics/minimization.hpp"
 
 #include <fmt/format.h>
 
@@ -85,7 +85,7 @@ double longest(std::span<const double> vectors, int dimension) {
 
 }  // namespace
 
-struct Relaxation::Implementation {
+struct Minimization::Implementation {
   explicit Implementation(const Scene& s)
       : scene(s),
         stiffness(s.effects.find<effects::ContactPotentialOptions>()->stiffness),
@@ -174,25 +174,25 @@ struct Relaxation::Implementation {
   double largest_force = 0;              ///< N
 };
 
-Relaxation::Relaxation(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) { note(); }
-Relaxation::~Relaxation() = default;
+Minimization::Minimization(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) { note(); }
+Minimization::~Minimization() = default;
 
-std::int64_t Relaxation::iteration() const { return implementation_->iteration; }
-std::int64_t Relaxation::evaluations() const { return implementation_->evaluations(); }
-double Relaxation::energy() const { return implementation_->minimizer->point().value; }
-double Relaxation::largest_force() const { return implementation_->largest_force; }
-double Relaxation::force_unit() const { return implementation_->stiffness / implementation_->diameter; }
-bool Relaxation::at_rest() const {
+std::int64_t Minimization::iteration() const { return implementation_->iteration; }
+std::int64_t Minimization::evaluations() const { return implementation_->evaluations(); }
+double Minimization::energy() const { return implementation_->minimizer->point().value; }
+double Minimization::largest_force() const { return implementation_->largest_force; }
+double Minimization::force_unit() const { return implementation_->stiffness / implementation_->diameter; }
+bool Minimization::at_rest() const {
   return largest_force() <= implementation_->scene.minimize.force_tolerance * force_unit();
 }
-Bodies Relaxation::bodies() const {
+Bodies Minimization::bodies() const {
   const Implementation& self = *implementation_;
   Bodies bodies = make_bodies(self.scene);
   bodies.position = self.in_scene_order(self.minimizer->point().x);
   return bodies;
 }
 
-bool Relaxation::iterate() {
+bool Minimization::iterate() {
   Implementation& self = *implementation_;
   self.choose_method();
   if (!self.minimizer->iterate()) return false;
@@ -201,25 +201,25 @@ bool Relaxation::iterate() {
   return true;
 }
 
-double Relaxation::next_frame() const {
+double Minimization::next_frame() const {
   const std::int64_t every = implementation_->scene.minimize.record_every, now = iteration();
-  constexpr double ratio = 1.4142135623730951;  // a relaxation is quick first and slow later
+  constexpr double ratio = 1.4142135623730951;  // the way to rest is quick first and slow later
   const std::int64_t next = every > 0 ? (now / every + 1) * every : next_mark(now, ratio);
   return std::min(static_cast<double>(next), most_iterations());
 }
 
-double Relaxation::most_iterations() const {
+double Minimization::most_iterations() const {
   return static_cast<double>(implementation_->scene.minimize.max_iterations);
 }
 
-bool Relaxation::finished() { return at_rest() || stuck_ || time() >= most_iterations(); }
+bool Minimization::finished() { return at_rest() || stuck_ || time() >= most_iterations(); }
 
-void Relaxation::note() {
+void Minimization::note() {
   notes_.push_back({iteration(), energy(), largest_force()});
   noted_at_ = iteration();
 }
 
-void Relaxation::advance_to(double iteration, const std::function<bool()>& pause) {
+void Minimization::advance_to(double iteration, const std::function<bool()>& pause) {
   const Stopwatch stopwatch(seconds_);
   constexpr double ratio = 1.02;  // of iterations with a note
   while (!finished() && time() < iteration) {
@@ -231,7 +231,7 @@ void Relaxation::advance_to(double iteration, const std::function<bool()>& pause
   if (finished() && noted_at_ != this->iteration()) note();
 }
 
-Frame Relaxation::frame() {
+Frame Minimization::frame() {
   const Implementation& self = *implementation_;
   Frame frame{.time = time(), .time_unit = "1"};
   frame.add_vectors("position", "m", self.in_scene_order(self.minimizer->point().x), self.scene.dimension());
@@ -240,12 +240,12 @@ Frame Relaxation::frame() {
   return frame;
 }
 
-std::string Relaxation::progress() {
+std::string Minimization::progress() {
   return fmt::format("iteration {}: energy {:.10g} J, largest force {:.2e} k/R", iteration(), energy(),
                      force_in_units());
 }
 
-ColumnGroup Relaxation::take_history() {
+ColumnGroup Minimization::take_history() {
   std::vector<std::int64_t> iteration;
   std::vector<double> energy, force;
   for (const Note& note : notes_) {
@@ -260,15 +260,15 @@ ColumnGroup Relaxation::take_history() {
            {"largest_force", "N", Column::Of::list, 0, std::move(force)}}};
 }
 
-const analysis::Packing& Relaxation::packing() {
+const analysis::Packing& Minimization::packing() {
   if (!packing_ || packed_at_ != iteration()) packing_ = analysis::packing(bodies(), implementation_->scene);
   packed_at_ = iteration();
   return *packing_;
 }
 
-std::vector<ColumnGroup> Relaxation::findings() { return {analysis::columns_of(packing())}; }
+std::vector<ColumnGroup> Minimization::findings() { return {analysis::columns_of(packing())}; }
 
-Summary Relaxation::summary() {
+Summary Minimization::summary() {
   const Scene& scene = implementation_->scene;
   Summary summary = analysis::summarize(packing(), scene);
   const auto line = [](std::string label, std::string text) {
@@ -292,16 +292,16 @@ Summary Relaxation::summary() {
   return summary;
 }
 
-std::vector<std::string> Relaxation::final_warnings() {
+std::vector<std::string> Minimization::final_warnings() {
   if (at_rest()) return {};
   return {fmt::format(
       "not at rest after {} iterations: {}", iteration(),
       stuck_ ? "the energy goes no lower with the digits that there are" : "minimize.max_iterations allows no more")};
 }
 
-std::map<std::string, double> Relaxation::seconds() const { return {{"relaxation", seconds_}}; }
+std::map<std::string, double> Minimization::seconds() const { return {{"relaxation", seconds_}}; }
 
-Checkpoint Relaxation::checkpoint() {
+Checkpoint Minimization::checkpoint() {
   const Implementation& self = *implementation_;
   Checkpoint checkpoint;
   checkpoint.reals = self.minimizer->memory();
@@ -312,7 +312,7 @@ Checkpoint Relaxation::checkpoint() {
   return checkpoint;
 }
 
-void Relaxation::restore(const Checkpoint& checkpoint) {
+void Minimization::restore(const Checkpoint& checkpoint) {
   Implementation& self = *implementation_;
   const auto position = checkpoint.reals.find("position");
   const auto counters = checkpoint.integers.find("counters");

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace lichtenberg::theory {
+
+// A homogeneous gas of grains that collide one pair at a time, in reduced units: mass and diameter of a grain are 1,
+// temperature T is the variance of each component of its velocity (G 2.12), density is grains a volume.
+
+/// Pair correlation at contact (Carnahan and Starling 1969): g = (1 - phi/2) / (1 - phi)^3, phi = pi density / 6.
+double contact_value(double density);
+
+/// Collisions of one grain a time, omega = 4 n g sqrt(pi T).
+double collision_frequency(double density, double temperature);
+
+/// tau of Haff's law for a constant restitution: 1/tau = (2/3) sqrt(pi) (1 - eps^2) n g sqrt(T_0) (1 + 3 a_2/16), a_2
+/// the second Sonine coefficient of the velocities (van Noije and Ernst 1998).
+double haff_time(double density, double temperature, double restitution, double sonine = 0);
+
+/// T_0 / (1 + t/tau)^2 (Haff 1983).
+double haff_temperature(double initial, double tau, double time);
+
+/// Mean over the impacts of a Maxwellian gas of f(v, x), v the normal speed of impact: v^2 = 4 T x, x ~ exp(-x).
+double impact_mean(double temperature, const std::function<double(double speed, double x)>& f);
+
+/// What a collision does.
+struct Impacts {
+  std::function<double(double speed)> restitution;
+  /// What omega^-1 is longer by, as a function of temperature: collisions last, and a grain does not meet the next one
+  /// meanwhile, omega / (1 + omega t_c). Empty: 0.
+  std::function<double(double temperature)> duration{};
+  /// Mean square of the charge that moves, whose sign is random. Empty: 0.
+  std::function<double(double speed)> charge_square{};
+};
+
+struct CoolingState {
+  double temperature = 0;
+  double charge_square = 0;  ///< <q^2> of grains, 0 at the start
+  double collisions = 0;     ///< of a grain, since the start
+};
+
+/// The gas at these times (rising, >= 0), to 1e-9:
+///   dT/dt = -(omega/3) T <(1 - eps(v)^2) x>,   d<q^2>/dt = omega <dq^2>,
+/// with Maxwellian velocities, and no forces between charges.
+std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times);
+
+/// <|q|> of Gaussian charges: sqrt(2 <q^2> / pi).
+double mean_charge(double charge_square);
+
+/// <dq^2> of a collision that moves +-strength (Psi_1 m_eff v^2)^(exponent + Psi_2), with Psi_1 uniform in [.1,
+/// 10^(1/2)] and Psi_2 in +-.05 exponent (G 4.3).
+double impact_charge_square(double strength, double exponent, double effective_mass, double speed);
+
+}  // namespace lichtenberg::theory

@@ -1,0 +1,121 @@
+#include "src/theory/ode.hpp"
+
+#include <cvode/cvode.h>
+#include <fmt/format.h>
+#include <nvector/nvector_serial.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::theory {
+namespace {
+
+/// What CVODE's callbacks see, and what it has to give back.
+struct Integration {
+  explicit Integration(const Ode& o) : ode(o) {}
+  ~Integration();
+  Integration(const Integration&) = delete;
+  Integration& operator=(const Integration&) = delete;
+
+  const Ode& ode;
+  std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
+  std::string message;        ///< CVODE's last words
+  SUNContext context = nullptr;
+  N_Vector y = nullptr, absolute = nullptr;
+  SUNNonlinearSolver solver = nullptr;
+  void* memory = nullptr;
+};
+
+Integration::~Integration() {
+  CVodeFree(&memory);
+  SUNNonlinSolFree(solver);
+  N_VDestroy(y);
+  N_VDestroy(absolute);
+  SUNContext_Free(&context);
+}
+
+std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
+
+template <class Body>
+int guarded(void* data, const Body& body) {
+  auto& self = *static_cast<Integration*>(data);
+  try {
+    body(self.ode);
+    return 0;
+  } catch (...) {
+    self.thrown = std::current_exception();
+    return -1;
+  }
+}
+
+int rates(double time, N_Vector y, N_Vector rate, void* data) {
+  return guarded(data, [&](const Ode& ode) { ode.rates(time, values(y), values(rate)); });
+}
+
+int events(double time, N_Vector y, double* value, void* data) {
+  return guarded(data, [&](const Ode& ode) {
+    for (const Ode::Value& falls : ode.falls) *value++ = falls(time, values(y));
+  });
+}
+
+void keep_message(int, const char*, const char*, char* text, void* data) {
+  static_cast<Integration*>(data)->message = text;
+}
+
+void check(const Integration& self, int flag) {
+  if (flag >= 0) return;
+  if (self.thrown) std::rethrow_exception(self.thrown);
+  throw Failure(fmt::format("theory: CVODE gave up: {}", self.message));
+}
+
+void set_up(Integration& self, double start, double end, std::span<const double> y) {
+  const auto size = static_cast<sunindextype>(y.size());
+  if (SUNContext_Create(nullptr, &self.context) != 0) throw Failure("theory: SUNDIALS could not be started");
+  self.y = N_VNew_Serial(size, self.context);
+  self.absolute = N_VClone(self.y);
+  std::ranges::copy(y, values(self.y).begin());
+  std::ranges::copy(self.ode.absolute, values(self.absolute).begin());
+  self.solver = SUNNonlinSol_FixedPoint(self.y, 0, self.context);
+  self.memory = CVodeCreate(CV_ADAMS, self.context);
+  check(self, CVodeSetErrHandlerFn(self.memory, keep_message, &self));
+  check(self, CVodeInit(self.memory, rates, start, self.y));
+  check(self, CVodeSetUserData(self.memory, &self));
+  check(self, CVodeSVtolerances(self.memory, self.ode.relative, self.absolute));
+  check(self, CVodeSetNonlinearSolver(self.memory, self.solver));
+  check(self, CVodeSetMaxNumSteps(self.memory, 10'000'000));
+  check(self, CVodeSetStopTime(self.memory, end));
+}
+
+void set_events(Integration& self) {
+  const auto count = static_cast<int>(self.ode.falls.size());
+  std::vector<int> falling(count, -1);
+  check(self, CVodeRootInit(self.memory, count, events));
+  if (count > 0) check(self, CVodeSetRootDirection(self.memory, falling.data()));
+  check(self, CVodeSetNoInactiveRootWarn(self.memory));
+}
+
+/// The first of the events that CVODE has found.
+int found(const Integration& self) {
+  std::vector<int> which(self.ode.falls.size());
+  CVodeGetRootInfo(self.memory, which.data());
+  return static_cast<int>(std::ranges::find_if(which, [](int w) { return w != 0; }) - which.begin());
+}
+
+}  // namespace
+
+OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y) {
+  Integration self(ode);
+  set_up(self, start, end, y);
+  set_events(self);
+  double time = start;
+  const int flag = CVode(self.memory, end, self.y, &time, CV_NORMAL);
+  check(self, flag);
+  std::ranges::copy(values(self.y), y.begin());
+  return {time, flag == CV_ROOT_RETURN ? found(self) : -1};
+}
+
+}  // namespace lichtenberg::theory

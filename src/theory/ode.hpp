@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace lichtenberg::theory {
+
+/// dy/dt = f(t, y), a few smooth equations.
+struct Ode {
+  using Value = std::function<double(double t, std::span<const double> y)>;
+
+  std::function<void(double t, std::span<const double> y, std::span<double> rate)> rates;
+  std::vector<double> absolute;  ///< error that a step may make in each y, added to
+  double relative = 2e-14;       ///< this part of it
+  std::vector<Value> falls{};    ///< the first of these to fall through zero ends the integration
+};
+
+struct OdeEnd {
+  double time = 0;
+  int event = -1;  ///< which value fell through zero; -1: none did
+};
+
+/// Carries y from time `start` to time `end` or to the first event, by CVODE's Adams formulas of variable order and
+/// step with fixed-point iteration (Cohen and Hindmarsh 1996), which is for equations that are not stiff. Throws
+/// Failure if the accuracy cannot be reached, and what the functions throw.
+OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y);
+
+}  // namespace lichtenberg::theory

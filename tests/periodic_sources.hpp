@@ -77,4 +77,17 @@ inline double largest_difference(const std::vector<double>& a, const std::vector
   return largest(difference);
 }
 
+/// Of the energy, by the coordinate (or any other number) `x`: differences of fourth order.
+template <class Energy>
+double energy_slope(double& x, double step, const Energy& energy) {
+  const double at = x;
+  const auto shifted = [&](double by) {
+    x = at + by;
+    return energy();
+  };
+  const double result = (8 * (shifted(step) - shifted(-step)) - (shifted(2 * step) - shifted(-2 * step))) / (12 * step);
+  x = at;
+  return result;
+}
+
 }  // namespace lichtenberg::periodic

@@ -25,19 +25,6 @@ std::vector<double> flat(const nlohmann::json& values) {
   return result;
 }
 
-/// Of the energy, by the coordinate (or any other number) `x`: differences of fourth order.
-template <class Energy>
-double slope(double& x, double step, const Energy& energy) {
-  const double at = x;
-  const auto shifted = [&](double by) {
-    x = at + by;
-    return energy();
-  };
-  const double result = (8 * (shifted(step) - shifted(-step)) - (shifted(2 * step) - shifted(-2 * step))) / (12 * step);
-  x = at;
-  return result;
-}
-
 }  // namespace
 
 TEST_CASE("twenty charges, to the digits of a double") {
@@ -96,7 +83,8 @@ TEST_CASE("forces are the energy's slopes") {
   const double step = 1e-3;
   const double bound = 4 * std::pow(step, 4) / std::pow(0.2, 6);  // step^4 / 30 times the fifth derivative of 1/r
   for (int k = 0; k < 18; ++k)
-    CHECK(std::abs(slope(crowd.position[k], step, [&] { return by_ewald(crowd).energy; }) + at.force[k]) < bound);
+    CHECK(std::abs(energy_slope(crowd.position[k], step, [&] { return by_ewald(crowd).energy; }) + at.force[k]) <
+          bound);
 }
 
 TEST_CASE("forces add up to nothing, and neither order nor origin nor image matters") {

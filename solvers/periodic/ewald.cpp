@@ -3,10 +3,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
-#include "solvers/periodic/compensated.hpp"
-#include "solvers/periodic/screened.hpp"
+#include "solvers/periodic/felt.hpp"
 
 namespace lichtenberg::periodic {
 namespace {
@@ -100,19 +98,6 @@ Waves waves_within(Vec3 lengths, double cutoff) {
     }
   return waves;
 }
-
-struct CompensatedFelt {
-  CompensatedSum potential;
-  CompensatedVector field, force;
-
-  CompensatedFelt& operator+=(const Felt& part) {
-    potential += part.potential;
-    field += part.field;
-    force += part.force;
-    return *this;
-  }
-  Felt value() const { return {potential.value(), field.value(), force.value()}; }
-};
 
 /// One evaluation of the sum: what all its parts read.
 class Evaluation {
@@ -216,14 +201,6 @@ class Evaluation {
   double background_ = 0;
 };
 
-void store(std::size_t place, const Felt& felt, Response& response) {
-  response.potential[place] = felt.potential;
-  for (int k = 0; k < 3; ++k) {
-    response.field[3 * place + k] = felt.field[k];
-    response.force[3 * place + k] = felt.force[k];
-  }
-}
-
 /// s at which factor (2 s spread)^derivatives exp(-s^2) is the tolerance, and at least 1.
 double decay_length(double factor, double spread, int derivatives, double tolerance) {
   double s = 5;
@@ -253,9 +230,7 @@ Splitting splitting_for(const Sources& sources, double tolerance, double alpha) 
 }
 
 void Ewald::evaluate(const Sources& sources, std::span<const Pair>, parallel::Team& team, Response& response) {
-  std::vector<int> all(sources.size());
-  std::iota(all.begin(), all.end(), 0);
-  evaluate_at(all, sources, team, response);
+  evaluate_at(all_of(sources), sources, team, response);
 }
 
 void Ewald::evaluate_at(std::span<const int> sample, const Sources& sources, parallel::Team& team,
@@ -263,18 +238,9 @@ void Ewald::evaluate_at(std::span<const int> sample, const Sources& sources, par
   require_consistent(sources);
   Evaluation evaluation(sources, splitting_.alpha > 0 ? splitting_ : splitting_for(sources, tolerance_));
   team.for_each(evaluation.columns(), [&](int c) { evaluation.sum_sources(c); });
-  response.potential.resize(sample.size());
-  response.field.resize(3 * sample.size());
-  response.force.resize(3 * sample.size());
+  resize(response, static_cast<int>(sample.size()));
   team.for_each(static_cast<int>(sample.size()), [&](int k) { store(k, evaluation.felt_by(sample[k]), response); });
-
-  CompensatedSum energy;
-  for (std::size_t k = 0; k < sample.size(); ++k) {
-    const Multipole on = multipole(sources, sample[k]);
-    const Vec3 field{response.field[3 * k], response.field[3 * k + 1], response.field[3 * k + 2]};
-    energy += 0.5 * (on.charge * response.potential[k] - dot(on.dipole, field));
-  }
-  response.energy = energy.value();
+  response.energy = energy_of(sources, sample, response);
 }
 
 }  // namespace lichtenberg::periodic

@@ -28,6 +28,12 @@ inline Screened screened(double r2, double alpha) {
   return {b0, b1, b2, (5 * b2 + 4 * a2 * a2 * gauss) * inverse};
 }
 
+/// The same at alpha = 0.
+inline Screened unscreened(double r2) {
+  const double inverse = 1 / r2, b0 = std::sqrt(inverse), b1 = b0 * inverse, b2 = 3 * b1 * inverse;
+  return {b0, b1, b2, 5 * b2 * inverse};
+}
+
 /// A charge with a dipole.
 struct Multipole {
   double charge = 0;

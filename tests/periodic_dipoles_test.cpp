@@ -199,7 +199,7 @@ TEST_CASE("the shifted force has the same bits on any number of threads, and kno
   CHECK(four.force == one.force);
   CHECK(four.potential == one.potential);
   CHECK(message_of([&] { by_shifted_force(crowd, 1.5); }) ==
-        "The shifted force ends at 1.5: at most half of the box's shortest length, 2, is allowed.");
+        "The shifted force ends at 1.5: it must be above 0 and at most half of the box's shortest length, 2.");
   CHECK(message_of([&] { by_shifted_force(two(1, 1, 1, 10), 2); }) ==
         "The shifted force is one of charges: it knows no dipoles.");
 }

@@ -73,7 +73,7 @@ TEST_CASE("cut-offs keep the accuracy asked for, and are not much better than it
   for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
     const double error = largest_difference(by_ewald(crowd, tolerance).field, exact.field) / unit;
     CHECK(error < tolerance);
-    CHECK(error > 1e-3 * tolerance);  // the bound is N^(1/2) above what random places need, and some more
+    CHECK(error > 0.03 * tolerance);  // random places come near the bound on sums of magnitudes
   }
 }
 
@@ -171,6 +171,8 @@ TEST_CASE("sources that do not fit together are refused with a sentence") {
   CHECK(message_of([&] { by_ewald(crowd); }) ==
         "7 sources have 24 coordinates and 0 components of dipoles: 21 are needed.");
   crowd.lengths.y = 0;
-  CHECK(message_of([&] { by_ewald(crowd); }) == "A periodic box has the lengths 2, 0 and 2: all must be positive.");
+  CHECK(message_of([&] { by_ewald(crowd); }) ==
+        "A periodic box has the lengths 2, 0 and 2: all must be positive and finite.");
+  CHECK(message_of([&] { by_ewald(rock_salt(), 0); }) == "A tolerance of Ewald's sum is 0: it must be positive.");
   CHECK(by_ewald(Crowd{}).energy == 0);
 }

@@ -26,7 +26,7 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
 /// eigenvalue, by Lanczos' method to some 1e-6 of it.
 double largest_polarizability(const DipoleField& field_of, int n);
 
-/// What induced dipoles are summed by (GRANULAR 3.2): nearest images closer than half the box (near), or all images
+/// What induced dipoles are summed by (README): nearest images closer than half the box (near), or all images
 /// (far).
 enum class DipoleSum {
   ewald,             ///< all far

@@ -1,9 +1,12 @@
 #include "solvers/periodic/ewald.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <numbers>
 
+#include "solvers/error.hpp"
 #include "solvers/periodic/felt.hpp"
 
 namespace lichtenberg::periodic {
@@ -118,7 +121,7 @@ class Evaluation {
   int columns() const { return static_cast<int>(waves_.columns.size()); }
 
   /// For each wave of a column (8 pi / V) exp(-k^2 / 4 alpha^2) / k^2 times the conjugate of S_k = sum_j (q_j + i
-  /// k.mu_j) exp(i k.r_j); 8 where GRANULAR 3.1 has 4, as one wave stands for two.
+  /// k.mu_j) exp(i k.r_j); 8 where G 3.19 has 4, as one wave stands for two.
   void sum_sources(int number) {
     const Column& column = waves_.columns[number];
     std::vector<Phase> across(sources_.size());
@@ -219,6 +222,8 @@ double decay_length(double factor, double spread, int derivatives, double tolera
 // the force between dipoles has two, is a factor of 2 alpha s d in both.
 Splitting splitting_for(const Sources& sources, double tolerance, double alpha) {
   require_consistent(sources);
+  if (!(tolerance > 0))
+    throw InputError(fmt::format("A tolerance of Ewald's sum is {}: it must be positive.", tolerance));
   const double n = std::max(1, sources.size()), shortest = sources.shortest_length(), cost = 8;
   const double cube = shortest * shortest * shortest / sources.volume();
   if (alpha == 0) alpha = std::pow(2 * cost * n * cube * cube, 1.0 / 6) * std::sqrt(pi) / shortest;

@@ -14,7 +14,7 @@ inline Vec3 nearest_image(Vec3 r, Vec3 lengths) {
 }
 
 /// B_0 = erfc(alpha r) / r and B_(n+1) = -B_n' / r: the potential of a charge amid a Gaussian cloud of the opposite one
-/// and what its derivatives are made of (Smith 1998; GRANULAR 3.2). At alpha = 0: 1/r, 1/r^3, 3/r^5, 15/r^7.
+/// and what its derivatives are made of (Smith 1998). At alpha = 0: 1/r, 1/r^3, 3/r^5, 15/r^7.
 struct Screened {
   double b0, b1, b2, b3;
 };

@@ -10,7 +10,7 @@ namespace lichtenberg::periodic {
 class MinimumImage : public Sum {
  public:
   enum class Reach {
-    half_box,  ///< pairs nearer than half the shortest length (GRANULAR 3.2)
+    half_box,  ///< pairs nearer than half the shortest length (G 3.22)
     box        ///< every pair
   };
   explicit MinimumImage(Reach reach = Reach::half_box) : reach_(reach) {}
@@ -32,8 +32,8 @@ class ShiftedForce : public Sum {
   explicit ShiftedForce(double cutoff, double alpha = 0) : cutoff_(cutoff), alpha_(alpha) {}
 
   double cutoff() const override { return cutoff_; }
-  /// Throws what require_consistent throws, and InputError if there are dipoles or the cut-off is beyond half a length
-  /// of the box.
+  /// Throws what require_consistent throws, and InputError if there are dipoles or the cut-off is not positive or
+  /// beyond half a length of the box.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
 
  private:

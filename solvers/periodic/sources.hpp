@@ -23,7 +23,7 @@ struct Sources {
   double shortest_length() const { return std::min({lengths.x, lengths.y, lengths.z}); }
 };
 
-/// Throws InputError unless the lengths of the box are positive and those of the arrays fit each other.
+/// Throws InputError unless the lengths of the box are positive numbers and those of the arrays fit each other.
 void require_consistent(const Sources& sources);
 
 /// What the sources do to each other: each feels all others, their images, its own images and the background.

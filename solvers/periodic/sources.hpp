@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,12 @@ struct Sources {
 
   int size() const { return static_cast<int>(charge.size()); }
   Vec3 place(int i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }
+  double volume() const { return lengths.x * lengths.y * lengths.z; }
+  double shortest_length() const { return std::min({lengths.x, lengths.y, lengths.z}); }
 };
+
+/// Throws InputError unless the lengths of the box are positive numbers and those of the arrays fit each other.
+void require_consistent(const Sources& sources);
 
 /// What the sources do to each other: each feels all others, their images, its own images and the background.
 struct Response {

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <numeric>
+
+#include "solvers/periodic/compensated.hpp"
+#include "solvers/periodic/screened.hpp"
+
+// How the sums that go from one source to the next add up and write down what each feels.
+namespace lichtenberg::periodic {
+
+struct CompensatedFelt {
+  CompensatedSum potential;
+  CompensatedVector field, force;
+
+  CompensatedFelt& operator+=(const Felt& part) {
+    potential += part.potential;
+    field += part.field;
+    force += part.force;
+    return *this;
+  }
+  Felt value() const { return {potential.value(), field.value(), force.value()}; }
+};
+
+inline void resize(Response& response, int size) {
+  response.potential.resize(size);
+  response.field.resize(3 * size);
+  response.force.resize(3 * size);
+}
+
+inline void store(int place, const Felt& felt, Response& response) {
+  response.potential[place] = felt.potential;
+  for (int k = 0; k < 3; ++k) {
+    response.field[3 * place + k] = felt.field[k];
+    response.force[3 * place + k] = felt.force[k];
+  }
+}
+
+inline std::vector<int> all_of(const Sources& sources) {
+  std::vector<int> all(sources.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+/// Of the sources of `sample`, whose response has one entry for each: 1/2 sum (charge * potential - dipole . field).
+inline double energy_of(const Sources& sources, std::span<const int> sample, const Response& response) {
+  CompensatedSum energy;
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const Multipole on = multipole(sources, sample[k]);
+    const Vec3 field{response.field[3 * k], response.field[3 * k + 1], response.field[3 * k + 2]};
+    energy += 0.5 * (on.charge * response.potential[k] - dot(on.dipole, field));
+  }
+  return energy.value();
+}
+
+}  // namespace lichtenberg::periodic

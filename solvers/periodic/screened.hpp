@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "solvers/periodic/sources.hpp"
+
+namespace lichtenberg::periodic {
+
+/// The difference of two places between the images that are nearest to each other.
+inline Vec3 nearest_image(Vec3 r, Vec3 lengths) {
+  for (int k = 0; k < 3; ++k) r[k] -= lengths[k] * std::nearbyint(r[k] / lengths[k]);
+  return r;
+}
+
+/// B_0 = erfc(alpha r) / r and B_(n+1) = -B_n' / r: the potential of a charge amid a Gaussian cloud of the opposite one
+/// and what its derivatives are made of (Smith 1998). At alpha = 0: 1/r, 1/r^3, 3/r^5, 15/r^7.
+struct Screened {
+  double b0, b1, b2, b3;
+};
+
+inline Screened screened(double r2, double alpha) {
+  const double r = std::sqrt(r2), a2 = alpha * alpha, inverse = 1 / r2;
+  const double gauss = 2 * alpha * std::numbers::inv_sqrtpi * std::exp(-a2 * r2);
+  const double b0 = std::erfc(alpha * r) / r;
+  const double b1 = (b0 + gauss) * inverse;
+  const double b2 = (3 * b1 + 2 * a2 * gauss) * inverse;
+  return {b0, b1, b2, (5 * b2 + 4 * a2 * a2 * gauss) * inverse};
+}
+
+/// The same at alpha = 0.
+inline Screened unscreened(double r2) {
+  const double inverse = 1 / r2, b0 = std::sqrt(inverse), b1 = b0 * inverse, b2 = 3 * b1 * inverse;
+  return {b0, b1, b2, 5 * b2 * inverse};
+}
+
+/// A charge with a dipole.
+struct Multipole {
+  double charge = 0;
+  Vec3 dipole{};
+};
+
+inline Multipole multipole(const Sources& sources, int i) {
+  const std::span<const double> mu = sources.dipole;
+  return {sources.charge[i], mu.empty() ? Vec3{} : Vec3{mu[3 * i], mu[3 * i + 1], mu[3 * i + 2]}};
+}
+
+/// What one source is subject to.
+struct Felt {
+  double potential = 0;
+  Vec3 field{}, force{};
+};
+
+/// What `on` feels of `from`, which is at `r` from it. The potential is (from.charge + from.dipole . d/dr) B_0(r); `on`
+/// is at -r seen from there, so the field is the potential's slope in r, and the force is (on.charge - on.dipole .
+/// d/dr) times the field.
+inline Felt felt(const Screened& b, Vec3 r, const Multipole& on, const Multipole& from) {
+  const double along_from = dot(from.dipole, r), along_on = dot(on.dipole, r);
+  const double radial = from.charge * b.b1 - along_from * b.b2;
+  const double slope = from.charge * b.b2 - along_from * b.b3;
+  Felt result;
+  result.potential = from.charge * b.b0 - along_from * b.b1;
+  result.field = -radial * r - b.b1 * from.dipole;
+  result.force = on.charge * result.field + radial * on.dipole - b.b2 * along_on * from.dipole -
+                 (slope * along_on + b.b2 * dot(on.dipole, from.dipole)) * r;
+  return result;
+}
+
+}  // namespace lichtenberg::periodic

@@ -1,0 +1,356 @@
+// Dipoles, given and induced, and sums over pairs alone.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "solvers/neighbours/pairs.hpp"
+#include "solvers/periodic/dipoles.hpp"
+#include "solvers/periodic/short_range.hpp"
+#include "tests/message.hpp"
+#include "tests/periodic_sources.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+using std::numbers::pi;
+
+namespace {
+
+parallel::Team& alone = parallel::Team::single();
+
+/// A row of `n` grains that touch (diameter 1) and goes on for ever; other rows are so far away that their field, which
+/// falls as exp(-2 pi distance), is none. Along it T is 4 zeta(3): 2/r^3 of both sides' grains.
+Crowd chain(int n) {
+  Crowd crowd{.lengths = {7, 7, static_cast<double>(n)}, .charge = std::vector<double>(n)};
+  for (int i = 0; i < n; ++i)
+    for (const double x : {0.0, 0.0, static_cast<double>(i)}) crowd.position.push_back(x);
+  return crowd;
+}
+constexpr double chain_sum = 4 * 1.2020569031595942;
+
+std::vector<double> along_z(int n) {
+  std::vector<double> field(3 * n);
+  for (int i = 0; i < n; ++i) field[3 * i + 2] = 1;
+  return field;
+}
+
+/// Two charges with dipoles, one at the origin, the other at `z` above it.
+Crowd two(double z, double charge, double dipole, double length) {
+  return {.lengths = {length, length, length},
+          .position = {0, 0, 0, 0, 0, z},
+          .charge = {charge, charge},
+          .dipole = {0, 0, dipole, 0, 0, dipole}};
+}
+
+std::vector<Pair> all_pairs(int n) {
+  std::vector<Pair> pairs;
+  for (int i = 0; i < n; ++i)
+    for (int j = i + 1; j < n; ++j) pairs.push_back({i, j});
+  return pairs;
+}
+
+Response by_shifted_force(const Crowd& crowd, double cutoff, double alpha = 0, int threads = 1) {
+  parallel::Team team(threads);
+  Response response;
+  ShiftedForce(cutoff, alpha).evaluate(crowd, all_pairs(crowd.size()), team, response);
+  return response;
+}
+
+Response with_induced(const Crowd& crowd, DipoleSum variant, double tolerance = 1e-13,
+                      std::vector<double> dipole = {}) {
+  Ewald ewald(1e-14);
+  Response response;
+  InducedDipoles(ewald, variant, 0.075, tolerance).evaluate(crowd, {}, alone, dipole, response);
+  return response;
+}
+
+/// Grains of diameter 1 or nearly, where no two are near half the box's length (2) apart, so that a small step does not
+/// take a pair across it.
+Crowd grains() { return random_crowd(8, {4, 4.5, 5}, 0.9, false, 8); }
+
+double worst_slope_error(Crowd crowd, const std::vector<double>& force, DipoleSum variant) {
+  double worst = 0;
+  for (std::size_t k = 0; k < force.size(); ++k) {
+    const double slope = energy_slope(crowd.position[k], 2e-3, [&] { return with_induced(crowd, variant).energy; });
+    worst = std::max(worst, std::abs(slope + force[k]));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("a lone dipole in a cube feels 4 pi / (3 L^3) times itself") {
+  const double length = 1.5;
+  Crowd lone = lattice(length, {{0.1, 0.2, 0.3}}, {0});
+  lone.dipole = {0.3, -0.4, 0.5};
+  const Response response = by_ewald(lone);
+  for (int k = 0; k < 3; ++k) {
+    CHECK(std::abs(response.field[k] - 4 * pi / 3 * lone.dipole[k] / (length * length * length)) < 2e-15);
+    CHECK(std::abs(response.force[k]) < 2e-15);
+  }
+}
+
+TEST_CASE("with dipoles too nothing depends on alpha") {
+  const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, true, 1);
+  const Response expected = by_ewald(crowd, 1e-14, 3);
+  for (const double alpha : {1.5, 5.0, 8.0}) {
+    const Response response = by_ewald(crowd, 1e-14, alpha);
+    const double rounding = 4e-15;  // of terms up to the largest results, rounded some ten times each
+    CHECK(largest_difference(response.potential, expected.potential) < rounding * largest(expected.potential));
+    CHECK(largest_difference(response.field, expected.field) < rounding * largest(expected.field));
+    CHECK(largest_difference(response.force, expected.force) < rounding * largest(expected.force));
+    CHECK(std::abs(response.energy - expected.energy) < rounding * std::abs(expected.energy));
+  }
+}
+
+TEST_CASE("forces and fields are the energy's slopes by places and dipoles") {
+  Crowd crowd = random_crowd(6, {1, 1.25, 0.75}, 0.2, true, 2);
+  const Response at = by_ewald(crowd);
+  const auto energy = [&] { return by_ewald(crowd).energy; };
+  const double step = 1e-3;
+  const double bound =
+      2 * 84 * std::pow(step, 4) / std::pow(0.2, 8);  // step^4 / 30 times the fifth derivative of 1/r^3
+  for (int k = 0; k < 18; ++k) {
+    CHECK(std::abs(energy_slope(crowd.position[k], step, energy) + at.force[k]) < bound);
+    // The energy is a square in the dipoles: the differences are exact but for the rounding of some 100 / 0.1.
+    CHECK(std::abs(energy_slope(crowd.dipole[k], 0.1, energy) + at.field[k]) < 1e-12);
+  }
+}
+
+TEST_CASE("nearest images: the laws of two charges and two dipoles, across the box's side") {
+  MinimumImage near;
+  const Response charges = evaluated(near, two(9.5, 2, 0, 10));  // 0.5 apart
+  CHECK(charges.energy == doctest::Approx(8).epsilon(1e-15));
+  CHECK(charges.potential[0] == doctest::Approx(4).epsilon(1e-15));
+  CHECK(charges.force[2] == doctest::Approx(16).epsilon(1e-15));
+  const Response dipoles = evaluated(near, two(2, 0, 3, 10));
+  CHECK(dipoles.energy == doctest::Approx(-2 * 9.0 / 8).epsilon(1e-15));
+  CHECK(dipoles.field[2] == doctest::Approx(2 * 3.0 / 8).epsilon(1e-15));
+  CHECK(dipoles.force[2] == doctest::Approx(6 * 9.0 / 16).epsilon(1e-15));
+  CHECK(dipoles.force[5] == -dipoles.force[2]);
+}
+
+TEST_CASE("nearest images reach half a box, or all of it if asked to") {
+  Crowd far = two(5, 1, 0, 10);
+  far.position[3] = 0.1;
+  MinimumImage half, all(MinimumImage::Reach::box);
+  CHECK(evaluated(half, far).energy == 0);
+  CHECK(evaluated(all, far).energy == doctest::Approx(1 / std::hypot(5, 0.1)).epsilon(1e-15));
+}
+
+TEST_CASE("a few neutral sources in a large box are nearly alone, by nearest images as by all") {
+  Crowd crowd = random_crowd(6, {1, 1, 1}, 0.2, true, 9);
+  crowd.charge.back() -= std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0);
+  crowd.lengths = {400, 400, 400};
+  MinimumImage near;
+  const Response expected = evaluated(near, crowd), response = by_ewald(crowd, 1e-10, 0.1);
+  // Images act as 4 pi / (3 V) times the whole moment, at most 6 (1 + sqrt(3)), on moments of that size.
+  const double bound = 4 * pi / 3 * std::pow(17 / 400.0, 2) / 400;
+  CHECK(std::abs(response.energy - expected.energy) < bound);
+  CHECK(largest_difference(response.force, expected.force) < bound);
+}
+
+TEST_CASE("the shifted force is its energy's slope, and both end at the cut-off") {
+  for (const double alpha : {0.0, 1.5}) {
+    Crowd crowd = random_crowd(6, {2, 2.5, 2}, 0.4, false, 2);
+    const Response at = by_shifted_force(crowd, 0.95, alpha);
+    CHECK(at.energy != 0);
+    for (int k = 0; k < 18; ++k) {
+      const auto energy = [&] { return by_shifted_force(crowd, 0.95, alpha).energy; };
+      // As for Ewald's sum; a pair that crosses the cut-off, where the force bends, would add step times its bend,
+      // 2e-3.
+      CHECK(std::abs(energy_slope(crowd.position[k], 1e-3, energy) + at.force[k]) < 4e-12 / std::pow(0.4, 6));
+    }
+    Crowd pair = two(0.95 - 1e-9, 1, 0, 2);
+    pair.dipole = {};
+    const double itself =
+        by_shifted_force({.lengths = {2, 2, 2}, .position = {0, 0, 0}, .charge = {1}}, 0.95, alpha).energy;
+    CHECK(std::abs(by_shifted_force(pair, 0.95, alpha).energy - 2 * itself) < 1e-15);  // of order (c - r)^2
+    CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) < 1e-8);                  // of order c - r
+    pair.position[5] = 0.96;
+    CHECK(largest(by_shifted_force(pair, 0.95, alpha).force) == 0);
+  }
+}
+
+TEST_CASE("opposite charges that meet leave nothing of the shifted force, and rock salt has nearly its energy") {
+  Crowd crowd = random_crowd(6, {2, 2.5, 2}, 0.4, false, 2);
+  const double expected = by_shifted_force(crowd, 0.95, 1.5).energy, apart = 0x1p-20;
+  for (const double sign : {1.0, -1.0}) {
+    crowd.charge.push_back(sign);
+    for (const double x : {1.0, 1.0, 1.0 + (sign < 0 ? apart : 0)}) crowd.position.push_back(x);
+  }
+  CHECK(std::abs(by_shifted_force(crowd, 0.95, 1.5).energy + 1 / apart - expected) <
+        1e-5);  // slopes of some 10 times apart
+  Crowd salt{.lengths = {8, 8, 8}};
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; ++z) {
+        for (const int coordinate : {x, y, z}) salt.position.push_back(coordinate);
+        salt.charge.push_back((x + y + z) % 2 == 0 ? 1 : -1);
+      }
+  CHECK(2 * by_shifted_force(salt, 4, 0.5).energy / 512 == doctest::Approx(-1.7476).epsilon(0.01));
+}
+
+TEST_CASE("the shifted force has the same bits on any number of threads, and knows its limits") {
+  const Crowd crowd = random_crowd(60, {2, 2, 2}, 0.1, false, 3);  // 1770 pairs, more than one piece of work
+  const Response one = by_shifted_force(crowd, 0.9), four = by_shifted_force(crowd, 0.9, 0, 4);
+  CHECK(four.force == one.force);
+  CHECK(four.potential == one.potential);
+  CHECK(message_of([&] { by_shifted_force(crowd, 1.5); }) ==
+        "The shifted force ends at 1.5: it must be above 0 and at most half of the box's shortest length, 2.");
+  CHECK(message_of([&] { by_shifted_force(two(1, 1, 1, 10), 2); }) ==
+        "The shifted force is one of charges: it knows no dipoles.");
+}
+
+TEST_CASE("a touching chain is polarized as its closed sum says, up to where it would never end") {
+  Ewald ewald(1e-14);
+  for (const int n : {1, 3}) {
+    const Crowd row = chain(n);
+    const DipoleField field_of = field_by(ewald, row, {}, alone);
+    for (const double polarizability : {0.005, 0.04, 0.075, 0.12}) {
+      std::vector<double> dipole(3 * n);
+      solve_dipoles(field_of, along_z(n), polarizability, 1e-13, dipole);
+      for (int i = 0; i < n; ++i)  // asked for 1e-13 of the residual, which 1 - A T divides
+        CHECK(std::abs(dipole[3 * i + 2] * (1 - polarizability * chain_sum) / polarizability - 1) < 1e-12);
+    }
+    CHECK(largest_polarizability(field_of, n) == doctest::Approx(1 / chain_sum).epsilon(1e-9));
+    std::vector<double> dipole(3 * n);
+    CHECK(message_of([&] { solve_dipoles(field_of, along_z(n), 0.21, 1e-13, dipole); }) ==
+          "At a polarizability of 0.21 the dipoles at these places polarize each other without end: it must be below "
+          "0.207977.");
+  }
+}
+
+TEST_CASE("Jacobi's sweeps leave A times T's eigenvalue of the error: 0.361 in a chain at A = 0.075") {
+  Ewald ewald(1e-14);
+  const Crowd row = chain(2);
+  const DipoleField field_of = field_by(ewald, row, {}, alone);
+  const double polarizability = 0.075, solution = polarizability / (1 - polarizability * chain_sum);
+  std::vector<double> dipole(6), field(6);
+  double error = solution;
+  for (int sweep = 0; sweep < 8; ++sweep) {
+    field_of(dipole, field);
+    for (int k = 0; k < 6; ++k) dipole[k] = polarizability * (along_z(2)[k] + field[k]);
+    const double before = std::exchange(error, solution - dipole[2]);
+    CHECK(std::abs(error / before - polarizability * chain_sum) < 1e-10);  // rounding over the last error, 3e-5
+  }
+  CHECK(polarizability * chain_sum == doctest::Approx(0.361).epsilon(2e-3));
+}
+
+TEST_CASE("densely packed grains can be polarized up to 3 / (4 pi sqrt(2))") {
+  const Crowd packed = lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
+  Ewald ewald(1e-14);
+  const double largest = largest_polarizability(field_by(ewald, packed, {}, alone), 4);
+  CHECK(largest == doctest::Approx(3 / (4 * pi * std::sqrt(2.0))).epsilon(1e-9));
+}
+
+TEST_CASE("three variants of induced dipoles have an energy whose slopes are the forces; the source's has not") {
+  const Crowd crowd = grains();
+  for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image}) {
+    const Response at = with_induced(crowd, variant);
+    // step^4 / 30 times the fifth derivative, 120 / 0.9^6 of charges and not more of what they induce: 2e-10.
+    CHECK(worst_slope_error(crowd, at.force, variant) < 2e-10);
+    CHECK(at.energy < by_ewald(crowd).energy - 0.05);
+  }
+  CHECK(worst_slope_error(crowd, with_induced(crowd, DipoleSum::source).force, DipoleSum::source) > 1e-3);
+}
+
+TEST_CASE("the source's forces are not the slopes of anything: their own slopes differ crosswise") {
+  const auto crosswise = [](DipoleSum variant) {
+    const double step = 1e-4;
+    Crowd crowd = grains();
+    const auto slope = [&](int of, int by) {  // of one component of the force by another coordinate
+      const double at = crowd.position[by];
+      crowd.position[by] = at + step;
+      const double above = with_induced(crowd, variant).force[of];
+      crowd.position[by] = at - step;
+      const double below = with_induced(crowd, variant).force[of];
+      crowd.position[by] = at;
+      return (above - below) / (2 * step);
+    };
+    double difference = 0;
+    for (int of = 0; of < 6; ++of)
+      for (int by = 0; by < of; ++by) difference = std::max(difference, std::abs(slope(of, by) - slope(by, of)));
+    return difference;
+  };
+  // step^2 / 6 times the energy's fourth derivative, 24 / 0.9^5
+  for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image})
+    CHECK(crosswise(variant) < 7e-8);
+  CHECK(crosswise(DipoleSum::source) > 5e-4);
+}
+
+TEST_CASE("what is induced is A times the field, and a tolerance enters the energy by its square") {
+  const Crowd crowd = grains();
+  Ewald ewald(1e-14);
+  const double tolerance = 1e-4;
+  for (const DipoleSum variant :
+       {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image, DipoleSum::source}) {
+    const InducedDipoles induced(ewald, variant, 0.075, tolerance);
+    std::vector<double> dipole;
+    Response response;
+    const int applications = induced.evaluate(crowd, {}, alone, dipole, response);
+    double residual = 0, field = 0;
+    for (std::size_t k = 0; k < dipole.size(); ++k) {
+      residual = std::hypot(residual, response.field[k] - dipole[k] / 0.075);
+      field = std::hypot(field, response.field[k]);
+    }
+    CHECK(residual < tolerance * field);
+    CHECK(residual > 0.02 * tolerance * field);  // an application gains less than a factor of ten
+    CHECK(applications < 8);
+    // A/2 residual^2 / (1 - A rho) of a field whose square adds up to some 2, A rho < 1/2
+    CHECK(std::abs(response.energy - with_induced(crowd, variant).energy) < 0.15 * tolerance * tolerance);
+    CHECK(induced.evaluate(crowd, {}, alone, dipole, response) <= 1);  // it starts from where it was
+  }
+}
+
+TEST_CASE("charges feel the potential of dipoles by the sum that takes their forces") {
+  const Crowd crowd = grains();
+  const std::vector<double> charges = by_ewald(crowd).potential;
+  Ewald ewald(1e-14);
+  MinimumImage near;
+  for (const DipoleSum variant :
+       {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image, DipoleSum::source}) {
+    Crowd dipoles = crowd;
+    Response response;
+    InducedDipoles(ewald, variant, 0.075, 1e-13).evaluate(crowd, {}, alone, dipoles.dipole, response);
+    dipoles.charge.assign(crowd.size(), 0);
+    const bool far = variant == DipoleSum::ewald || variant == DipoleSum::mixed_consistent;
+    std::vector<double> expected = evaluated(far ? static_cast<Sum&>(ewald) : near, dipoles).potential;
+    for (int i = 0; i < crowd.size(); ++i) expected[i] += charges[i];
+    CHECK(largest_difference(response.potential, expected) < 1e-14);
+  }
+}
+
+TEST_CASE("without polarizability nothing is induced; less than none is refused") {
+  const Crowd crowd = grains();
+  Ewald ewald(1e-14);
+  std::vector<double> dipole = {1, 2, 3};
+  Response response;
+  CHECK(InducedDipoles(ewald, DipoleSum::ewald, 0, 1e-6).evaluate(crowd, {}, alone, dipole, response) == 0);
+  CHECK(dipole == std::vector<double>(24));
+  CHECK(response.energy == by_ewald(crowd).energy);
+  CHECK(message_of([&] {
+          InducedDipoles(ewald, DipoleSum::ewald, -1, 1e-6).evaluate(crowd, {}, alone, dipole, response);
+        }) == "A polarizability is -1: it must not be negative.");
+}
+
+TEST_CASE("the predictor has Kolafa's weights, follows what changes steadily, and comes back from its history") {
+  const std::vector<std::vector<double>> weights = {
+      {1}, {2, -1}, {2.5, -2, 0.5}, {2.8, -2.8, 1.2, -0.2}, {2.8, -2.8, 1.2, -0.2}};
+  for (std::size_t steps = 1; steps <= weights.size(); ++steps)
+    for (std::size_t j = 0; j < weights[steps - 1].size(); ++j) {
+      DipolePredictor predictor;  // of a dipole that was 1 once, j + 1 steps ago
+      for (std::size_t step = steps; step-- > 0;) predictor.keep({step == j ? 1.0 : 0.0});
+      CHECK(predictor.predict()[0] == doctest::Approx(weights[steps - 1][j]).epsilon(1e-15));
+    }
+  DipolePredictor predictor, resumed;
+  CHECK(predictor.predict().empty());
+  for (int step = 0; step < 5; ++step) predictor.keep({1.0 + step, -2.0 * step});
+  CHECK(predictor.history().size() == 4);
+  CHECK(predictor.predict()[0] == doctest::Approx(6).epsilon(1e-15));
+  CHECK(predictor.predict()[1] == doctest::Approx(-10).epsilon(1e-15));
+  resumed.restore(predictor.history());
+  CHECK(resumed.predict() == predictor.predict());
+}

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "solvers/periodic/ewald.hpp"
+
+namespace lichtenberg::periodic {
+
+/// Sources that can be moved and changed.
+struct Crowd {
+  Vec3 lengths{1, 1, 1};
+  std::vector<double> position, charge, dipole{};
+
+  operator Sources() const { return {lengths, position, charge, dipole}; }
+  int size() const { return static_cast<int>(charge.size()); }
+};
+
+inline Response evaluated(Sum& sum, const Crowd& crowd, parallel::Team& team = parallel::Team::single()) {
+  Response response;
+  sum.evaluate(crowd, {}, team, response);
+  return response;
+}
+inline Response by_ewald(const Crowd& crowd, double tolerance = 1e-14, double alpha = 0) {
+  Ewald ewald(splitting_for(crowd, tolerance, alpha));
+  return evaluated(ewald, crowd);
+}
+
+/// At random places, no two nearer than `apart`, with charges (and dipoles, if any) up to 1 of both signs.
+inline Crowd random_crowd(int n, Vec3 lengths, double apart, bool dipoles, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Crowd crowd{.lengths = lengths};
+  while (crowd.size() < n) {
+    const Vec3 place{unit(random) * lengths.x, unit(random) * lengths.y, unit(random) * lengths.z};
+    bool free = true;
+    for (int i = 0; i < crowd.size() && free; ++i) {
+      Vec3 r = Sources(crowd).place(i) - place;
+      for (int k = 0; k < 3; ++k) r[k] -= lengths[k] * std::nearbyint(r[k] / lengths[k]);
+      free = norm(r) >= apart;
+    }
+    if (!free) continue;
+    for (int k = 0; k < 3; ++k) crowd.position.push_back(place[k]);
+    crowd.charge.push_back(2 * unit(random) - 1);
+    for (int k = 0; k < (dipoles ? 3 : 0); ++k) crowd.dipole.push_back(2 * unit(random) - 1);
+  }
+  return crowd;
+}
+
+/// A cubic lattice's cell with a source at each of `place` (in units of the side).
+inline Crowd lattice(double side, const std::vector<Vec3>& place, const std::vector<double>& charge) {
+  Crowd crowd{.lengths = {side, side, side}, .charge = charge};
+  for (const Vec3 p : place)
+    for (int k = 0; k < 3; ++k) crowd.position.push_back(side * p[k]);
+  return crowd;
+}
+
+/// Edge 2, so that neighbours are 1 apart.
+inline Crowd rock_salt() {
+  Crowd crowd{.lengths = {2, 2, 2}};
+  for (int corner = 0; corner < 8; ++corner) {
+    const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+    for (const int coordinate : {x, y, z}) crowd.position.push_back(coordinate);
+    crowd.charge.push_back((x + y + z) % 2 == 0 ? 1 : -1);
+  }
+  return crowd;
+}
+
+inline double largest(const std::vector<double>& v) {
+  double result = 0;
+  for (const double x : v) result = std::max(result, std::abs(x));
+  return result;
+}
+inline double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> difference(a.size());
+  for (std::size_t k = 0; k < a.size(); ++k) difference[k] = a[k] - b.at(k);
+  return largest(difference);
+}
+
+/// Of the energy, by the coordinate (or any other number) `x`: differences of fourth order.
+template <class Energy>
+double energy_slope(double& x, double step, const Energy& energy) {
+  const double at = x;
+  const auto shifted = [&](double by) {
+    x = at + by;
+    return energy();
+  };
+  const double result = (8 * (shifted(step) - shifted(-step)) - (shifted(2 * step) - shifted(-2 * step))) / (12 * step);
+  x = at;
+  return result;
+}
+
+}  // namespace lichtenberg::periodic

@@ -1,0 +1,178 @@
+// Ewald's sums of charges and dipoles.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "tests/message.hpp"
+#include "tests/periodic_sources.hpp"
+#include "tests/source_folder.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+using std::numbers::pi;
+
+namespace {
+
+std::vector<double> flat(const nlohmann::json& values) {
+  std::vector<double> result;
+  for (const auto& value : values.flatten())
+    result.push_back(value.is_string() ? std::stod(std::string(value)) : double(value));
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("twenty charges, to the digits of a double") {
+  std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
+  const nlohmann::json exact = nlohmann::json::parse(file);
+  const double length = exact["length"], energy = std::stod(std::string(exact["energy"]));
+  const Crowd crowd{{length, length, length}, flat(exact["position"]), flat(exact["charge"])};
+  const Response response = by_ewald(crowd, 1e-15);
+  // The largest terms are some 1, and the energy's some 5, each rounded a few times by 1.1e-16.
+  CHECK(largest_difference(response.potential, flat(exact["potential"])) < 2e-15);
+  CHECK(largest_difference(response.force, flat(exact["force"])) < 2e-15);
+  CHECK(std::abs(response.energy - energy) < 1e-14);
+}
+
+TEST_CASE("Madelung's constants, and a charge in its background") {
+  constexpr double rounding = 2e-15;
+  CHECK(std::abs(by_ewald(rock_salt()).energy / 4 + 1.7475645946331822) < rounding);
+  const Crowd caesium_chloride = lattice(1, {{0, 0, 0}, {0.5, 0.5, 0.5}}, {1, -1});
+  CHECK(std::abs(std::sqrt(0.75) * by_ewald(caesium_chloride).energy + 1.7626747730709884) < rounding);
+  const Crowd lone = lattice(1, {{0.1, 0.2, 0.3}}, {1});
+  CHECK(std::abs(2 * by_ewald(lone).energy + 2.8372974794806195) < rounding);
+  CHECK(largest(by_ewald(lone).force) < rounding);
+}
+
+TEST_CASE("nothing depends on alpha, neutral or not, in a cube or not") {
+  for (const bool neutral : {false, true}) {
+    Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, false, 1);
+    const double mean = std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0) / crowd.size();
+    for (double& q : crowd.charge) q -= neutral ? mean : 0;
+    const Response expected = by_ewald(crowd, 1e-14, 3);
+    for (const double alpha : {1.5, 5.0, 8.0}) {
+      // Asked for 1e-14 of 1 / d^2, and the largest terms, 1 / 0.1 and 1 / 0.1^2, round at 1e-14.
+      const Response response = by_ewald(crowd, 1e-14, alpha);
+      CHECK(largest_difference(response.potential, expected.potential) < 1e-13);
+      CHECK(largest_difference(response.field, expected.field) < 1e-12);
+      CHECK(largest_difference(response.force, expected.force) < 1e-12);
+      CHECK(std::abs(response.energy - expected.energy) < 1e-13);
+    }
+  }
+}
+
+TEST_CASE("cut-offs keep the accuracy asked for, and are not much better than it") {
+  const Crowd crowd = random_crowd(60, {1, 1, 1}, 0.05, false, 3);
+  const Response exact = by_ewald(crowd);
+  const double unit = std::pow(60, 2.0 / 3);  // charge over the squared mean spacing
+  for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
+    const double error = largest_difference(by_ewald(crowd, tolerance).field, exact.field) / unit;
+    CHECK(error < tolerance);
+    CHECK(error > 0.03 * tolerance);  // random places come near the bound on sums of magnitudes
+  }
+}
+
+TEST_CASE("forces are the energy's slopes") {
+  Crowd crowd = random_crowd(6, {1, 1.25, 0.75}, 0.2, false, 2);
+  const Response at = by_ewald(crowd);
+  const double step = 1e-3;
+  const double bound = 4 * std::pow(step, 4) / std::pow(0.2, 6);  // step^4 / 30 times the fifth derivative of 1/r
+  for (int k = 0; k < 18; ++k)
+    CHECK(std::abs(energy_slope(crowd.position[k], step, [&] { return by_ewald(crowd).energy; }) + at.force[k]) <
+          bound);
+}
+
+TEST_CASE("forces add up to nothing, and neither order nor origin nor image matters") {
+  for (const bool dipoles : {false, true}) {
+    const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, dipoles, 4);
+    const Response response = by_ewald(crowd);
+    const double rounding = 1e-14 * largest(response.force);
+    for (int k = 0; k < 3; ++k) {
+      double sum = 0;
+      for (int i = 0; i < crowd.size(); ++i) sum += response.force[3 * i + k];
+      CHECK(std::abs(sum) < rounding);
+    }
+    Crowd moved = crowd;
+    std::reverse(moved.charge.begin(), moved.charge.end());
+    for (int i = 0; i < crowd.size(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const int from = 3 * (crowd.size() - 1 - i) + k;
+        moved.position[3 * i + k] = crowd.position[from] + 0.3 + (i % 3 - 1) * crowd.lengths[k];
+        if (dipoles) moved.dipole[3 * i + k] = crowd.dipole[from];
+      }
+    Response other = by_ewald(moved);
+    std::reverse(other.potential.begin(), other.potential.end());
+    CHECK(largest_difference(other.potential, response.potential) < 1e-14 * largest(response.potential));
+    for (int i = 0; i < crowd.size(); ++i)
+      for (int k = 0; k < 3; ++k)  // moved places are rounded by 2e-16, which the fields' slopes multiply
+        CHECK(std::abs(other.force[3 * (crowd.size() - 1 - i) + k] - response.force[3 * i + k]) < 10 * rounding);
+  }
+}
+
+TEST_CASE("two cells in a row are each what one is") {
+  const Crowd cell = random_crowd(5, {1, 1.25, 0.75}, 0.2, true, 5);
+  Crowd two = cell;
+  two.lengths.z *= 2;
+  for (const double q : cell.charge) two.charge.push_back(q);
+  for (const double mu : cell.dipole) two.dipole.push_back(mu);
+  for (int k = 0; k < 15; ++k) two.position.push_back(cell.position[k] + (k % 3 == 2 ? cell.lengths.z : 0));
+  const Response expected = by_ewald(cell), response = by_ewald(two);
+  CHECK(std::abs(response.energy - 2 * expected.energy) < 1e-13 * std::abs(expected.energy));
+  for (int k = 0; k < 15; ++k)
+    for (const int image : {0, 15})
+      CHECK(std::abs(response.force[k + image] - expected.force[k]) < 1e-13 * largest(expected.force));
+}
+
+TEST_CASE("powers of two in lengths and charges come out exactly") {
+  for (const bool dipoles : {false, true}) {
+    const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, dipoles, 6);
+    Crowd scaled = crowd;
+    for (double& x : scaled.position) x *= 2;
+    for (int k = 0; k < 3; ++k) scaled.lengths[k] *= 2;
+    for (double& q : scaled.charge) q *= 0.25;
+    for (double& mu : scaled.dipole) mu *= 0.5;
+    Ewald ewald;
+    const Response expected = evaluated(ewald, crowd), response = evaluated(ewald, scaled);
+    CHECK(response.energy == expected.energy / 32);
+    for (int i = 0; i < crowd.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
+    for (int k = 0; k < 3 * crowd.size(); ++k) {
+      CHECK(response.field[k] == expected.field[k] / 16);
+      CHECK(response.force[k] == expected.force[k] / 64);
+    }
+  }
+}
+
+TEST_CASE("any number of threads gives the same bits, and a sample those of all") {
+  const Crowd crowd = random_crowd(30, {1, 1, 1}, 0.05, true, 7);
+  Ewald ewald;
+  const Response expected = evaluated(ewald, crowd);
+  for (const int threads : {2, 4}) {
+    parallel::Team team(threads);
+    const Response response = evaluated(ewald, crowd, team);
+    CHECK(response.potential == expected.potential);
+    CHECK(response.force == expected.force);
+    CHECK(response.energy == expected.energy);
+  }
+  Response sample;
+  ewald.evaluate_at(std::vector<int>{17, 3}, crowd, parallel::Team::single(), sample);
+  CHECK(sample.potential == std::vector{expected.potential[17], expected.potential[3]});
+  CHECK(sample.force[3] == expected.force[9]);
+  CHECK(sample.field.size() == 6);
+}
+
+TEST_CASE("sources that do not fit together are refused with a sentence") {
+  Crowd crowd = rock_salt();
+  crowd.charge.pop_back();
+  CHECK(message_of([&] { by_ewald(crowd); }) ==
+        "7 sources have 24 coordinates and 0 components of dipoles: 21 are needed.");
+  crowd.lengths.y = 0;
+  CHECK(message_of([&] { by_ewald(crowd); }) ==
+        "A periodic box has the lengths 2, 0 and 2: all must be positive and finite.");
+  CHECK(message_of([&] { by_ewald(rock_salt(), 0); }) == "A tolerance of Ewald's sum is 0: it must be positive.");
+  CHECK(by_ewald(Crowd{}).energy == 0);
+}

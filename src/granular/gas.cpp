@@ -87,9 +87,9 @@ bool Gas::has_smooth_forces() const {
   return std::ranges::any_of(model_.effects, [](const auto& effect) { return effect->is_smooth(); });
 }
 
-void Gas::drive(double dt) {
+void Gas::drive(double begin, double dt) {
   if (in_elastic_stage()) return;
-  for (const auto& effect : model_.effects) book_.driven += effect->drive(time_, dt, model_.bodies);
+  for (const auto& effect : model_.effects) book_.driven += effect->drive(begin, dt, model_.bodies);
 }
 
 void Gas::follow_contacts(double end) {

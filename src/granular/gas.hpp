@@ -36,8 +36,8 @@ class Gas {
 
   /// Changes momenta by dt times the smooth forces at this instant.
   void kick(double dt);
-  /// The gas around the grains acts on them for dt.
-  void drive(double dt);
+  /// What surrounds the grains acts on them from `begin` on for dt.
+  void drive(double begin, double dt);
   /// Contacts, and nothing else, move the grains until `end`, in steps that resolve the shortest contact.
   void follow_contacts(double end);
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.

@@ -71,7 +71,7 @@ struct GranularMotion::Implementation {
 
   static constexpr int notes_a_frame = 10;
   Gas gas;
-  std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<granular::Integrator> integrator;
   double energy_at_start;
   std::vector<Note> notes;
   double seconds = 0;

@@ -16,11 +16,11 @@ class Multirate final : public Integrator {
   }
 
   void step(Gas& gas, double end) override {
-    const double half = 0.5 * (end - gas.time());
+    const double begin = gas.time(), half = 0.5 * (end - begin);
     gas.kick(half);
-    gas.drive(half);
+    gas.drive(begin, half);
     gas.follow_contacts(end);
-    gas.drive(half);
+    gas.drive(begin + half, half);
     gas.kick(half);
     gas.settle_contacts();
   }

@@ -67,14 +67,18 @@ class Reader {
   }
 
   void read_key(const std::string& path, const Key& key, const toml::node& node) {
-    std::visit(
-        [&](auto at) {
-          auto& value = *at(draft_);
-          if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
-          if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
-            refuse_value(path, key, node, "is not allowed");
-        },
-        key.place);
+    const auto read_into = [&](auto& value) {
+      if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
+      if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
+        refuse_value(path, key, node, "is not allowed");
+    };
+    std::visit(Overloaded{[&](const AtChoice& at) {
+                            std::string name;
+                            read_into(name);
+                            at.set(draft_, name);
+                          },
+                          [&]<class T>(At<T> at) { read_into(*at(draft_)); }},
+               key.place);
     const std::vector<std::string> choices = key.choices();
     if (!choices.empty() && std::ranges::find(choices, *node.value<std::string>()) == choices.end())
       refuse_value(path, key, node, "is not allowed");

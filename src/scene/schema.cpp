@@ -73,13 +73,16 @@ std::string Range::text() const {
 }
 
 std::vector<std::string> Key::choices() const {
-  const auto names = std::visit([]<class T>(At<T>) { return choices_of(T{}); }, place);
-  return names.empty() ? texts : names;
+  const auto* choice = std::get_if<AtChoice>(&place);
+  return choice ? choice->names : texts;
 }
 
 std::string Key::allowed() const {
   if (const auto all = choices(); !all.empty()) return fmt::format("one of \"{}\"", fmt::join(all, "\", \""));
-  std::string text = std::visit([]<class T>(At<T>) { return type_name(T{}); }, place);
+  std::string text = std::visit(
+      Overloaded{[](const AtChoice&) { return std::string(type_name(std::string())); },
+                 []<class T>(At<T>) { return std::string(type_name(T{})); }},
+      place);
   if (!unit.empty()) text += " in " + unit;
   const std::string limits = range.text();
   return limits.empty() ? text : text + ", " + limits;
@@ -89,7 +92,9 @@ std::string Key::fallback(Draft& untouched) const {
   if (required) return "required";
   if (!shapes.empty()) return fmt::format("required for {}", fmt::join(shapes, ", "));
   if (!computed_default.empty()) return "default: " + computed_default;
-  return "default: " + std::visit([&](auto at) { return show(*at(untouched)); }, place);
+  return "default: " + std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
+                                             [&]<class T>(At<T> at) { return show(*at(untouched)); }},
+                                  place);
 }
 
 std::string Table::header() const {

@@ -5,9 +5,11 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
+#include "src/scene/choice.hpp"
 #include "src/scene/draft.hpp"
 
 namespace lichtenberg {
@@ -15,12 +17,48 @@ namespace lichtenberg {
 /// Where the value of a key goes. In a repeated table that is the last element, the one being read.
 template <class T>
 using At = T* (*)(Draft&);
+
+/// Where the value of an enumeration goes that has names (choice.hpp), or of one that may have no value yet.
+struct AtChoice {
+  std::vector<std::string> names;
+  std::function<std::string(Draft&)> name;                   ///< of the value; empty if there is none
+  std::function<void(Draft&, const std::string& name)> set;  ///< does nothing for what is no name
+
+  /// Of a function from Draft& to E* or std::optional<E>*.
+  template <class F, class Value = std::remove_pointer_t<std::invoke_result_t<F, Draft&>>>
+    requires Enumeration<Value> || Enumeration<typename Value::value_type>
+  AtChoice(F at) {
+    constexpr bool always = Enumeration<Value>;
+    using E = typename std::conditional_t<always, std::type_identity<Value>, Content<Value>>::type;
+    names = names_of<E>();
+    name = [at](Draft& draft) {
+      const std::optional<E> value = *at(draft);
+      return value ? name_of(*value) : std::string();
+    };
+    set = [at](Draft& draft, const std::string& text) {
+      if (const std::optional<E> value = value_of<E>(text)) *at(draft) = *value;
+    };
+  }
+
+ private:
+  template <class Optional>
+  struct Content {
+    using type = typename Optional::value_type;
+  };
+};
+
 using Place =
     std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
                  At<std::vector<double>>, At<DomainSide>, At<std::optional<double>>, At<std::optional<std::string>>,
-                 At<std::optional<Interval>>, At<std::optional<Region>>, At<std::optional<Coordinates>>,
-                 At<std::optional<FieldMethod>>, At<FieldDevice>, At<FieldLinks>, At<FieldLinearSolver>, At<Integrator>,
-                 At<FieldCoupling>, At<MinimizeMethod>, At<std::optional<NetworkModel>>, At<RadiusDistribution>>;
+                 At<std::optional<Interval>>, At<std::optional<Region>>, At<std::optional<Coordinates>>, AtChoice>;
+
+/// Functions of one name for std::visit.
+template <class... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
 
 /// The finite numbers from low to high.
 struct Range {

@@ -16,13 +16,8 @@
 namespace lichtenberg {
 
 // The types a scene's value can have. For each: `read` (false if the TOML value is of another type), `type_name` (as in
-// "it must be ..."), `show` (as written in a scene file), `numbers` (those that a key's range and unit apply to) and
-// `choices_of` (the texts that it can be, if it is an enumeration).
-
-template <class T>
-std::vector<std::string> choices_of(const T&) {
-  return {};
-}
+// "it must be ..."), `show` (as written in a scene file) and `numbers` (those that a key's range and unit apply to).
+// An enumeration is a text to all of them (AtChoice).
 
 inline bool read(const toml::node& node, double& value) {
   if (!node.is_number()) return false;
@@ -71,31 +66,6 @@ inline bool read(const toml::node& node, std::string& value) {
 inline const char* type_name(const std::string&) { return "a text, not empty"; }
 inline std::string show(const std::string& value) { return '"' + value + '"'; }
 inline std::vector<double> numbers(const std::string&) { return {}; }
-
-/// A text that is none of the enumeration's names changes nothing: who knows the key refuses it.
-template <Enumeration E>
-bool read(const toml::node& node, E& value) {
-  std::string name;
-  if (!read(node, name)) return false;
-  value = value_of<E>(name).value_or(value);
-  return true;
-}
-template <Enumeration E>
-const char* type_name(const E&) {
-  return type_name(std::string());
-}
-template <Enumeration E>
-std::string show(const E& value) {
-  return show(name_of(value));
-}
-template <Enumeration E>
-std::vector<double> numbers(const E&) {
-  return {};
-}
-template <Enumeration E>
-std::vector<std::string> choices_of(const E&) {
-  return names_of<E>();
-}
 
 inline bool read(const toml::node& node, Vec2& value) {
   const toml::array* pair = node.as_array();
@@ -197,11 +167,6 @@ std::string show(const std::optional<T>& value) {
 template <class T>
 std::vector<double> numbers(const std::optional<T>& value) {
   return value ? numbers(*value) : std::vector<double>{};
-}
-
-template <class T>
-std::vector<std::string> choices_of(const std::optional<T>&) {
-  return choices_of(T{});
 }
 
 }  // namespace lichtenberg

@@ -1,0 +1,176 @@
+#include "src/effects/charge_exchange.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "src/model/checkpoint.hpp"
+#include "src/model/grain_contact.hpp"
+#include "src/model/motion.hpp"
+#include "src/model/neighbours.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+void check(const Draft& draft) {
+  const auto& options = *draft.scene.effects.find<ChargeExchangeOptions>();
+  const bool impact = options.model == ExchangeModel::impact;
+  const auto only_with = [&](const std::string& key, bool allowed, const std::string& models) {
+    const std::string path = "effects.charge_exchange." + key;
+    if (const int line = draft.line(path); line > 0 && !allowed)
+      refuse(draft.scene.path, line,
+             fmt::format("{} is not allowed with effects.charge_exchange.model = \"{}\": it is for {}", path,
+                         name_of(options.model), models));
+  };
+  only_with("exponent", impact, "\"impact\"");
+  only_with("each_step", impact, "\"impact\"");
+  only_with("rate", !impact, "\"random-walk\" and \"contact-area\"");
+  if (draft.line("effects.charge_exchange.over_capacity") > 0 && !options.capacity)
+    refuse(
+        draft.scene.path, draft.line("effects.charge_exchange.over_capacity"),
+        "effects.charge_exchange.over_capacity needs effects.charge_exchange.capacity: add it, or leave the key out");
+}
+
+void check_capacity(const Draft& draft, Scene& scene) {
+  const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  if (!options.capacity) return;
+  for (const Conductor& grain : scene.conductors)
+    if (std::abs(grain.charge) > *options.capacity)
+      refuse(scene.path, draft.line("effects.charge_exchange.capacity"),
+             fmt::format("effects.charge_exchange.capacity = {:g} is not allowed: a grain has the charge {:g} at the "
+                         "start, and at least its magnitude is needed",
+                         *options.capacity, grain.charge));
+}
+
+}  // namespace
+
+const EffectKind& ChargeExchangeOptions::kind() {
+  static const EffectKind kind = {
+      .name = "charge_exchange",
+      .description = "grains in contact exchange charge at random",
+      .help =
+          "Grains that touch exchange charge, one as much as the other and with a random sign (G 3.45 to 3.51, 4.3). "
+          "What the fields of coulomb gain by it is booked.",
+      .options = ChargeExchangeOptions{},
+      .keys = {{.name = "model",
+                .place = place<&ChargeExchangeOptions::model>,
+                .help =
+                    "impact: once a collision, Q (energy of the impact)^eta with random factors; random-walk: white "
+                    "noise while in contact; contact-area: that times the area of the contact"},
+               {.name = "strength",
+                .place = place<&ChargeExchangeOptions::strength>,
+                .unit = "q0",
+                .range = ranges::positive,
+                .help = "Q"},
+               {.name = "exponent",
+                .place = place<&ChargeExchangeOptions::exponent>,
+                .range = ranges::positive,
+                .help = "eta, of impact"},
+               {.name = "rate",
+                .place = place<&ChargeExchangeOptions::rate>,
+                .unit = "1/t0",
+                .range = ranges::positive,
+                .help = "lambda, of random-walk and contact-area: a variance of Q^2 lambda a unit of time"},
+               {.name = "each_step",
+                .place = place<&ChargeExchangeOptions::each_step>,
+                .help =
+                    "impact: in each step of a contact, as G table 3.1 has it: the result then depends on the step"},
+               {.name = "capacity",
+                .place = place<&ChargeExchangeOptions::capacity>,
+                .unit = "q0",
+                .range = ranges::positive,
+                .computed_default = "none",
+                .help = "C, the largest charge of a grain (G 3.47)"},
+               {.name = "over_capacity",
+                .place = place<&ChargeExchangeOptions::over_capacity>,
+                .help = "a transfer beyond the capacity does not take place, or empties the grain as G prints it: then "
+                        "charge is lost"}},
+      .dimensions = {2, 3},
+      .periodic = true,
+      .grains = true,
+      .check = check,
+      .complete = check_capacity,
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+        return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
+      }};
+  return kind;
+}
+
+ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed)
+    : options_(options), seed_(seed) {}
+
+/// Random numbers are those of a pair and of how many collisions its first grain has had: no two collisions have the
+/// same, and none depends on threads or on when a list of pairs was made.
+void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
+  collisions_.resize(bodies.size());
+  if (is_once_a_collision()) {
+    for (const GrainContact& contact : contacts.begun) {
+      move(contact, contacts.dt, collisions_[contact.pair.i], bodies, charge);
+      ++collisions_[contact.pair.i], ++collisions_[contact.pair.j];
+    }
+    return;
+  }
+  for (const GrainContact& contact : contacts.open) move(contact, contacts.dt, steps_, bodies, charge);
+  ++steps_;
+}
+
+double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bodies& bodies, Random& random) const {
+  const auto [i, j] = contact.pair;
+  switch (options_.model) {
+    case ExchangeModel::impact: {
+      const double mass = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
+      return ImpactExchange{options_.strength, options_.exponent}(mass, contact.impact_speed, random);
+    }
+    case ExchangeModel::random_walk:
+      return RandomWalkExchange{options_.strength, options_.rate}(dt, random);
+    case ExchangeModel::contact_area:
+      break;
+  }
+  const double distance =
+      visit_spheres(bodies, [&](const auto& s) { return norm(s.box.difference(s.place(i), s.place(j))); });
+  const double overlap = std::max(bodies.radius[i] + bodies.radius[j] - distance, 0.0);
+  return ContactAreaExchange{options_.strength, options_.rate}(
+      contact_area(bodies.radius[i], bodies.radius[j], overlap), dt, random);
+}
+
+void ChargeExchange::move(const GrainContact& contact, double dt, std::uint64_t count, const Bodies& bodies,
+                          std::span<double> charge) {
+  const auto [i, j] = contact.pair;
+  Random random({seed_, RandomPurpose::exchange, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j), count});
+  const double dq = whole_quanta(transfer(contact, dt, bodies, random), charge_quantum(options_.strength));
+  const ExchangedCharges after =
+      effects::exchange_charges(charge[i], charge[j], dq, options_.capacity.value_or(INFINITY), options_.over_capacity);
+  refused_ += dq != 0 && after.i == charge[i] && after.j == charge[j];
+  ++transfers_;
+  lost_ += after.lost;
+  charge[i] = after.i, charge[j] = after.j;
+}
+
+void ChargeExchange::save(Checkpoint& checkpoint) const {
+  checkpoint.integers["collisions"] = collisions_;
+  checkpoint.integers["counters"] = {steps_, transfers_, refused_};
+  checkpoint.reals["lost"] = {lost_};
+}
+
+void ChargeExchange::restore(const Checkpoint& checkpoint) {
+  collisions_ = integers(checkpoint, "collisions");
+  const std::vector<std::int64_t>& counters = integers(checkpoint, "counters");
+  if (counters.size() != 3)
+    throw Failure(
+        "the checkpoint's counters of effects.charge_exchange are not those of this program: another version "
+        "wrote them");
+  steps_ = counters[0], transfers_ = counters[1], refused_ = counters[2];
+  lost_ = reals(checkpoint, "lost", 1).front();
+}
+
+void ChargeExchange::summarize(const State&, Summary& summary) const {
+  std::string text = fmt::format("{} transfers", transfers_);
+  if (options_.capacity) text += fmt::format(", {} refused by the capacity", refused_);
+  if (lost_ != 0) text += fmt::format(", a charge of {:.4g} lost beyond it", lost_);
+  summary.lines.push_back({"exchange", text});
+  summary.quantities.push_back({"transfers", static_cast<double>(transfers_), "1"});
+  summary.quantities.push_back({"lost_charge", lost_, "q0"});
+}
+
+}  // namespace lichtenberg::effects

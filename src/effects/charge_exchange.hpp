@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "src/effects/charge_exchange_law.hpp"
+#include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
+
+namespace lichtenberg::effects {
+
+/// How much charge a contact moves (G table 3.1).
+enum class ExchangeModel { impact, random_walk, contact_area };
+
+}  // namespace lichtenberg::effects
+
+namespace lichtenberg {
+template <>
+inline constexpr Named<effects::ExchangeModel> values_named<effects::ExchangeModel>[] = {
+    {effects::ExchangeModel::impact, "impact"},
+    {effects::ExchangeModel::random_walk, "random-walk"},
+    {effects::ExchangeModel::contact_area, "contact-area"}};
+template <>
+inline constexpr Named<effects::OverCapacity> values_named<effects::OverCapacity>[] = {
+    {effects::OverCapacity::refuse, "refuse"}, {effects::OverCapacity::reset, "reset"}};
+}  // namespace lichtenberg
+
+namespace lichtenberg::effects {
+
+struct ChargeExchangeOptions {
+  ExchangeModel model = ExchangeModel::impact;
+  double strength = 4.5e-3;        ///< Q
+  double exponent = 0.83;          ///< eta, of impact
+  double rate = 1;                 ///< lambda, 1/t0, of the others
+  bool each_step = false;          ///< impact: in each step of a contact, not once a collision
+  std::optional<double> capacity;  ///< C, q0
+  OverCapacity over_capacity = OverCapacity::refuse;
+
+  static const EffectKind& kind();
+};
+
+/// Grains that touch exchange charge at random, as much as one gains the other loses. Transfers are multiples of a
+/// power of two, so that the sum of all charges does not change by a bit.
+class ChargeExchange : public Effect {
+ public:
+  ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed);
+
+  const EffectKind& kind() const override { return ChargeExchangeOptions::kind(); }
+  Needs needs() const override { return {.charges = true}; }
+  void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) override;
+  void save(Checkpoint& checkpoint) const override;
+  void restore(const Checkpoint& checkpoint) override;
+  void summarize(const State& state, Summary& summary) const override;
+
+ private:
+  bool is_once_a_collision() const { return options_.model == ExchangeModel::impact && !options_.each_step; }
+  double transfer(const GrainContact& contact, double dt, const Bodies& bodies, Random& random) const;
+  void move(const GrainContact& contact, double dt, std::uint64_t count, const Bodies& bodies,
+            std::span<double> charge);
+
+  ChargeExchangeOptions options_;
+  std::uint64_t seed_;
+  std::vector<std::int64_t> collisions_;  ///< of each grain so far: what its random numbers are counted by
+  std::int64_t steps_ = 0, transfers_ = 0, refused_ = 0;
+  double lost_ = 0;  ///< charge, q0
+};
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,245 @@
+#include "src/effects/coulomb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/ewald.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/short_range.hpp"
+#include "src/effects/induced_dipoles.hpp"
+#include "src/model/checkpoint.hpp"
+#include "src/model/frame.hpp"
+#include "src/model/motion.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+double smallest_radius(const Scene& scene) { return std::ranges::min(scene.conductors, {}, &Conductor::radius).radius; }
+
+std::vector<double> scaled(std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+Vec3 lengths_of(const Scene& scene) { return scene.domain.box().lengths; }
+
+double default_cutoff(const Scene& scene) {
+  const Vec3 lengths = lengths_of(scene);
+  return std::min(7.0, 0.5 * std::min({lengths.x, lengths.y, lengths.z}));
+}
+
+periodic::MeshChoice mesh_for(const Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  try {
+    return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), lengths_of(scene),
+                                 2 * smallest_radius(scene));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: effects.coulomb.accuracy: {}", scene.path, error.what()));
+  }
+}
+
+std::unique_ptr<periodic::Sum> make_sum(const Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  switch (options.sum) {
+    case CoulombSum::mesh: {
+      const periodic::MeshChoice choice = mesh_for(scene);
+      return std::make_unique<periodic::ParticleMesh>(choice.mesh,
+                                                      periodic::prolate_cloud(choice.band_limit, choice.cutoff));
+    }
+    case CoulombSum::ewald:
+      return std::make_unique<periodic::Ewald>(options.accuracy);
+    case CoulombSum::minimum_image:
+      return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box);
+    case CoulombSum::shifted_force:
+      break;
+  }
+  return std::make_unique<periodic::ShiftedForce>(options.cutoff.value_or(default_cutoff(scene)), options.damping);
+}
+
+std::vector<Remark> explain(const Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  if (options.sum != CoulombSum::mesh) return {};
+  const periodic::MeshChoice choice = mesh_for(scene);
+  return {{"charges", fmt::format("forces to {:g} of the rms force: pairs up to {:.3g} d0, the rest on {} x {} x {} "
+                                  "points with splines of order {}; estimated error {:.1e}",
+                                  options.accuracy, choice.cutoff, choice.mesh.points[0], choice.mesh.points[1],
+                                  choice.mesh.points[2], choice.mesh.order, choice.error)}};
+}
+
+void check(const Draft& draft) {
+  const auto& options = *draft.scene.effects.find<CoulombOptions>();
+  const auto only_with = [&](const std::string& key, bool allowed, const std::string& sums) {
+    const std::string path = "effects.coulomb." + key;
+    if (const int line = draft.line(path); line > 0 && !allowed)
+      refuse(draft.scene.path, line,
+             fmt::format("{} is not allowed with effects.coulomb.sum = \"{}\": it is for {}", path,
+                         name_of(options.sum), sums));
+  };
+  const bool far = options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald;
+  const bool shifted = options.sum == CoulombSum::shifted_force;
+  only_with("accuracy", far, "\"mesh\" and \"ewald\"");
+  only_with("cutoff", shifted, "\"shifted-force\"");
+  only_with("damping", shifted, "\"shifted-force\"");
+  if (shifted && draft.scene.effects.has("induced_dipoles"))
+    refuse(draft.scene.path, draft.line("effects.coulomb.sum"),
+           "effects.coulomb.sum = \"shifted-force\" is not allowed with effects.induced_dipoles, of which it knows "
+           "nothing: \"mesh\", \"ewald\" and \"minimum-image\" are");
+}
+
+}  // namespace
+
+const EffectKind& CoulombOptions::kind() {
+  static const EffectKind kind = {
+      .name = "coulomb",
+      .description = "charges attract and repel each other and all their images",
+      .help =
+          "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (G 3.13 to "
+          "3.20, corrected). Where they do not add up to 0, a uniform background makes the box neutral.",
+      .options = CoulombOptions{},
+      .keys = {{.name = "strength",
+                .place = place<&CoulombOptions::strength>,
+                .range = ranges::not_negative,
+                .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
+               {.name = "sum",
+                .place = place<&CoulombOptions::sum>,
+                .help = "mesh: near pairs, all else on a mesh; ewald: term by term, the reference; minimum-image, "
+                        "shifted-force: pairs alone, without a promise"},
+               {.name = "accuracy",
+                .place = place<&CoulombOptions::accuracy>,
+                .range = {.low = 1e-12, .high = 0.1},
+                .help = "of mesh and ewald: error of a force over a force, both rms; chooses cutoffs, mesh and order"},
+               {.name = "cutoff",
+                .place = place<&CoulombOptions::cutoff>,
+                .unit = "d0",
+                .range = ranges::positive,
+                .computed_default = "7, or half the box",
+                .help = "of shifted-force"},
+               {.name = "damping",
+                .place = place<&CoulombOptions::damping>,
+                .unit = "1/d0",
+                .range = ranges::not_negative,
+                .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}},
+      .dimensions = {3},
+      .periodic = true,
+      .grains = true,
+      .check = check,
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Coulomb>(scene); },
+      .explain = explain};
+  return kind;
+}
+
+struct Coulomb::Implementation {
+  explicit Implementation(const Scene& scene)
+      : options(*scene.effects.find<CoulombOptions>()),
+        sum(make_sum(scene)),
+        range(sum->cutoff() - 2 * smallest_radius(scene)) {
+    if (const auto* dipoles = scene.effects.find<InducedDipolesOptions>())
+      induced.emplace(*sum, dipoles->sum, dipoles->polarizability, dipoles->tolerance);
+  }
+
+  /// Computes it for these places and charges, unless that was done last time.
+  const periodic::Response& response_for(const State& state) {
+    const Bodies& bodies = state.bodies;
+    if (bodies.position == position && bodies.charge == charge) return response;
+    const periodic::Sources sources{bodies.box.lengths, bodies.position, bodies.charge};
+    if (induced) {
+      dipole = predictor.predict();
+      iterations += induced->evaluate(sources, state.neighbours, state.team, dipole, response);
+      predictor.keep(dipole);
+    } else {
+      sum->evaluate(sources, state.neighbours, state.team, response);
+    }
+    position = bodies.position, charge = bodies.charge;
+    ++evaluations;
+    return response;
+  }
+
+  CoulombOptions options;
+  std::unique_ptr<periodic::Sum> sum;
+  double range;  ///< between surfaces
+  std::optional<periodic::InducedDipoles> induced;
+  periodic::DipolePredictor predictor;
+  periodic::Response response;
+  std::vector<double> position, charge, dipole;  ///< that `response` is for
+  std::int64_t evaluations = 0, iterations = 0;
+};
+
+Coulomb::Coulomb(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {}
+Coulomb::~Coulomb() = default;
+
+Needs Coulomb::needs() const {
+  Needs needs{.charges = true};
+  if (implementation_->sum->cutoff() > 0) needs.neighbour_range = implementation_->range;
+  return needs;
+}
+
+void Coulomb::add_forces(const State& state, std::span<double> force) const {
+  const std::vector<double>& found = implementation_->response_for(state).force;
+  for (std::size_t k = 0; k < force.size(); ++k) force[k] += implementation_->options.strength * found[k];
+}
+
+double Coulomb::stored_energy(const State& state) const {
+  return implementation_->options.strength * implementation_->response_for(state).energy;
+}
+
+/// Without dipoles what was computed follows from places and charges. Dipoles depend, within their tolerance, on where
+/// their solver began; so all goes into the checkpoint.
+void Coulomb::save(Checkpoint& checkpoint) const {
+  const Implementation& self = *implementation_;
+  checkpoint.integers["counters"] = {self.evaluations, self.iterations};
+  if (!self.induced) return;
+  checkpoint.reals["position"] = self.position;
+  checkpoint.reals["charge"] = self.charge;
+  checkpoint.reals["dipole"] = self.dipole;
+  checkpoint.reals["potential"] = self.response.potential;
+  checkpoint.reals["field"] = self.response.field;
+  checkpoint.reals["force"] = self.response.force;
+  checkpoint.reals["energy"] = {self.response.energy};
+  int step = 0;
+  for (const std::vector<double>& earlier : self.predictor.history())
+    checkpoint.reals[fmt::format("dipole_{}", step++)] = earlier;
+}
+
+void Coulomb::restore(const Checkpoint& checkpoint) {
+  Implementation& self = *implementation_;
+  const std::vector<std::int64_t>& counters = integers(checkpoint, "counters");
+  if (counters.size() != 2)
+    throw Failure(
+        "the checkpoint's counters of effects.coulomb are not those of this program: another version wrote them");
+  self.evaluations = counters[0], self.iterations = counters[1];
+  self.position.clear();
+  if (!self.induced) return;
+  const std::size_t n = checkpoint.reals.contains("charge") ? checkpoint.reals.at("charge").size() : 0;
+  self.position = reals(checkpoint, "position", 3 * n);
+  self.charge = reals(checkpoint, "charge", n);
+  self.dipole = reals(checkpoint, "dipole", 3 * n);
+  self.response = {reals(checkpoint, "potential", n), reals(checkpoint, "field", 3 * n),
+                   reals(checkpoint, "force", 3 * n), reals(checkpoint, "energy", 1).front()};
+  std::vector<std::vector<double>> history;
+  for (std::string name; checkpoint.reals.contains(name = fmt::format("dipole_{}", history.size()));)
+    history.push_back(reals(checkpoint, name, 3 * n));
+  self.predictor.restore(std::move(history));
+}
+
+void Coulomb::add_columns(const State& state, Frame& frame) const {
+  Implementation& self = *implementation_;
+  const periodic::Response& response = self.response_for(state);
+  frame.add_particles("coulomb_potential", "q0/d0", response.potential);
+  frame.add_vectors("coulomb_force", "m0 v0^2/d0", scaled(response.force, self.options.strength), 3);
+  if (self.induced) frame.add_vectors("dipole", "q0 d0", self.dipole, 3);
+}
+
+void Coulomb::summarize(const State&, Summary& summary) const {
+  const Implementation& self = *implementation_;
+  std::string text = fmt::format("computed {} times", self.evaluations);
+  if (self.induced && self.evaluations > 0)
+    text += fmt::format(", with {:.2f} fields of dipoles each",
+                        static_cast<double>(self.iterations) / static_cast<double>(self.evaluations));
+  summary.lines.push_back({"charges' field", text});
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,71 @@
+#include "src/effects/gas_drag.hpp"
+
+#include <cmath>
+
+#include "solvers/random.hpp"
+
+namespace lichtenberg::effects {
+
+const EffectKind& GasDragOptions::kind() {
+  static const EffectKind kind = {
+      .name = "gas_drag",
+      .description = "drag of a gas that blows at random",
+      .help =
+          "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for a time that decides, with the "
+          "speed, to which temperature it drives them: speed^2 tanh(S hold / 2).",
+      .options = GasDragOptions{},
+      .keys = {{.name = "stokes",
+                .place = place<&GasDragOptions::stokes>,
+                .range = ranges::positive,
+                .help = "S = d0 / (v0 tau), tau the time in which drag stops a grain"},
+               {.name = "speed",
+                .place = place<&GasDragOptions::speed>,
+                .unit = "v0",
+                .range = ranges::not_negative,
+                .help = "standard deviation of each component of v_gas; 0: a gas at rest"},
+               {.name = "hold",
+                .place = place<&GasDragOptions::hold>,
+                .unit = "t0",
+                .range = ranges::positive,
+                .help = "after which v_gas is drawn anew"}},
+      .dimensions = {2, 3},
+      .periodic = true,
+      .grains = true,
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+        return std::make_unique<GasDrag>(*scene.effects.find<GasDragOptions>(), scene.seed);
+      }};
+  return kind;
+}
+
+double GasDrag::drive(double time, double dt, Bodies& bodies) {
+  const auto kinetic = [&] {
+    double energy = 0;
+    for (std::size_t k = 0; k < bodies.momentum.size(); ++k)
+      energy += bodies.momentum[k] * bodies.momentum[k] / (2 * bodies.mass[k / bodies.dimension]);
+    return energy;
+  };
+  const double before = kinetic(), end = time + dt;
+  while (time < end) {
+    auto interval = static_cast<std::uint64_t>(time / options_.hold);
+    double next = static_cast<double>(interval + 1) * options_.hold;
+    if (next <= time) next = static_cast<double>(++interval + 1) * options_.hold;  // rounding
+    blow(std::min(next, end) - time, interval, bodies);
+    time = std::min(next, end);
+  }
+  return kinetic() - before;
+}
+
+void GasDrag::blow(double dt, std::uint64_t interval, Bodies& bodies) const {
+  const int d = bodies.dimension;
+  const double kept = std::exp(-options_.stokes * dt);
+  for (int i = 0; i < bodies.size(); ++i) {
+    Random random({seed_, RandomPurpose::gas, static_cast<std::uint64_t>(i), 0, interval});
+    for (int k = 0; k < d; ++k) {
+      const double gas = options_.speed > 0 ? options_.speed * random.normal() * bodies.mass[i] : 0;
+      double& momentum = bodies.momentum[i * d + k];
+      momentum = gas + (momentum - gas) * kept;
+    }
+  }
+}
+
+}  // namespace lichtenberg::effects

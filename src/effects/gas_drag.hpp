@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
+
+namespace lichtenberg::effects {
+
+struct GasDragOptions {
+  double stokes = 0.05;  ///< S
+  double speed = 0;      ///< sigma, v0
+  double hold = 1;       ///< tau_g, t0
+
+  static const EffectKind& kind();
+};
+
+/// Drag S (v_gas - v) of a gas whose velocity at each grain is random: Gaussian, of standard deviation `speed` a
+/// component, the same for `hold`, then drawn anew (G 3.54, 7.2, which state neither). Free grains come to the
+/// temperature speed^2 tanh(S hold / 2). Solved exactly.
+class GasDrag : public Effect {
+ public:
+  GasDrag(const GasDragOptions& options, std::uint64_t seed) : options_(options), seed_(seed) {}
+
+  const EffectKind& kind() const override { return GasDragOptions::kind(); }
+  double drive(double time, double dt, Bodies& bodies) override;
+
+ private:
+  void blow(double dt, std::uint64_t interval, Bodies& bodies) const;
+
+  GasDragOptions options_;
+  std::uint64_t seed_;
+};
+
+}  // namespace lichtenberg::effects

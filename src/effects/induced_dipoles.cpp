@@ -1,0 +1,59 @@
+#include "src/effects/induced_dipoles.hpp"
+
+#include <fmt/format.h>
+
+#include "src/model/effect.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+/// Only says that the table stands in the scene.
+class InducedDipoles : public Effect {
+ public:
+  const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
+};
+
+}  // namespace
+
+const EffectKind& InducedDipolesOptions::kind() {
+  static const EffectKind kind = {
+      .name = "induced_dipoles",
+      .description = "charges polarize grains, whose dipoles act on all",
+      .help =
+          "Each grain is a dipole A times the field at its centre, of charges and of the other dipoles (G 3.22 to "
+          "3.34 with their signs put right).",
+      .options = InducedDipolesOptions{},
+      .keys = {{.name = "polarizability",
+                .place = place<&InducedDipolesOptions::polarizability>,
+                .range = ranges::positive,
+                .help = "A, in d0^3: (eps_r - 1) / (eps_r + 2) / 8 of a dielectric sphere, 1/8 of a conductor"},
+               {.name = "sum",
+                .place = place<&InducedDipolesOptions::sum>,
+                .help =
+                    "ewald: all images everywhere; mixed-consistent: nearest images between dipoles; minimum-image: "
+                    "nearest images of all but charges; source: as G, whose forces have no energy"},
+               {.name = "tolerance",
+                .place = place<&InducedDipolesOptions::tolerance>,
+                .range = ranges::accuracy,
+                .help = "of the field that polarizes: what is left of its equation over the field of the charges"}},
+      .needs = {{"coulomb", "whose field polarizes"}},
+      .dimensions = {3},
+      .periodic = true,
+      .grains = true,
+      .check =
+          [](const Draft& draft) {
+            // Two touching grains polarize each other without end at r^3 = 2 A.
+            const auto& options = *draft.scene.effects.find<InducedDipolesOptions>();
+            constexpr double most = 0.5;
+            if (options.polarizability >= most)
+              refuse(draft.scene.path, draft.line("effects.induced_dipoles.polarizability"),
+                     fmt::format("effects.induced_dipoles.polarizability = {:g} is not allowed: two grains in contact "
+                                 "would polarize each other without end; less than {:g} is allowed, and 0.125 is a "
+                                 "conductor's",
+                                 options.polarizability, most));
+          },
+      .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<InducedDipoles>(); }};
+  return kind;
+}
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,45 @@
+#include "src/effects/uniform_force.hpp"
+
+namespace lichtenberg::effects {
+
+const EffectKind& UniformForceOptions::kind() {
+  static const EffectKind kind = {
+      .name = "uniform_force",
+      .description = "the same acceleration of every grain",
+      .help = "Accelerates every grain alike. Nothing but contacts and gas_drag stops them in a periodic box.",
+      .options = UniformForceOptions{},
+      .keys = {{.name = "acceleration",
+                .place = place<&UniformForceOptions::acceleration>,
+                .unit = "d0/t0^2",
+                .required = true,
+                .help = "as many components as the domain has dimensions"}},
+      .dimensions = {2, 3},
+      .periodic = true,
+      .grains = true,
+      .check =
+          [](const Draft& draft) {
+            const auto& options = *draft.scene.effects.find<UniformForceOptions>();
+            if (options.acceleration.count != draft.domain_size.count)
+              refuse(draft.scene.path, draft.line("effects.uniform_force.acceleration"),
+                     "effects.uniform_force.acceleration must have as many components as domain.size");
+          },
+      .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
+        return std::make_unique<UniformForce>(*scene.effects.find<UniformForceOptions>());
+      }};
+  return kind;
+}
+
+double UniformForce::drive(double, double dt, Bodies& bodies) {
+  const int d = bodies.dimension;
+  double work = 0;
+  for (int i = 0; i < bodies.size(); ++i)
+    for (int k = 0; k < d; ++k) {
+      double& momentum = bodies.momentum[i * d + k];
+      const double push = dt * bodies.mass[i] * acceleration_[k];
+      work += push * (momentum + 0.5 * push) / bodies.mass[i];
+      momentum += push;
+    }
+  return work;
+}
+
+}  // namespace lichtenberg::effects

@@ -79,10 +79,9 @@ std::vector<std::string> Key::choices() const {
 
 std::string Key::allowed() const {
   if (const auto all = choices(); !all.empty()) return fmt::format("one of \"{}\"", fmt::join(all, "\", \""));
-  std::string text = std::visit(
-      Overloaded{[](const AtChoice&) { return std::string(type_name(std::string())); },
-                 []<class T>(At<T>) { return std::string(type_name(T{})); }},
-      place);
+  std::string text = std::visit(Overloaded{[](const AtChoice&) { return std::string(type_name(std::string())); },
+                                           []<class T>(At<T>) { return std::string(type_name(T{})); }},
+                                place);
   if (!unit.empty()) text += " in " + unit;
   const std::string limits = range.text();
   return limits.empty() ? text : text + ", " + limits;

@@ -26,8 +26,7 @@ struct AtChoice {
 
   /// Of a function from Draft& to E* or std::optional<E>*.
   template <class F, class Value = std::remove_pointer_t<std::invoke_result_t<F, Draft&>>>
-    requires Enumeration<Value> || Enumeration<typename Value::value_type>
-  AtChoice(F at) {
+  requires Enumeration<Value> || Enumeration<typename Value::value_type> AtChoice(F at) {
     constexpr bool always = Enumeration<Value>;
     using E = typename std::conditional_t<always, std::type_identity<Value>, Content<Value>>::type;
     names = names_of<E>();

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "solvers/error.hpp"
 #include "solvers/random.hpp"
+#include "src/scene/charge_distribution.hpp"
 
 using namespace lichtenberg;
 
@@ -149,4 +151,36 @@ TEST_CASE("signs are fair, in a row and from pair to pair") {
   }
   CHECK(std::abs(sum / n) < five_sigma(1, n));
   CHECK(std::abs(repeats / n) < five_sigma(1, n));
+}
+
+TEST_CASE("charges have the density exp(-|q|^z) and its variance") {
+  const int n = 200000;
+  // z = 200 is nearly uniform in (-1, 1), and |q|^z is below all numbers for small q.
+  for (const double z : {0.5, 1.0, 2.0, 8.0, 20.0, 200.0}) {
+    Random random({1, RandomPurpose::population});
+    double within = 0;
+    int zeros = 0;
+    const Moments found = moments(n, [&](int) {
+      const double q = random_charge(z, random);
+      zeros += q == 0;
+      within += std::abs(q) < 0.1 ? 1.0 / n : 0;
+      return q;
+    });
+    CHECK(zeros == 0);
+    const double norm = std::tgamma(1 / z), variance = std::tgamma(3 / z) / norm, fourth = std::tgamma(5 / z) / norm;
+    CHECK(std::abs(found[0]) < five_sigma(variance, n));
+    CHECK(std::abs(found[1] - variance) < five_sigma(fourth - variance * variance, n));
+    // The probability of |q| < .1 by the midpoints of a thousand intervals, of sqrt(q), for the density may have a
+    // cusp.
+    double probability = 0;
+    for (int k = 0; k < 1000; ++k) {
+      const double root = std::sqrt(0.1) * (k + 0.5) / 1000, width = 2 * root * std::sqrt(0.1) / 1000;
+      probability += z / norm * std::exp(-std::pow(root * root, z)) * width;
+    }
+    CHECK(std::abs(within - probability) < five_sigma(probability * (1 - probability), n));
+  }
+  for (const double refused : {0.0, -1.0, std::nan("")}) {
+    Random random({1});
+    CHECK_THROWS_AS(random_charge(refused, random), InputError);
+  }
 }

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "solvers/geometry/host_device.hpp"
+#include "solvers/random.hpp"
+
+namespace lichtenberg::effects {
+
+// Charge dq that a contact of grains i and j moves, q_i += dq and q_j -= dq, by three models (G table 3.1), in reduced
+// units. Each is proportional to its strength Q, and its sign is as likely + as -.
+
+/// White noise while grains touch: dq = Q sqrt(rate dt) w, w Gaussian of variance 1 (G 3.45, 3.46). Two words.
+struct RandomWalkExchange {
+  double strength = 0;  ///< Q
+  double rate = 0;      ///< lambda
+
+  LICHTENBERG_HOST_DEVICE double operator()(double dt, Random& random) const {
+    return strength * std::sqrt(rate * dt) * random.normal();
+  }
+};
+
+/// Once a collision: dq = +-Q (Psi_1 m_eff v^2)^(eta + Psi_2), v the normal speed at touch, m_eff = 1/2 for two grains
+/// of mass 1; Psi_1 is uniform in [.1, 10^(1/2)], Psi_2 in +-.05 eta (G 4.3, whose interval for Psi_2 is shifted by
+/// eta). Three words: sign, Psi_1, Psi_2.
+struct ImpactExchange {
+  double strength = 0;  ///< Q
+  double exponent = 0;  ///< eta
+
+  LICHTENBERG_HOST_DEVICE double operator()(double effective_mass, double speed, Random& random) const {
+    const double signed_strength = random.sign() * strength;
+    const double first = random.uniform(0.1, std::sqrt(10.0)), second = random.uniform(-0.05, 0.05) * exponent;
+    return signed_strength * std::pow(first * effective_mass * speed * speed, exponent + second);
+  }
+};
+
+/// White noise times the area of the contact: dq = Q a sqrt(rate dt) w (G 3.50, 3.51). Two words.
+struct ContactAreaExchange {
+  double strength = 0;  ///< Q
+  double rate = 0;      ///< lambda
+
+  LICHTENBERG_HOST_DEVICE double operator()(double area, double dt, Random& random) const {
+    return strength * area * std::sqrt(rate * dt) * random.normal();
+  }
+};
+
+/// Area of the circle in which two spheres meet, pi (xi/2) (d0 - xi/2) if they are equal (3.51 prints xi for xi/2).
+/// Heron's formula, none of whose factors cancels; 0 <= overlap, and neither sphere inside the other.
+LICHTENBERG_HOST_DEVICE inline double contact_area(double radius_i, double radius_j, double overlap) {
+  const double distance = radius_i + radius_j - overlap, apart = radius_i - radius_j;
+  return std::numbers::pi * (radius_i + radius_j + distance) * overlap * (distance + apart) * (distance - apart) /
+         (4 * distance * distance);
+}
+
+/// What transfers of strength Q are multiples of, 2^(floor(log2 Q) - 30): sums of charges are then exact in double, in
+/// any order, up to 2^22 Q, and a gas that was neutral stays so to the last bit.
+LICHTENBERG_HOST_DEVICE inline double charge_quantum(double strength) {
+  return std::ldexp(1.0, std::ilogb(strength) - 30);
+}
+
+/// dq rounded to a multiple of the quantum, a power of two.
+LICHTENBERG_HOST_DEVICE inline double whole_quanta(double dq, double quantum) {
+  return quantum * std::nearbyint(dq / quantum);
+}
+
+/// What happens to a transfer that would charge a grain beyond its capacity.
+enum class OverCapacity {
+  refuse,  ///< it does not take place
+  reset,   ///< it does, and the grain loses all its charge (G 3.47): charge is not conserved
+};
+
+struct ExchangedCharges {
+  double i = 0, j = 0;
+  double lost = 0;  ///< charge that is in neither
+};
+
+/// The charges of two grains after the transfer dq from j to i; a capacity of infinity is none.
+LICHTENBERG_HOST_DEVICE inline ExchangedCharges exchange_charges(double charge_i, double charge_j, double dq,
+                                                                 double capacity, OverCapacity over) {
+  const double i = charge_i + dq, j = charge_j - dq;
+  const bool over_i = std::abs(i) > capacity, over_j = std::abs(j) > capacity;
+  if (!over_i && !over_j) return {i, j};
+  if (over == OverCapacity::refuse) return {charge_i, charge_j};
+  return {over_i ? 0 : i, over_j ? 0 : j, (over_i ? i : 0) + (over_j ? j : 0)};
+}
+
+}  // namespace lichtenberg::effects

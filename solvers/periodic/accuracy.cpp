@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "solvers/periodic/sources.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -93,6 +94,9 @@ double relative_error(const Mesh& mesh, const Cloud& cloud, double contact) {
 }
 
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact) {
+  require_consistent({lengths});
+  if (!(contact > 0))
+    throw InputError(fmt::format("Charges come as near as {} to each other: it must be positive.", contact));
   if (!(accuracy >= 1e-8 && accuracy <= 0.1))
     throw InputError(fmt::format("An accuracy of {} cannot be asked of a mesh: 1e-8 to 0.1 can.", accuracy));
   const double most = 0.5 * accuracy * accuracy * force2(contact);  // for near part and mesh each

@@ -14,10 +14,10 @@ namespace lichtenberg::periodic {
 namespace {
 
 const Mesh& checked(const Mesh& mesh) {
+  require_consistent({mesh.lengths});
   if (mesh.order < 4 || mesh.order > 7)
     throw InputError(fmt::format("Splines of order {} are not available: 4 to 7 are.", mesh.order));
   for (int k = 0; k < 3; ++k) {
-    if (!(mesh.lengths[k] > 0)) throw InputError(fmt::format("The box must be longer than {}.", mesh.lengths[k]));
     if (mesh.points[k] < 2 * mesh.order)
       throw InputError(
           fmt::format("A mesh with {} points along an axis is too coarse for splines of order {}: {} are "

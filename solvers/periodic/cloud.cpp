@@ -12,7 +12,7 @@ namespace lichtenberg::periodic {
 
 Cloud gauss_cloud(double alpha, double cutoff) {
   if (!(alpha > 0 && cutoff > 0))
-    throw InputError(fmt::format("A cloud's width, 1/{}, and its cutoff, {}, must be positive.", alpha, cutoff));
+    throw InputError(fmt::format("A cloud's alpha {} and its cutoff {} must be positive.", alpha, cutoff));
   Cloud of;
   of.cutoff = cutoff;
   of.potential = [alpha](double r) { return r > 0 ? std::erf(alpha * r) / r : 2 * alpha / std::sqrt(M_PI); };

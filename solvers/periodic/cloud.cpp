@@ -1,0 +1,111 @@
+#include "solvers/periodic/cloud.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::periodic {
+
+Cloud gauss_cloud(double alpha, double cutoff) {
+  if (!(alpha > 0 && cutoff > 0))
+    throw InputError(fmt::format("A cloud's alpha {} and its cutoff {} must be positive.", alpha, cutoff));
+  Cloud of;
+  of.cutoff = cutoff;
+  of.potential = [alpha](double r) { return r > 0 ? std::erf(alpha * r) / r : 2 * alpha / std::sqrt(M_PI); };
+  of.transform = [alpha](double k) { return std::exp(-k * k / (4 * alpha * alpha)); };
+  of.band_limit = INFINITY;
+  of.background = M_PI / (alpha * alpha);
+  of.lost = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
+  return of;
+}
+
+namespace {
+
+/// psi_0 on [-1, 1] as a sum of even Legendre polynomials, a_n P_2n, so scaled that its integral from 0 to 1 is 1.
+class ProlateFunction {
+ public:
+  explicit ProlateFunction(double band_limit) {
+    // Three-term recurrence of the coefficients of normalized polynomials (Osipov, Rokhlin and Xiao 2013, eq. 2.105);
+    // they fall faster than any power once 2n > band_limit.
+    const int terms = 20 + static_cast<int>(band_limit);
+    const double c2 = band_limit * band_limit;
+    Eigen::VectorXd diagonal(terms), beside(terms - 1);
+    for (int n = 0; n < terms; ++n) {
+      const double k = 2 * n;
+      diagonal[n] = k * (k + 1) + (2 * k * (k + 1) - 1) / ((2 * k + 3) * (2 * k - 1)) * c2;
+      if (n + 1 < terms) beside[n] = (k + 2) * (k + 1) / ((2 * k + 3) * std::sqrt((2 * k + 1) * (2 * k + 5))) * c2;
+    }
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+    solver.computeFromTridiagonal(diagonal, beside);
+    const Eigen::VectorXd vector = solver.eigenvectors().col(0);
+    for (int n = 0; n < terms; ++n) a_.push_back(vector[n] / vector[0] * std::sqrt(4 * n + 1.0));
+    while (std::abs(a_.back()) < 1e-18) a_.pop_back();
+  }
+
+  double operator()(double x) const {
+    double sum = 0;
+    visit(x, [&](int n, double even, double, double) { sum += a_[n] * even; });
+    return sum;
+  }
+  /// From 0 to x.
+  double integral(double x) const {
+    double sum = 0;
+    visit(x, [&](int n, double, double before, double after) { sum += a_[n] * (after - before) / (4 * n + 1); });
+    return sum;
+  }
+  /// Of x^2 times the function, from 0 to 1.
+  double second_moment() const { return a_[0] / 3 + 2 * a_[1] / 15; }
+  /// From 0 to 1.
+  double square() const {
+    double sum = 0;
+    for (std::size_t n = 0; n < a_.size(); ++n) sum += a_[n] * a_[n] / (4.0 * n + 1);
+    return sum;
+  }
+
+ private:
+  /// use(n, P_2n, P_(2n-1), P_(2n+1)) at x, with 0 for the second of n = 0: the integral of P_2n is from those two.
+  template <class Use>
+  void visit(double x, Use&& use) const {
+    double before = 0, even = 1, after = x;
+    for (int n = 0; n < static_cast<int>(a_.size()); ++n) {
+      use(n, even, before, after);
+      const int k = 2 * n + 1;
+      before = after;
+      even = ((2 * k + 1) * x * after - k * even) / (k + 1);
+      after = ((2 * k + 3) * x * even - (k + 1) * after) / (k + 2);
+    }
+  }
+  std::vector<double> a_;
+};
+
+}  // namespace
+
+Cloud prolate_cloud(double band_limit, double cutoff) {
+  if (!(band_limit >= 1 && band_limit <= 100 && cutoff > 0))
+    throw InputError(
+        fmt::format("A cloud's band limit {} must be from 1 to 100 and its cutoff {} positive.", band_limit, cutoff));
+  const ProlateFunction psi(band_limit);
+  const double middle = psi(0);
+  Cloud of;
+  of.cutoff = cutoff;
+  of.potential = [psi, middle, cutoff](double r) {
+    const double x = r / cutoff;
+    return x >= 1 ? 1 / r : x > 0 ? psi.integral(x) / r : middle / cutoff;
+  };
+  of.band_limit = band_limit / cutoff;
+  // psi is its own Fourier transform.
+  of.transform = [psi, middle, limit = of.band_limit](double k) { return k <= limit ? psi(k / limit) / middle : 0; };
+  // Twice by parts: 4 pi times the integral of r (1 - Phi).
+  of.background = 2 * M_PI * cutoff * cutoff * psi.second_moment();
+  // (1/V) sum over k of (4 pi w / k)^2 is 8 times the integral of w^2 from the band limit on; of the integral of psi^2
+  // over all numbers, 4 sqrt(pi c) exp(-2c) lies outside of [-1, 1] (Fuchs 1964), half of it on this side.
+  of.lost = 8 * of.band_limit * 4 * std::sqrt(M_PI * band_limit) * std::exp(-2 * band_limit) * psi.square() /
+            (middle * middle);
+  return of;
+}
+
+}  // namespace lichtenberg::periodic

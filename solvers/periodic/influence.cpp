@@ -1,0 +1,125 @@
+#include "solvers/periodic/influence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::periodic {
+
+namespace {
+
+/// Modes that a mesh cannot tell apart differ by whole numbers of turns a spacing. Splines of order 4 leave 1e-7 of the
+/// seventh: those up to `far_turns` make the sums over splines alone. A cloud that a mesh can carry at all has nothing
+/// left of the second.
+constexpr int far_turns = 6, near_turns = 1;
+
+/// One axis of a mesh: what the sums over modes that look alike are made of, for mode 0 to points / 2.
+struct Axis {
+  struct Mode {
+    double u2 = 0, k2u2 = 0;                                ///< sums of U^2 and of k^2 U^2, U the spline's transform
+    std::array<double, 2> shifted{};                        ///< sums of U(m) U(m + 1), U(m) U(m + 2)
+    std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 one by one
+  };
+  std::vector<Mode> modes;
+
+  Axis(double length, int points, int order) {
+    const double spacing = length / points;
+    for (int mode = 0; mode <= points / 2; ++mode) {
+      std::array<double, 2 * far_turns + 1> spline;
+      Mode& sums = modes.emplace_back();
+      for (int m = -far_turns; m <= far_turns; ++m) {
+        const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, phase = k * spacing / 2;
+        const double u = phase == 0 ? 1 : std::pow(std::sin(phase) / phase, order);
+        spline[m + far_turns] = u;
+        sums.u2 += u * u;
+        sums.k2u2 += k * k * u * u;
+        if (std::abs(m) > near_turns) continue;
+        sums.k2[m + near_turns] = k * k;
+        sums.square[m + near_turns] = u * u;
+      }
+      for (int n = 1; n <= 2; ++n)
+        for (int m = 0; m + n <= 2 * far_turns; ++m) sums.shifted[n - 1] += spline[m] * spline[m + n];
+    }
+  }
+};
+
+/// Sums over all modes that look like one on the mesh.
+struct Alike {
+  double u2 = 0;         ///< U^2
+  double k2u2 = 0;       ///< k^2 U^2
+  double cloud_u2 = 0;   ///< 4 pi w U^2: (k U)^2 times the smooth part's transform
+  double potential = 0;  ///< 4 pi w / k^2
+  double force2 = 0;     ///< (4 pi w / k)^2
+
+  double factor() const { return cloud_u2 / (u2 * k2u2); }
+};
+
+Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud) {
+  Alike sums;
+  sums.u2 = x.u2 * y.u2 * z.u2;
+  sums.k2u2 = x.k2u2 * y.u2 * z.u2 + x.u2 * y.k2u2 * z.u2 + x.u2 * y.u2 * z.k2u2;
+  const double limit = cloud.band_limit * cloud.band_limit;
+  for (std::size_t a = 0; a < x.k2.size(); ++a)
+    for (std::size_t b = 0; b < y.k2.size(); ++b)
+      for (std::size_t c = 0; c < z.k2.size(); ++c) {
+        const double k2 = x.k2[a] + y.k2[b] + z.k2[c];
+        if (k2 > limit) continue;
+        const double w = 4 * M_PI * cloud.transform(std::sqrt(k2));
+        sums.cloud_u2 += w * x.square[a] * y.square[b] * z.square[c];
+        sums.potential += w / k2;
+        sums.force2 += w * w / k2;
+      }
+  return sums;
+}
+
+struct Octant {
+  std::array<Axis, 3> axes;
+
+  explicit Octant(const Mesh& mesh)
+      : axes{Axis(mesh.lengths.x, mesh.points[0], mesh.order), Axis(mesh.lengths.y, mesh.points[1], mesh.order),
+             Axis(mesh.lengths.z, mesh.points[2], mesh.order)} {}
+
+  /// use(modes, Alike, how many modes of the mesh are this one's mirror images) for all but the constant.
+  template <class Use>
+  void visit(const Mesh& mesh, const Cloud& cloud, Use&& use) const {
+    const auto images = [&](int axis, int mode) { return mode == 0 || 2 * mode == mesh.points[axis] ? 1 : 2; };
+    for (int y = 0; y <= mesh.points[1] / 2; ++y)
+      for (int x = 0; x <= mesh.points[0] / 2; ++x)
+        for (int z = 0; z <= mesh.points[2] / 2; ++z)
+          if (x + y + z > 0)
+            use(std::array{x, y, z}, alike(axes[0].modes[x], axes[1].modes[y], axes[2].modes[z], cloud),
+                images(0, x) * images(1, y) * images(2, z));
+  }
+};
+
+}  // namespace
+
+Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
+  const int across = mesh.points[0], down = mesh.points[1], deep = mesh.points[2] / 2 + 1;
+  Influence influence;
+  influence.factor.resize(static_cast<std::size_t>(across) * down * deep);
+  const Octant octant(mesh);
+  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
+    const double factor = sums.factor() / mesh.volume();
+    const auto [x, y, z] = mode;
+    for (const int row : {y, (down - y) % down})
+      for (const int column : {x, (across - x) % across})
+        influence.factor[(static_cast<std::size_t>(row) * across + column) * deep + z] = factor;
+    for (int k = 0; k < 3; ++k) {
+      const auto& along = octant.axes[k].modes[mode[k]];
+      for (int n = 0; n < 2; ++n)
+        influence.self_wave[k][n] += images * 2 * factor * sums.u2 / along.u2 * along.shifted[n];
+    }
+    influence.self_excess += images * (factor * sums.u2 - sums.potential / mesh.volume());
+  });
+  return influence;
+}
+
+double mesh_error(const Mesh& mesh, const Cloud& cloud) {
+  double sum = 0;
+  Octant(mesh).visit(mesh, cloud, [&](std::array<int, 3>, const Alike& sums, int images) {
+    sum += images * std::max(0.0, sums.force2 - sums.cloud_u2 * sums.factor());
+  });
+  return sum / mesh.volume();
+}
+
+}  // namespace lichtenberg::periodic

@@ -1,0 +1,231 @@
+#include "solvers/periodic/near.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/lanes.hpp"
+
+namespace lichtenberg::periodic {
+
+namespace {
+
+/// Charges.
+constexpr int ahead = 8;
+constexpr int lowest_degree = 4, highest_degree = 30;
+
+/// Of the smooth part as a series of Chebyshev polynomials of 2 (r / cutoff)^2 - 1, with far more terms than needed.
+std::vector<double> chebyshev_series(const Cloud& cloud) {
+  constexpr int nodes = 48;
+  std::vector<double> series(nodes);
+  for (int node = 0; node < nodes; ++node) {
+    const double angle = M_PI * (node + 0.5) / nodes;
+    const double value = cloud.potential(cloud.cutoff * std::cos(angle / 2));
+    for (int n = 0; n < nodes; ++n) series[n] += (n == 0 ? 1.0 : 2.0) / nodes * value * std::cos(n * angle);
+  }
+  return series;
+}
+
+/// The first degree from which on the terms left out change the force by less than a tenth of the root mean square,
+/// over the ball of the cutoff, of what the cloud itself loses. The force is 4 r / cutoff^2 times the polynomial's
+/// slope, and a Chebyshev polynomial's slope is n^2 at most.
+int sufficient_degree(const std::vector<double>& series, const Cloud& cloud) {
+  const double volume = 4 * M_PI / 3 * std::pow(cloud.cutoff, 3);
+  const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;
+  int degree = highest_degree;
+  for (double left = 0; degree > lowest_degree; --degree) {
+    left += std::abs(series[degree]) * degree * degree;
+    if (left > most) break;
+  }
+  return std::min(highest_degree, (degree + 1) / 2 * 2);
+}
+
+std::vector<double> powers_of(const std::vector<double>& series, int degree) {
+  std::vector<double> powers(degree + 1), before(degree + 1), now(degree + 1);
+  before[0] = 1;  // T_0
+  now[1] = 1;     // T_1
+  for (int n = 0; n <= degree; ++n) {
+    for (int k = 0; k <= degree; ++k) powers[k] += series[n] * before[k];
+    auto after = before;
+    for (int k = 0; k <= degree; ++k) after[k] = (k > 0 ? 2 * now[k - 1] : 0) - before[k];
+    before = now;
+    now = after;
+  }
+  return powers;
+}
+
+double checked_cutoff(Vec3 lengths, double cutoff) {
+  require_consistent({lengths});
+  for (int k = 0; k < 3; ++k)
+    if (2 * cutoff > lengths[k])
+      throw InputError(
+          fmt::format("A cutoff of {} is more than half of the box's {}: a charge would meet two images of "
+                      "one other.",
+                      cutoff, lengths[k]));
+  return cutoff;
+}
+
+Box<3> periodic_box(Vec3 lengths) {
+  Box<3> box{lengths};
+  box.sides.fill(Boundary::periodic);
+  return box;
+}
+
+}  // namespace
+
+NearPart::NearPart(Vec3 lengths, const Cloud& cloud)
+    : cutoff_(checked_cutoff(lengths, cloud.cutoff)), nearest_(periodic_box(lengths)) {
+  const auto series = chebyshev_series(cloud);
+  coefficients_ = powers_of(series, sufficient_degree(series, cloud));
+}
+
+/// Pairs within the cutoff, some hundred: what they do to each other is computed many at a time.
+class NearPart::Batch {
+ public:
+  Batch(const NearPart& near, const Tiles& tiles, double* sum)
+      : tiles_(tiles),
+        coefficients_(near.coefficients_.data()),
+        degree_(near.degree()),
+        cutoff2_(near.cutoff_ * near.cutoff_),
+        sum_(sum) {
+    for (int k = 0; k < 3; ++k) length_[k] = near.nearest_.length[k], turns_[k] = near.nearest_.turns_a_metre[k];
+  }
+
+  /// Pairs of one first charge, which is sorted to `first`.
+  void add(int first, std::span<const Pair> pairs) {
+    while (!pairs.empty()) {
+      const std::span now = pairs.first(std::min<std::size_t>(pairs.size(), most - count_));
+      pairs = pairs.subspan(now.size());
+      gather(first, now);
+      if (count_ == most) finish();
+    }
+  }
+  /// Until then some have not been added.
+  void finish() {
+    // What lies behind the last is computed with it, and must be a number.
+    for (int c = count_; c < count_ + many; ++c) squared_[c] = cutoff2_;
+    compute_by_degree<lowest_degree>();
+    for (int c = 0; c < count_;) c = add_run(c);
+    count_ = 0;
+  }
+
+ private:
+  static constexpr int most = 256, many = 8;
+  using Four = Lanes<4>;  ///< a vector and one number more
+  using Many = Lanes<many>;
+
+  const Four& charge(int s) const { return lanes<4>(tiles_.place_and_charge(s)); }
+
+  void gather(int first, std::span<const Pair> pairs) {
+    // To round a number below 2^51 to a whole one.
+    constexpr double whole = 0x1.8p52;
+    const Four at = charge(first);
+    for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
+      const int second = tiles_.sorted(pair.j);
+      __builtin_prefetch(&sum_[4 * second]);
+      Four apart = at - charge(second);
+      apart -= length_ * ((apart * turns_ + whole) - whole);
+      const Four square = apart * apart;
+      lanes<4>(&apart_[4 * count_]) = apart;
+      squared_[count_] = square[0] + square[1] + square[2];
+      pair_[count_] = {first, second};
+      count_ += squared_[count_] < cutoff2_;
+    }
+  }
+
+  template <int degree>
+  void compute_by_degree() {
+    if (degree == degree_) return compute<degree>();
+    if constexpr (degree < highest_degree) compute_by_degree<degree + 2>();
+  }
+
+  template <int degree>
+  void compute() {
+    std::array<double, degree + 1> coefficients;
+    std::copy_n(coefficients_, degree + 1, coefficients.begin());
+    const double turn = 2 / cutoff2_;
+    for (int c = 0; c < count_; c += many) {
+      const Many squared = lanes<many>(&squared_[c]), x = squared * turn - 1;
+      Many cloud = Many{} + coefficients[degree], slope{};
+      for (int k = degree - 1; k >= 0; --k) {
+        slope = slope * x + cloud;
+        cloud = cloud * x + coefficients[k];
+      }
+      const Many over_squared = 1 / squared;
+      Many over_distance;
+      for (int k = 0; k < many; ++k) over_distance[k] = std::sqrt(over_squared[k]);
+      lanes<many>(&field_[c]) = over_distance * over_squared + 2 * turn * slope;
+      lanes<many>(&potential_[c]) = over_distance - cloud;
+    }
+  }
+
+  /// Pairs from the c-th on that have one first charge, to both charges; returns where the next begin. One by one:
+  /// where a batch ends must not show in the sums.
+  int add_run(int c) {
+    const int i = pair_[c].i;
+    const double q = charge(i)[3];
+    const Four on_others{-q, -q, -q, q};
+    Four on_first = lanes<4>(&sum_[4 * i]);
+    for (; c < count_ && pair_[c].i == i; ++c) {
+      const int j = pair_[c].j;
+      const double field = field_[c];
+      Four unit = lanes<4>(&apart_[4 * c]) * field;
+      unit[3] = potential_[c];
+      on_first += charge(j)[3] * unit;
+      lanes<4>(&sum_[4 * j]) += on_others * unit;
+    }
+    lanes<4>(&sum_[4 * i]) = on_first;
+    return c;
+  }
+
+  const Tiles& tiles_;
+  const double* coefficients_;
+  int degree_;
+  double cutoff2_;
+  double* sum_;
+  Four length_{}, turns_{};
+  int count_ = 0;
+  std::array<Pair, most> pair_;                                              ///< as they are sorted
+  alignas(64) std::array<double, most + many> squared_, potential_, field_;  ///< field: over the distance
+  alignas(64) std::array<double, 4 * most> apart_;                           ///< from j to i
+};
+
+/// Where the pairs of each first charge begin.
+void NearPart::index(int charges, std::span<const Pair> pairs, parallel::Team& team) {
+  constexpr std::ptrdiff_t pairs_a_task = 1 << 16;
+  const std::ptrdiff_t count = std::ssize(pairs);
+  first_pair_.resize(charges + 1);
+  team.for_each(static_cast<int>(count / pairs_a_task + 1), [&](int task) {
+    const std::ptrdiff_t first = task * pairs_a_task, end = std::min(count, first + pairs_a_task);
+    int i = first == 0 ? 0 : pairs[first - 1].i + 1;
+    for (std::ptrdiff_t k = first; k < end; ++k)
+      while (i <= pairs[k].i) first_pair_[i++] = k;
+    if (end == count) std::fill(first_pair_.begin() + i, first_pair_.end(), count);
+  });
+}
+
+void NearPart::compute(const Tiles& tiles, std::span<const Pair> pairs, FieldAndPotential sum, parallel::Team& team) {
+  index(tiles.size(), pairs, team);
+  std::ranges::fill(sum, 0.0);
+  tiles.for_each_apart(team, [&](int first, int end) {
+    Batch batch(*this, tiles, sum.data());
+    const auto pairs_of = [&](int s) {
+      const int i = tiles.number(s);
+      return pairs.subspan(first_pair_[i], first_pair_[i + 1] - first_pair_[i]);
+    };
+    for (int s = first; s < end; ++s) {
+      // They lie anywhere in memory.
+      if (s + 2 * ahead < end) __builtin_prefetch(&first_pair_[tiles.number(s + 2 * ahead)]);
+      if (s + ahead < end)
+        for (const std::span next = pairs_of(s + ahead); const std::size_t line : {0, 8, 16, 24, 32})
+          __builtin_prefetch(next.data() + line);
+      batch.add(s, pairs_of(s));
+    }
+    batch.finish();
+  });
+}
+
+}  // namespace lichtenberg::periodic

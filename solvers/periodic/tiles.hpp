@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "solvers/parallel/team.hpp"
+#include "solvers/periodic/sources.hpp"
+
+namespace lichtenberg::periodic {
+
+/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile
+/// is a column of the box along z, at least `width` wide along x and y, so that what reaches no further than that from
+/// its charges reaches the tiles around it only. In a tile charges go up z by half a width at a time, and by number.
+class Tiles {
+ public:
+  Tiles(Vec3 lengths, double width);
+
+  void sort(const Sources& sources);
+
+  int size() const { return static_cast<int>(order_.size()); }
+  /// Of a sorted charge: its place in the box and its charge, four numbers; its number.
+  const double* place_and_charge(int s) const { return &charges_[4 * s]; }
+  int number(int s) const { return order_[s]; }
+  /// Of a charge by its number: where it is sorted.
+  int sorted(int i) const { return sorted_[i]; }
+
+  /// Calls work(first, end) for the sorted charges of each tile; what these reach is no other tile's at that time, and
+  /// is reached in the same order for any number of threads.
+  template <class Work>
+  void for_each_apart(parallel::Team& team, const Work& work) const {
+    // Tiles that are three apart reach nothing in common.
+    const int step_x = std::min(tiles_[0], 3), step_y = std::min(tiles_[1], 3);
+    const int rows = tiles_[1] / step_y, count = tiles_[0] / step_x * rows;
+    for (int x = 0; x < step_x; ++x)
+      for (int y = 0; y < step_y; ++y)
+        team.for_each(count, [&](int k) {
+          const int tile = (x + k / rows * step_x) * tiles_[1] + y + k % rows * step_y;
+          work(first_[tile * tiles_[2]], first_[(tile + 1) * tiles_[2]]);
+        });
+  }
+
+ private:
+  Vec3 lengths_;
+  std::array<int, 3> tiles_;       ///< along x and y: one, or a multiple of three; pieces of a tile along z
+  std::vector<int> piece_;         ///< that a charge is in, by number
+  std::vector<int> first_, next_;  ///< sorted charge of a piece
+  std::vector<int> order_, sorted_;
+  std::vector<double> charges_;
+};
+
+}  // namespace lichtenberg::periodic

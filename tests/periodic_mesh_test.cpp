@@ -1,0 +1,341 @@
+// Coulomb sums on a mesh: their parts, and the whole against Ewald's.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/splines.hpp"
+#include "tests/message.hpp"
+#include "tests/periodic_sources.hpp"
+#include "tests/source_folder.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+
+namespace {
+
+std::vector<Pair> pairs_of(const Crowd& crowd, double within) {
+  Box<3> box{crowd.lengths};
+  box.sides.fill(Boundary::periodic);
+  const std::vector<double> radius(crowd.size());
+  return pairs_closer_than(Spheres<3>{crowd.position, radius, box}, within);
+}
+
+Response evaluated_on(ParticleMesh& sum, const Crowd& crowd, double skin = 0,
+                      parallel::Team& team = parallel::Team::single()) {
+  const auto pairs = pairs_of(crowd, sum.cutoff() + skin);
+  Response response;
+  sum.evaluate(crowd, pairs, team, response);
+  return response;
+}
+
+Response by_mesh(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
+  ParticleMesh sum(mesh, cloud);
+  return evaluated_on(sum, crowd);
+}
+
+Response by_accuracy(const Crowd& crowd, double accuracy, double contact) {
+  const MeshChoice choice = choose_mesh(accuracy, crowd.size(), crowd.lengths, contact);
+  return by_mesh(crowd, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff));
+}
+
+double root_mean_square(const std::vector<double>& v) {
+  return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0) / static_cast<double>(v.size()));
+}
+
+/// Root mean square over that of `exact`.
+double relative_difference(const std::vector<double>& found, const std::vector<double>& exact) {
+  std::vector<double> difference(exact.size());
+  for (std::size_t k = 0; k < exact.size(); ++k) difference[k] = found.at(k) - exact[k];
+  return root_mean_square(difference) / root_mean_square(exact);
+}
+
+void neutralize(Crowd& crowd) {
+  const double mean = std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0) / crowd.size();
+  for (double& q : crowd.charge) q -= mean;
+}
+
+/// 300 charges at the density of GRANULAR's gas.
+Crowd gas(unsigned seed, Vec3 lengths = {12.8, 12.8, 12.8}) { return random_crowd(300, lengths, 1, false, seed); }
+
+/// Balls of grains that touch, in an empty box.
+Crowd clusters() {
+  Crowd crowd{.lengths = {20, 20, 20}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const Vec3 centre : {Vec3{5, 5, 5}, Vec3{14, 12, 6}})
+    for (int x = -3; x <= 3; ++x)
+      for (int y = -3; y <= 3; ++y)
+        for (int z = -3; z <= 3; ++z) {
+          if (x * x + y * y + z * z > 10) continue;
+          crowd.position.insert(crowd.position.end(), {centre.x + 1.02 * x, centre.y + 1.02 * y, centre.z + 1.02 * z});
+          crowd.charge.push_back(unit(random));
+        }
+  neutralize(crowd);
+  return crowd;
+}
+
+template <int order>
+void check_splines() {
+  using S = Spline<order>;
+  for (const double t : {0.0, 0.3, 0.5, 0.99}) {
+    typename S::Row weight, slope, above, below;
+    S::weights(t, weight);
+    S::slopes(t, slope);
+    S::weights(t + 1e-4, above);
+    S::weights(t - 1e-4, below);
+    double sum = 0, mean = 0, slopes = 0;
+    for (int c = 0; c < S::lanes; ++c) {
+      sum += weight[c];
+      mean += weight[c] * c;
+      slopes += slope[c];
+      // Weights, and their third derivatives, are below 8; polynomials do not end where splines do.
+      CHECK(slope[c] == doctest::Approx((above[c] - below[c]) / 2e-4).epsilon(1e-7));
+    }
+    CHECK(sum == doctest::Approx(1).epsilon(1e-14));
+    CHECK(std::abs(slopes) < 1e-14);
+    CHECK(mean == doctest::Approx(t + order / 2.0 - 1).epsilon(1e-14));  // straight lines are kept
+  }
+}
+
+}  // namespace
+
+TEST_CASE("splines' weights add up to one, keep straight lines and have their slopes") {
+  check_splines<4>();
+  check_splines<5>();
+  check_splines<6>();
+  check_splines<7>();
+}
+
+TEST_CASE(
+    "clouds: a Gauss function's by closed forms, and what any cloud's potential, transform and background share") {
+  const double alpha = 0.8, cutoff = 5;
+  CHECK(gauss_cloud(alpha, cutoff).background == doctest::Approx(M_PI / (alpha * alpha)));
+  CHECK(gauss_cloud(alpha, cutoff).potential(0) == doctest::Approx(gauss_cloud(alpha, cutoff).potential(1e-5)));
+  for (const Cloud& cloud : {gauss_cloud(alpha, cutoff), prolate_cloud(9, cutoff), prolate_cloud(20, cutoff)}) {
+    // A sum of the transform over all waves is what the potential is at one place; Simpson's rule over the near rest.
+    const int steps = 4000;
+    const double limit = std::min(cloud.band_limit, 12.0), dk = limit / steps, dr = cutoff / steps;
+    const auto weight = [&](int n) { return (n == 0 || n == steps ? 1.0 : n % 2 ? 4.0 : 2.0) / 3; };
+    for (const double r : {0.3, 1.0, 2.5, 4.5}) {
+      double sum = 0;
+      for (int n = 0; n <= steps; ++n)
+        sum += weight(n) * dk * cloud.transform(n * dk) * (n == 0 ? 1 : std::sin(n * dk * r) / (n * dk * r));
+      // Of the prolate cloud 1e-3 to 1e-8 is left out beyond the band limit, as the square root of `lost` says.
+      CHECK(std::abs(2 / M_PI * sum - cloud.potential(r)) < std::sqrt(cloud.lost));
+    }
+    double near = 0;
+    for (int n = 1; n <= steps; ++n)
+      near += weight(n) * dr * 4 * M_PI * n * dr * (1 - n * dr * cloud.potential(n * dr));
+    CHECK(near == doctest::Approx(cloud.background).epsilon(1e-6));  // erfc(4) is left out, 2e-8
+  }
+  CHECK(prolate_cloud(9, cutoff).potential(5.5) == 1 / 5.5);
+}
+
+TEST_CASE("twenty charges, their forces, potentials and energy to 1e-7") {
+  std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
+  const nlohmann::json exact = nlohmann::json::parse(file);
+  const auto numbers = [&](const char* name) {
+    std::vector<double> result;
+    for (const auto& value : exact[name].flatten())
+      result.push_back(value.is_string() ? std::stod(std::string(value)) : double(value));
+    return result;
+  };
+  const double length = exact["length"];
+  const Crowd crowd{{length, length, length}, numbers("position"), numbers("charge")};
+  for (const Cloud& cloud : {gauss_cloud(0.85, 5), prolate_cloud(18, 5)}) {
+    const Mesh mesh{crowd.lengths, {40, 40, 40}, 7};
+    const Response response = by_mesh(crowd, mesh, cloud);
+    // Twenty charges are few for an estimate of random ones; a factor of three is left to them.
+    const double bound = 3 * relative_error(mesh, cloud, 1);
+    CHECK(bound < 1e-6);
+    CHECK(relative_difference(response.force, numbers("force")) < bound);
+    CHECK(relative_difference(response.potential, numbers("potential")) < bound);
+    CHECK(response.energy == doctest::Approx(std::stod(std::string(exact["energy"]))).epsilon(bound));
+  }
+}
+
+TEST_CASE("Madelung's constants, and a charge in its background") {
+  // Two cells a side, or half a box would be too short a cutoff for so few digits as 1e-6.
+  Crowd salt{.lengths = {4, 4, 4}};
+  for (int n = 0; n < 64; ++n) {
+    const int x = n % 4, y = n / 4 % 4, z = n / 16;
+    for (const int coordinate : {x, y, z}) salt.position.push_back(coordinate);
+    salt.charge.push_back((x + y + z) % 2 == 0 ? 1 : -1);
+  }
+  // Errors of charges in a lattice all have one sign: up to N^(1/2) times what random ones have.
+  CHECK(by_accuracy(salt, 1e-6, 1).energy / 32 == doctest::Approx(-1.7475645946331822).epsilon(1e-5));
+  for (const Vec3 place : {Vec3{0, 0, 0}, Vec3{0.1, 0.2, 0.3}}) {
+    const Crowd lone = lattice(1, {place}, {1});
+    const Response response = by_mesh(lone, {lone.lengths, {24, 24, 24}, 7}, prolate_cloud(14, 0.5));
+    CHECK(2 * response.energy == doctest::Approx(-2.8372974794806195).epsilon(1e-5));
+    CHECK(largest(response.force) < 1e-15);  // the mesh's mean force is all there is
+  }
+}
+
+TEST_CASE("random charges: the error is the one that is estimated, whatever cloud, order, mesh and box") {
+  for (const Vec3 lengths : {Vec3{12.8, 12.8, 12.8}, Vec3{10, 20, 10.5}}) {
+    const Crowd crowd = gas(1, lengths);
+    const Response exact = by_ewald(crowd, 1e-11);
+    for (const Cloud& cloud : {gauss_cloud(0.75, 4.5), prolate_cloud(10, 4.5)})
+      for (int order = 4; order <= 7; ++order)
+        for (const double spacing : {1.3, 0.8}) {
+          Mesh mesh{lengths, {}, order};
+          for (int k = 0; k < 3; ++k) mesh.points[k] = std::max(2 * order, static_cast<int>(lengths[k] / spacing));
+          const Response response = by_mesh(crowd, mesh, cloud);
+          const double estimate = relative_error(mesh, cloud, 1);
+          const double error = relative_difference(response.force, exact.force);
+          CAPTURE(order);
+          CAPTURE(spacing);
+          CHECK(error < 2 * estimate);
+          CHECK(error > estimate / 2);
+          // Potentials and the energy need fewer waves than forces.
+          CHECK(relative_difference(response.potential, exact.potential) < 2 * estimate);
+        }
+  }
+}
+
+TEST_CASE("an accuracy that is asked for is kept, in a gas and in clusters, and not by much") {
+  for (const Crowd& crowd : {gas(2), clusters()}) {
+    const Response exact = by_ewald(crowd, 1e-11);
+    for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
+      const double error = relative_difference(by_accuracy(crowd, accuracy, 1).force, exact.force);
+      CAPTURE(accuracy);
+      CHECK(error < 2 * accuracy);
+      CHECK(error > 0.1 * accuracy);
+    }
+  }
+}
+
+TEST_CASE("a net charge has its background: nothing depends on how the sum is split") {
+  Crowd crowd = gas(3);
+  for (double& q : crowd.charge) q += 0.5;
+  const Response exact = by_ewald(crowd);
+  for (const double band_limit : {19.0, 20.5})
+    for (const double cutoff : {5.0, 6.0}) {
+      const Response response = by_mesh(crowd, {crowd.lengths, {48, 48, 48}, 7}, prolate_cloud(band_limit, cutoff));
+      CHECK(response.energy == doctest::Approx(exact.energy).epsilon(1e-6));
+      CHECK(relative_difference(response.potential, exact.potential) < 1e-6);
+      CHECK(relative_difference(response.force, exact.force) < 1e-6);
+    }
+}
+
+TEST_CASE("forces are the energy's slopes, but for the mean force of the mesh, and add up to nothing") {
+  Crowd crowd = random_crowd(40, {6, 7, 8}, 0.5, false, 4);
+  // A mesh so coarse that its own error is seen: 1e-2.
+  ParticleMesh sum({crowd.lengths, {12, 12, 12}, 5}, prolate_cloud(8, 2.9));
+  const Response at = evaluated_on(sum, crowd);
+  Vec3 net;
+  for (int i = 0; i < crowd.size(); ++i)
+    for (int k = 0; k < 3; ++k) net[k] += at.force[3 * i + k];
+  CHECK(norm(net) < 1e-14 * crowd.size() * largest(at.force));
+  const double square = std::inner_product(crowd.charge.begin(), crowd.charge.end(), crowd.charge.begin(), 0.0);
+  const double step = 1e-4;
+  std::vector<double> slope(crowd.position.size()), missing(3);
+  for (std::size_t k = 0; k < slope.size(); ++k) {
+    const double x = crowd.position[k];
+    crowd.position[k] = x + step;
+    const double above = evaluated_on(sum, crowd).energy;
+    crowd.position[k] = x - step;
+    const double below = evaluated_on(sum, crowd).energy;
+    crowd.position[k] = x;
+    slope[k] = -(above - below) / (2 * step);
+    missing[k % 3] += slope[k] / square;
+  }
+  CHECK(largest(missing) > 1e-5);  // there is something to take off
+  for (std::size_t k = 0; k < slope.size(); ++k)
+    // Third derivatives are 6 / r^4 for each pair, 100 at the least distance: step^2 / 6 of that, and rounding of some
+    // 10 over the step.
+    CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(crowd.charge[k / 3], 2) - at.force[k]) < 1e-6);
+}
+
+TEST_CASE("any number of threads, and pairs beyond the cutoff, give the same bits") {
+  const Crowd crowd = random_crowd(2000, {30, 24, 21}, 0.5, false, 5);
+  ParticleMesh sum({crowd.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
+  const Response expected = evaluated_on(sum, crowd);
+  for (const int threads : {1, 2, 4})
+    for (const double skin : {0.0, 0.7}) {
+      parallel::Team team(threads);
+      const Response response = evaluated_on(sum, crowd, skin, team);
+      CHECK(response.potential == expected.potential);
+      CHECK(response.field == expected.field);
+      CHECK(response.force == expected.force);
+      CHECK(response.energy == expected.energy);
+    }
+}
+
+TEST_CASE("powers of two in lengths and charges come out exactly") {
+  const Crowd crowd = gas(6);
+  Crowd scaled = crowd;
+  for (double& x : scaled.position) x *= 2;
+  for (int k = 0; k < 3; ++k) scaled.lengths[k] *= 2;
+  for (double& q : scaled.charge) q *= 0.25;
+  const auto response_of = [](const Crowd& of, double unit) {
+    return by_mesh(of, {of.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 4 * unit));
+  };
+  const Response expected = response_of(crowd, 1), response = response_of(scaled, 2);
+  CHECK(response.energy == expected.energy / 32);
+  for (int i = 0; i < crowd.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
+  for (int k = 0; k < 3 * crowd.size(); ++k) CHECK(response.force[k] == expected.force[k] / 64);
+}
+
+TEST_CASE("whole spacings of the mesh and whole boxes move everything alike") {
+  const Crowd crowd = gas(7);
+  const Mesh mesh{crowd.lengths, {16, 16, 16}, 5};
+  Crowd moved = crowd;
+  for (int i = 0; i < crowd.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      moved.position[3 * i + k] += (k + 3) * mesh.spacing()[k] + (i % 5 - 2) * crowd.lengths[k];
+  const Cloud cloud = prolate_cloud(9, 4);
+  const Response expected = by_mesh(crowd, mesh, cloud), response = by_mesh(moved, mesh, cloud);
+  // Places are rounded by 1e-15 of some lengths, which the forces' slopes multiply by 2 over a distance of 1.
+  CHECK(largest_difference(response.force, expected.force) < 1e-13 * largest(expected.force));
+  CHECK(response.energy == doctest::Approx(expected.energy).epsilon(1e-12));
+}
+
+TEST_CASE("no charges, and charges of nothing, feel nothing") {
+  const Mesh mesh{{10, 10, 10}, {16, 16, 16}, 4};
+  CHECK(by_mesh(Crowd{.lengths = mesh.lengths}, mesh, prolate_cloud(8, 4)).energy == 0);
+  Crowd crowd = random_crowd(5, mesh.lengths, 1, false, 8);
+  std::ranges::fill(crowd.charge, 0);
+  CHECK(largest(by_mesh(crowd, mesh, prolate_cloud(8, 4)).force) == 0);
+}
+
+TEST_CASE("what cannot be done is refused with a sentence") {
+  const Vec3 cube{10, 10, 10};
+  const Cloud cloud = prolate_cloud(8, 4);
+  const Mesh mesh{cube, {16, 16, 16}, 4};
+  CHECK(message_of([&] {
+          ParticleMesh({cube, {16, 16, 16}, 3}, cloud);
+        }) == "Splines of order 3 are not available: 4 to 7 are.");
+  CHECK(message_of([&] {
+          ParticleMesh({cube, {16, 12, 16}, 7}, cloud);
+        }) == "A mesh with 12 points along an axis is too coarse for splines of order 7: 14 are needed.");
+  CHECK(message_of([&] { ParticleMesh(mesh, prolate_cloud(8, 5.5)); }) ==
+        "A cutoff of 5.5 is more than half of the box's 10: a charge would meet two images of one other.");
+  CHECK(message_of([&] {
+          ParticleMesh({{10, 0, 10}, {16, 16, 16}, 4}, cloud);
+        }) == "A periodic box has the lengths 10, 0 and 10: all must be positive and finite.");
+  CHECK(message_of([] { prolate_cloud(0.5, 1); }) ==
+        "A cloud's band limit 0.5 must be from 1 to 100 and its cutoff 1 positive.");
+  CHECK(message_of([] { gauss_cloud(-1, 1); }) == "A cloud's alpha -1 and its cutoff 1 must be positive.");
+  Crowd crowd = random_crowd(5, cube, 1, true, 9);
+  CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) == "The particle-mesh sum takes charges only, not dipoles.");
+  crowd.dipole.clear();
+  std::copy_n(crowd.position.begin(), 3, crowd.position.begin() + 6);
+  CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==
+        "The energy of the charges is no finite number: two of them lie at the same place.");
+  ParticleMesh other({{10, 10, 11}, {16, 16, 16}, 4}, cloud);
+  CHECK(message_of([&] { evaluated_on(other, crowd); }) ==
+        "The box is 10 x 10 x 10 long, but the mesh was made for 10 x 10 x 11.");
+  CHECK(message_of([&] { choose_mesh(1e-9, 100, cube, 1); }) ==
+        "An accuracy of 1e-09 cannot be asked of a mesh: 1e-8 to 0.1 can.");
+  CHECK(message_of([&] {
+          choose_mesh(1e-8, 100, {1e4, 1, 1}, 0.4);
+        }).starts_with("No mesh of up to 1024 points along a side reaches an accuracy of 1e-08"));
+}

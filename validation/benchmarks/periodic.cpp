@@ -1,0 +1,195 @@
+// Coulomb sums of charges +1 and -1 at random places in a periodic cube: what an evaluation on a mesh costs, part by
+// part, beside Ewald's sum; the error that is asked for, estimated and found.
+#include "solvers/periodic/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <random>
+
+#include "solvers/periodic/ewald.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "validation/benchmarks/machine.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+
+namespace {
+
+struct Options {
+  std::vector<int> sizes{1000, 8516, 50016};
+  std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
+  std::vector<int> threads{1, 2};
+  double density = 0.1458;  // charges in unit volume, no two nearer than 1: GRANULAR's gas
+  double skin = 0;          // of the list of pairs
+  int sample = 300;         // charges whose force is compared with Ewald's
+  int repeats = 5;
+};
+
+/// Least milliseconds of several: of the clock on the wall, and of all threads' processors together.
+struct Milliseconds {
+  double wall = INFINITY, processors = INFINITY;
+};
+
+Milliseconds milliseconds(int repeats, const auto& work) {
+  Milliseconds least;
+  for (int k = 0; k < repeats; ++k) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t before = std::clock();
+    work();
+    least.processors = std::min(least.processors, 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+    const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+    least.wall = std::min(least.wall, wall.count());
+  }
+  return least;
+}
+
+Box<3> periodic_box(Vec3 lengths) {
+  Box<3> box{lengths};
+  box.sides.fill(Boundary::periodic);
+  return box;
+}
+
+struct Gas {
+  Vec3 lengths;
+  std::vector<double> position, charge;
+
+  operator Sources() const { return {lengths, position, charge}; }
+  std::vector<Pair> pairs(double within, parallel::Team& team) const {
+    const std::vector<double> radius(charge.size());
+    return pairs_closer_than(Spheres<3>{position, radius, periodic_box(lengths)}, within, team);
+  }
+};
+
+/// Places are drawn until none is nearer than 1 to another: those that are, anew.
+Gas gas(int count, double density) {
+  const double length = std::cbrt(count / density);
+  Gas gas{{length, length, length}};
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> place(0, length);
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) gas.position.push_back(place(random));
+    gas.charge.push_back(i % 2 == 0 ? 1 : -1);
+  }
+  for (std::vector<Pair> close; !(close = gas.pairs(1, parallel::Team::single())).empty();)
+    for (const Pair pair : close)
+      for (int k = 0; k < 3; ++k) gas.position[3 * pair.j + k] = place(random);
+  return gas;
+}
+
+/// Root mean square error over root mean square of the exact forces.
+double force_error(const Response& found, const Response& exact, std::span<const int> sample) {
+  double error = 0, size = 0;
+  for (std::size_t s = 0; s < sample.size(); ++s)
+    for (int k = 0; k < 3; ++k) {
+      error += std::pow(found.force[3 * sample[s] + k] - exact.force[3 * s + k], 2);
+      size += std::pow(exact.force[3 * s + k], 2);
+    }
+  return std::sqrt(error / size);
+}
+
+double net_force(const Response& response) {
+  Vec3 net;
+  double all = 0;
+  for (std::size_t i = 0; i < response.force.size(); ++i) {
+    net[static_cast<int>(i % 3)] += response.force[i];
+    all += std::abs(response.force[i]);
+  }
+  return norm(net) / all;
+}
+
+struct Case {
+  Gas of;
+  std::vector<int> sample;
+  Response exact;
+};
+
+Case prepare(int count, const Options& options) {
+  Case now{gas(count, options.density)};
+  for (int s = 0; s < std::min(options.sample, count); ++s)
+    now.sample.push_back(static_cast<int>(static_cast<long>(s) * count / std::min(options.sample, count)));
+  parallel::Team team(2);
+  const Ewald ewald(splitting_for(now.of, 1e-11));
+  const double time = milliseconds(1, [&] { ewald.evaluate_at(now.sample, now.of, team, now.exact); }).processors;
+  fmt::print("\n{} charges, L = {:.3f}; Ewald at 1e-11: {:.0f} ms for {} of them on two threads\n", count,
+             now.of.lengths.x, time, now.sample.size());
+  return now;
+}
+
+void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_view name, const Options& options) {
+  ParticleMesh sum(mesh, cloud);
+  NearPart near(mesh.lengths, cloud);
+  const Sources sources = now.of;
+  for (const int threads : options.threads) {
+    parallel::Team team(threads);
+    const auto pairs = now.of.pairs(cloud.cutoff + options.skin, team);
+    ChargeMesh charges(mesh, cloud);
+    Tiles tiles(mesh.lengths, std::max(cloud.cutoff, charges.reach()));
+    std::vector<double> parts(4 * sources.charge.size());
+    Response response;
+    const Milliseconds all = milliseconds(options.repeats, [&] { sum.evaluate(sources, pairs, team, response); });
+    const double made = milliseconds(1, [&] { ParticleMesh(mesh, cloud); }).processors;
+    const double sorted = milliseconds(options.repeats, [&] { tiles.sort(sources); }).processors;
+    const double by_pairs = milliseconds(options.repeats, [&] { near.compute(tiles, pairs, parts, team); }).processors;
+    const double spread = milliseconds(options.repeats, [&] { charges.spread(tiles, team); }).processors;
+    const double solved = milliseconds(options.repeats, [&] { charges.solve(team); }).processors;
+    const double taken = milliseconds(options.repeats, [&] { charges.add(tiles, parts, team); }).processors;
+    fmt::print(
+        "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
+        "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e}\n",
+        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(), threads, made, sorted, by_pairs, spread, solved,
+        taken, all.processors, all.wall, relative_error(mesh, cloud, 1), force_error(response, now.exact, now.sample),
+        net_force(response));
+  }
+}
+
+void header() {
+  fmt::print("{:>8} {:>7} {:>3} {:>4} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8}\n",
+             "asked", "cutoff", "p", "mesh", "deg", "threads", "set-up", "sort", "near", "spread", "solve", "add",
+             "CPU ms", "wall ms", "estimate", "error", "net");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  double gauss = 0;
+  std::vector<double> by_hand;
+  CLI::App program("Coulomb sums on a mesh, timed.");
+  program.add_option("--sizes", options.sizes)->delimiter(',');
+  program.add_option("--accuracies", options.accuracies)->delimiter(',');
+  program.add_option("--threads", options.threads)->delimiter(',');
+  program.add_option("--skin", options.skin, "of the list of pairs");
+  program.add_option("--sample", options.sample, "charges whose force is compared");
+  program.add_option("--repeats", options.repeats);
+  program.add_option("--gauss", gauss, "alpha, with --mesh");
+  program.add_option("--mesh", by_hand, "cutoff,order,points,band limit")->delimiter(',');
+  CLI11_PARSE(program, argc, argv);
+  fmt::print("{}\n", benchmarks::machine());
+  for (const int size : options.sizes) {
+    const Case now = prepare(size, options);
+    header();
+    if (!by_hand.empty()) {
+      const int points = static_cast<int>(by_hand[2]);
+      const Mesh mesh{now.of.lengths, {points, points, points}, static_cast<int>(by_hand[1])};
+      measure(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]), "by hand",
+              options);
+      continue;
+    }
+    for (const double accuracy : options.accuracies) {
+      try {
+        MeshChoice choice;
+        const double took =
+            milliseconds(1, [&] { choice = choose_mesh(accuracy, size, now.of.lengths, 1); }).processors;
+        measure(now, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff), fmt::format("{:.0e}", accuracy),
+                options);
+        fmt::print("band limit {}, chosen in {:.0f} ms\n", choice.band_limit, took);
+      } catch (const std::exception& e) {
+        fmt::print("{:.0e}: {}\n", accuracy, e.what());
+      }
+    }
+  }
+}

@@ -5,6 +5,7 @@
 
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/model/effect.hpp"
+#include "src/model/grain_contact.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {

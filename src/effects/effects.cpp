@@ -5,15 +5,20 @@
 #include <algorithm>
 
 #include "solvers/error.hpp"
+#include "src/effects/charge_exchange.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_potential.hpp"
 #include "src/effects/contact_resistance.hpp"
+#include "src/effects/coulomb.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/gas_drag.hpp"
 #include "src/effects/hertz_contact.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
+#include "src/effects/uniform_force.hpp"
 #include "src/effects/viscoelastic_contact.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/model/neighbours.hpp"
@@ -33,6 +38,11 @@ const EffectKinds& all_kinds() {
       &ContactPotentialOptions::kind(),
       &ViscoelasticContactOptions::kind(),
       &LinearContactOptions::kind(),
+      &CoulombOptions::kind(),
+      &InducedDipolesOptions::kind(),
+      &ChargeExchangeOptions::kind(),
+      &GasDragOptions::kind(),
+      &UniformForceOptions::kind(),
   };
   return kinds;
 }

@@ -1,6 +1,9 @@
 // Sums of charges and dipoles in a periodic box: constants of crystals, twenty charges in quadruple precision, the
 // splitting that nothing may depend on, what cut-offs leave out against its estimates, forces against slopes of the
-// energy, induced dipoles against closed sums. Seconds.
+// energy, induced dipoles against closed sums.
+//
+//   periodic         seconds
+//   periodic long    the energy of fifty elastic grains that polarize each other, over 1e4 steps, as well; minutes
 
 #include "solvers/periodic/dipoles.hpp"
 
@@ -8,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "solvers/periodic/screened.hpp"
 #include "solvers/periodic/short_range.hpp"
 #include "tests/periodic_sources.hpp"
 #include "tests/source_folder.hpp"
@@ -172,6 +176,11 @@ void accuracy(Report& report) {
   }
 }
 
+const std::pair<DipoleSum, std::string> variants[] = {{DipoleSum::ewald, "ewald"},
+                                                      {DipoleSum::mixed_consistent, "mixed-consistent"},
+                                                      {DipoleSum::minimum_image, "minimum-image"},
+                                                      {DipoleSum::source, "source"}};
+
 // Slopes
 
 /// Of the largest force; differences of fourth order, over 2e-3 of diameters.
@@ -224,10 +233,6 @@ void slopes(Report& report) {
   report.at_most("8 charges with dipoles",
                  slope_error(random_crowd(8, box, 0.9, true, 8), [](const Crowd& c) { return by_ewald(c); }), 5e-9);
   const Crowd grains = random_crowd(8, box, 0.9, false, 8);
-  const std::pair<DipoleSum, std::string> variants[] = {{DipoleSum::ewald, "ewald"},
-                                                        {DipoleSum::mixed_consistent, "mixed-consistent"},
-                                                        {DipoleSum::minimum_image, "minimum-image"},
-                                                        {DipoleSum::source, "source"}};
   for (const auto& [variant, name] : variants) {
     const bool conservative = variant != DipoleSum::source;
     const auto evaluate = [v = variant](const Crowd& crowd) { return with_induced(crowd, v); };
@@ -305,6 +310,81 @@ void predictor(Report& report) {
   }
 }
 
+// Energy in motion
+
+/// Grains of diameter 1 with elastic contacts (Hertz, 278.6 xi^(3/2)), charges of +-1 and dipoles of A = .075.
+struct Elastic {
+  Crowd crowd = random_crowd(50, {7, 7, 7}, 1, false, 30);
+  std::vector<double> velocity = random_crowd(50, {1, 1, 1}, 0, true, 31).dipole;  // of variance 1/3 a component
+
+  double kinetic() const {
+    double sum = 0;
+    for (const double v : velocity) sum += 0.5 * v * v;
+    return sum;
+  }
+};
+
+void add_contacts(const Crowd& crowd, Response& response) {
+  const Sources sources = crowd;
+  for (int i = 0; i < crowd.size(); ++i)
+    for (int j = i + 1; j < crowd.size(); ++j) {
+      const Vec3 r = nearest_image(sources.place(j) - sources.place(i), crowd.lengths);
+      const double overlap = 1 - norm(r);
+      if (!(overlap > 0)) continue;
+      response.energy += 0.4 * 278.6 * std::pow(overlap, 2.5);
+      const Vec3 push = 278.6 * std::pow(overlap, 1.5) / norm(r) * r;
+      for (int k = 0; k < 3; ++k) {
+        response.force[3 * i + k] -= push[k];
+        response.force[3 * j + k] += push[k];
+      }
+    }
+}
+
+struct Drift {
+  double largest = 0, last = 0;  ///< change of the energy, of the kinetic energy at the start
+};
+
+/// By velocity Verlet, each step's dipoles started from the predictor's.
+Drift energy_drift(DipoleSum variant, double tolerance, int steps) {
+  Elastic gas;
+  for (int i = 0; i < gas.crowd.size(); ++i) gas.crowd.charge[i] = i % 2 == 0 ? 1 : -1;
+  Ewald ewald(1e-8);
+  const InducedDipoles induced(ewald, variant, 0.075, tolerance);
+  DipolePredictor predictor;
+  const auto evaluate = [&] {
+    Response response;
+    std::vector<double> dipole = predictor.predict();
+    induced.evaluate(gas.crowd, {}, alone, dipole, response);
+    predictor.keep(dipole);
+    add_contacts(gas.crowd, response);
+    return response;
+  };
+  Response at = evaluate();
+  const double dt = 0.005, scale = gas.kinetic(), start = scale + at.energy;
+  Drift drift;
+  for (int step = 0; step < steps; ++step) {
+    for (std::size_t k = 0; k < gas.velocity.size(); ++k) {
+      gas.velocity[k] += 0.5 * dt * at.force[k];
+      gas.crowd.position[k] += dt * gas.velocity[k];
+    }
+    at = evaluate();
+    for (std::size_t k = 0; k < gas.velocity.size(); ++k) gas.velocity[k] += 0.5 * dt * at.force[k];
+    drift.last = std::abs(gas.kinetic() + at.energy - start) / scale;
+    drift.largest = larger(drift.largest, drift.last);
+  }
+  return drift;
+}
+
+void motion(Report& report) {
+  report.section("fifty elastic grains over 1e4 steps of .005: energy lost or won, of the kinetic");
+  for (const auto& [variant, name] : variants)
+    for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
+      const Drift drift = energy_drift(variant, tolerance, 10000);
+      const std::string what = fmt::format("{}, tolerance {:.0e}", name, tolerance);
+      report.at_most(what + ": largest", drift.largest, std::nullopt, fmt::format("at the end {:.2g}", drift.last));
+    }
+}
+
 /// For reading: nothing is promised.
 void pairs_alone(Report& report) {
   report.section("sums over pairs alone, charges neutral in all: rms force error over rms force");
@@ -332,7 +412,7 @@ void pairs_alone(Report& report) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
   Report report("Charges and dipoles in a periodic box");
   constants(report);
   twenty_charges(report);
@@ -343,5 +423,6 @@ int main() {
   induced(report);
   predictor(report);
   pairs_alone(report);
+  if (asked_for_long(argc, argv)) motion(report);
   return report.exit_status();
 }

@@ -33,8 +33,8 @@ class Ewald : public Sum {
   /// Throws what require_consistent throws.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
   /// What the sources of `sample` feel of all sources, where asking for every one would take too long: `response` has
-  /// one entry for each of them, and their share of the energy. Most of the time then goes into the waves, of which a
-  /// smaller alpha than the balanced one takes fewer.
+  /// one entry for each of them, and their share of the energy. For m of N, (2 m / N)^(1/6) of the balanced alpha makes
+  /// both sums equally long.
   void evaluate_at(std::span<const int> sample, const Sources& sources, parallel::Team& team, Response& response) const;
 
  private:

@@ -67,9 +67,9 @@ std::unique_ptr<Effect> take(EffectList& list, const EffectKind& kind) {
   return effect;
 }
 
-/// A box is too short for its neighbours from the first search on or never.
+/// A periodic box is too short for its neighbours from the first search on or never.
 void search_first(const Scene& scene, Model& model) {
-  if (!model.neighbours) return;
+  if (!model.neighbours || !scene.domain.box().any_periodic()) return;
   try {
     update(*model.neighbours, model.bodies);
   } catch (const InputError& error) {

@@ -56,7 +56,7 @@ double Gas::fastest() const {
 EnergyBook Gas::energy() {
   EnergyBook book = book_;
   book.kinetic = model_.kinetic_energy();
-  book.contact = contact_motion_->stored_energy(model_.bodies);
+  book.contact = stored_energy(law_, model_.bodies, contacts_);
   book.potential = potential_energy();
   return book;
 }
@@ -69,18 +69,20 @@ double Gas::potential_energy() {
   return energy;
 }
 
-void Gas::evaluate() {
-  if (!smooth_force_.empty()) return;
+const std::vector<double>& Gas::smooth_forces() {
+  if (!smooth_force_.empty()) return smooth_force_;
   smooth_force_.assign(model_.bodies.momentum.size(), 0);
+  if (!has_smooth_forces()) return smooth_force_;
   const State now = model_.state(time_);
   for (const auto& effect : model_.effects)
     if (effect->is_smooth()) effect->add_forces(now, smooth_force_);
+  return smooth_force_;
 }
 
 void Gas::kick(double dt) {
   if (!has_smooth_forces()) return;
-  evaluate();
-  for (std::size_t k = 0; k < smooth_force_.size(); ++k) model_.bodies.momentum[k] += dt * smooth_force_[k];
+  const std::vector<double>& force = smooth_forces();
+  for (std::size_t k = 0; k < force.size(); ++k) model_.bodies.momentum[k] += dt * force[k];
 }
 
 bool Gas::has_smooth_forces() const {
@@ -92,21 +94,44 @@ void Gas::drive(double begin, double dt) {
   for (const auto& effect : model_.effects) book_.driven += effect->drive(begin, dt, model_.bodies);
 }
 
-void Gas::follow_contacts(double end) {
-  const double speed = fastest(), dt = end - time_;
-  const double step = effects::shortest_contact(law_, 2 * speed) / scene_.mechanics.contact_steps;
-  const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
+std::span<const Pair> Gas::near(double dt) {
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  const std::span<const Pair> near = list_.pairs(model_.bodies, 2 * speed * dt, *team_);
-  record_ = contact_motion_->advance(model_.bodies, near, time_, dt, count, *team_);
+  return list_.pairs(model_.bodies, 2 * fastest() * dt, *team_);
+}
+
+void Gas::follow_contacts(double end) {
+  const double dt = end - time_;
+  const double step = effects::shortest_contact(law_, 2 * fastest()) / scene_.mechanics.contact_steps;
+  const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
+  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, near(dt), time_, dt, count, *team_);
   wrap(model_.bodies);
   time_ = end;
-  ++steps;
+  smooth_force_.clear();
   contact_steps += count;
+  book(std::move(record));
+}
+
+void Gas::move(std::span<const double> path, double time) {
+  for (std::size_t k = 0; k < path.size(); ++k) model_.bodies.position[k] += path[k];
+  wrap(model_.bodies);
+  time_ = time;
+  smooth_force_.clear();
+}
+
+void Gas::note(std::vector<Touch> touches, double begin, double dissipated) {
+  ContactRecord record{.time = time_, .dt = time_ - begin, .dissipated = dissipated};
+  granular::note(std::move(touches), model_.bodies, time_, contacts_, record);
+  record.open = contacts_;
+  ++contact_steps;
+  book(std::move(record));
+}
+
+void Gas::book(ContactRecord record) {
+  record_ = std::move(record);
+  ++steps;
   collisions += static_cast<std::int64_t>(record_.begun.size());
   largest_overlap = std::max(largest_overlap, record_.largest_overlap);
   book_.dissipated += record_.dissipated;
-  smooth_force_.clear();
 }
 
 void Gas::settle_contacts() {
@@ -135,18 +160,15 @@ void Gas::set_law() {
     const Stage& stage = scene_.stages[stage_];
     law_ = stage.elastic ? effects::elastic(given, stage.stiffness) : given;
   }
-  std::vector<GrainContact> contacts;
-  if (contact_motion_) contacts = contact_motion_->contacts();
   contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
-  contact_motion_->set_contacts(std::move(contacts));
 }
 
 void Gas::leave_stage() {
-  const double before = contact_motion_->stored_energy(model_.bodies) + model_.kinetic_energy();
+  const double before = stored_energy(law_, model_.bodies, contacts_) + model_.kinetic_energy();
   if (const std::optional<double> temperature = scene_.stages[stage_].temperature) rescale(*temperature);
   ++stage_;
   set_law();
-  book_.driven += contact_motion_->stored_energy(model_.bodies) + model_.kinetic_energy() - before;
+  book_.driven += stored_energy(law_, model_.bodies, contacts_) + model_.kinetic_energy() - before;
 }
 
 void Gas::rescale(double temperature) {
@@ -200,14 +222,13 @@ void Gas::restore(const Checkpoint& checkpoint) {
   largest_overlap = book[3];
   const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
-  std::vector<GrainContact> contacts;
+  contacts_.clear();
   for (std::size_t k = 0; 3 * k < pairs.size(); ++k)
-    contacts.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
-                        touches[2 * k],
-                        touches[2 * k + 1],
-                        pairs[3 * k + 2] != 0});
+    contacts_.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
+                         touches[2 * k],
+                         touches[2 * k + 1],
+                         pairs[3 * k + 2] != 0});
   set_law();
-  contact_motion_->set_contacts(std::move(contacts));
   smooth_force_.clear();
   model_.restore(checkpoint);
 }

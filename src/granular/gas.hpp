@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "src/granular/contact_motion.hpp"
+#include "src/granular/contacts.hpp"
 #include "src/granular/energy_book.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/model/checkpoint.hpp"
@@ -22,7 +23,7 @@ class Gas {
   const Bodies& bodies() const { return model_.bodies; }
   Model& model() { return model_; }
   double time() const { return time_; }
-  const std::vector<GrainContact>& contacts() const { return contact_motion_->contacts(); }
+  const std::vector<GrainContact>& contacts() const { return contacts_; }
   /// The law of contacts in the stage that the scene is in.
   const effects::GrainContactLaw& law() const { return law_; }
   parallel::Team& team() { return *team_; }
@@ -31,8 +32,18 @@ class Gas {
   EnergyBook energy();
   double fastest() const;  ///< the largest speed
 
-  /// The pairs that may touch while no grain moves by more than `travel`.
-  std::span<const Pair> pairs(double travel) { return list_.pairs(model_.bodies, travel, *team_); }
+  /// The pairs that may touch within dt.
+  std::span<const Pair> near(double dt);
+  /// What contacts do to the grains as they are; `pairs`: all that may touch.
+  ContactLoad contact_load(std::span<const Pair> pairs) const {
+    return granular::contact_load(law_, model_.bodies, pairs);
+  }
+  /// The smooth forces on the grains as they are, [N * d].
+  const std::vector<double>& smooth_forces();
+  /// Moves each grain by so much, [N * d]; it is then `time`.
+  void move(std::span<const double> path, double time);
+  /// Writes down what contacts did since `begin` and what they dissipated. Each step does so once.
+  void note(std::vector<Touch> touches, double begin, double dissipated);
 
   /// Changes momenta by dt times the smooth forces at this instant.
   void kick(double dt);
@@ -59,7 +70,7 @@ class Gas {
 
  private:
   bool has_smooth_forces() const;
-  void evaluate();
+  void book(ContactRecord record);
   double potential_energy();
   void set_law();
   void rescale(double temperature);
@@ -70,6 +81,7 @@ class Gas {
   effects::GrainContactLaw law_;
   std::unique_ptr<ContactMotion> contact_motion_;
   PairList list_;
+  std::vector<GrainContact> contacts_;  ///< in ascending order of pairs
   ContactRecord record_;
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   EnergyBook book_;                   ///< the flows

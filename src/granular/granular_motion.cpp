@@ -42,7 +42,7 @@ double mean_square(const std::vector<double>& values) {
 
 struct GranularMotion::Implementation {
   explicit Implementation(const Scene& scene)
-      : gas(scene), integrator(make_integrator(scene)), energy_at_start(gas.energy().total()) {}
+      : gas(scene), integrator(make_integrator(scene.mechanics.integrator)), energy_at_start(gas.energy().total()) {}
 
   Note note() {
     Note note{.time = gas.time(), .energy = gas.energy()};
@@ -61,7 +61,9 @@ struct GranularMotion::Implementation {
     const double end = std::min(time, gas.stage_end()), left = end - gas.time();
     const double count = std::ceil(left / integrator->longest_step(gas));
     integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
-    if (gas.time() >= gas.stage_end()) gas.leave_stage();
+    if (gas.time() < gas.stage_end()) return;
+    gas.leave_stage();
+    integrator->begin_anew();
   }
 
   double next_note() const {
@@ -213,12 +215,14 @@ std::map<std::string, double> GranularMotion::seconds() const { return {{"motion
 Checkpoint GranularMotion::checkpoint() {
   Checkpoint checkpoint = implementation_->gas.save();
   checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
+  implementation_->integrator->save(checkpoint);
   return checkpoint;
 }
 
 void GranularMotion::restore(const Checkpoint& checkpoint) {
   implementation_->gas.restore(checkpoint);
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
+  implementation_->integrator->restore(checkpoint);
   implementation_->notes.clear();
 }
 

@@ -364,8 +364,9 @@ TEST_CASE("what couplings carry balances each group's charge, however small the 
 }
 
 TEST_CASE("iterations do not depend on how strong couplings are") {
-  // Disks of 1 to 3 cells, which coarse grids take for a medium, or for wells if they are coupled by more than 0.05
-  // eps: some iterations more just above that (README of the solver), over 27 decades and whatever grounds the field.
+  // Disks of 1 to 3 cells, which coarse grids take for a medium, or for thin conductors if they are coupled by more
+  // than 0.05 eps: some iterations more just above that (README of the solver), over 27 decades and whatever grounds
+  // the field.
   for (const int ground : {0, 1, 2})
     for (const bool chain : {true, false}) {
       LaplaceProblem problem = ground == 0 ? crowd(60) : ungrounded(crowd(60));

@@ -112,7 +112,7 @@ TEST_CASE("two disks of half a cell between two rows of cells") {
   problem.groups = {{false, 0, 0}, {true, 1, 0}};
   Level level(problem, 36, 36);
   level.build(problem, LinkFormula::log_fitted);
-  for (const Link& link : level.links) CHECK(link.conductance > 0);
+  for (const FluidLink& link : level.links) CHECK(link.conductance > 0);
   CutCellSolver solver(options(36));
   const LaplaceSolution solution = solver.solve(problem);
   CHECK(solution.iterations < 20);
@@ -152,7 +152,7 @@ TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
 TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   LaplaceProblem problem = crowd(12, 128, 5, 0.05);  // the coarsest grids do not resolve them
   problem.groups[problem.bodies[2].group].floating = false;
-  problem.bodies[2].group = problem.bodies[9].group;  // far apart: wells there
+  problem.bodies[2].group = problem.bodies[9].group;  // far apart: thin conductors there
   REQUIRE(gap(std::get<Disk>(problem.bodies[2].shape), problem.bodies[9].shape) > 40);
   Level level(problem, 128, 128);
   level.build(problem, LinkFormula::log_fitted);
@@ -219,7 +219,7 @@ TEST_CASE("a coarse grid takes floating disks that it does not resolve for a med
   CHECK(level.diagonal[level.layout(0, 0)] == doctest::Approx((2 + 2) * permittivity).epsilon(single));
 }
 
-TEST_CASE("a coarse grid takes small disks whose potential is not their own for wells") {
+TEST_CASE("a coarse grid takes small disks whose potential is not their own for thin conductors") {
   LaplaceProblem problem = lattice(8, 0.1);
   for (Group& group : problem.groups) group.floating = false;
   Level level(problem, 8, 8);

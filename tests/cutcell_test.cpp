@@ -242,7 +242,7 @@ TEST_CASE("a cell centre that lies on a surface has a finite link, whatever roun
           Level level(problem, 100, 100);
           level.build(problem, formula);
           bool positive = true;
-          for (const Link& link : level.links)
+          for (const FluidLink& link : level.links)
             positive = positive && link.conductance > 0 && std::isfinite(link.conductance) &&
                        std::isfinite(norm(link.gradient));
           CHECK(positive);
@@ -385,7 +385,7 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   const LaplaceSolution warm = solver.solve(problem);
   CHECK(warm.iterations == 0);
   std::vector<std::ptrdiff_t> edge;
-  for (const Link& link : level.links) edge.push_back(link.cell);
+  for (const FluidLink& link : level.links) edge.push_back(link.cell);
   for (const SideLink& link : level.side_links) edge.push_back(link.cell);
   std::sort(edge.begin(), edge.end());
   edge.erase(std::unique(edge.begin(), edge.end()), edge.end());

@@ -59,7 +59,7 @@ LaplaceProblem dish() {
 }
 
 /// Disks in cells of their own, several in one cell, and touching neighbours, on a grid of one cell a metre.
-LaplaceProblem lodgers() {
+LaplaceProblem shared_cells() {
   LaplaceProblem problem;
   problem.size = {32, 32};
   problem.sides[left].kind = problem.sides[bottom].kind = Side::Kind::electrode;
@@ -71,7 +71,7 @@ LaplaceProblem lodgers() {
     problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({true, 0.1 * static_cast<double>(problem.groups.size()) - 0.3, 0});
   }
-  problem.bodies[1].group = 6;  // a lodger's group that comes later than its own
+  problem.bodies[1].group = 6;  // later than the group of the disk whose cell it is in
   problem.groups[1] = {false, 0, 0.2};
   return problem;
 }
@@ -97,19 +97,22 @@ struct Case {
 
 std::vector<Case> cases() {
   return {{"disks", crowd(25, 0.6), 192}, {"narrow gaps", crowd(35, 0.01), 96}, {"groups", merged(crowd(35, 0.01)), 96},
-          {"dish", dish(), 128},          {"lodgers", lodgers(), 32},           {"insulated", insulated(), 96}};
+          {"dish", dish(), 128},          {"shared cells", shared_cells(), 32}, {"insulated", insulated(), 96}};
 }
 
-struct DeviceGrid {
-  DeviceGrid(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
+struct Discretized {
+  Discretized(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
     grid.build(on_device.view(), false, nullptr);
   }
   parallel::HostExecutor run;
   device::DeviceProblem<parallel::HostExecutor> on_device;
-  device::Grid<parallel::HostExecutor> grid;
+  device::DeviceGrid<parallel::HostExecutor> grid;
 };
+
+/// -1: fluid.
+int body_at(Cover cover) { return cover.is_fluid() ? -1 : cover.body(); }
 
 }  // namespace
 
@@ -120,28 +123,29 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
       Level level(c.problem, nx, ny);
       level.build(c.problem, formula);
-      DeviceGrid device(c.problem, nx, ny, formula);
+      Discretized device(c.problem, nx, ny, formula);
       const device::GridView& view = device.grid.view();
       const Layout& at = level.layout;
       int different = 0;
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
-        different += std::max(view.cover[slot], -1) != level.cover[slot];
+        different += body_at(view.cover[slot]) != body_at(level.cover[slot]);
       CHECK(different == 0);
       CHECK(device.grid.fluid_cells() == level.fluid_cells);
 
       // Both compute each link with the same functions of the same arguments.
       REQUIRE(view.links == static_cast<int>(level.links.size()));
       std::map<std::pair<std::ptrdiff_t, int>, std::multimap<double, Vec2>> expected;
-      for (const Link& link : level.links) expected[{link.cell, link.body}].insert({link.conductance, link.gradient});
+      for (const FluidLink& link : level.links)
+        expected[{link.cell, link.body}].insert({link.conductance, link.gradient});
       for (int m = 0; m < view.links; ++m) {
-        auto& links = expected[{view.link_slot[m], view.link_code[m] / 4}];
+        auto& links = expected[{view.link_slot[m], view.link_end[m].body()}];
         const auto [first, last] = links.equal_range(view.conductance[m]);
         // gradients: rounding of a few terms that may cancel, each at most conductance squared
         const double rounding = 1e-14 * (1 + view.conductance[m] * view.conductance[m]);
         const auto found = std::find_if(
             first, last, [&](const auto& link) { return norm(link.second - view.gradient[m]) <= rounding; });
         REQUIRE(found != last);
-        CHECK(view.link_group[m] == c.problem.bodies[view.link_code[m] / 4].group);
+        CHECK(view.link_group[m] == c.problem.bodies[view.link_end[m].body()].group);
         links.erase(found);
       }
       double worst = 0;
@@ -157,34 +161,35 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       }
       CHECK(different == 0);
 
-      // Each pair is a contact of either body, each side link of a body one.
+      // Each pair is a direct link of either body, each side link of a body one.
       std::size_t side_links = 0;
       for (const SideLink& link : level.side_links) side_links += link.body >= 0;
-      CHECK(static_cast<std::size_t>(view.contacts) == 2 * level.pairs.size() + side_links);
+      CHECK(static_cast<std::size_t>(view.direct_links) == 2 * level.pairs.size() + side_links);
       double sum = 0, device_sum = 0;
       for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
-      for (int m = 0; m < view.contacts; ++m) device_sum += view.contact[m].conductance;
+      for (int m = 0; m < view.direct_links; ++m) device_sum += view.direct_link[m].conductance;
       CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
     }
 }
 
 TEST_CASE("the cases hold what they are there for") {
-  bool pairs = false, lodger = false, cross = false, body_at_side = false, large_group = false;
+  bool pairs = false, shared_cell = false, cross = false, body_at_side = false, large_group = false;
   for (const Case& c : cases()) {
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
     Level level(c.problem, nx, ny);
     level.build(c.problem, LinkFormula::log_fitted);
-    DeviceGrid device(c.problem, nx, ny, LinkFormula::log_fitted);
+    Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
     pairs = pairs || !level.pairs.empty();
     cross = cross || !level.cross_gradients.empty();
     for (const SideLink& link : level.side_links) body_at_side = body_at_side || link.body >= 0;
-    for (std::size_t b = 0; b < c.problem.bodies.size(); ++b) lodger = lodger || device.grid.view().lodger[b] >= 0;
+    for (std::size_t b = 0; b < c.problem.bodies.size(); ++b)
+      shared_cell = shared_cell || device.grid.view().cell_owner[b] >= 0;
     for (std::size_t g = 0; g < c.problem.groups.size(); ++g)
       large_group = large_group || device.grid.view().piece_start[g + 1] - device.grid.view().piece_start[g] > 1;
   }
   CHECK(pairs);
-  CHECK(lodger);
+  CHECK(shared_cell);
   CHECK(cross);
   CHECK(body_at_side);
   CHECK(large_group);
@@ -198,7 +203,7 @@ TEST_CASE("the device's operator and right-hand side are the CPU's") {
     level.build(c.problem, LinkFormula::log_fitted);
     CutCellOperator op;
     op.build(c.problem, level);
-    DeviceGrid device(c.problem, nx, ny, LinkFormula::log_fitted);
+    Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
     crowds::Random random(11);
     std::vector<double> x(op.size(), 0.0), y(op.size()), device_y(op.size(), -7.0), b(op.size()), device_b(op.size());
     const std::size_t cells = level.layout.size();
@@ -237,7 +242,7 @@ TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled di
   multigrid.build_finest(problem, level);
   parallel::HostExecutor run;
   device::DeviceProblem<parallel::HostExecutor> on_device(run);
-  device::Multigrid<parallel::HostExecutor> device(run, problem, nx, ny, LinkFormula::log_fitted);
+  device::DeviceMultigrid<parallel::HostExecutor> device(run, problem, nx, ny, LinkFormula::log_fitted);
   on_device.upload(problem, nx, ny);
   device.build(problem, on_device.view());
   REQUIRE(device.levels() == multigrid.levels());

@@ -56,12 +56,12 @@ TEST_CASE("no path is an infinite resistance, whatever is in the pieces") {
   CHECK(!c.connected);
   CHECK(std::isinf(c.resistance));
   CHECK(c.conductance == 0);
-  CHECK(c.potential[1] == 0);  // what hangs on an electrode has its potential
+  CHECK(c.potential[1] == 0);  // a dead end has the electrode's potential
   CHECK(c.potential[2] == 2);
   CHECK(std::isnan(c.potential[4]));
 }
 
-TEST_CASE("dead ends carry nothing and have the potential of where they hang") {
+TEST_CASE("dead ends carry nothing and have the potential of where they begin") {
   const Conduction c =
       conduct({.nodes = 6, .links = {{0, 1, 1}, {1, 2, 1}, {1, 3, 1}, {3, 4, 1}, {3, 5, 1}, {4, 5, 1}}}, 0, 2);
   CHECK(c.resistance == exactly(2));
@@ -114,7 +114,7 @@ std::string message_of(const std::function<void()>& work) {
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Three disks of radius 1 in a column between bottom (y = 0) and top, overlapping by a tenth, and one beside them.
-Packing column() {
+ParticlePacking column() {
   return {.position = {{0, 0.9, 0}, {0, 2.7, 0}, {0, 4.5, 0}, {3, 3, 0}},
           .radius = {1, 1, 1, 0.5},
           .walls = {{"bottom", {}, {0, 1, 0}}, {"top", {0, 5.4, 0}, {0, -1, 0}}}};
@@ -140,7 +140,7 @@ TEST_CASE("what a model cannot be is refused in a sentence") {
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .spot = 1}); }),
                  "no use for spot"));
-  const Packing packing = column();
+  const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   CHECK(contains(message_of([&] {
                    particle_network(packing, contacts, resistor_model("disk"), {.sheet_resistance = 1, .spot = 1e-3},
@@ -157,13 +157,13 @@ TEST_CASE("what a model cannot be is refused in a sentence") {
         contact_network(packing, contacts, resistor_model("constant"), {.resistance = 1}, {{false, 0}, {false, 1}});
       }),
       "particles 0 and 1, touch"));
-  Packing bad = packing;
+  ParticlePacking bad = packing;
   bad.radius[2] = -1;
   CHECK(contains(message_of([&] { check(bad); }), "particle 2 has radius -1"));
 }
 
 TEST_CASE("a column of three disks is resistors in series") {
-  const Packing packing = column();
+  const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   REQUIRE(contacts.pairs.size() == 2);
   REQUIRE(contacts.walls.size() == 2);
@@ -182,7 +182,7 @@ TEST_CASE("a column of three disks is resistors in series") {
 
 TEST_CASE("constriction: the contact-centred network is the particle-centred one, but for its nodes") {
   // A ring of five disks, each touching two, with the bottom wall under one and the top wall over another.
-  Packing packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
+  ParticlePacking packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
   for (int k = 0; k < 5; ++k) {
     const double angle = 2 * std::numbers::pi * (k + 0.1) / 5;
     packing.position.push_back({std::cos(angle), std::sin(angle), 0});
@@ -227,7 +227,7 @@ TEST_CASE("sphere: the series of its Neumann function, and small spots that are 
 }
 
 TEST_CASE("a pair that only just touches is no contact: rattlers come to rest there") {
-  Packing packing{.position = {{0, 0, 0}, {2 - 1e-9, 0, 0}}, .radius = {1, 1}};
+  ParticlePacking packing{.position = {{0, 0, 0}, {2 - 1e-9, 0, 0}}, .radius = {1, 1}};
   CHECK(find_contacts(packing).pairs.empty());
   packing.position[1][0] = 2 - 4e-9;
   CHECK(find_contacts(packing).pairs.size() == 1);
@@ -237,7 +237,7 @@ TEST_CASE("cells find every contact of spheres of many sizes") {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(-5, 5), radius(0.05, 0.9);
   for (const int dimension : {2, 3}) {
-    Packing packing;
+    ParticlePacking packing;
     for (int i = 0; i < 400; ++i) {
       packing.position.push_back({place(random), place(random), dimension == 3 ? place(random) : 0});
       packing.radius.push_back(radius(random));

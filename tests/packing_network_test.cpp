@@ -23,8 +23,8 @@ using doctest::Approx;
 namespace {
 
 /// A result file of its own for each test, gone when the test is over: three spheres of radius 1 m in a column between
-/// bottom and top, overlapping by a tenth; one of 0.5 m that hangs on the middle one, and one that touches nothing. The
-/// frame before has the column open in the middle.
+/// bottom and top, overlapping by a tenth; one of 0.5 m that touches only the middle one, and one that touches nothing.
+/// The frame before has the column open in the middle.
 class TwoFrames {
  public:
   explicit TwoFrames(const std::string& network_table = "") : scene_(parse_scene(text(network_table), "column.toml")) {

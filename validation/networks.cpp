@@ -138,15 +138,15 @@ nlohmann::json reference(const std::string& file) {
   return nlohmann::json::parse(stream);
 }
 
-network::Packing reference_packing() {
+network::ParticlePacking reference_packing() {
   const nlohmann::json data = reference("n100-packing.json");
   const auto x = data["x"].get<std::vector<double>>();
   const auto box = data["box"].get<std::vector<double>>();
-  network::Packing packing{.radius = data["r"].get<std::vector<double>>(),
-                           .walls = {{"left", {}, {1, 0, 0}},
-                                     {"right", {box[0], 0, 0}, {-1, 0, 0}},
-                                     {"bottom", {}, {0, 1, 0}},
-                                     {"top", {0, box[1], 0}, {0, -1, 0}}}};
+  network::ParticlePacking packing{.radius = data["r"].get<std::vector<double>>(),
+                                   .walls = {{"left", {}, {1, 0, 0}},
+                                             {"right", {box[0], 0, 0}, {-1, 0, 0}},
+                                             {"bottom", {}, {0, 1, 0}},
+                                             {"top", {0, box[1], 0}, {0, -1, 0}}}};
   for (std::size_t i = 0; i < packing.radius.size(); ++i) packing.position.push_back({x[2 * i], x[2 * i + 1], 0});
   return packing;
 }
@@ -154,7 +154,7 @@ network::Packing reference_packing() {
 const std::vector<network::Electrode> bottom_and_top = {{true, 2}, {true, 3}};
 
 /// Contact points on the radical line: they differ from the program's where radii do.
-Network radical_network(const network::Packing& packing, const network::Contacts& contacts) {
+Network radical_network(const network::ParticlePacking& packing, const network::Contacts& contacts) {
   std::vector<std::vector<std::pair<int, network::Point>>> touching(packing.size());
   int nodes = 2;
   for (const auto& [i, j] : contacts.pairs) {
@@ -165,7 +165,7 @@ Network radical_network(const network::Packing& packing, const network::Contacts
     touching[i].push_back({nodes, p});
     touching[j].push_back({nodes++, p});
   }
-  for (const network::WallContact& c : contacts.walls)
+  for (const network::ParticleWallContact& c : contacts.walls)
     if (c.wall >= 2) touching[c.particle].push_back({c.wall - 2, contact_point(packing, c)});
   Network result{.nodes = nodes};
   for (const auto& all : touching)
@@ -187,7 +187,7 @@ void reference_networks(Report& report) {
   // by 5e-14 in what a dense solver finds, once in each of the two, with some room for the sums of 200 to 300 nodes.
   constexpr double bound = 1e-12;
   const nlohmann::json all = reference("n100-networks.json");
-  const network::Packing packing = reference_packing();
+  const network::ParticlePacking packing = reference_packing();
   const network::Contacts contacts = find_contacts(packing);
   const network::Parameters unit{.resistance = 1, .resistance_per_length = 1};
   const auto compare = [&](const std::string& name, const Network& net, int low, int high) {
@@ -220,7 +220,7 @@ void reference_networks(Report& report) {
 /// Foster's theorem: sum of g_e R_e over the links is the number of nodes less that of the pieces.
 void foster(Report& report) {
   report.section("Foster's sum of g R over all links against nodes - pieces, relative");
-  const network::Packing packing = reference_packing();
+  const network::ParticlePacking packing = reference_packing();
   const auto contacts = find_contacts(packing);
   const network::Parameters parameters{.resistance = 1, .resistance_per_length = 1};
   for (const char* model : {"constant", "length"}) {

@@ -381,7 +381,9 @@ void motion(Report& report) {
     for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
       const Drift drift = energy_drift(variant, tolerance, 10000);
       const std::string what = fmt::format("{}, tolerance {:.0e}", name, tolerance);
-      report.at_most(what + ": largest", drift.largest, std::nullopt, fmt::format("at the end {:.2g}", drift.last));
+      // Verlet's own: (omega dt)^2 / 8 of each contact's energy, omega = pi / 0.2, which is 1e-3 if all were in one.
+      const std::optional<double> bound = variant == DipoleSum::ewald ? std::optional(1e-3) : std::nullopt;
+      report.at_most(what + ": largest", drift.largest, bound, fmt::format("at the end {:.2g}", drift.last));
     }
 }
 

@@ -38,9 +38,9 @@ template <int d>
 std::vector<Pair> pairs_closer_than(const Spheres<d>& spheres, double range,
                                     parallel::Team& team = parallel::Team::single());
 
-/// The same with a reach (m, [N], not negative) of each particle's own: all pairs whose surfaces are closer than
-/// `range` and both reaches together, nearest images counting. One particle with a long reach costs the particles in
-/// that reach, not every other's search.
+/// All pairs whose surfaces are closer than `range` and both particles' reaches (m, [N], not negative) together,
+/// nearest images counting; order, work and errors as for pairs_closer_than. One particle with a long reach costs the
+/// particles in that reach, not every other's search.
 template <int d>
 std::vector<Pair> pairs_within_reach(const Spheres<d>& spheres, double range, std::span<const double> reach,
                                      parallel::Team& team = parallel::Team::single());

@@ -14,7 +14,7 @@ namespace {
 struct ElectrodeOf {
   std::vector<int> wall, particle;
 
-  ElectrodeOf(const Packing& packing, const std::vector<Electrode>& electrodes)
+  ElectrodeOf(const ParticlePacking& packing, const std::vector<Electrode>& electrodes)
       : wall(packing.walls.size(), -1), particle(packing.size(), -1) {
     for (std::size_t e = 0; e < electrodes.size(); ++e)
       (electrodes[e].wall ? wall : particle)[electrodes[e].index] = static_cast<int>(e);
@@ -22,11 +22,11 @@ struct ElectrodeOf {
 };
 
 /// Where a wall that is an electrode is drawn, and cut by the dissection: it is not eliminated, so it does not matter.
-Point place(const Packing& packing, const Electrode& electrode) {
+Point place(const ParticlePacking& packing, const Electrode& electrode) {
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
 }
 
-int dimension(const Packing& packing) {
+int dimension(const ParticlePacking& packing) {
   return std::ranges::any_of(packing.position, [](const Point& p) { return p[2] != 0; }) ? 3 : 2;
 }
 
@@ -40,7 +40,7 @@ struct Touching {
 
 }  // namespace
 
-PackingNetwork particle_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
+PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                 const Parameters& parameters, const std::vector<Electrode>& electrodes) {
   if (model.path == nullptr)
     throw InputError(
@@ -65,14 +65,14 @@ PackingNetwork particle_network(const Packing& packing, const Contacts& contacts
   for (std::vector<int>* column : {&result.first_particle, &result.second_particle})
     column->reserve(contacts.pairs.size() + contacts.walls.size());
   network.links.reserve(contacts.pairs.size() + contacts.walls.size());
-  for (const Contact& c : contacts.pairs) {
+  for (const ParticleContact& c : contacts.pairs) {
     const double d = distance(packing.position[c.i], packing.position[c.j]);
     const double ri = packing.radius[c.i], rj = packing.radius[c.j];
     add(c.i, c.j, c.j,
         {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
          .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)}});
   }
-  for (const WallContact& c : contacts.walls)
+  for (const ParticleWallContact& c : contacts.walls)
     if (const int e = electrode_of.wall[c.wall]; e >= 0)
       add(c.particle, result.electrode[e], -1,
           {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
@@ -86,7 +86,7 @@ namespace {
 /// The nodes of a contact-centred network, and what touches each particle.
 class ContactNodes {
  public:
-  ContactNodes(const Packing& packing, const Contacts& contacts, const std::vector<Electrode>& electrodes)
+  ContactNodes(const ParticlePacking& packing, const Contacts& contacts, const std::vector<Electrode>& electrodes)
       : packing_(packing),
         contacts_(contacts),
         electrodes_(electrodes),
@@ -137,7 +137,7 @@ class ContactNodes {
       for (const int particle : {contacts_.pairs[k].i, contacts_.pairs[k].j})
         if (electrode_of_.particle[particle] < 0)
           visit(particle, node_[k], contact_point(packing_, contacts_.pairs[k]));
-    for (const WallContact& c : contacts_.walls) {
+    for (const ParticleWallContact& c : contacts_.walls) {
       const int wall = electrode_of_.wall[c.wall], particle = electrode_of_.particle[c.particle];
       if (wall < 0) continue;
       if (particle >= 0)
@@ -149,7 +149,7 @@ class ContactNodes {
     }
   }
 
-  const Packing& packing_;
+  const ParticlePacking& packing_;
   const Contacts& contacts_;
   const std::vector<Electrode>& electrodes_;
   ElectrodeOf electrode_of_;
@@ -163,7 +163,7 @@ class ContactNodes {
 
 }  // namespace
 
-PackingNetwork contact_network(const Packing& packing, const Contacts& contacts, const ResistorModel& model,
+PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<Electrode>& electrodes) {
   check_particles(model, parameters, packing.radius, dimension(packing));
   ContactNodes nodes(packing, contacts, electrodes);

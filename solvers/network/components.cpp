@@ -76,7 +76,7 @@ Components components(const Network& network) {
 
 std::vector<char> backbone(const Network& network, int a, int b) {
   // With one more link from a to b, what carries is that link's biconnected piece. Its tree path from a (the root) to b
-  // lies in one piece because of the extra link; a subtree hangs in that piece if it reaches above its parent, which
+  // lies in one piece because of the extra link; a subtree belongs to that piece if it reaches above its parent, which
   // itself is in the piece.
   Network closed{.nodes = network.nodes, .links = network.links};
   closed.links.push_back({a, b, 1});

@@ -56,7 +56,7 @@ Part part_of(const Network& network, const std::vector<int>& first, const Chosen
   return part;
 }
 
-/// Those of the network's nodes that hang on one of known potential get the same.
+/// Nodes of a dead end get the potential of the node where it begins.
 void fill_dead_ends(const Network& network, std::vector<double>& potential) {
   const Incidence incidence(network);
   std::vector<int> reached;

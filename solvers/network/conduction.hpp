@@ -41,9 +41,9 @@ struct Conduction {
 };
 
 /// Potentials and currents between node `low` at 0 V and node `high` at options.voltage. Pieces of the network that
-/// join neither electrode float, and what hangs on only one has its potential; both are found on the graph, so that a
-/// network without a path has no resistance by rounding. Throws InputError if the electrodes are the same node or not
-/// in the network, or a link's conductance is not positive; Failure if powers do not balance.
+/// join neither electrode float, and a dead end has the potential of the node where it begins; both are found on the
+/// graph, so that a network without a path has no resistance by rounding. Throws InputError if the electrodes are the
+/// same node or not in the network, or a link's conductance is not positive; Failure if powers do not balance.
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options = {});
 
 /// Conductance between two nodes (S) and nothing else, by elimination: 0 without a path.

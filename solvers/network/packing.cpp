@@ -19,7 +19,7 @@ double height(const Point& p, const Wall& wall) {
 /// Particles sorted into cubes that no pair in contact reaches across: only neighbouring cubes need to be searched.
 class Cells {
  public:
-  explicit Cells(const Packing& packing) {
+  explicit Cells(const ParticlePacking& packing) {
     const int n = packing.size();
     for (int axis = 0; axis < 3; ++axis) low_[axis] = high_[axis] = packing.position[0][axis];
     for (const Point& p : packing.position)
@@ -102,7 +102,7 @@ void check_positive(const std::vector<double>& values, const std::string& what) 
 
 }  // namespace
 
-void check(const Packing& packing) {
+void check(const ParticlePacking& packing) {
   if (packing.position.empty()) throw InputError("the packing has no particles");
   check_positive(packing.radius, "radius");
   check_positive(packing.resistivity, "resistivity");
@@ -111,7 +111,7 @@ void check(const Packing& packing) {
       throw InputError(fmt::format("particle {} has no finite position", i));
 }
 
-Contacts find_contacts(const Packing& packing) {
+Contacts find_contacts(const ParticlePacking& packing) {
   Contacts contacts;
   if (packing.position.empty()) return contacts;
   constexpr double shrink = (1 - contact_margin) * (1 - contact_margin);
@@ -128,13 +128,13 @@ Contacts find_contacts(const Packing& packing) {
   return contacts;
 }
 
-Point contact_point(const Packing& packing, const Contact& contact) {
+Point contact_point(const ParticlePacking& packing, const ParticleContact& contact) {
   const Point &a = packing.position[contact.i], &b = packing.position[contact.j];
   const double t = packing.radius[contact.i] / (packing.radius[contact.i] + packing.radius[contact.j]);
   return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
 }
 
-Point contact_point(const Packing& packing, const WallContact& contact) {
+Point contact_point(const ParticlePacking& packing, const ParticleWallContact& contact) {
   const Point& p = packing.position[contact.particle];
   const Wall& wall = packing.walls[contact.wall];
   const double h = height(p, wall);

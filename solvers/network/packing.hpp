@@ -14,7 +14,7 @@ struct Wall {
 };
 
 /// Spheres, or disks in the plane z = 0, between walls.
-struct Packing {
+struct ParticlePacking {
   std::vector<Point> position;
   std::vector<double> radius;  ///< m
   std::vector<Wall> walls;
@@ -26,18 +26,18 @@ struct Packing {
 };
 
 /// Throws InputError for radii and resistivities that are not positive and finite, and positions that are not finite.
-void check(const Packing& packing);
+void check(const ParticlePacking& packing);
 
 /// Two particles that touch, i < j.
-struct Contact {
+struct ParticleContact {
   int i = 0, j = 0;
 };
-struct WallContact {
+struct ParticleWallContact {
   int particle = 0, wall = 0;
 };
 struct Contacts {
-  std::vector<Contact> pairs;
-  std::vector<WallContact> walls;
+  std::vector<ParticleContact> pairs;
+  std::vector<ParticleWallContact> walls;
 };
 
 /// Two particles touch if their distance is less than (1 - margin)(r_i + r_j), a particle and a wall if the centre's
@@ -46,11 +46,11 @@ struct Contacts {
 constexpr double contact_margin = 1e-9;
 
 /// All of them, by cells of the size of the largest particle; the work grows with the number of particles.
-Contacts find_contacts(const Packing& packing);
+Contacts find_contacts(const ParticlePacking& packing);
 
 /// Where two particles touch: it divides the line of centres as their radii; where one touches a wall: the foot of the
 /// perpendicular.
-Point contact_point(const Packing& packing, const Contact& contact);
-Point contact_point(const Packing& packing, const WallContact& contact);
+Point contact_point(const ParticlePacking& packing, const ParticleContact& contact);
+Point contact_point(const ParticlePacking& packing, const ParticleWallContact& contact);
 
 }  // namespace lichtenberg::network

@@ -47,8 +47,8 @@ std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
   return walls;
 }
 
-network::Packing read_frame(const ResultFile& result, int frame) {
-  network::Packing packing;
+network::ParticlePacking read_frame(const ResultFile& result, int frame) {
+  network::ParticlePacking packing;
   packing.position = points(result.rows<double>(positions, frame, 1));
   packing.radius = hdf5::get<double>(result.file(), "particles/conductors/radius");
   packing.walls = read_walls(result.file());

@@ -17,7 +17,7 @@ struct PackingFrame {
   std::shared_ptr<const ResultFile> file;  ///< it was read from
   int frame = 0;
   Scene scene;  ///< as the run had it
-  network::Packing packing;
+  network::ParticlePacking packing;
   network::Contacts contacts;
 };
 

@@ -71,10 +71,12 @@ void put_walls(hid_t scene_group, const Scene& scene) {
   hdf5::put<double>(group, "normal", normal, {names.size(), dimension}, "1");
 }
 
-void put_domain(hid_t scene_group, const Domain& domain) {
+void put_domain(hid_t scene_group, const Scene& scene) {
+  const Domain& domain = scene.domain;
+  const std::string unit = scene.units().length;
   const hdf5::Handle group = hdf5::open_group(scene_group, "domain");
-  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, "m");
-  put_point(group, "size", plane(domain.size));
+  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, unit);
+  hdf5::put<double>(group, "size", std::array{domain.size.x, domain.size.y}, {2}, unit);
   std::vector<std::int32_t> electrode;
   std::vector<double> potential;
   std::vector<std::string> names;
@@ -88,6 +90,17 @@ void put_domain(hid_t scene_group, const Domain& domain) {
   hdf5::put<double>(group, "side_potential", potential, {potential.size()}, "V");
 }
 
+/// What one of the units of a scene of grains is in SI.
+void put_reference(const hdf5::Handle& file, const Reference& reference) {
+  const hdf5::Handle group = hdf5::open_group(file, "reference");
+  const auto [length, mass, velocity, charge] = reference;
+  hdf5::put(group, "d0", length, "m");
+  hdf5::put(group, "m0", mass, "kg");
+  hdf5::put(group, "v0", velocity, "m s-1");
+  hdf5::put(group, "q0", charge, "C");
+  hdf5::put(group, "t0", length / velocity, "s");
+}
+
 /// The box as H5MD describes it: `edges`, which do not change, where an axis is periodic. A plane box is as deep as the
 /// medium.
 void put_box(hid_t conductors_group, const Scene& scene) {
@@ -99,7 +112,7 @@ void put_box(hid_t conductors_group, const Scene& scene) {
   hdf5::put_attribute(group, "boundary", boundary);
   if (!box.any_periodic()) return;
   const double depth = box.lengths.z > 0 ? box.lengths.z : scene.medium.depth;
-  hdf5::put<double>(group, "edges", std::array{box.lengths.x, box.lengths.y, depth}, {3}, "m");
+  hdf5::put<double>(group, "edges", std::array{box.lengths.x, box.lengths.y, depth}, {3}, scene.units().length);
 }
 
 template <class Number>
@@ -139,12 +152,13 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   hdf5::put_attribute(group, "path", scene.path);
   hdf5::put_text(group, "text", scene.text);
   hdf5::put(group, "seed", scene.seed, "1");
+  put_domain(group, scene);
+  if (scene.reference) return put_reference(file, *scene.reference);
   hdf5::put(group, "permittivity", scene.medium.permittivity, "F m-1");
   hdf5::put(group, "viscosity", scene.medium.viscosity, "Pa s");
   hdf5::put(group, "depth", scene.medium.depth, "m");
   if (const auto* discharge = scene.effects.find<effects::ContactDischargeOptions>())
     hdf5::put(group, "contact_gap", discharge->gap, "m");
-  put_domain(group, scene.domain);
   put_electrodes(group, scene);
   if (!scene.walls.empty()) put_walls(group, scene);
 }
@@ -160,15 +174,15 @@ void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<cons
     const auto kind = std::lower_bound(radii.begin(), radii.end(), conductor.radius);
     species.push_back(static_cast<std::int32_t>(kind - radii.begin()));
   }
-  hdf5::put<double>(group, "radius", radius, {radius.size()}, "m");
-  hdf5::put<double>(group, "mass", mass, {mass.size()}, "kg");
+  hdf5::put<double>(group, "radius", radius, {radius.size()}, scene.units().length);
+  hdf5::put<double>(group, "mass", mass, {mass.size()}, scene.units().mass);
   hdf5::put<std::int32_t>(group, "species", species, {species.size()}, "1");
 
   std::vector<std::int32_t> indices(radii.size());
   for (size_t k = 0; k < indices.size(); ++k) indices[k] = static_cast<std::int32_t>(k);
   const hdf5::Handle vmd = hdf5::open_group(file, "parameters/vmd_structure");
   hdf5::put<std::int32_t>(vmd, "indexOfSpecies", indices, {indices.size()}, "1");
-  hdf5::put<double>(vmd, "radius", radii, {radii.size()}, "m");
+  hdf5::put<double>(vmd, "radius", radii, {radii.size()}, scene.units().length);
 }
 
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint) {

@@ -30,6 +30,7 @@ struct Domain {
   std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
   bool walled = true;               ///< of a packing: the sides are walls
 
+  UnitNames units() const { return reference ? UnitNames{"d0", "m0", "t0"} : UnitNames{}; }
   int dimension() const { return size.z > 0 ? 3 : 2; }
 
   /// The domain for who moves bodies in it; without a length along z in two dimensions.
@@ -186,6 +187,11 @@ struct Reference {
   double charge = 2e-8;     ///< q0, C
 };
 
+/// What units are called.
+struct UnitNames {
+  std::string length = "m", mass = "kg", time = "s";
+};
+
 /// A part of a run of grains, from the end of the one before. After the last all is as the scene says.
 struct Stage {
   double duration = 0;                  ///< t0
@@ -264,6 +270,7 @@ struct Scene {
   OutputOptions output;
   StopOptions stop;
 
+  UnitNames units() const { return reference ? UnitNames{"d0", "m0", "t0"} : UnitNames{}; }
   int dimension() const { return domain.dimension(); }
   /// Throws InputError while it is only asked for.
   const FieldOptions& field() const {

@@ -34,12 +34,12 @@ namespace {
 
 /// Disks of 8 % spread in radius on a jittered triangular lattice, in random order. About a sixth of the lattice's
 /// contacts are missing.
-Packing jittered_lattice(int n, std::uint64_t seed) {
+ParticlePacking jittered_lattice(int n, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> fraction(-1, 1);
   const int across = static_cast<int>(std::lround(std::sqrt(n * std::sqrt(0.75)))), rows = n / across;
   const double row = std::sqrt(0.75);
-  Packing packing{
+  ParticlePacking packing{
       .walls = {{"bottom", {0, -0.45, 0}, {0, 1, 0}}, {"top", {0, (rows - 1) * row + 0.45, 0}, {0, -1, 0}}}};
   for (int y = 0; y < rows; ++y)
     for (int x = 0; x < across; ++x)
@@ -140,7 +140,8 @@ void by_cholmod(const Network& net, int low, int high, bool metis, Cost& cost) {
   cost.solve = clock.lap();
 }
 
-Cost measure(const Packing& packing, const std::string& kind, const std::string& method, const std::string& save) {
+Cost measure(const ParticlePacking& packing, const std::string& kind, const std::string& method,
+             const std::string& save) {
   Cost cost;
   Clock clock;
   const Contacts contacts = find_contacts(packing);
@@ -169,8 +170,8 @@ Cost measure(const Packing& packing, const std::string& kind, const std::string&
 }
 
 /// In a process of its own, whose memory is then known.
-Cost in_child(const Packing& packing, const std::string& kind, const std::string& method, const std::string& save,
-              double& mebibytes) {
+Cost in_child(const ParticlePacking& packing, const std::string& kind, const std::string& method,
+              const std::string& save, double& mebibytes) {
   int pipes[2];
   if (pipe(pipes) != 0) throw std::runtime_error("no pipe");
   const pid_t child = fork();
@@ -196,7 +197,7 @@ std::string processor() {
   return "unknown processor";
 }
 
-void compare(const Packing& packing, const std::string& kind, int repeats, const std::string& save) {
+void compare(const ParticlePacking& packing, const std::string& kind, int repeats, const std::string& save) {
   double cholmod = 0;
   for (const std::string method : {"CHOLMOD, AMD", "CHOLMOD, METIS", "elimination", "multigrid"}) {
     Cost best;
@@ -239,7 +240,7 @@ int main(int argc, char** argv) {
   fmt::print(
       "seconds of one core from positions to the resistance; ratio: CHOLMOD with AMD over it, set-up and solve\n");
   for (const int n : sizes) {
-    const Packing packing = jittered_lattice(n, seed);
+    const ParticlePacking packing = jittered_lattice(n, seed);
     for (const std::string kind : {"particle", "contact"}) {
       if (kind == "contact" && n > 300000) continue;  // 2.7 times the nodes, four times the resistors
       compare(packing, kind, repeats, save.empty() ? "" : fmt::format("{}/{}-{}.network", save, kind, n));

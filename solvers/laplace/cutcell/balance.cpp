@@ -112,10 +112,11 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
     if (group_diagonal_[g] > 0) x_group[g] += shift[g];
 }
 
-/// The same unknowns under couplings, which may be stronger by any factor than all links to the field. The sum of all
-/// equations would hold what they carry, and its rounding; so the level comes from the sum of the cells' equations, in
-/// which no coupling is. A level of 1 takes a group to 1 - held, what of all that pulls on it pulls to cells. Both
-/// shares are sums of positive terms, so that `held` has all its digits where a supply of 1e-12 is all that holds.
+/// Makes the charges exact under couplings, which may be stronger by any factor than all links to the field. The sum of
+/// all equations would hold what they carry, and its rounding; so the level comes from the sum of the cells' equations,
+/// in which no coupling is. A level of 1 takes a group to 1 - held, what of all that pulls on it pulls to cells. Both
+/// shares are sums of positive terms, so that `held` has all its digits where a fixed group coupled by 1e-12 is all
+/// that holds.
 void CutCellOperator::balance_coupled(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
   double* x_group = x + cells_;
   std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
@@ -149,7 +150,7 @@ std::vector<double> CutCellOperator::hold_of_groups(const LaplaceProblem& proble
   }
   for (const SideLink& link : level_->side_links)
     if (link.body >= 0) hold[problem.bodies[link.body].group] += link.conductance;
-  for (const Supply& supply : level_->supplies) hold[supply.group] += supply.conductance;
+  for (const FixedCoupling& coupling : level_->fixed_couplings) hold[coupling.group] += coupling.conductance;
   for (std::size_t g = 0; g < groups_; ++g)
     if (group_diagonal_[g] == 0) hold[g] = 0;
   return hold;

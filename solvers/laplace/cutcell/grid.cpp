@@ -15,7 +15,7 @@ struct Neighbours {
   float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
 };
 
-/// The same in a medium: each face's conductance stands at the cell on its left or below it.
+/// What such a row gets in a medium: each face's conductance stands at the cell on its left or below it.
 struct NeighboursInMedium {
   Neighbours cell;
   const float *west, *east, *south, *north;
@@ -116,7 +116,7 @@ void Grid::build(const LaplaceProblem& problem, const Level& level) {
   for (std::size_t g = 0; g < groups; ++g)
     if (group_diagonal[g] > 0) group_inverse_diagonal_[g] = 1.0f / group_diagonal[g];
   coupling_ = couple_groups(problem, level);
-  couple_tightly(level, group_diagonal);
+  choose_block(level, group_diagonal);
   east_ = level.east;
   north_ = level.north;
   newly_absorbed_.assign(level.absorbed.begin(), level.absorbed.begin() + level.newly_absorbed);
@@ -143,9 +143,9 @@ void Grid::relax(int colour, int j) {
 }
 
 /// Groups with a direct link that outweighs their links to cells.
-std::vector<char> Grid::tightly_paired(const std::vector<float>& group_diagonal) const {
+std::vector<char> Grid::strongly_paired(const std::vector<float>& group_diagonal) const {
   const int groups = static_cast<int>(phi.size());
-  std::vector<char> tight(groups, 0);
+  std::vector<char> strong(groups, 0);
   const auto to_cells = [&](int g) {
     float sum = group_diagonal[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m) sum -= coupling_.conductance[m];
@@ -153,114 +153,115 @@ std::vector<char> Grid::tightly_paired(const std::vector<float>& group_diagonal)
   };
   for (int g = 0; g < groups; ++g) {
     if (coupling_.start[g] == coupling_.start[g + 1] || group_diagonal[g] == 0) continue;
-    for (int m = coupling_.start[g]; m < coupling_.start[g + 1] && !tight[g]; ++m) {
+    for (int m = coupling_.start[g]; m < coupling_.start[g + 1] && !strong[g]; ++m) {
       const int h = coupling_.other[m];
-      tight[g] = group_diagonal[h] > 0 && 4 * coupling_.conductance[m] >= std::min(to_cells(g), to_cells(h));
+      strong[g] = group_diagonal[h] > 0 && 4 * coupling_.conductance[m] >= std::min(to_cells(g), to_cells(h));
     }
   }
-  return tight;
+  return strong;
 }
 
-/// These, and groups that the problem couples, are relaxed together: one after the other they would not get rid of what
-/// is common to a chain of them, and CG's natural norm would not notice.
-void Grid::couple_tightly(const Level& level, const std::vector<float>& group_diagonal) {
+/// The strongly paired groups, and those that the problem couples, are relaxed as one block: one after the other they
+/// would not get rid of what is common to a chain of them, and CG's natural norm would not notice.
+void Grid::choose_block(const Level& level, const std::vector<float>& group_diagonal) {
   const int groups = static_cast<int>(phi.size());
-  std::vector<char> is_tight = tightly_paired(group_diagonal);
-  for (const NetworkLink& coupling : level.couplings) is_tight[coupling.a] = is_tight[coupling.b] = 1;
-  for (const Supply& supply : level.supplies) is_tight[supply.group] = 1;
+  std::vector<char> in_block = strongly_paired(group_diagonal);
+  for (const NetworkLink& coupling : level.couplings) in_block[coupling.a] = in_block[coupling.b] = 1;
+  for (const FixedCoupling& coupling : level.fixed_couplings) in_block[coupling.group] = 1;
   is_coupled_ = level.is_coupled();
-  tight_.clear();
-  tight_place_.assign(groups, -1);
+  block_.clear();
+  place_in_block_.assign(groups, -1);
   for (int g = 0; g < groups; ++g) {
-    if (!is_tight[g]) continue;
-    tight_place_[g] = static_cast<int>(tight_.size());
-    tight_.push_back(g);
+    if (!in_block[g]) continue;
+    place_in_block_[g] = static_cast<int>(block_.size());
+    block_.push_back(g);
   }
   if (is_coupled_)
-    factorize_coupled(level, group_diagonal);
-  else if (!tight_.empty())
-    factorize_tight(group_diagonal);
+    factorize_coupled_block(level, group_diagonal);
+  else if (!block_.empty())
+    factorize_block(group_diagonal);
 }
 
-void Grid::factorize_tight(const std::vector<float>& group_diagonal) {
+void Grid::factorize_block(const std::vector<float>& group_diagonal) {
   std::vector<SparseFactors::Entry> entries;
-  for (const int g : tight_) {
-    entries.push_back({tight_place_[g], tight_place_[g], group_diagonal[g]});
+  for (const int g : block_) {
+    entries.push_back({place_in_block_[g], place_in_block_[g], group_diagonal[g]});
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-      if (const int h = coupling_.other[m]; tight_place_[h] >= 0)
-        entries.push_back({tight_place_[g], tight_place_[h], -coupling_.conductance[m]});
+      if (const int h = coupling_.other[m]; place_in_block_[h] >= 0)
+        entries.push_back({place_in_block_[g], place_in_block_[h], -coupling_.conductance[m]});
   }
-  tight_factors_ = SparseFactors(static_cast<int>(tight_.size()), entries);
+  block_factors_ = SparseFactors(static_cast<int>(block_.size()), entries);
 }
 
-void Grid::factorize_coupled(const Level& level, const std::vector<float>& group_diagonal) {
-  std::vector<double> ground(tight_.size());
+void Grid::factorize_coupled_block(const Level& level, const std::vector<float>& group_diagonal) {
+  std::vector<double> ground(block_.size());
   std::vector<NetworkLink> links;
-  for (const int g : tight_) {
-    double& to_ground = ground[tight_place_[g]];
+  for (const int g : block_) {
+    double& to_ground = ground[place_in_block_[g]];
     to_ground = group_diagonal[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m) {
       const int h = coupling_.other[m];
-      if (tight_place_[h] < 0) continue;
+      if (place_in_block_[h] < 0) continue;
       to_ground -= coupling_.conductance[m];
-      if (g < h) links.push_back({tight_place_[g], tight_place_[h], coupling_.conductance[m]});
+      if (g < h) links.push_back({place_in_block_[g], place_in_block_[h], coupling_.conductance[m]});
     }
     to_ground = std::max(0.0, to_ground);
   }
   for (const auto& [a, b, conductance] : level.couplings)
-    links.push_back({tight_place_[a], tight_place_[b], conductance});
-  for (const Supply& supply : level.supplies) ground[tight_place_[supply.group]] += supply.conductance_in_cycle;
+    links.push_back({place_in_block_[a], place_in_block_[b], conductance});
+  for (const FixedCoupling& coupling : level.fixed_couplings)
+    ground[place_in_block_[coupling.group]] += coupling.conductance_in_cycle;
   coupled_factors_ = NetworkFactors(std::move(ground), links);
-  tight_phi_.assign(tight_.size(), 0.0);
-  tight_flux_.assign(tight_.size(), 0.0);
+  block_phi_.assign(block_.size(), 0.0);
+  block_flux_.assign(block_.size(), 0.0);
 }
 
-/// What groups that are not relaxed with it bring a group.
-float Grid::flux_from_loose(int group) const {
+/// What groups outside the block bring a group in it.
+float Grid::flux_from_outside(int group) const {
   float flux = 0;
   for (int m = coupling_.start[group]; m < coupling_.start[group + 1]; ++m)
-    if (const int h = coupling_.other[m]; tight_place_[h] < 0) flux += coupling_.conductance[m] * phi[h];
+    if (const int h = coupling_.other[m]; place_in_block_[h] < 0) flux += coupling_.conductance[m] * phi[h];
   return flux;
 }
 
-void Grid::relax_tight() {
-  if (tight_.empty()) return;
-  if (is_coupled_) return relax_coupled();
-  std::vector<double> flux(tight_.size());
-  for (std::size_t k = 0; k < tight_.size(); ++k) {
-    const int g = tight_[k];
+void Grid::relax_block() {
+  if (block_.empty()) return;
+  if (is_coupled_) return relax_coupled_block();
+  std::vector<double> flux(block_.size());
+  for (std::size_t k = 0; k < block_.size(); ++k) {
+    const int g = block_[k];
     flux[k] = charge[g] + flux_[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
-      if (const int h = coupling_.other[m]; tight_place_[h] < 0) flux[k] += coupling_.conductance[m] * phi[h];
+      if (const int h = coupling_.other[m]; place_in_block_[h] < 0) flux[k] += coupling_.conductance[m] * phi[h];
   }
-  const std::vector<double> solution = tight_factors_.solve(flux);
-  for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(solution[k]);
+  const std::vector<double> solution = block_factors_.solve(flux);
+  for (std::size_t k = 0; k < block_.size(); ++k) phi[block_[k]] = static_cast<float>(solution[k]);
 }
 
-void Grid::relax_coupled() {
-  for (std::size_t k = 0; k < tight_.size(); ++k) {
-    const int g = tight_[k];
-    tight_flux_[k] = flux_[g] + flux_from_loose(g);
-    tight_phi_[k] = charge[g] + tight_flux_[k];
+void Grid::relax_coupled_block() {
+  for (std::size_t k = 0; k < block_.size(); ++k) {
+    const int g = block_[k];
+    block_flux_[k] = flux_[g] + flux_from_outside(g);
+    block_phi_[k] = charge[g] + block_flux_[k];
   }
-  coupled_factors_.solve(tight_phi_.data());
-  for (std::size_t k = 0; k < tight_.size(); ++k) phi[tight_[k]] = static_cast<float>(tight_phi_[k]);
+  coupled_factors_.solve(block_phi_.data());
+  for (std::size_t k = 0; k < block_.size(); ++k) phi[block_[k]] = static_cast<float>(block_phi_[k]);
 }
 
 /// Each group's potential from its charge, its cells' flux_ and the groups it is coupled with directly: Gauss-Seidel,
-/// and the tightly coupled ones together, last if `forward`, and in the reverse order if not.
+/// and the block as a whole, last if `forward`, and in the reverse order if not.
 void Grid::relax_groups(bool forward) {
   const int groups = static_cast<int>(phi.size());
-  if (!forward) relax_tight();
+  if (!forward) relax_block();
   for (int k = 0; k < groups; ++k) {
     const int g = forward ? k : groups - 1 - k;
-    if (tight_place_[g] >= 0) continue;
+    if (place_in_block_[g] >= 0) continue;
     float flux = charge[g] + flux_[g];
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       flux += coupling_.conductance[m] * phi[coupling_.other[m]];
     phi[g] = flux * group_inverse_diagonal_[g];
   }
-  if (forward) relax_tight();
+  if (forward) relax_block();
 }
 
 /// The groups once more, after a sweep; flux_ becomes what their change is.
@@ -352,9 +353,9 @@ void Grid::add_group_charges(std::vector<float>& sum) const {
     sum[g] = group_inverse_diagonal_[g] > 0 ? sum[g] - phi[g] / group_inverse_diagonal_[g] : 0.0f;
   }
   if (!is_coupled_) return;
-  for (std::size_t k = 0; k < tight_.size(); ++k) {
-    const int g = tight_[k];
-    sum[g] = static_cast<float>(of_coupled[g] + flux_from_loose(g) - tight_flux_[k]);
+  for (std::size_t k = 0; k < block_.size(); ++k) {
+    const int g = block_[k];
+    sum[g] = static_cast<float>(of_coupled[g] + flux_from_outside(g) - block_flux_[k]);
   }
 }
 
@@ -478,7 +479,7 @@ void Grid::settle_coupled() {
   if (!is_coupled_) return;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
   links_.add_to_groups(*team_, v.data(), flux_.data());
-  relax_coupled();
+  relax_coupled_block();
 }
 
 void Grid::form_residual() {

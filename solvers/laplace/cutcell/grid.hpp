@@ -37,7 +37,7 @@ class Grid {
   void settle_coupled();
   /// phi, where groups are coupled in double precision: a strong coupling would make much of its rounding.
   double potential_of(int group) const {
-    return is_coupled_ && tight_place_[group] >= 0 ? tight_phi_[tight_place_[group]] : phi[group];
+    return is_coupled_ && place_in_block_[group] >= 0 ? block_phi_[place_in_block_[group]] : phi[group];
   }
   /// f and charge become the residual of v and phi.
   void form_residual();
@@ -57,13 +57,13 @@ class Grid {
   template <class Effect>
   void with_neighbours(int colour, int j, const Effect& effect) const;
   void relax(int colour, int j);
-  std::vector<char> tightly_paired(const std::vector<float>& group_diagonal) const;
-  void couple_tightly(const Level& level, const std::vector<float>& group_diagonal);
-  void factorize_tight(const std::vector<float>& group_diagonal);
-  void factorize_coupled(const Level& level, const std::vector<float>& group_diagonal);
-  float flux_from_loose(int group) const;
-  void relax_tight();
-  void relax_coupled();
+  std::vector<char> strongly_paired(const std::vector<float>& group_diagonal) const;
+  void choose_block(const Level& level, const std::vector<float>& group_diagonal);
+  void factorize_block(const std::vector<float>& group_diagonal);
+  void factorize_coupled_block(const Level& level, const std::vector<float>& group_diagonal);
+  float flux_from_outside(int group) const;
+  void relax_block();
+  void relax_coupled_block();
   void relax_groups(bool forward);
   void relax_groups_again(bool forward);
   void add_link_fluxes(int j, const std::vector<float>& potential);
@@ -83,14 +83,14 @@ class Grid {
   std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown
   std::vector<float> group_inverse_diagonal_, flux_;
   GroupCoupling coupling_;
-  std::vector<int> tight_, tight_place_;  // groups relaxed together; of each group its place among them or -1
-  SparseFactors tight_factors_;
-  // If there are couplings, all coupled groups are among the tight ones: factors, potentials, and what the
+  std::vector<int> block_, place_in_block_;  // groups relaxed together; of each group its place in the block or -1
+  SparseFactors block_factors_;
+  // If there are couplings, all coupled groups are in the block: factors, potentials, and what the
   // others and the cells brought them when they were relaxed last.
   bool is_coupled_ = false;
   NetworkFactors coupled_factors_;
-  std::vector<double> tight_phi_, tight_flux_;
-  // As in Level.
+  std::vector<double> block_phi_, block_flux_;
+  // Faces and absorbed groups as in Level.
   std::vector<float> east_, north_;
   std::vector<AbsorbedGroup> newly_absorbed_;
   std::vector<std::int32_t> covered_cell_;  // by body

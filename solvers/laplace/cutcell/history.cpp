@@ -14,7 +14,7 @@ namespace {
 /// Cells whose equations other geometries do not share: beside and just inside a surface, at electrode sides.
 std::vector<std::int32_t> edge_cells(const Level& level) {
   std::vector<std::int32_t> edge(level.rim.begin(), level.rim.end());
-  for (const Link& link : level.links) edge.push_back(static_cast<std::int32_t>(link.cell));
+  for (const FluidLink& link : level.links) edge.push_back(static_cast<std::int32_t>(link.cell));
   for (const SideLink& link : level.side_links)
     if (link.cell >= 0) edge.push_back(static_cast<std::int32_t>(link.cell));
   return edge;
@@ -216,7 +216,7 @@ void History::remember(const Level& level, std::vector<double>& x, std::vector<d
   past.body = std::move(body_potential);
   past.edge = edge_cells(level);
   count_edges(past.edge, 1);
-  for (const std::ptrdiff_t slot : level.covered) past.x[slot] = past.body[level.cover[slot]];
+  for (const std::ptrdiff_t slot : level.covered) past.x[slot] = past.body[level.cover[slot].body()];
   past_.push_front(std::move(past));
 }
 

@@ -129,7 +129,7 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
   const auto face = [&](std::ptrdiff_t a, int i, int j) {
     if (!inside({i, j})) return 0.0f;
     const std::ptrdiff_t b = layout(i, j);
-    return cover[b] >= 0 ? 0.0f : face_conductance(permittivity[a], permittivity[b]);
+    return !cover[b].is_fluid() ? 0.0f : face_conductance(permittivity[a], permittivity[b]);
   };
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int chunk) {
@@ -137,13 +137,13 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
       for (int i = 0; i < layout.nx; ++i) {
         const std::ptrdiff_t slot = layout(i, j);
         diagonal[slot] = 0;
-        if (cover[slot] >= 0) continue;
+        if (!cover[slot].is_fluid()) continue;
         east[slot] = face(slot, i + 1, j);
         north[slot] = face(slot, i, j + 1);
         diagonal[slot] = east[slot] + north[slot] + face(slot, i - 1, j) + face(slot, i, j - 1);
       }
       for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
-        Link& link = links[links_by_row[m]];
+        FluidLink& link = links[links_by_row[m]];
         if (resolves(link.body)) link.conductance *= permittivity[link.cell];
         diagonal[link.cell] += link.conductance;
       }
@@ -153,21 +153,21 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
     if (link.cell >= 0) diagonal[link.cell] += link.conductance *= permittivity[link.cell];
 }
 
-/// A well draws from the four cells around it.
-void Level::link_well(const LaplaceProblem& problem, int body, Part& part) const {
+/// A thin conductor exchanges flux with the four cells around it.
+void Level::link_thin_conductor(const LaplaceProblem& problem, int body, Part& part) const {
   const int g = problem.bodies[body].group;
   if (is_absorbed_[g]) return;
-  const double whole = well_conductance(outlines_[body].size);
+  const double whole = thin_conductance(outlines_[body].size);
   const Interpolation around = interpolate(layout, outlines_[body].centre, electrodes(problem).data());
   for (int k = 0; k < 4; ++k) {
     const std::ptrdiff_t slot = around.cell[k];
     const double c = std::abs(around.weight[k]) * whole;
     if (c == 0) continue;
-    if (cover[slot] < 0) {
+    if (cover[slot].is_fluid()) {
       part.links.push_back({slot, body, c, {}});
       part.link_row.push_back(around.row[k]);
-    } else if (problem.bodies[cover[slot]].group != g) {
-      part.pairs.push_back({body, cover[slot], c, {}, {}});
+    } else if (const int other = cover[slot].body(); problem.bodies[other].group != g) {
+      part.pairs.push_back({body, other, c, {}, {}});
     }
   }
 }

@@ -17,7 +17,7 @@ constexpr double largest_coupling = 1e15;
 }  // namespace
 
 Level::Level(const LaplaceProblem& problem, int nx, int ny)
-    : layout(nx, ny), h(problem.size.x / nx), cover(layout.size(), -1), diagonal(layout.size(), 0.0) {}
+    : layout(nx, ny), h(problem.size.x / nx), cover(layout.size()), diagonal(layout.size(), 0.0) {}
 
 void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team) {
   couple(problem, largest_coupling);
@@ -29,7 +29,7 @@ void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::
 
 void Level::couple(const LaplaceProblem& problem, double largest) {
   couplings.clear();
-  supplies.clear();
+  fixed_couplings.clear();
   const double least_in_cycle = problem.has_fixed_conductor() ? 0.0 : 0.1;
   for (const Coupling& coupling : problem.couplings) {
     const double conductance = std::min(coupling.capacitance / problem.permittivity, largest);
@@ -38,8 +38,8 @@ void Level::couple(const LaplaceProblem& problem, double largest) {
       continue;
     if (a.floating && b.floating) couplings.push_back({coupling.a, coupling.b, conductance});
     const double in_cycle = std::max(conductance, least_in_cycle);
-    if (a.floating && !b.floating) supplies.push_back({coupling.a, conductance, b.potential, in_cycle});
-    if (!a.floating && b.floating) supplies.push_back({coupling.b, conductance, a.potential, in_cycle});
+    if (a.floating && !b.floating) fixed_couplings.push_back({coupling.a, conductance, b.potential, in_cycle});
+    if (!a.floating && b.floating) fixed_couplings.push_back({coupling.b, conductance, a.potential, in_cycle});
   }
 }
 
@@ -50,7 +50,7 @@ void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, paral
   join_parts(team);
   sort_by_row(team);
   sum_diagonal(team);
-  for (const Lodger& lodger : lodgers_) link_lodger(problem, lodger);
+  for (const SharedCell& cell : shared_cells_) link_shared_cell(problem, cell);
   link_sides(problem);
 }
 
@@ -82,7 +82,7 @@ void Level::cover_cells(parallel::Team& team) {
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int k) {
     const std::ptrdiff_t size = layout.size();
-    std::fill(cover.begin() + size * k / chunks, cover.begin() + size * (k + 1) / chunks, -1);
+    std::fill(cover.begin() + size * k / chunks, cover.begin() + size * (k + 1) / chunks, Cover());
   });
   team.for_each(part_count_, [&](int k) {
     for (int piece = parts_[k].from_piece; piece < parts_[k].to_piece; ++piece)
@@ -91,15 +91,15 @@ void Level::cover_cells(parallel::Team& team) {
   // A conductor is a conductor on every grid that resolves it: a disk that covers no cell centre takes the cell it lies
   // in, after all others. The log-fitted link stays right for it (it knows R, however small). Where that cell is taken,
   // it is linked to the conductor that has it.
-  lodgers_.clear();
+  shared_cells_.clear();
   for (int body = 0; body < static_cast<int>(outlines_.size()); ++body) {
     const Outline& outline = outlines_[body];
     if (outline.kind != Outline::Kind::disk || !resolves(body) || has_cell(body)) continue;
-    std::int32_t& owner = cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))];
-    if (owner < 0)
-      owner = body;
+    Cover& cell = cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))];
+    if (cell.is_fluid())
+      cell = Cover::by(body);
     else
-      lodgers_.push_back({body, owner});
+      shared_cells_.push_back({body, cell.body()});
   }
 }
 
@@ -109,26 +109,26 @@ void Level::claim(const Piece& piece, bool alone) {
   for (int j = piece.range.from_j; j <= piece.range.to_j; ++j)
     for (int i = piece.range.from_i; i <= piece.range.to_i; ++i) {
       if (!covers(outline, i, j)) continue;
-      std::int32_t& owner = cover[layout(i, j)];
+      Cover& cell = cover[layout(i, j)];
       if (alone) {
-        if (owner < 0) owner = piece.body;
+        if (cell.is_fluid()) cell = Cover::by(piece.body);
         continue;
       }
-      const std::atomic_ref<std::int32_t> shared(owner);
-      std::int32_t current = shared.load(std::memory_order_relaxed);
-      while ((current < 0 || piece.body < current) &&
-             !shared.compare_exchange_weak(current, piece.body, std::memory_order_relaxed)) {
+      const std::atomic_ref<Cover> shared(cell);
+      Cover current = shared.load(std::memory_order_relaxed);
+      while ((current.is_fluid() || piece.body < current.body()) &&
+             !shared.compare_exchange_weak(current, Cover::by(piece.body), std::memory_order_relaxed)) {
       }
     }
 }
 
 bool Level::has_cell(int body) const {
   const Outline& outline = outlines_[body];
-  if (cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))] == body) return true;
+  if (cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))].is(body)) return true;
   const CellRange range = cells_around(outline, layout.nx, layout.ny);
   for (int j = range.from_j; j <= range.to_j; ++j)
     for (int i = range.from_i; i <= range.to_i; ++i)
-      if (cover[layout(i, j)] == body) return true;
+      if (cover[layout(i, j)].is(body)) return true;
   return false;
 }
 
@@ -143,21 +143,21 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
   for (int k = part.from_piece; k < part.to_piece; ++k) {
     const auto& [body, range] = pieces_[k];
     if (!resolves(body)) {
-      link_well(problem, body, part);
+      link_thin_conductor(problem, body, part);
       continue;
     }
     for (int j = range.from_j; j <= range.to_j; ++j)
       for (int i = range.from_i; i <= range.to_i; ++i) {
         const std::ptrdiff_t slot = layout(i, j);
-        if (cover[slot] != body) continue;
+        if (!cover[slot].is(body)) continue;
         part.covered.push_back(slot);
         part.covered_body.push_back(body);
         // Most cells lie inside their body.
         const int colour = (i + j) & 1, number = i >> 1;
         const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
         const std::ptrdiff_t south = layout.row(1 - colour, j - 1) + number;
-        if (cover[west] == body && cover[west + 1] == body && cover[south] == body &&
-            cover[south + 2 * layout.stride] == body)
+        if (cover[west].is(body) && cover[west + 1].is(body) && cover[south].is(body) &&
+            cover[south + 2 * layout.stride].is(body))
           continue;
         part.rim.push_back(slot);
         link_cell(problem, formula, {i, j}, body, part);
@@ -171,24 +171,26 @@ void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell c
     const Cell next{cell.i + static_cast<int>(e.x), cell.j + static_cast<int>(e.y)};
     if (!inside(next)) continue;
     const std::ptrdiff_t slot = layout(next.i, next.j);
-    const int other = cover[slot];
-    if (other < 0) {
+    if (cover[slot].is_fluid()) {
       Conductance c = fluid_link(outlines_[body], centre(next), -e, formula);
       const Cell beyond{next.i + static_cast<int>(e.x), next.j + static_cast<int>(e.y)};
       if (inside(beyond)) squeeze_link(problem, cell, body, e, cover[layout(beyond.i, beyond.j)], c, part);
       part.links.push_back({slot, body, c.value, c.gradient});
       part.link_row.push_back(next.j);
-    } else if (other > body && problem.bodies[other].group != problem.bodies[body].group) {
+    } else if (const int other = cover[slot].body();
+               other > body && problem.bodies[other].group != problem.bodies[body].group) {
       const PairConductance c = channel_between(outlines_[body], centre(cell), e, 1.0, &outlines_[other]);
       part.pairs.push_back({body, other, c.value, c.gradient_a, c.gradient_b});
     }
   }
 }
 
-/// If body `other` lies on the other side of a body's fluid neighbour: the channel between the two.
-void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c,
+/// If a body lies on the other side of a body's fluid neighbour, in the cell `beyond`: the channel between the two.
+void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, Cover beyond, Conductance& c,
                          Part& part) {
-  if (other < 0 || problem.bodies[other].group == problem.bodies[body].group) return;
+  if (beyond.is_fluid()) return;
+  const int other = beyond.body();
+  if (problem.bodies[other].group == problem.bodies[body].group) return;
   const Squeeze squeezed = squeeze(outlines_[body], centre(cell), e, outlines_[other], c);
   if (squeezed.close)
     part.cross_gradients.push_back({static_cast<int>(part.links.size()), other, squeezed.partner_gradient});
@@ -219,7 +221,7 @@ void Level::join_parts(parallel::Team& team) {
   link_start.assign(outlines_.size() + 1, 0);
   for (int k = 0; k < part_count_; ++k) {
     for (const int body : parts_[k].covered_body) ++covered_start[body + 1];
-    for (const Link& link : parts_[k].links) ++link_start[link.body + 1];
+    for (const FluidLink& link : parts_[k].links) ++link_start[link.body + 1];
   }
   std::partial_sum(covered_start.begin(), covered_start.end(), covered_start.begin());
   std::partial_sum(link_start.begin(), link_start.end(), link_start.begin());
@@ -251,21 +253,22 @@ void Level::sum_diagonal(parallel::Team& team) {
     for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j) {
       for (int colour = 0; colour < 2; ++colour) {
         const std::ptrdiff_t row = layout.row(colour, j);
-        for (int k = 0; k < layout.row_length(colour, j); ++k) diagonal[row + k] = cover[row + k] < 0 ? 4.0 : 0.0;
+        for (int k = 0; k < layout.row_length(colour, j); ++k)
+          diagonal[row + k] = cover[row + k].is_fluid() ? 4.0 : 0.0;
       }
       // In place of the conductance 1 to a fluid neighbour.
       for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
-        const Link& link = links[links_by_row[m]];
+        const FluidLink& link = links[links_by_row[m]];
         diagonal[link.cell] += link.conductance - 1.0;
       }
     }
   });
 }
 
-void Level::link_lodger(const LaplaceProblem& problem, Lodger lodger) {
-  if (problem.bodies[lodger.body].group == problem.bodies[lodger.host].group) return;
-  const PairConductance c = lodger_link(outlines_[lodger.body], outlines_[lodger.host]);
-  pairs.push_back({lodger.body, lodger.host, c.value, c.gradient_a, c.gradient_b});
+void Level::link_shared_cell(const LaplaceProblem& problem, SharedCell cell) {
+  if (problem.bodies[cell.body].group == problem.bodies[cell.owner].group) return;
+  const PairConductance c = shared_cell_link(outlines_[cell.body], outlines_[cell.owner]);
+  pairs.push_back({cell.body, cell.owner, c.value, c.gradient_a, c.gradient_b});
 }
 
 void Level::link_sides(const LaplaceProblem& problem) {
@@ -278,16 +281,17 @@ void Level::link_sides(const LaplaceProblem& problem) {
       const Cell cell =
           vertical ? Cell{side == left ? 0 : layout.nx - 1, k} : Cell{k, side == bottom ? 0 : layout.ny - 1};
       const std::ptrdiff_t slot = layout(cell.i, cell.j);
-      const int body = cover[slot];
+      const bool fluid = cover[slot].is_fluid();
       if (!electrode) {
-        if (body < 0) diagonal[slot] -= 1.0;
+        if (fluid) diagonal[slot] -= 1.0;
         continue;
       }
       const double potential = problem.sides[side].potential_at(h * (centre(cell) + 0.5 * e));
-      if (body < 0) {
+      if (fluid) {
         diagonal[slot] += 1.0;  // half a cell to the wall: conductance 2 in place of 1
         side_links.push_back({slot, -1, side, 2.0, potential, {}});
       } else {
+        const int body = cover[slot].body();
         const PairConductance c = channel_between(outlines_[body], centre(cell), e, 0.5, nullptr);
         side_links.push_back({-1, body, side, c.value, potential, c.gradient_a});
       }

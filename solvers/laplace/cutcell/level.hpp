@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "solvers/laplace/cutcell/cover.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/network_factors.hpp"
@@ -13,7 +14,7 @@
 namespace lichtenberg::laplace {
 
 /// Fluid cell to conductor.
-struct Link {
+struct FluidLink {
   std::ptrdiff_t cell;  ///< slot in the layout
   int body;
   double conductance;
@@ -44,14 +45,14 @@ struct SideLink {
   Vec2 gradient;     ///< of the conductance, with respect to the body's position, per cell
 };
 
-/// A floating group's coupling to a group of given potential.
-struct Supply {
+/// A floating group's coupling to a fixed group, one of given potential: a resistor to a supply.
+struct FixedCoupling {
   int group;
   double conductance;
   double potential;  ///< V
-  /// What the preconditioner takes for it. Supplies that are all that grounds the field may be weak by any factor, and
+  /// What the preconditioner takes for it. Couplings that are all that grounds the field may be weak by any factor, and
   /// a cycle in single precision needs a ground to stand on. For residuals that sum to zero, as they do
-  /// then (CutCellOperator::level_out), it makes no difference how strong a lone supply is.
+  /// then (CutCellOperator::level_out), it makes no difference how strong a lone one is.
   double conductance_in_cycle;
 };
 
@@ -77,32 +78,31 @@ class Level {
   /// Discretizes the problem anew on the finest grid, reusing memory. Throws InputError if the formula cannot do a
   /// shape.
   void build(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team = parallel::Team::single());
-  /// The same for a coarse grid of the preconditioner, which has unknowns only for the conductors that it resolves:
-  /// smaller ones are smeared out (homogenize.cpp). `finer` is the grid of cells half as large, null if that one is the
-  /// finest.
+  /// Discretizes the problem on a coarse grid of the preconditioner, which has unknowns only for the conductors that it
+  /// resolves: smaller ones are smeared out (homogenize.cpp). `finer` is the grid of cells half as large, null if that
+  /// one is the finest.
   void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer,
                     parallel::Team& team = parallel::Team::single());
 
   Layout layout;
   double h = 0;  ///< m
 
-  /// Index of the body that covers a cell's centre, -1: fluid. By slot.
-  std::vector<std::int32_t> cover;
+  std::vector<Cover> cover;             ///< by slot
   std::vector<std::ptrdiff_t> covered;  ///< slots of all covered cells, by body
   std::vector<int> covered_start;       ///< [bodies + 1] a body's first in `covered`
   std::vector<std::ptrdiff_t> rim;      ///< covered cells beside one that their body does not cover
-  std::vector<Link> links;              ///< by body
+  std::vector<FluidLink> links;         ///< by body
   std::vector<int> link_start;          ///< [bodies + 1] a body's first in `links`
   std::vector<int> links_by_row;        ///< indices of all links, by their cell's row and in it by cell
   std::vector<int> row_start;           ///< [ny + 1] a row's first in `links_by_row`
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups
   std::vector<SideLink> side_links;
-  /// The problem's couplings as conductances: between floating groups, and from one to given potentials. Those of
+  /// The problem's couplings as conductances: between floating groups, and from one to a fixed group. Those of
   /// groups that this grid has absorbed are left out.
   std::vector<NetworkLink> couplings;
-  std::vector<Supply> supplies;
-  bool is_coupled() const { return !couplings.empty() || !supplies.empty(); }
+  std::vector<FixedCoupling> fixed_couplings;
+  bool is_coupled() const { return !couplings.empty() || !fixed_couplings.empty(); }
   /// Sum of a fluid cell's conductances; 0 in covered cells and padding. By slot.
   std::vector<double> diagonal;
   long fluid_cells = 0;
@@ -121,9 +121,9 @@ class Level {
   struct Cell {
     int i, j;
   };
-  /// A disk whose only cell belongs to another body.
-  struct Lodger {
-    int body, host;
+  /// A disk that covers no cell's centre, in a cell that belongs to another body.
+  struct SharedCell {
+    int body, owner;
   };
   /// Some rows of what a body may cover.
   struct Piece {
@@ -135,7 +135,7 @@ class Level {
     int from_piece, to_piece;
     std::vector<std::ptrdiff_t> covered, rim;
     std::vector<int> covered_body;
-    std::vector<Link> links;
+    std::vector<FluidLink> links;
     std::vector<int> link_row;
     std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
     std::vector<PairLink> pairs;
@@ -147,18 +147,19 @@ class Level {
   bool has_cell(int body) const;
   void link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part);
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
-  void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, int other, Conductance& c, Part& part);
+  void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, Cover beyond, Conductance& c,
+                    Part& part);
   void join_parts(parallel::Team& team);
   void sort_by_row(parallel::Team& team);
   void sum_diagonal(parallel::Team& team);
-  void link_lodger(const LaplaceProblem& problem, Lodger lodger);
+  void link_shared_cell(const LaplaceProblem& problem, SharedCell cell);
   void link_sides(const LaplaceProblem& problem);
   void couple(const LaplaceProblem& problem, double largest);
   void choose_resolved(const LaplaceProblem& problem, const Sets& sets);
   void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer);
   std::vector<float> effective_permittivity(const LaplaceProblem& problem) const;
   void fill_fluid(const std::vector<float>& permittivity, parallel::Team& team);
-  void link_well(const LaplaceProblem& problem, int body, Part& part) const;
+  void link_thin_conductor(const LaplaceProblem& problem, int body, Part& part) const;
   bool resolves(int body) const { return is_resolved_.empty() || is_resolved_[body]; }
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
@@ -170,7 +171,7 @@ class Level {
   std::vector<Part> parts_;
   int part_count_ = 0;  // parts_ keeps its memory
   std::vector<int> link_row_;
-  std::vector<Lodger> lodgers_;
+  std::vector<SharedCell> shared_cells_;
 };
 
 }  // namespace lichtenberg::laplace

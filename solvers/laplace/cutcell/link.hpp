@@ -13,8 +13,9 @@
 
 namespace lichtenberg::laplace {
 
-/// std::max takes references, which a CUDA device has none of to the constants below.
-LICHTENBERG_HOST_DEVICE constexpr double larger(double a, double b) { return a < b ? b : a; }
+/// The value, or `least` if it is below. std::max takes references, which a CUDA device has none of to the constants
+/// below.
+LICHTENBERG_HOST_DEVICE constexpr double at_least(double value, double least) { return value < least ? least : value; }
 
 /// A conductance and its derivative with respect to the position of the conductor at its end.
 struct Conductance {
@@ -119,7 +120,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance channel(Vec2 p, Vec2 e, double le
   // perpendicular(-e) = -perpendicular(e): an offset s of the line is -s as seen from b.
   const Exit a = circle_exit(p, e, centre_a, radius_a, s0);
   const Exit b = circle_exit(q, -e, centre_b, radius_b, -s0);
-  const double least = larger(length - a.length - b.length, smallest_gap);
+  const double least = at_least(length - a.length - b.length, smallest_gap);
   const double w = std::sqrt(2.0 * least / (-a.curvature - b.curvature));
   const double from = std::atan((-0.5 - s0) / w), to = std::atan((0.5 - s0) / w);
   PairConductance result;
@@ -133,7 +134,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance channel(Vec2 p, Vec2 e, double le
     }
     const Exit at_a = circle_exit(p, e, centre_a, radius_a, s);
     const Exit at_b = circle_exit(q, -e, centre_b, radius_b, -s);
-    const double g = larger(length - at_a.length - at_b.length, smallest_gap);
+    const double g = at_least(length - at_a.length - at_b.length, smallest_gap);
     result.value += ds / g;
     result.gradient_a += (ds / (g * g)) * at_a.gradient;
     result.gradient_b += (ds / (g * g)) * at_b.gradient;

@@ -27,7 +27,7 @@ class LinkLists {
     team.for_each(chunks, [&](int k) {
       const std::size_t size = level.links.size();
       for (std::size_t m = size * k / chunks; m < size * (k + 1) / chunks; ++m) {
-        const Link& link = level.links[m];
+        const FluidLink& link = level.links[m];
         by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
       }
       for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j)
@@ -37,7 +37,7 @@ class LinkLists {
                                  [&](int m) { return level.links[m].cell < level.layout.colour_size(); }) -
             level.links_by_row.begin());
       for (int m = row_start_[rows * k / chunks]; m < row_start_[rows * (k + 1) / chunks]; ++m) {
-        const Link& link = level.links[level.links_by_row[m]];
+        const FluidLink& link = level.links[level.links_by_row[m]];
         by_row_[m] = {static_cast<std::int32_t>(link.cell), body_group_[link.body],
                       static_cast<Real>(link.conductance)};
       }
@@ -51,7 +51,8 @@ class LinkLists {
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
-  /// The same for the row's cells of one colour, once a cell: what all its groups bring.
+  /// What the groups at `potential` bring the cells of one colour in row j, summed over all groups of a cell:
+  /// effect(cell, flux), once a cell.
   template <class Effect>
   void for_linked_cells(int colour, int j, const Real* potential, const Effect& effect) const {
     const int from = colour == 0 ? row_start_[j] : black_start_[j];
@@ -152,7 +153,8 @@ void write_right_hand_side(const LaplaceProblem& problem, const Level& level, do
     else
       add_to_body(link.body, link.conductance * link.potential);
   }
-  for (const Supply& supply : level.supplies) group[supply.group] += in_units(supply.conductance * supply.potential);
+  for (const FixedCoupling& coupling : level.fixed_couplings)
+    group[coupling.group] += in_units(coupling.conductance * coupling.potential);
 }
 
 }  // namespace lichtenberg::laplace

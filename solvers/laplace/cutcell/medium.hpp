@@ -6,8 +6,9 @@
 // A grid that keeps a conductor far smaller than its cells as a conductor does CG more harm than good (50 iterations in
 // place of 13). What such a conductor does to the field on the scale of the cells is known: a dispersion of floating
 // disks that fill a share f of the area is a medium of permittivity (1 + f) / (1 - f) (Maxwell Garnett 1904, in two
-// dimensions), their charge is the medium's, and one whose potential is given, or is shared with others far away, is a
-// well (Peaceman 1978).
+// dimensions), their charge is the medium's. One whose potential is given, or is shared with others far away, is a thin
+// conductor: it exchanges flux with the four cells around it, as many as the logarithm of its radius lets through (what
+// Peaceman 1978 does for the wells of a reservoir).
 
 #include <cmath>
 #include <numbers>
@@ -41,10 +42,11 @@ LICHTENBERG_HOST_DEVICE inline float face_conductance(float permittivity_a, floa
   return 2 * permittivity_a * permittivity_b / (permittivity_a + permittivity_b);
 }
 
-/// Flux from a cell into a disk much smaller than it, per potential difference: the cell's mean potential is that at a
-/// distance of 0.208 cells (Peaceman's equivalent radius). For a disk that is not, the logarithm is kept from zero.
-LICHTENBERG_HOST_DEVICE inline double well_conductance(double radius) {
-  return 2 * std::numbers::pi / std::log(larger(0.208 / radius, 1.5));
+/// Flux from a cell into a thin conductor, a disk much smaller than it, per potential difference: the cell's mean
+/// potential is that at a distance of 0.208 cells (Peaceman's equivalent radius). For a disk that is not, the logarithm
+/// is kept from zero.
+LICHTENBERG_HOST_DEVICE inline double thin_conductance(double radius) {
+  return 2 * std::numbers::pi / std::log(at_least(0.208 / radius, 1.5));
 }
 
 /// The four cells around a point and their weights in bilinear interpolation; beyond the box lies its mirror image,

@@ -29,7 +29,7 @@ class Multigrid {
 
   /// z = M r. Vectors in the finest level's layout, followed by one entry a group.
   void apply(const double* r, double* z);
-  /// The same in parts, for who has better things to do with r and z than to keep them: all rows of r and its groups,
+  /// `apply` in parts, for who has better things to do with r and z than to keep them: all rows of r and its groups,
   /// then the cycle, which returns r'z; z is then read where it is.
   void take_row(int j, const double* r);
   void take_groups(const double* r);

@@ -20,7 +20,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
     const int a = problem.bodies[pair.body_a].group, b = problem.bodies[pair.body_b].group;
     if (problem.groups[a].floating && problem.groups[b].floating) pairs_.push_back({a, b, pair.conductance});
   }
-  hangs_ = problem.has_ground() && !problem.has_fixed_conductor();
+  grounded_by_couplings_ = problem.has_ground() && !problem.has_fixed_conductor();
   if (level.is_coupled()) factorize_groups();
 }
 
@@ -33,7 +33,7 @@ void CutCellOperator::factorize_groups() {
     ground[pair.b] = std::max(0.0, ground[pair.b] - pair.conductance);
     links.push_back({pair.a, pair.b, pair.conductance});
   }
-  for (const Supply& supply : level_->supplies) ground[supply.group] += supply.conductance;
+  for (const FixedCoupling& coupling : level_->fixed_couplings) ground[coupling.group] += coupling.conductance;
   group_factors_ = NetworkFactors(std::move(ground), links);
 }
 
@@ -67,7 +67,7 @@ void CutCellOperator::narrow_row(int j, const double* x, double* y) const {
   const std::vector<float>&east = level_->east, &north = level_->north;
   for (int i = 0; i < at.nx; ++i) {
     const std::ptrdiff_t slot = at(i, j);
-    if (level_->cover[slot] >= 0) continue;
+    if (!level_->cover[slot].is_fluid()) continue;
     const auto closed = [&](float open, std::ptrdiff_t neighbour) { y[slot] += (1.0 - open) * x[neighbour]; };
     if (i > 0) closed(east[at(i - 1, j)], at(i - 1, j));
     if (i + 1 < at.nx) closed(east[slot], at(i + 1, j));
@@ -107,10 +107,10 @@ double CutCellOperator::apply_couplings(const double* x_group, double* y_group) 
     y_group[b] -= flux;
     product += flux * difference;
   }
-  for (const Supply& supply : level_->supplies) {
-    const double flux = supply.conductance * x_group[supply.group];
-    y_group[supply.group] += flux;
-    product += flux * x_group[supply.group];
+  for (const FixedCoupling& coupling : level_->fixed_couplings) {
+    const double flux = coupling.conductance * x_group[coupling.group];
+    y_group[coupling.group] += flux;
+    product += flux * x_group[coupling.group];
   }
   return product;
 }
@@ -172,12 +172,13 @@ void CutCellOperator::level_out(double* x, double* r) const {
   });
   const double sum = std::accumulate(r + cells_, r + size(), ordered_sum(row_sum));
   double conductance = 0;
-  for (const Supply& supply : level_->supplies) conductance += supply.conductance;
+  for (const FixedCoupling& coupling : level_->fixed_couplings) conductance += coupling.conductance;
   const double shift = sum / conductance;
   shift_cells(shift, x);
   for (std::size_t g = 0; g < groups_; ++g)
     if (group_diagonal_[g] > 0) x[cells_ + g] += shift;
-  for (const Supply& supply : level_->supplies) r[cells_ + supply.group] -= supply.conductance * shift;
+  for (const FixedCoupling& coupling : level_->fixed_couplings)
+    r[cells_ + coupling.group] -= coupling.conductance * shift;
 }
 
 double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) const {

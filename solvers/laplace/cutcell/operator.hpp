@@ -42,7 +42,7 @@ class CutCellOperator {
   const LinkLists<double>& links() const { return links_; }
   const Level& level() const { return *level_; }
   /// Whether nothing has a given potential but what groups are coupled to.
-  bool hangs() const { return hangs_; }
+  bool grounded_by_couplings() const { return grounded_by_couplings_; }
   parallel::Team& team() const { return *team_; }
 
  private:
@@ -65,7 +65,7 @@ class CutCellOperator {
   };
   std::vector<GroupPair> pairs_;
   std::vector<double> group_diagonal_;  // 0: fixed; couplings are not in it
-  bool hangs_ = false;
+  bool grounded_by_couplings_ = false;
   NetworkFactors group_factors_;  // of all links of groups, if there are couplings
 };
 

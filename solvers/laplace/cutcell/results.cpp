@@ -18,14 +18,14 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   team.for_each(chunks, [&](int chunk) {
     for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
       for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m) {
-        const Link& link = level.links[m];
+        const FluidLink& link = level.links[m];
         const double difference = potential(body) - scale * cell[link.cell];
         solution.body_charge[body] += eps * link.conductance * difference;
         solution.body_force[body] += (stress * difference * difference) * link.gradient;
       }
   });
   for (const CrossGradient& cross : level.cross_gradients) {
-    const Link& link = level.links[cross.link];
+    const FluidLink& link = level.links[cross.link];
     const double difference = potential(link.body) - scale * cell[link.cell];
     solution.body_force[cross.body] += (stress * difference * difference) * cross.gradient;
   }

@@ -141,7 +141,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
-  if (op.hangs()) op.level_out(x.data(), residual.data());
+  if (op.grounded_by_couplings()) op.level_out(x.data(), residual.data());
   system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0}, solution);
   op.balance(problem, scale, b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
@@ -216,8 +216,9 @@ Field CutCellSolver::field() const {
   Field field{level.layout.nx, level.layout.ny, level.h, {}, {}};
   for (int j = 0; j < field.ny; ++j)
     for (int i = 0; i < field.nx; ++i) {
-      field.value.push_back(s.scale * s.history.newest()[level.layout(i, j)]);
-      field.body.push_back(level.cover[level.layout(i, j)]);
+      const std::ptrdiff_t slot = level.layout(i, j);
+      field.value.push_back(s.scale * s.history.newest()[slot]);
+      field.body.push_back(level.cover[slot].is_fluid() ? -1 : level.cover[slot].body());
     }
   return field;
 }

@@ -148,7 +148,7 @@ LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 
   if (formula == LinkFormula::log_fitted && body.round())
     return log_fitted_link(p, corner_a, corner_b, body.centre, body.size, body.kind == Outline::Kind::ring);
   const Hit surface = hit(body, p, e);
-  return plain_link(larger(surface.length, smallest_cut), e, surface.normal);
+  return plain_link(at_least(surface.length, smallest_cut), e, surface.normal);
 }
 
 /// Length of a link's part inside a body, from the covered centre p in direction e to where it leaves the body, and
@@ -200,7 +200,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance channel_between(const Outline& bo
   }
   const Conductance in_a = covered_length(body, p, e);
   const Conductance in_b = other ? covered_length(*other, q, -e) : Conductance{};
-  const double c = 1.0 / larger(length - in_a.value - in_b.value, smallest_gap);
+  const double c = 1.0 / at_least(length - in_a.value - in_b.value, smallest_gap);
   return {c, c * c * in_a.gradient, c * c * in_b.gradient};
 }
 
@@ -219,7 +219,7 @@ LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2
   if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk) return {};
   const Curve a = curve(body, p, e, partner), b = curve(partner, p + 2.0 * e, -e, body);
   const Exit in_a = circle_exit(p, e, a.centre, a.radius), in_b = circle_exit(p + 2.0 * e, -e, b.centre, b.radius);
-  const double gap = larger(2.0 - in_a.length - in_b.length, smallest_gap);
+  const double gap = at_least(2.0 - in_a.length - in_b.length, smallest_gap);
   if (gap > 1.0) return {};
   const PairConductance integral = channel(p, e, 2.0, a.centre, a.radius, b.centre, b.radius);
   const double factor = integral.value * gap;
@@ -229,11 +229,11 @@ LICHTENBERG_HOST_DEVICE inline Squeeze squeeze(const Outline& body, Vec2 p, Vec2
   return {true, partner_gradient};
 }
 
-/// A disk whose only cell belongs to another body: its conductance to that one.
-LICHTENBERG_HOST_DEVICE inline PairConductance lodger_link(const Outline& disk, const Outline& host) {
-  if (host.kind == Outline::Kind::disk) return circle_pair(disk.centre, disk.size, host.centre, host.size);
+/// A disk that covers no cell's centre, in a cell that belongs to another body: its conductance to that one.
+LICHTENBERG_HOST_DEVICE inline PairConductance shared_cell_link(const Outline& disk, const Outline& owner) {
+  if (owner.kind == Outline::Kind::disk) return circle_pair(disk.centre, disk.size, owner.centre, owner.size);
   // Beside a body of another shape: a circle in front of a plane.
-  const double gap = larger(signed_distance(host, disk.centre) - disk.size, smallest_gap);
+  const double gap = at_least(signed_distance(owner, disk.centre) - disk.size, smallest_gap);
   return {2 * std::numbers::pi / std::acosh(1 + gap / disk.size), {}, {}};
 }
 

@@ -12,7 +12,7 @@ struct Part {
   int begin, end;  // rows
   bool upper_only;
   bool pin;
-  bool in_cycle;  // with supplies as the preconditioner takes them
+  bool in_cycle;  // with couplings to fixed groups as the preconditioner takes them
 };
 
 struct Entry {
@@ -68,14 +68,15 @@ Links collect_links(const LaplaceProblem& problem, const Level& level, const Spa
     }
   };
   const auto unknown_of_body = [&](int body) { return number.of_group[problem.bodies[body].group]; };
-  for (const Link& link : level.links) couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
+  for (const FluidLink& link : level.links)
+    couple(number.of_slot[link.cell], unknown_of_body(link.body), link.conductance);
   for (const PairLink& pair : level.pairs)
     couple(unknown_of_body(pair.body_a), unknown_of_body(pair.body_b), pair.conductance);
   for (const SideLink& link : level.side_links)
     couple(link.cell >= 0 ? number.of_slot[link.cell] : unknown_of_body(link.body), -1, link.conductance);
   for (const auto& [a, b, conductance] : level.couplings) couple(number.of_group[a], number.of_group[b], conductance);
-  for (const Supply& supply : level.supplies)
-    couple(number.of_group[supply.group], -1, part.in_cycle ? supply.conductance_in_cycle : supply.conductance);
+  for (const FixedCoupling& coupling : level.fixed_couplings)
+    couple(number.of_group[coupling.group], -1, part.in_cycle ? coupling.conductance_in_cycle : coupling.conductance);
   for (std::size_t a = 0; a < system.slot.size(); ++a) links.diagonal[a] = level.diagonal[system.slot[a]];
   if (part.pin) links.diagonal[from.back() >= 0 ? from.back() : from.size() - 1] *= 2;
   std::stable_sort(links.couplings.begin(), links.couplings.end(), [](const auto& a, const auto& b) {
@@ -161,7 +162,7 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level) 
   SparseSystem system;
   for (int j = 0; j < level.layout.ny; ++j)
     for (int i = 0; i < level.layout.nx; ++i)
-      if (const std::ptrdiff_t slot = level.layout(i, j); level.cover[slot] < 0) system.slot.push_back(slot);
+      if (const std::ptrdiff_t slot = level.layout(i, j); level.cover[slot].is_fluid()) system.slot.push_back(slot);
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     if (problem.groups[g].floating && level.has_unknown(static_cast<int>(g)))
       system.group.push_back(static_cast<int>(g));

@@ -16,7 +16,8 @@ constexpr Complex i_unit{0, 1};
 /// within `near_reach` aren't part of it. Their ratio 0.4 makes 40 terms enough for rounding (0.4^40 = 1e-16).
 constexpr double taylor_radius = 2, near_reach = 5;
 constexpr int taylor_terms = 40;
-/// The same within half the diagonal: 1 / 2.8^40 = 1e-18.
+/// Points within half the diagonal have a series of their own, with lattice vectors beyond this reach in it:
+/// 1 / 2.8^40 = 1e-18.
 constexpr double inner_reach = 2.8;
 constexpr int taylor_points = 4 * taylor_terms;  // what folds back from order 4 * 40 is 0.4^120
 

@@ -128,7 +128,7 @@ Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
   return sum;
 }
 
-/// The same over the whole circle (Blasius' theorem).
+/// integral of (R dV/dr)^2 exp(i theta) over the whole circle (Blasius' theorem)
 Complex pull_on_circle(const std::vector<Complex>& a) {
   const int order = static_cast<int>(a.size()) - 1;
   Complex sum = 0;

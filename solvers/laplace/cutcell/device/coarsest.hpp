@@ -50,12 +50,12 @@ class Coarsest {
     get(arrays.link_group, grid.link_group, grid.links);
     get(arrays.conductance, grid.conductance, grid.links);
     get(arrays.group_diagonal, grid.group_diagonal, groups);
-    std::vector<Contact> contacts(grid.contacts);
-    get(contacts, grid.contact, grid.contacts);
-    for (const Contact& contact : contacts)
-      if (contact.other >= 0)
-        arrays.contacts.push_back(
-            {problem.bodies[contact.own].group, problem.bodies[contact.other].group, contact.conductance});
+    std::vector<DirectLink> direct_links(grid.direct_links);
+    get(direct_links, grid.direct_link, grid.direct_links);
+    for (const DirectLink& link : direct_links)
+      if (!link.is_to_electrode())
+        arrays.direct_links.push_back(
+            {problem.bodies[link.own].group, problem.bodies[link.other].group, link.conductance});
     return arrays;
   }
 

@@ -51,7 +51,7 @@ CoarsestSystem::CoarsestSystem(const CoarsestArrays& arrays, bool pin) : groups_
   couple_cells(arrays, of_slot, entries);
   for (std::size_t m = 0; m < arrays.link_slot.size(); ++m)
     couple(entries, of_slot[arrays.link_slot[m]], of_group[arrays.link_group[m]], arrays.conductance[m]);
-  for (const auto& [own, other, conductance] : arrays.contacts)
+  for (const auto& [own, other, conductance] : arrays.direct_links)
     if (own < other) couple(entries, of_group[own], of_group[other], conductance);
   factors_ = SparseFactors(static_cast<int>(unknown_.size()), entries);
   if (!factors_.are_positive())

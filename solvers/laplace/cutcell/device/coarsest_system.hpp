@@ -17,7 +17,7 @@ struct CoarsestArrays {
     int own, other;
     double conductance;
   };
-  std::vector<GroupPair> contacts;  ///< each twice
+  std::vector<GroupPair> direct_links;  ///< each twice
   std::vector<double> group_diagonal;
 };
 

@@ -96,14 +96,15 @@ class CutCell : public DeviceSolver {
     const GridView& grid = multigrid_->finest().view();
     const Layout& at = grid.layout;
     std::vector<double> cell(at.size());
-    std::vector<int> cover(at.size());
+    std::vector<Cover> cover(at.size());
     run_->to_host(cell.data(), past_[0].cell.data(), cell.size() * sizeof(double));
-    run_->to_host(cover.data(), grid.cover, cover.size() * sizeof(int));
+    run_->to_host(cover.data(), grid.cover, cover.size() * sizeof(Cover));
     Field field{nx_, ny_, grid.h, {}, {}};
     for (int j = 0; j < ny_; ++j)
       for (int i = 0; i < nx_; ++i) {
-        field.value.push_back(scale_ * cell[at(i, j)]);
-        field.body.push_back(std::max(cover[at(i, j)], -1));
+        const std::ptrdiff_t slot = at(i, j);
+        field.value.push_back(scale_ * cell[slot]);
+        field.body.push_back(cover[slot].is_fluid() ? -1 : cover[slot].body());
       }
     return field;
   }
@@ -147,7 +148,7 @@ class CutCell : public DeviceSolver {
   static double since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
-  const Grid<Executor>& finest() const { return multigrid_->finest(); }
+  const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
   void prepare_grids(const LaplaceProblem& problem);
   void prepare_system(const LaplaceProblem& problem);
@@ -165,7 +166,7 @@ class CutCell : public DeviceSolver {
   Vec2 size_;
   std::size_t bodies_ = 0, groups_ = 0;
   std::unique_ptr<DeviceProblem<Executor>> problem_;
-  std::unique_ptr<Multigrid<Executor>> multigrid_;
+  std::unique_ptr<DeviceMultigrid<Executor>> multigrid_;
   Krylov krylov_;
   ::Vec *basis_ = nullptr, *image_ = nullptr;
   double scale_ = 1;        // V: x, b and the past are in units of it
@@ -193,7 +194,7 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   run_->check_room(static_cast<std::size_t>(nx_) * ny_ * ((6 + 3 * history_length) * sizeof(double) + 20));
   const Executor& run = *run_;
   problem_ = std::make_unique<DeviceProblem<Executor>>(run);
-  multigrid_ = std::make_unique<Multigrid<Executor>>(run, problem, nx_, ny_, options_.links);
+  multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, nx_, ny_, options_.links);
   for (int k = 0; k < history_length; ++k)
     past_.push_back({parallel::Array<double, Executor>(run), parallel::Array<double, Executor>(run)});
   group_potential_.emplace(run);

@@ -43,19 +43,18 @@ void take_residual(const Executor& run, ProblemView problem, GridView grid, cons
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
-/// phi_next = (flux + what contacts bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
+/// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
 template <class Executor>
-void relax_contacts(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
-                    float* phi_next) {
+void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
+                        float* phi_next) {
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
+        return grid.direct_link_start[problem.first_rank[g + 1]] - grid.direct_link_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t];
-        return contact.other < 0 ? 0.0f
-                                 : static_cast<float>(contact.conductance) * phi[problem.group_of[contact.other]];
+        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t];
+        return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         phi_next[g] = (flux[g] + sum) * grid.group_inverse_diagonal[g];
@@ -78,12 +77,12 @@ void add_group_potentials(const Executor& run, GridView grid, const float* phi, 
   });
 }
 
-/// The same for what wells bring, in all cells.
+/// Adds what thin conductors bring to f in all cells of the colours named.
 template <class Executor>
-void add_well_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
-                         bool black) {
+void add_thin_conductor_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
+                                   bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
-  sum_wells(
+  sum_thin_conductors(
       run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int body, float c) { return c * phi[problem.group_of[body]]; },
       [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) {
         if (slot < colour_size ? red : black) grid.f[slot] += sum;
@@ -195,23 +194,23 @@ void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlu
       [=] LICHTENBERG_HOST_DEVICE(int piece, float sum) { grid.partial[piece] = sum; });
 }
 
-/// finish(g, what a group's links and contacts bring).
+/// finish(g, what a group's links and direct links bring).
 template <class Executor, class Finish>
 void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
-  const bool contacts = grid.contacts > 0;
+  const bool direct_links = grid.direct_links > 0;
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
-        if (!contacts) return links;
-        return links + grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
+        if (!direct_links) return links;
+        return links + grid.direct_link_start[problem.first_rank[g + 1]] -
+               grid.direct_link_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < links) return grid.partial[grid.piece_start[g] + t];
-        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t - links];
-        return contact.other < 0 ? 0.0f
-                                 : static_cast<float>(contact.conductance) * phi[problem.group_of[contact.other]];
+        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t - links];
+        return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
       },
       finish);
 }
@@ -239,14 +238,15 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
         else
           coarse.partial[p - fine.pieces] = sum;
       });
-  const bool contacts = fine.contacts > 0;
+  const bool direct_links = fine.direct_links > 0;
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int covered = problem.groups + g;
         const int links = fine.piece_start[g + 1] - fine.piece_start[g];
-        const int own =
-            contacts ? fine.contact_start[problem.first_rank[g + 1]] - fine.contact_start[problem.first_rank[g]] : 0;
+        const int own = direct_links ? fine.direct_link_start[problem.first_rank[g + 1]] -
+                                           fine.direct_link_start[problem.first_rank[g]]
+                                     : 0;
         return links + coarse.piece_start[covered + 1] - coarse.piece_start[covered] + own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
@@ -255,9 +255,9 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
         const int first = coarse.piece_start[problem.groups + g];
         const int covered = coarse.piece_start[problem.groups + g + 1] - first;
         if (t < links + covered) return coarse.partial[first + t - links];
-        const Contact& contact = fine.contact[fine.contact_start[problem.first_rank[g]] + t - links - covered];
-        return contact.other < 0 ? 0.0f
-                                 : static_cast<float>(contact.conductance) * fine.phi[problem.group_of[contact.other]];
+        const DirectLink& link = fine.direct_link[fine.direct_link_start[problem.first_rank[g]] + t - links - covered];
+        return link.is_to_electrode() ? 0.0f
+                                      : static_cast<float>(link.conductance) * fine.phi[problem.group_of[link.other]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         const float inverse = fine.group_inverse_diagonal[g];
@@ -288,7 +288,7 @@ void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, 
       [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] += sum; });
 }
 
-/// And its potential is theirs.
+/// An absorbed group's potential is that of the four cells around it.
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -402,7 +402,7 @@ void relax_red(const Executor& run, GridView grid, V* v) {
                });
 }
 
-/// flux: the groups' charges and what their cells bring; phi_next: their potentials from that, contacts left out.
+/// flux: the groups' charges and what their cells bring; phi_next: their potentials from that, direct links left out.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v) {
   sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, false});

@@ -30,7 +30,7 @@ class DeviceSolver : public LaplaceSolver {
 /// On the CUDA device that PETSc uses. Throws InputError if there is none, or if the program was built without CUDA.
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options);
 
-/// The same algorithm run by the CPU, for comparison.
+/// The device's algorithm run by the CPU, for comparison.
 std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options);
 
 }  // namespace lichtenberg::laplace::device

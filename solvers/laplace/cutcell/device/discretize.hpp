@@ -16,8 +16,8 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
-/// A disk that its grid does not resolve and that is no part of the medium either.
-LICHTENBERG_HOST_DEVICE inline bool is_well(const ProblemView& problem, const GridView& grid, int body) {
+/// A thin conductor (../medium.hpp): a disk that its grid does not resolve and that is no part of the medium either.
+LICHTENBERG_HOST_DEVICE inline bool is_thin(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.resolved[body] && !grid.absorbed[problem.group_of[body]];
 }
 
@@ -44,11 +44,11 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
     const bool resolved = !grid.medium || is_resolved(outline, alone);
     grid.resolved[body] = resolved;
     grid.present[body] = !resolved;  // it needs no cell
-    grid.lodger[body] = -1;
+    grid.cell_owner[body] = -1;
   });
 }
 
-/// Strips of a body's cells. A well has a strip for its links.
+/// Strips of a body's cells. A thin conductor has a strip for its links.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -58,7 +58,7 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
       if (grid.resolved[body])
         strips = strips_of(cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny));
       else
-        strips = is_well(problem, grid, body);
+        strips = is_thin(problem, grid, body);
     }
     grid.strip_start[rank] = strips;
   });
@@ -78,30 +78,30 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid, int st
   run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
-      if (grid.cover[slot_of(grid.layout, i, strip.j)] == strip.body) grid.present[strip.body] = 1;
+      if (grid.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.present[strip.body] = 1;
   });
   const auto own_cell = [=] LICHTENBERG_HOST_DEVICE(int body) {
     const Outline& outline = grid.outline[body];
-    if (outline.kind != Outline::Kind::disk || grid.present[body]) return static_cast<int*>(nullptr);
+    if (outline.kind != Outline::Kind::disk || grid.present[body]) return static_cast<Cover*>(nullptr);
     const Layout& at = grid.layout;
     return &grid.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
   };
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (int* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
+    if (Cover* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
   });
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (int* cover = own_cell(body)) {
-      const int had = *cover;  // read once: the winner may be writing it
+    if (Cover* cover = own_cell(body)) {
+      const int had = cover->body();  // read once: the winner may be writing it
       const int winner = had < problem.bodies ? had : had - problem.bodies;
       if (winner == body)
-        *cover = body;
+        *cover = Cover::by(body);
       else
-        grid.lodger[body] = winner;
+        grid.cell_owner[body] = winner;
     }
   });
 }
 
-/// Calls the visitor for each covered cell, link, boundary cell and contact of a strip, in order.
+/// Calls the visitor for each covered cell, link, boundary cell and direct link of a strip, in order.
 template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
                                    Visitor& visitor) {
@@ -109,35 +109,36 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
   if (!grid.resolved[strip.body]) {
     const Interpolation around = interpolate(at, grid.outline[strip.body].centre, problem.electrode);
     for (int k = 0; k < 4; ++k)
-      if (around.weight[k] != 0 && grid.cover[around.cell[k]] < 0)
-        visitor.link(static_cast<int>(around.cell[k]), -1 - (4 * strip.body + k), false);
+      if (around.weight[k] != 0 && grid.cover[around.cell[k]].is_fluid())
+        visitor.link(static_cast<int>(around.cell[k]), LinkEnd::of_thin_conductor(strip.body, k), false);
     return;
   }
   for (int i = strip.from_i; i <= strip.to_i; ++i) {
     const int slot = slot_of(at, i, strip.j);
-    if (grid.cover[slot] != strip.body) continue;
+    if (!grid.cover[slot].is(strip.body)) continue;
     visitor.covered(slot);
     for (int side = 0; side < 4; ++side) {
       const int ni = i + step_i(side), nj = strip.j + step_j(side);
       if (!inside(at, ni, nj)) {
         if (problem.electrode[side])
-          visitor.contact(slot, side, -1 - (side * problem.faces + (side < 2 ? strip.j : i)));
+          visitor.direct_link(slot, side, DirectLink::electrode_face(side * problem.faces + (side < 2 ? strip.j : i)));
         continue;
       }
       const int next = slot_of(at, ni, nj);
-      const int other = grid.cover[next];
-      if (other >= 0) {
+      const Cover beside = grid.cover[next];
+      if (!beside.is_fluid()) {
+        const int other = beside.body();
         if (other != strip.body && problem.group_of[other] != problem.group_of[strip.body])
-          visitor.contact(slot, side, other);
+          visitor.direct_link(slot, side, other);
         continue;
       }
       // The cell's first link, by side, makes it a boundary cell.
       bool first = true;
       for (int s = 0; s < (side ^ 1); ++s) {
         const int bi = ni + step_i(s), bj = nj + step_j(s);
-        first = first && !(inside(at, bi, bj) && grid.cover[slot_of(at, bi, bj)] >= 0);
+        first = first && !(inside(at, bi, bj) && !grid.cover[slot_of(at, bi, bj)].is_fluid());
       }
-      visitor.link(next, 4 * strip.body + (side ^ 1), first);
+      visitor.link(next, LinkEnd::at_side(strip.body, side ^ 1), first);
     }
   }
 }
@@ -145,8 +146,8 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
 struct CountVisitor {
   Counts counts;
   LICHTENBERG_HOST_DEVICE void covered(int) { ++counts.covered; }
-  LICHTENBERG_HOST_DEVICE void contact(int, int, int) { ++counts.contacts; }
-  LICHTENBERG_HOST_DEVICE void link(int, int, bool first) {
+  LICHTENBERG_HOST_DEVICE void direct_link(int, int, int) { ++counts.direct_links; }
+  LICHTENBERG_HOST_DEVICE void link(int, LinkEnd, bool first) {
     ++counts.links;
     counts.boundary += first;
   }
@@ -160,15 +161,19 @@ struct FillVisitor {
     grid.covered_slot[at.covered] = slot;
     grid.covered_group[at.covered++] = group;
   }
-  LICHTENBERG_HOST_DEVICE void contact(int slot, int side, int other) {
-    grid.contact[at.contacts++] = {body, other, slot, side, 0, {}};
+  LICHTENBERG_HOST_DEVICE void direct_link(int slot, int side, int other) {
+    grid.direct_link[at.direct_links++] = {.own = body,
+                                           .other = other,
+                                           .slot = slot,
+                                           .kind = DirectLink::Kind::face,
+                                           .side = static_cast<std::uint8_t>(side)};
   }
-  LICHTENBERG_HOST_DEVICE void link(int slot, int code, bool first) {
+  LICHTENBERG_HOST_DEVICE void link(int slot, LinkEnd end, bool first) {
     grid.link_slot[at.links] = slot;
     grid.link_group[at.links] = group;
-    grid.link_code[at.links++] = code;
+    grid.link_end[at.links++] = end;
     if (!first) return;
-    grid.cover[slot] = -2 - at.boundary;
+    grid.cover[slot] = Cover::boundary_cell(at.boundary);
     grid.boundary_slot[at.boundary++] = slot;
   }
 };
@@ -301,16 +306,16 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Layout& at, Vec2 p, const b
   return sum;
 }
 
-/// finish(slot, sum over a cell's wells of value(body, conductance)).
+/// finish(slot, sum of value(body, conductance) over the thin conductors around which a cell is).
 template <class Executor, class Value, class Finish>
-void sum_wells(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
+void sum_thin_conductors(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
   gather(
       run, grid, grid.smeared_bodies,
       [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
         if (grid.absorbed[problem.group_of[body]]) return 0.0f;
-        const Outline& well = grid.outline[body];
-        const float weight = weight_in(grid.layout, well.centre, problem.electrode, slot, false);
-        return value(body, weight * static_cast<float>(well_conductance(well.size)));
+        const Outline& disk = grid.outline[body];
+        const float weight = weight_in(grid.layout, disk.centre, problem.electrode, slot, false);
+        return value(body, weight * static_cast<float>(thin_conductance(disk.size)));
       },
       finish);
 }
@@ -333,14 +338,15 @@ void make_permittivity(const Executor& run, ProblemView problem, GridView grid) 
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.links, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    const int slot = grid.link_slot[m], code = grid.link_code[m];
-    if (code < 0) {
-      const Outline& well = grid.outline[(-1 - code) / 4];
-      const Interpolation around = interpolate(grid.layout, well.centre, problem.electrode);
-      grid.conductance[m] = std::abs(around.weight[(-1 - code) % 4]) * well_conductance(well.size);
+    const int slot = grid.link_slot[m];
+    const LinkEnd end = grid.link_end[m];
+    if (end.is_thin_conductor()) {
+      const Outline& disk = grid.outline[end.body()];
+      const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
+      grid.conductance[m] = std::abs(around.weight[end.corner()]) * thin_conductance(disk.size);
       return;
     }
-    const int body = code / 4, side = code % 4;
+    const int body = end.body(), side = end.side();
     const CellIndex cell = cell_of(grid.layout, slot);
     const Vec2 p = cell_centre(cell.i, cell.j), to_body = direction(side), onward = direction(side ^ 1);
     const Outline& outline = grid.outline[body];
@@ -348,8 +354,9 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     int partner = -1;
     Vec2 partner_gradient;
     const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
-    const int other = inside(grid.layout, bi, bj) ? grid.cover[slot_of(grid.layout, bi, bj)] : -1;
-    if (other >= 0 && problem.group_of[other] != problem.group_of[body]) {
+    const Cover behind = inside(grid.layout, bi, bj) ? grid.cover[slot_of(grid.layout, bi, bj)] : Cover();
+    if (!behind.is_fluid() && problem.group_of[behind.body()] != problem.group_of[body]) {
+      const int other = behind.body();
       const Outline& beyond = grid.outline[other];
       Conductance back = fluid_link(beyond, p, onward, grid.formula);
       squeeze(outline, p + to_body, onward, beyond, c);
@@ -360,7 +367,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
       }
     }
     grid.conductance[m] = grid.medium ? c.value * grid.permittivity[slot] : c.value;
-    const int k = -2 - grid.cover[slot];
+    const int k = grid.cover[slot].boundary_number();
     grid.boundary_link[side * grid.boundary + k] = m;
     if (!grid.finest) return;
     grid.gradient[m] = c.gradient;
@@ -376,7 +383,8 @@ void make_faces(const Executor& run, GridView grid) {
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     const auto face = [&](int ni, int nj) {
-      if (!inside(at, ni, nj) || grid.cover[slot] >= 0 || grid.cover[slot_of(at, ni, nj)] >= 0) return 0.0f;
+      if (!inside(at, ni, nj) || !grid.cover[slot].is_fluid() || !grid.cover[slot_of(at, ni, nj)].is_fluid())
+        return 0.0f;
       return face_conductance(grid.permittivity[slot], grid.permittivity[slot_of(at, ni, nj)]);
     };
     grid.east[slot] = face(i + 1, j);
@@ -387,24 +395,26 @@ void make_faces(const Executor& run, GridView grid) {
 template <class Executor>
 void make_medium_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   make_faces(run, grid);
-  // f is the sum over a cell's wells for now.
+  // f is the sum over the thin conductors around a cell for now.
   run.fill(grid.f, 0, grid.layout.size() * sizeof(float));
-  if (grid.wells > 0)
-    sum_wells(
+  if (grid.thin_conductors > 0)
+    sum_thin_conductors(
         run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int, float c) { return c; },
         [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] = sum; });
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     double sum = 0;
-    if (grid.cover[slot] < 0) {
+    const Cover cover = grid.cover[slot];
+    if (cover.is_fluid()) {
       const Neighbours n = neighbours(at, slot);
       sum = static_cast<double>(grid.east[n.west]) + grid.east[slot] + grid.north[n.south] + grid.north[slot] +
             grid.f[slot];
       for (int side = 0; side < 4; ++side) {
         if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
           sum += 2 * grid.permittivity[slot];
-        const int link = grid.cover[slot] <= -2 ? grid.boundary_link[side * grid.boundary - 2 - grid.cover[slot]] : -1;
+        const int link =
+            cover.is_boundary_cell() ? grid.boundary_link[side * grid.boundary + cover.boundary_number()] : -1;
         if (link >= 0) sum += grid.conductance[link];
       }
     }
@@ -429,13 +439,13 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
     float inverse = 0;
     const int i = 2 * k + Layout::parity(colour, j);
     if (k >= 0 && inside(at, i, j)) {
-      if (grid.cover[slot] <= -2) return;  // below
+      if (grid.cover[slot].is_boundary_cell()) return;  // below
       int sum = 4;
       if (i == 0) sum += problem.electrode[0] ? 1 : -1;
       if (i == at.nx - 1) sum += problem.electrode[1] ? 1 : -1;
       if (j == 0) sum += problem.electrode[2] ? 1 : -1;
       if (j == at.ny - 1) sum += problem.electrode[3] ? 1 : -1;
-      if (grid.cover[slot] == -1 && sum > 0) inverse = 1.0f / static_cast<float>(sum);
+      if (grid.cover[slot].is_fluid() && sum > 0) inverse = 1.0f / static_cast<float>(sum);
     }
     grid.inverse_diagonal[slot] = inverse;
   });
@@ -457,93 +467,98 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Calls f(host, slot) for each body in whose cells one without a cell is: slot as in Contact.
+/// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
+/// exchanges flux with: kind and corner as in DirectLink.
 template <class F>
-LICHTENBERG_HOST_DEVICE void for_each_host(const ProblemView& problem, const GridView& grid, int body, F f) {
+LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
   const int group = problem.group_of[body];
-  if (const int host = grid.lodger[body]; host >= 0 && problem.group_of[host] != group) f(host, -1);
-  if (!grid.medium || !is_well(problem, grid, body)) return;
+  if (const int owner = grid.cell_owner[body]; owner >= 0 && problem.group_of[owner] != group)
+    f(owner, DirectLink::Kind::shared_cell, 0);
+  if (!grid.medium || !is_thin(problem, grid, body)) return;
   const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
-    const int host = grid.cover[around.cell[k]];
-    if (around.weight[k] != 0 && host >= 0 && problem.group_of[host] != group) f(host, -2 - k);
+    const Cover cover = grid.cover[around.cell[k]];
+    if (around.weight[k] != 0 && !cover.is_fluid() && problem.group_of[cover.body()] != group)
+      f(cover.body(), DirectLink::Kind::thin_conductor, k);
   }
 }
 
 template <class Executor>
-void count_homeless(const Executor& run, ProblemView problem, GridView grid, Homeless* number) {
+void count_without_cells(const Executor& run, ProblemView problem, GridView grid, WithoutCells* number) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    Homeless own;
+    WithoutCells own;
     if (body < problem.bodies) {
-      for_each_host(problem, grid, body, [&](int, int) { ++own.contacts; });
-      own.wells = grid.medium && is_well(problem, grid, body);
-      own.floating_wells = own.wells > 0 && problem.floating[problem.group_of[body]];
+      for_each_owner(problem, grid, body, [&](int, DirectLink::Kind, int) { ++own.direct_links; });
+      own.thin_conductors = grid.medium && is_thin(problem, grid, body);
+      own.floating_thin_conductors = own.thin_conductors > 0 && problem.floating[problem.group_of[body]];
     }
     number[body] = own;
   });
 }
 
-/// Their contacts behind those of the strips; `number`: how many before each body.
+/// Lists the direct links of bodies without cells behind those of the strips; `number`: how many before each body.
 template <class Executor>
-void list_homeless(const Executor& run, ProblemView problem, GridView grid, const Homeless* number, int from_strips) {
+void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* number,
+                        int from_strips) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    int at = from_strips + 2 * number[body].contacts;
-    for_each_host(problem, grid, body, [&](int host, int slot) {
-      grid.contact[at++] = {body, host, slot, 0, 0, {}};
-      grid.contact[at++] = {host, body, slot, 1, 0, {}};
+    int at = from_strips + 2 * number[body].direct_links;
+    for_each_owner(problem, grid, body, [&](int owner, DirectLink::Kind kind, int corner) {
+      const auto k = static_cast<std::uint8_t>(corner);
+      grid.direct_link[at++] = {.own = body, .other = owner, .kind = kind, .corner = k, .own_has_cell = false};
+      grid.direct_link[at++] = {.own = owner, .other = body, .kind = kind, .corner = k, .own_has_cell = true};
     });
   });
 }
 
 template <class Executor>
-void make_contacts(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    Contact& contact = grid.contact[m];
-    const Outline& own = grid.outline[contact.own];
-    if (contact.slot < 0) {
-      const bool host = contact.side == 1;
-      const Outline& other = grid.outline[contact.other];
-      if (contact.slot <= -2) {
-        const Outline& well = host ? other : own;
-        const Interpolation around = interpolate(grid.layout, well.centre, problem.electrode);
-        contact.conductance = std::abs(around.weight[-2 - contact.slot]) * well_conductance(well.size);
+void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
+  run.for_each(grid.direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    DirectLink& link = grid.direct_link[m];
+    const Outline& own = grid.outline[link.own];
+    if (link.kind != DirectLink::Kind::face) {
+      const bool own_has_cell = link.own_has_cell;
+      const Outline& other = grid.outline[link.other];
+      if (link.kind == DirectLink::Kind::thin_conductor) {
+        const Outline& disk = own_has_cell ? other : own;
+        const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
+        link.conductance = std::abs(around.weight[link.corner]) * thin_conductance(disk.size);
         return;
       }
-      const PairConductance c = host ? lodger_link(other, own) : lodger_link(own, other);
-      contact.conductance = c.value;
-      contact.gradient = host ? c.gradient_b : c.gradient_a;
+      const PairConductance c = own_has_cell ? shared_cell_link(other, own) : shared_cell_link(own, other);
+      link.conductance = c.value;
+      link.gradient = own_has_cell ? c.gradient_b : c.gradient_a;
       return;
     }
-    const CellIndex cell = cell_of(grid.layout, contact.slot);
-    const Vec2 p = cell_centre(cell.i, cell.j), e = direction(contact.side);
-    if (contact.other < 0) {
+    const CellIndex cell = cell_of(grid.layout, link.slot);
+    const Vec2 p = cell_centre(cell.i, cell.j), e = direction(link.side);
+    if (link.is_to_electrode()) {
       const PairConductance c = channel_between(own, p, e, 0.5, nullptr);
-      contact.conductance = c.value;
-      contact.gradient = c.gradient_a;
+      link.conductance = c.value;
+      link.gradient = c.gradient_a;
       return;
     }
-    // The same rounding from either side: the system is symmetric.
-    const Outline& other = grid.outline[contact.other];
-    const bool first = contact.own < contact.other;
+    // In one order, so that either side gets the same bits: the system is symmetric.
+    const Outline& other = grid.outline[link.other];
+    const bool first = link.own < link.other;
     const PairConductance c =
         first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
-    contact.conductance = c.value;
-    contact.gradient = first ? c.gradient_a : c.gradient_b;
+    link.conductance = c.value;
+    link.gradient = first ? c.gradient_a : c.gradient_b;
   });
 }
 
 /// By the own body's rank, for sorting.
 template <class Executor>
-void contact_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
-  run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    key[m] = problem.rank_of[grid.contact[m].own];
+void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
+  run.for_each(grid.direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    key[m] = problem.rank_of[grid.direct_link[m].own];
     index[m] = m;
   });
 }
 
 template <class Executor>
-void sort_contacts(const Executor& run, GridView grid, const int* index, Contact* sorted) {
-  run.for_each(grid.contacts, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.contact[index[m]]; });
+void sort_direct_links(const Executor& run, GridView grid, const int* index, DirectLink* sorted) {
+  run.for_each(grid.direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.direct_link[index[m]]; });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "solvers/laplace/cutcell/cover.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
@@ -31,26 +32,60 @@ struct ProblemView {
 
 /// Numbers of what a strip of cells holds.
 struct Counts {
-  int covered = 0, links = 0, boundary = 0, contacts = 0;
+  int covered = 0, links = 0, boundary = 0, direct_links = 0;
   LICHTENBERG_HOST_DEVICE friend Counts operator+(Counts a, Counts b) {
-    return {a.covered + b.covered, a.links + b.links, a.boundary + b.boundary, a.contacts + b.contacts};
+    return {a.covered + b.covered, a.links + b.links, a.boundary + b.boundary, a.direct_links + b.direct_links};
   }
 };
 
-/// A body's direct neighbour: another body, or an electrode side. Each is listed once for either body.
-struct Contact {
-  int own, other;  ///< bodies; other < 0: face -1 - other of the sides
-  int slot, side;  ///< the own cell, and its side. slot < 0: a body without a cell (side 0) and whose it is (1), a
-                   ///< lodger (slot -1) or the well that draws from its k-th cell (-2 - k)
+/// What links a body to another body, or to an electrode side, with no fluid cell between them. A link of two bodies is
+/// listed once for either.
+struct DirectLink {
+  enum class Kind : std::uint8_t {
+    face,            ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
+    shared_cell,     ///< one of the two covers no cell's centre and lies in a cell of the other
+    thin_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
+  };
+  int own;  ///< body
+  /// Body; or -1 - the electrode side's face, as ProblemView::side_potential counts them.
+  int other;
+  int slot;  ///< this and `side` only of Kind::face
+  Kind kind;
+  std::uint8_t side, corner;
+  bool own_has_cell;  ///< of a shared cell or a thin conductor: whether the own body is the one that has the cell
   double conductance;
   Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
+
+  LICHTENBERG_HOST_DEVICE static constexpr int electrode_face(int face) { return -1 - face; }
+  LICHTENBERG_HOST_DEVICE bool is_to_electrode() const { return other < 0; }
+  LICHTENBERG_HOST_DEVICE int face() const { return -1 - other; }
 };
 
-/// Numbers of what a body without cells has: contacts with those who have them; whether it is a well, and floats.
-struct Homeless {
-  int contacts = 0, wells = 0, floating_wells = 0;
-  LICHTENBERG_HOST_DEVICE friend Homeless operator+(Homeless a, Homeless b) {
-    return {a.contacts + b.contacts, a.wells + b.wells, a.floating_wells + b.floating_wells};
+/// The body that a link leads to and where it is as seen from the link's fluid cell: at one of its sides, or, of a thin
+/// conductor, with that cell as one of the four around it. In one integer: 4 body + side, or -1 - (4 body + corner).
+class LinkEnd {
+ public:
+  LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
+  LICHTENBERG_HOST_DEVICE static constexpr LinkEnd of_thin_conductor(int body, int corner) {
+    return LinkEnd(-1 - (4 * body + corner));
+  }
+  LICHTENBERG_HOST_DEVICE constexpr bool is_thin_conductor() const { return code_ < 0; }
+  LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
+  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a thin conductor
+  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a thin conductor
+
+ private:
+  LICHTENBERG_HOST_DEVICE constexpr explicit LinkEnd(int code) : code_(code) {}
+  int code_;
+};
+
+/// Numbers of what a body without cells has: direct links with those that have them; whether it is a thin conductor,
+/// and floats.
+struct WithoutCells {
+  int direct_links = 0, thin_conductors = 0, floating_thin_conductors = 0;
+  LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
+    return {a.direct_links + b.direct_links, a.thin_conductors + b.thin_conductors,
+            a.floating_thin_conductors + b.floating_thin_conductors};
   }
 };
 
@@ -78,20 +113,20 @@ struct GridView {
 
   Outline* outline;  ///< by body
   int* present;      ///< by body: covers a cell
-  int* lodger;       ///< by body: who has its only cell, or -1
+  int* cell_owner;   ///< by body: of one that covers no cell's centre the body that has the cell it is in, or -1
   int* resolved;     ///< by body
 
   // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
   // of the groups those that the finer grid still has.
-  int* absorbed;                              ///< by group
-  Vec2* centre;                               ///< by group
-  int newly_absorbed, wells, floating_wells;  ///< numbers
+  int* absorbed;                                                  ///< by group
+  Vec2* centre;                                                   ///< by group
+  int newly_absorbed, thin_conductors, floating_thin_conductors;  ///< numbers
   Bins smeared_bodies, absorbed_groups;
   float* permittivity;  ///< by slot
   float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
 
-  // Cells. cover: the body that covers it, -1: fluid, -2 - k: fluid with at least one link, boundary cell k.
-  int* cover;
+  // Cells. A boundary cell is a fluid one with at least one link.
+  Cover* cover;
   float* inverse_diagonal;  ///< 0 in covered cells and padding
 
   // The cells of the bodies' bounding boxes in strips of one row.
@@ -102,11 +137,10 @@ struct GridView {
   int* covered_slot;
   int* covered_group;
 
-  // Links of a body to a fluid cell, sorted by body. code: 4 body + the cell's side at which the body is; of a well
-  // -1 - (4 body + which of the four cells around it).
+  // Links of a body to a fluid cell, sorted by body.
   int links;
   int* link_slot;
-  int* link_code;
+  LinkEnd* link_end;
   int* link_group;
   double* conductance;
   Vec2* gradient;          ///< finest only, as the two below
@@ -120,9 +154,9 @@ struct GridView {
   double* boundary_diagonal;
 
   // Contacts, sorted by body.
-  int contacts;
-  Contact* contact;
-  int* contact_start;  ///< by rank
+  int direct_links;
+  DirectLink* direct_link;
+  int* direct_link_start;  ///< by rank
 
   // Pieces of a group's links and, behind those of all groups, of its covered cells: partial sums run over pieces, so
   // that a large group is no long serial sum.
@@ -196,12 +230,12 @@ LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value
   return low;
 }
 
-/// The least of the body indices wins; -1, no body, counts as the largest.
-LICHTENBERG_HOST_DEVICE inline void claim(int* cover, int body) {
+/// The least of the body indices wins; fluid, -1, counts as the largest.
+LICHTENBERG_HOST_DEVICE inline void claim(Cover* cover, int body) {
 #ifdef __CUDA_ARCH__
   atomicMin(reinterpret_cast<unsigned*>(cover), static_cast<unsigned>(body));
 #else
-  if (static_cast<unsigned>(body) < static_cast<unsigned>(*cover)) *cover = body;
+  if (cover->is_fluid() || body < cover->body()) *cover = Cover::by(body);
 #endif
 }
 

@@ -8,13 +8,13 @@ namespace lichtenberg::laplace::device {
 
 /// One grid on the device: its memory and how it is filled.
 template <class Executor>
-class Grid {
+class DeviceGrid {
  public:
-  Grid(const Executor& run, int nx, int ny, double h, LinkFormula formula, bool finest)
+  DeviceGrid(const Executor& run, int nx, int ny, double h, LinkFormula formula, bool finest)
       : run_(run),
         outline_(run),
         present_(run),
-        lodger_(run),
+        cell_owner_(run),
         resolved_(run),
         absorbed_(run),
         centre_(run),
@@ -25,7 +25,7 @@ class Grid {
         body_in_bin_(run),
         group_bin_start_(run),
         group_in_bin_(run),
-        homeless_number_(run),
+        without_cells_number_(run),
         sort_key_(run),
         cover_(run),
         inverse_diagonal_(run),
@@ -34,8 +34,8 @@ class Grid {
         covered_slot_(run),
         covered_group_(run),
         link_slot_(run),
-        link_code_(run),
         link_group_(run),
+        link_end_(run),
         conductance_(run),
         gradient_(run),
         partner_group_(run),
@@ -43,10 +43,10 @@ class Grid {
         boundary_slot_(run),
         boundary_link_(run),
         boundary_diagonal_(run),
-        contact_(run),
-        sorted_contact_(run),
-        contact_index_(run),
-        contact_start_(run),
+        direct_link_(run),
+        sorted_direct_link_(run),
+        direct_link_index_(run),
+        direct_link_start_(run),
         unknown_groups_(run),
         piece_start_(run),
         piece_begin_(run),
@@ -97,7 +97,7 @@ class Grid {
     if (medium) make_permittivity(run_, problem, view_);
     make_links(run_, problem, view_);
     make_diagonals(run_, problem, view_);
-    build_contacts(problem);
+    build_direct_links(problem);
     build_groups(problem);
   }
 
@@ -105,9 +105,9 @@ class Grid {
   void outline(const ProblemView& problem, const GridView* finer) {
     view_.outline = sized(outline_, problem.bodies);
     view_.present = sized(present_, problem.bodies);
-    view_.lodger = sized(lodger_, problem.bodies);
+    view_.cell_owner = sized(cell_owner_, problem.bodies);
     view_.resolved = sized(resolved_, problem.bodies);
-    view_.wells = view_.newly_absorbed = 0;
+    view_.thin_conductors = view_.newly_absorbed = 0;
     outline_bodies(run_, problem, view_);
     if (view_.medium) smear(problem, finer && finer->medium ? finer->absorbed : nullptr);
   }
@@ -145,7 +145,7 @@ class Grid {
     run_.exclusive_scan(view_.strip_start, problem.bodies + 1);
     int strips = 0;
     run_.to_host(&strips, view_.strip_start + problem.bodies, sizeof strips);
-    run_.fill(cover_.data(), 0xff, cover_.size() * sizeof(int));
+    run_.fill(cover_.data(), 0xff, cover_.size() * sizeof(Cover));  // fluid
     cover_cells(run_, problem, view_, strips);
     return strips;
   }
@@ -154,24 +154,24 @@ class Grid {
     view_.counts = sized(counts_, strips + 1);
     count_in_strips(run_, problem, view_, strips);
     run_.exclusive_scan(view_.counts, strips + 1);
-    count_homeless(run_, problem, view_, sized(homeless_number_, problem.bodies + 1));
-    run_.exclusive_scan(homeless_number_.data(), problem.bodies + 1);
+    count_without_cells(run_, problem, view_, sized(without_cells_number_, problem.bodies + 1));
+    run_.exclusive_scan(without_cells_number_.data(), problem.bodies + 1);
     Counts total;
-    Homeless homeless;
+    WithoutCells without_cells;
     run_.to_host(&total, view_.counts + strips, sizeof total);
-    run_.to_host(&homeless, homeless_number_.data() + problem.bodies, sizeof homeless);
-    homeless_ = homeless.contacts;
-    view_.wells = homeless.wells;
-    view_.floating_wells = homeless.floating_wells;
+    run_.to_host(&without_cells, without_cells_number_.data() + problem.bodies, sizeof without_cells);
+    from_without_cells_ = without_cells.direct_links;
+    view_.thin_conductors = without_cells.thin_conductors;
+    view_.floating_thin_conductors = without_cells.floating_thin_conductors;
     covered_ = total.covered;
-    from_strips_ = total.contacts;
+    from_strips_ = total.direct_links;
     view_.links = total.links;
     view_.boundary = total.boundary;
-    view_.contacts = total.contacts + 2 * homeless_;
+    view_.direct_links = total.direct_links + 2 * from_without_cells_;
     view_.covered_slot = sized(covered_slot_, total.covered);
     view_.covered_group = sized(covered_group_, total.covered);
     view_.link_slot = sized(link_slot_, total.links);
-    view_.link_code = sized(link_code_, total.links);
+    view_.link_end = sized(link_end_, total.links);
     view_.link_group = sized(link_group_, total.links);
     view_.conductance = sized(conductance_, total.links);
     if (view_.finest) {
@@ -182,23 +182,23 @@ class Grid {
     view_.boundary_slot = sized(boundary_slot_, total.boundary);
     view_.boundary_link = sized(boundary_link_, 4 * total.boundary);
     view_.boundary_diagonal = sized(boundary_diagonal_, total.boundary);
-    view_.contact = sized(contact_, view_.contacts);
-    view_.contact_start = sized(contact_start_, problem.bodies + 1);
+    view_.direct_link = sized(direct_link_, view_.direct_links);
+    view_.direct_link_start = sized(direct_link_start_, problem.bodies + 1);
   }
 
-  void build_contacts(const ProblemView& problem) {
-    if (homeless_ > 0) list_homeless(run_, problem, view_, homeless_number_.data(), from_strips_);
-    make_contacts(run_, problem, view_);
-    int* key = sized(sort_key_, view_.contacts);
-    int* index = sized(contact_index_, view_.contacts);
-    contact_keys(run_, problem, view_, key, index);
-    if (homeless_ > 0) {
-      run_.sort(key, index, view_.contacts);
-      sort_contacts(run_, view_, index, sized(sorted_contact_, view_.contacts));
-      std::swap(contact_, sorted_contact_);
-      view_.contact = contact_.data();
+  void build_direct_links(const ProblemView& problem) {
+    if (from_without_cells_ > 0) list_without_cells(run_, problem, view_, without_cells_number_.data(), from_strips_);
+    make_direct_links(run_, problem, view_);
+    int* key = sized(sort_key_, view_.direct_links);
+    int* index = sized(direct_link_index_, view_.direct_links);
+    direct_link_keys(run_, problem, view_, key, index);
+    if (from_without_cells_ > 0) {
+      run_.sort(key, index, view_.direct_links);
+      sort_direct_links(run_, view_, index, sized(sorted_direct_link_, view_.direct_links));
+      std::swap(direct_link_, sorted_direct_link_);
+      view_.direct_link = direct_link_.data();
     }
-    start_segments(run_, key, view_.contacts, problem.bodies, view_.contact_start);
+    start_segments(run_, key, view_.direct_links, problem.bodies, view_.direct_link_start);
   }
 
   void build_groups(const ProblemView& problem) {
@@ -230,26 +230,28 @@ class Grid {
 
   const Executor& run_;
   GridView view_{};
-  int covered_ = 0, homeless_ = 0, from_strips_ = 0;
+  int covered_ = 0, from_without_cells_ = 0, from_strips_ = 0;
   parallel::Array<Outline, Executor> outline_;
-  parallel::Array<int, Executor> present_, lodger_, resolved_, absorbed_;
+  parallel::Array<int, Executor> present_, cell_owner_, resolved_, absorbed_;
   parallel::Array<Vec2, Executor> centre_;
   parallel::Array<float, Executor> permittivity_, east_, north_;
   parallel::Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
-  parallel::Array<Homeless, Executor> homeless_number_;
-  parallel::Array<int, Executor> sort_key_, cover_;
+  parallel::Array<WithoutCells, Executor> without_cells_number_;
+  parallel::Array<int, Executor> sort_key_;
+  parallel::Array<Cover, Executor> cover_;
   parallel::Array<float, Executor> inverse_diagonal_;
   parallel::Array<int, Executor> strip_start_;
   parallel::Array<Counts, Executor> counts_;
-  parallel::Array<int, Executor> covered_slot_, covered_group_, link_slot_, link_code_, link_group_;
+  parallel::Array<int, Executor> covered_slot_, covered_group_, link_slot_, link_group_;
+  parallel::Array<LinkEnd, Executor> link_end_;
   parallel::Array<double, Executor> conductance_;
   parallel::Array<Vec2, Executor> gradient_;
   parallel::Array<int, Executor> partner_group_;
   parallel::Array<Vec2, Executor> partner_gradient_;
   parallel::Array<int, Executor> boundary_slot_, boundary_link_;
   parallel::Array<double, Executor> boundary_diagonal_;
-  parallel::Array<Contact, Executor> contact_, sorted_contact_;
-  parallel::Array<int, Executor> contact_index_, contact_start_, unknown_groups_;
+  parallel::Array<DirectLink, Executor> direct_link_, sorted_direct_link_;
+  parallel::Array<int, Executor> direct_link_index_, direct_link_start_, unknown_groups_;
   parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_;
   parallel::Array<double, Executor> group_diagonal_;
   parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;

@@ -14,9 +14,9 @@ namespace lichtenberg::laplace::device {
 /// The grids and the V-cycle on them (../multigrid.hpp). Where groups are coupled directly, each sweep over conductors
 /// is two Jacobi sweeps in place of one of Gauss-Seidel.
 template <class Executor>
-class Multigrid {
+class DeviceMultigrid {
  public:
-  Multigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
+  DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : run_(run), coarsest_(run) {
     for (const GridSize& size : grid_sizes(nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
@@ -30,14 +30,14 @@ class Multigrid {
     }
     problem_ = view;
     const GridView* finer = nullptr;
-    for (Grid<Executor>& grid : grids_) {
+    for (DeviceGrid<Executor>& grid : grids_) {
       grid.build(view, finer && unresolved(problem, grid.view().h), finer);
       finer = &grid.view();
     }
     coarsest_.build(problem, grids_.back().view());
   }
 
-  const Grid<Executor>& finest() const { return grids_.front(); }
+  const DeviceGrid<Executor>& finest() const { return grids_.front(); }
   int levels() const { return static_cast<int>(grids_.size()); }
   long coarse_unknowns() const { return coarsest_.unknowns(); }
 
@@ -47,7 +47,7 @@ class Multigrid {
     apply(z);
   }
 
-  /// The same with the residual that has been taken (TakeResidual).
+  /// z = M r with the residual r that has been taken (TakeResidual).
   void apply(double* z) {
     Recordings& recordings = recordings_[z];
     if (coarsest_.on_device()) {
@@ -67,8 +67,8 @@ class Multigrid {
   void down(int l, V* v) {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     // Conductors first: a conductor's charge spreads into its potential before the cells see it.
-    if (grid.contacts > 0) {
-      relax_contacts(run_, problem_, grid, grid.charge, grid.phi, grid.phi_next);
+    if (grid.direct_links > 0) {
+      relax_direct_links(run_, problem_, grid, grid.charge, grid.phi, grid.phi_next);
       run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
     }
     add_potentials(grid, grid.phi, true, true);
@@ -82,7 +82,7 @@ class Multigrid {
     if (coarse.unknown_groups > 0) restrict_groups(run_, problem_, grid, coarse, static_cast<const V*>(v));
   }
 
-  /// The mirror image: black, red, conductors.
+  /// The mirror image of `down`: black, red, conductors.
   template <class V>
   void up(int l, V* v) {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
@@ -94,13 +94,13 @@ class Multigrid {
     relax_red(run_, grid, v);
     if (grid.unknown_groups == 0) return;
     relax_groups(run_, problem_, grid, static_cast<const V*>(v));
-    if (grid.contacts == 0) {
+    if (grid.direct_links == 0) {
       run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
       return;
     }
     add(run_, problem_.groups, coarse.phi, grid.phi);
-    relax_contacts(run_, problem_, grid, grid.flux, grid.phi, grid.phi_next);
-    relax_contacts(run_, problem_, grid, grid.flux, grid.phi_next, grid.phi);
+    relax_direct_links(run_, problem_, grid, grid.flux, grid.phi, grid.phi_next);
+    relax_direct_links(run_, problem_, grid, grid.flux, grid.phi_next, grid.phi);
   }
 
  private:
@@ -122,7 +122,7 @@ class Multigrid {
   void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
     if (grid.unknown_groups == 0) return;
     add_group_potentials(run_, grid, phi, red, black);
-    if (grid.floating_wells > 0) add_well_potentials(run_, problem_, grid, phi, red, black);
+    if (grid.floating_thin_conductors > 0) add_thin_conductor_potentials(run_, problem_, grid, phi, red, black);
   }
 
   /// Whether a grid of cells of size h leaves a disk unresolved.
@@ -148,7 +148,7 @@ class Multigrid {
   }
 
   const Executor& run_;
-  std::vector<Grid<Executor>> grids_;
+  std::vector<DeviceGrid<Executor>> grids_;
   ProblemView problem_{};
   Coarsest<Executor> coarsest_;
   std::map<double*, Recordings> recordings_;  // by z

@@ -21,26 +21,27 @@ void link_fluxes(const Executor& run, ProblemView problem, GridView grid, const 
       [=] LICHTENBERG_HOST_DEVICE(int piece, double sum) { partial[piece] = sum; });
 }
 
-/// finish(g, what a group's links and contacts with floating groups bring).
+/// finish(g, what a group's links and direct links with floating groups bring).
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* partial,
                   Finish finish) {
   const int cells = static_cast<int>(grid.layout.size());
-  const bool contacts = grid.contacts > 0;
+  const bool direct_links = grid.direct_links > 0;
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
-        if (!contacts) return links;
-        return links + grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
+        if (!direct_links) return links;
+        return links + grid.direct_link_start[problem.first_rank[g + 1]] -
+               grid.direct_link_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < links) return partial[grid.piece_start[g] + t];
-        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t - links];
-        if (contact.other < 0) return 0.0;
-        const int other = problem.group_of[contact.other];
-        return problem.floating[other] ? contact.conductance * x[cells + other] : 0.0;
+        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t - links];
+        if (link.is_to_electrode()) return 0.0;
+        const int other = problem.group_of[link.other];
+        return problem.floating[other] ? link.conductance * x[cells + other] : 0.0;
       },
       finish);
 }
@@ -150,18 +151,18 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
       const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
       const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
-      if (grid.cover[slot] < 0) b[slot] += 2 * problem.side_potential[side * problem.faces + face];
+      if (grid.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face];
     });
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
+        return grid.direct_link_start[problem.first_rank[g + 1]] - grid.direct_link_start[problem.first_rank[g]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const Contact& contact = grid.contact[grid.contact_start[problem.first_rank[g]] + t];
-        if (contact.other < 0) return contact.conductance * problem.side_potential[-1 - contact.other];
-        const int other = problem.group_of[contact.other];
-        return problem.floating[other] ? 0.0 : contact.conductance * problem.potential[other];
+        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t];
+        if (link.is_to_electrode()) return link.conductance * problem.side_potential[link.face()];
+        const int other = problem.group_of[link.other];
+        return problem.floating[other] ? 0.0 : link.conductance * problem.potential[other];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         b[cells + g] = problem.floating[g] ? problem.charge[g] / problem.permittivity + sum : 0.0;
@@ -199,8 +200,8 @@ template <class Executor>
 void remember(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* group_potential,
               double scale, PastView past) {
   run.for_each(static_cast<long>(grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const int body = grid.cover[slot];
-    past.cell[slot] = body >= 0 ? group_potential[problem.group_of[body]] / scale : x[slot];
+    const Cover cover = grid.cover[slot];
+    past.cell[slot] = cover.is_fluid() ? x[slot] : group_potential[problem.group_of[cover.body()]] / scale;
   });
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     past.body[body] = group_potential[problem.group_of[body]] / scale;

@@ -50,13 +50,14 @@ void make_group_diagonals(const Executor& run, ProblemView problem, GridView gri
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        const int contacts = grid.contact_start[problem.first_rank[g + 1]] - grid.contact_start[problem.first_rank[g]];
-        return grid.piece_start[g + 1] - grid.piece_start[g] + contacts;
+        const int direct_links =
+            grid.direct_link_start[problem.first_rank[g + 1]] - grid.direct_link_start[problem.first_rank[g]];
+        return grid.piece_start[g + 1] - grid.piece_start[g] + direct_links;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int own_pieces = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < own_pieces) return partial[grid.piece_start[g] + t];
-        return grid.contact[grid.contact_start[problem.first_rank[g]] + t - own_pieces].conductance;
+        return grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t - own_pieces].conductance;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const bool unknown = problem.floating[g] && sum > 0;

@@ -7,7 +7,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// What a link, a contact or all of a body's give it.
+/// What a link, a direct link or all of a body's give it.
 struct BodyResult {
   double charge = 0, force_x = 0, force_y = 0;
   LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
@@ -54,14 +54,14 @@ struct SolvedView {
     return result;
   }
 
-  LICHTENBERG_HOST_DEVICE BodyResult contact_result(const Contact& contact) const {
+  LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
-    const double other = contact.other < 0 ? problem.side_potential[-1 - contact.other]
-                                           : group_potential[problem.group_of[contact.other]];
-    const double d = group_potential[problem.group_of[contact.own]] - other;
+    const double other =
+        link.is_to_electrode() ? problem.side_potential[link.face()] : group_potential[problem.group_of[link.other]];
+    const double d = group_potential[problem.group_of[link.own]] - other;
     BodyResult result;
-    result.charge = eps * contact.conductance * d;
-    result.pull(stress * d * d, contact.gradient);
+    result.charge = eps * link.conductance * d;
+    result.pull(stress * d * d, link.gradient);
     return result;
   }
 
@@ -69,12 +69,14 @@ struct SolvedView {
     const Layout& at = grid.layout;
     const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
     const int i = side < 2 ? far : face, j = side < 2 ? face : far;
-    const int slot = slot_of(at, i, j), body = grid.cover[slot];
+    const int slot = slot_of(at, i, j);
+    const Cover cover = grid.cover[slot];
     const double given = problem.side_potential[side * problem.faces + face];
     double conductance = 2, other = 0;
-    if (body < 0) {
+    if (cover.is_fluid()) {
       other = potential(slot);
     } else {
+      const int body = cover.body();
       conductance = channel_between(grid.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
       other = group_potential[problem.group_of[body]];
     }
@@ -91,13 +93,13 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   run.sum_segments(
       problem.bodies,
       [=] LICHTENBERG_HOST_DEVICE(int rank) {
-        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.contact_start[rank + 1] -
-               grid.contact_start[rank];
+        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct_link_start[rank + 1] -
+               grid.direct_link_start[rank];
       },
       [=] LICHTENBERG_HOST_DEVICE(int rank, int t) {
         const int links = grid.link_start(rank + 1) - grid.link_start(rank);
         if (t < links) return solved.link_result(grid.link_start(rank) + t);
-        return solved.contact_result(grid.contact[grid.contact_start[rank] + t - links]);
+        return solved.direct_link_result(grid.direct_link[grid.direct_link_start[rank] + t - links]);
       },
       [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[problem.body_at[rank]] = sum; });
 }

@@ -19,7 +19,7 @@ class ChargeMesh {
   /// Orders from 4 to 7; at least twice the order in points along each axis. Throws InputError.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
-  /// How far the points that a charge is spread to are from it along an axis, at most.
+  /// How far the points that a charge is spread to are from it along an axis, at most: half a spline.
   double reach() const;
   /// Tiles are at least as wide as the reach.
   void spread(const Tiles& tiles, parallel::Team& team);

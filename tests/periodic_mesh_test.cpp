@@ -269,8 +269,8 @@ TEST_CASE("forces are the energy's slopes, but for the mean force of the mesh, a
 
 TEST_CASE("tiles that are worked on at a time reach no charge in common") {
   const Crowd crowd = random_crowd(1500, {30, 20, 12}, 0.5, false, 10);
-  const double width = 2.4;
-  Tiles tiles(crowd.lengths, width);
+  const double reach = 2.4;
+  Tiles tiles(crowd.lengths, reach);
   tiles.sort(crowd);
   std::vector<std::atomic<int>> reached(crowd.size());
   std::atomic<int> conflicts = 0, seen = 0;
@@ -284,7 +284,7 @@ TEST_CASE("tiles that are worked on at a time reach no charge in common") {
           const double apart = tiles.place_and_charge(s)[k] - tiles.place_and_charge(other)[k];
           farthest = std::max(farthest, std::abs(std::remainder(apart, crowd.lengths[k])));
         }
-        if (farthest < width) mine[other] = true;
+        if (farthest < reach) mine[other] = true;
       }
     for (int k = 0; k < crowd.size(); ++k)
       if (mine[k]) conflicts += reached[k].fetch_add(1) > 0;

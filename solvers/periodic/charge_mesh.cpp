@@ -14,7 +14,7 @@ namespace lichtenberg::periodic {
 namespace {
 
 const Mesh& checked(const Mesh& mesh) {
-  require_consistent({mesh.lengths});
+  require_consistent({.lengths = mesh.lengths});
   if (mesh.order < 4 || mesh.order > 7)
     throw InputError(fmt::format("Splines of order {} are not available: 4 to 7 are.", mesh.order));
   for (int k = 0; k < 3; ++k) {

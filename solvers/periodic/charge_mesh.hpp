@@ -21,7 +21,7 @@ class ChargeMesh {
 
   /// How far the points that a charge is spread to are from it along an axis, at most: half a spline.
   double reach() const;
-  /// Tiles are at least as wide as the reach.
+  /// The tiles' reach is at least this one's.
   void spread(const Tiles& tiles, parallel::Team& team);
   void solve(parallel::Team& team);
   /// In the order of the tiles; without what a charge sees of its own cloud at its centre.

@@ -58,7 +58,7 @@ std::vector<double> powers_of(const std::vector<double>& series, int degree) {
 }
 
 double checked_cutoff(Vec3 lengths, double cutoff) {
-  require_consistent({lengths});
+  require_consistent({.lengths = lengths});
   for (int k = 0; k < 3; ++k)
     if (2 * cutoff > lengths[k])
       throw InputError(

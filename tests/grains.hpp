@@ -58,8 +58,7 @@ inline void add_gas(Scene& scene, int count, double room, double temperature, st
 
 /// A gas and what moves it.
 struct Run {
-  explicit Run(const Scene& scene)
-      : gas(scene), integrator(granular::make_integrator(scene.mechanics.integrator)) {}
+  explicit Run(const Scene& scene) : gas(scene), integrator(granular::make_integrator(scene.mechanics.integrator)) {}
 
   void step(double end) {
     end = std::min(end, gas.stage_end());
@@ -89,7 +88,7 @@ inline double restitution(Scene scene, double speed, double phase) {
   add_pair(scene, speed, 1e-9 + phase * scene.mechanics.step * speed);
   Run run(scene);
   const double before = norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0));
-  while (run.gas.collisions == 0 || !run.gas.contacts().empty()) run.step(INFINITY);
+  while (run.gas.collisions == 0 || !run.gas.contacts().empty()) run.step(run.gas.time() + 1);
   return norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0)) / before;
 }
 

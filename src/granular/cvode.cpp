@@ -83,15 +83,19 @@ class Cvode final : public Integrator {
       rate[2 * n] = 2 * sigma * load.dissipation;
     }
 
-    /// Touch of those that are apart; release and clamp of those that are not.
+    /// Touch of those that are apart; release and clamp of those that are not. One that has given way already, but for
+    /// rounding, would be found to do so again and again.
     std::vector<Ode::Value> events() const {
       std::vector<Ode::Value> falls;
       for (const Pair pair : apart_)
         falls.push_back([this, pair](double, auto y) { return -overlap(pair, at(pair, y)); });
-      for (const Pair pair : touching_) {
+      for (const Pair pair : touching_)
         falls.push_back([this, pair](double, auto y) { return overlap(pair, at(pair, y)); });
-        falls.push_back([this, pair](double, auto y) { return unclamped(pair, at(pair, y)); });
-      }
+      constexpr double rounding = 1e-9;
+      const Spheres<d> grains = spheres<d>(start_);
+      for (const Pair pair : touching_)
+        if (const auto [elastic, force] = push(pair, seen(start_, grains, pair)); force >= rounding * elastic)
+          falls.push_back([this, pair](double, auto y) { return push(pair, at(pair, y)).unclamped; });
       return falls;
     }
 
@@ -102,12 +106,15 @@ class Cvode final : public Integrator {
               vector_of<d>(momentum, j) / start_.mass[j] - vector_of<d>(momentum, i) / start_.mass[i]};
     }
     double overlap(Pair pair, const PairState<d>& state) const { return reach(start_, pair) - norm(state.apart); }
-    double unclamped(Pair pair, const PairState<d>& state) const {
+    struct Push {
+      double elastic = 0, unclamped = 0;
+    };
+    Push push(Pair pair, const PairState<d>& state) const {
       return std::visit(
-          [&](const auto& law) {
+          [&](const auto& law) -> Push {
             const effects::ContactParts parts =
                 law.parts(overlap(pair, state), law.scale(start_.radius[pair.i], start_.radius[pair.j]));
-            return parts.elastic + parts.damping * closing(state);
+            return {parts.elastic, parts.elastic + parts.damping * closing(state)};
           },
           gas_.law());
     }
@@ -119,7 +126,7 @@ class Cvode final : public Integrator {
       std::vector<Touch> found;
       for (std::size_t k = 0; k < touching_.size(); ++k) {
         const PairState<d> state = seen(gas_.bodies(), grains, touching_[k]);
-        const bool released = event == static_cast<int>(apart_.size() + 2 * k) || overlap(touching_[k], state) < 0;
+        const bool released = event == static_cast<int>(apart_.size() + k) || overlap(touching_[k], state) < 0;
         found.push_back({gas_.contacts()[k], false, !released});
       }
       for (std::size_t k = 0; k < apart_.size(); ++k) {

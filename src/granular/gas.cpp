@@ -6,6 +6,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
+#include "src/granular/pair_state.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -99,9 +100,18 @@ std::span<const Pair> Gas::near(double dt) {
   return list_.pairs(model_.bodies, 2 * fastest() * dt, *team_);
 }
 
+double Gas::fastest_impact() const {
+  double speed = 2 * fastest();
+  for (const GrainContact& contact : contacts_) {
+    const double stored = stored_energy(law_, model_.bodies, {&contact, 1});
+    speed = std::max(speed, std::sqrt(2 * stored / reduced_mass(model_.bodies, contact.pair)));
+  }
+  return speed;
+}
+
 void Gas::follow_contacts(double end) {
   const double dt = end - time_;
-  const double step = effects::shortest_contact(law_, 2 * fastest()) / scene_.mechanics.contact_steps;
+  const double step = effects::shortest_contact(law_, fastest_impact()) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, near(dt), time_, dt, count, *team_);
   wrap(model_.bodies);

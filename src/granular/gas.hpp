@@ -31,6 +31,8 @@ class Gas {
   /// The energy as it is, with what has been booked so far.
   EnergyBook energy();
   double fastest() const;  ///< the largest speed
+  /// The largest relative speed that two grains may have, or that a contact may still give to its two.
+  double fastest_impact() const;
 
   /// The pairs that may touch within dt.
   std::span<const Pair> near(double dt);

@@ -22,6 +22,7 @@ class Gas {
   const Scene& scene() const { return scene_; }
   const Bodies& bodies() const { return model_.bodies; }
   Model& model() { return model_; }
+  const Model& model() const { return model_; }
   double time() const { return time_; }
   const std::vector<GrainContact>& contacts() const { return contacts_; }
   /// The law of contacts in the stage that the scene is in.

@@ -333,7 +333,7 @@ void charges(Report& report, bool all) {
 void bits(Report& report) {
   report.section("the same bits");
   Scene scene = viscoelastic(9);
-  scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-3});
   scene.effects.add<effects::ChargeExchangeOptions>();
   scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.05});
   add_gas(scene, 200, 8.9, 1);

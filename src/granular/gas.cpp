@@ -31,6 +31,16 @@ const effects::GrainContactLaw& contact_law(const Scene& scene, const Model& mod
   return *law;
 }
 
+double largest_acceleration(const Bodies& bodies, std::span<const double> force) {
+  double largest = 0;
+  for (std::size_t k = 0; k < force.size(); k += bodies.dimension) {
+    double sum = 0;
+    for (int c = 0; c < bodies.dimension; ++c) sum += force[k + c] * force[k + c];
+    largest = std::max(largest, std::sqrt(sum) / bodies.mass[k / bodies.dimension]);
+  }
+  return largest;
+}
+
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -111,14 +121,21 @@ double Gas::fastest_impact() const {
 
 void Gas::follow_contacts(double end) {
   const double dt = end - time_;
-  const double step = effects::shortest_contact(law_, fastest_impact()) / scene_.mechanics.contact_steps;
+  std::vector<double> held;
+  if (has_smooth_forces()) held = smooth_forces();
+  const double gain = largest_acceleration(model_.bodies, held) * dt;
+  const double step = effects::shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
-  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, near(dt), time_, dt, count, *team_);
+  const std::span<const Pair> near = list_.pairs(model_.bodies, 2 * (fastest() + gain) * dt, *team_);
+  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, near, held, time_, dt, count, *team_);
   wrap(model_.bodies);
   time_ = end;
   smooth_force_.clear();
   contact_steps += count;
   book(std::move(record));
+  if (held.empty()) return;
+  const std::vector<double>& now = smooth_forces();
+  for (std::size_t k = 0; k < now.size(); ++k) model_.bodies.momentum[k] += 0.5 * dt * (now[k] - held[k]);
 }
 
 void Gas::move(std::span<const double> path, double time) {

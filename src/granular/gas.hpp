@@ -50,9 +50,11 @@ class Gas {
 
   /// Changes momenta by dt times the smooth forces at this instant.
   void kick(double dt);
+  bool has_smooth_forces() const;
   /// What surrounds the grains acts on them from `begin` on for dt.
   void drive(double begin, double dt);
-  /// Contacts, and nothing else, move the grains until `end`, in steps that resolve the shortest contact.
+  /// Contacts, and the smooth forces as they are now, move the grains until `end`, in steps that resolve the shortest
+  /// contact; then momenta change as if smooth forces had changed linearly in time.
   void follow_contacts(double end);
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
@@ -72,7 +74,6 @@ class Gas {
   double largest_overlap = 0;  ///< over the sum of radii
 
  private:
-  bool has_smooth_forces() const;
   void book(ContactRecord record);
   double potential_energy();
   void set_law();

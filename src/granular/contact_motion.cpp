@@ -207,9 +207,15 @@ class Motion final : public ContactMotion {
       if (overlap > 0)
         now.push_back(contact);
       else
-        record.ended.push_back({contact, dot(state.apart, state.velocity) / distance, time + dt});
+        record.ended.push_back(ended(contact, state, time + dt));
     }
     contacts_ = std::move(now);
+  }
+
+  static Collision ended(const GrainContact& contact, const PairState<d>& state, double time) {
+    const Vec<d> n = state.apart / norm(state.apart);
+    const double along = dot(n, state.velocity);
+    return {contact, along, time, norm(state.velocity - along * n)};
   }
 
   /// Of the sum of radii. Where centres pass through each other, a contact has no direction.

@@ -30,7 +30,6 @@ struct Domain {
   std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
   bool walled = true;               ///< of a packing: the sides are walls
 
-  UnitNames units() const { return reference ? UnitNames{"d0", "m0", "t0"} : UnitNames{}; }
   int dimension() const { return size.z > 0 ? 3 : 2; }
 
   /// The domain for who moves bodies in it; without a length along z in two dimensions.

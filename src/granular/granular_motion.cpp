@@ -22,6 +22,8 @@ struct GranularMotion::Implementation {
         theory(HomogeneousGas::of(gas)) {}
 
   Note note() { return take_note(gas, theory, analysis_seconds); }
+  /// A note that leaves the theory where it is, or what follows would depend on who looked when.
+  Note look(std::optional<HomogeneousGas> with = {}) { return take_note(gas, with, analysis_seconds); }
 
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
@@ -32,7 +34,7 @@ struct GranularMotion::Implementation {
   }
 
   void leave_stage() {
-    if (theory) theory->follow(gas, note().temperature());
+    if (theory) theory->follow(gas, look().temperature());
     gas.leave_stage();
     if (theory) theory->begin(gas);
   }
@@ -113,7 +115,7 @@ Frame GranularMotion::frame() {
 }
 
 std::string GranularMotion::progress() {
-  const Note now = implementation_->note();
+  const Note now = implementation_->look();
   std::string text = fmt::format("t = {:.4g} of {:.4g}, T = {:.3g}", now.time, end_time(), now.temperature());
   if (now.gas.charge.square > 0) text += fmt::format(", mean |q| {:.3g}", now.gas.charge.magnitude);
   return text + fmt::format(", {} clusters", now.gas.contact.number);
@@ -125,7 +127,7 @@ ColumnGroup GranularMotion::take_history() {
 
 Summary GranularMotion::summary() {
   Implementation& self = *implementation_;
-  return summarize(self.gas, self.note(), self.energy_at_start);
+  return summarize(self.gas, self.look(self.theory), self.energy_at_start);
 }
 
 std::map<std::string, double> GranularMotion::seconds() const {

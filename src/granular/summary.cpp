@@ -55,11 +55,11 @@ std::string collisions_line(const Gas& gas, const Note& now) {
 }
 
 std::string energy_line(const EnergyBook& e, double error) {
-  std::string text = fmt::format("{:.6g} kinetic + {:.4g} in contacts", e.kinetic, e.contact);
-  if (e.potential != 0) text += fmt::format(" + {:.4g} of charges", e.potential);
-  text += fmt::format(" + {:.6g} dissipated", e.dissipated);
-  if (e.exchanged != 0) text += fmt::format(" - {:.4g} by exchange", e.exchanged);
-  if (e.driven != 0) text += fmt::format(" - {:.4g} driven", e.driven);
+  std::string text = fmt::format("{:.6g} kinetic, {:.4g} in contacts", e.kinetic, e.contact);
+  if (e.potential != 0) text += fmt::format(", {:.4g} of charges", e.potential);
+  text += fmt::format("; {:.6g} dissipated", e.dissipated);
+  if (e.exchanged != 0) text += fmt::format(", {:.4g} gained by exchange", e.exchanged);
+  if (e.driven != 0) text += fmt::format(", {:.4g} by driving", e.driven);
   text += fmt::format(": off by {:.1e}", error);
   if (e.dissipated > 0) text += fmt::format(", {:.1e} of what was dissipated", std::abs(error) / e.dissipated);
   return text + fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
@@ -76,7 +76,7 @@ void add_restitution(const Gas& gas, Summary& summary) {
   if (all.collisions == 0) return;
   const bool charged = !gas.bodies().charge.empty();
   summary.lines.push_back(
-      {"restitution", in_words(all) + " collisions of lone pairs nearly along their line of centres" +
+      {"restitution", in_words(all) + " collisions of lone pairs, turning by so little that it costs 1e-3 at most" +
                           (charged ? "; charges change it, which the law alone does not know" : "")});
   for (int k = 0; k < RestitutionCheck::decades; ++k)
     if (const auto& decade = gas.restitution.by_speed()[k]; decade.collisions > 0)

@@ -14,7 +14,7 @@ namespace lichtenberg::periodic {
 namespace {
 
 const Mesh& checked(const Mesh& mesh) {
-  require_consistent({mesh.lengths});
+  require_consistent({.lengths = mesh.lengths});
   if (mesh.order < 4 || mesh.order > 7)
     throw InputError(fmt::format("Splines of order {} are not available: 4 to 7 are.", mesh.order));
   for (int k = 0; k < 3; ++k) {
@@ -66,7 +66,7 @@ void ChargeMesh::with_order(Work&& work) const {
 ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
     : mesh_(checked(mesh)),
       influence_(optimal_influence(mesh, cloud)),
-      self_(cloud.potential(0) + influence_.self_excess),
+      self_(cloud.potential(0)),
       background_(-cloud.background / mesh.volume()),
       grid_(mesh.points, halo(mesh.order)),
       over_spacing_{1 / mesh.spacing().x, 1 / mesh.spacing().y, 1 / mesh.spacing().z, -1} {
@@ -79,7 +79,7 @@ ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
 
 double ChargeMesh::reach() const {
   const Vec3 spacing = mesh_.spacing();
-  return mesh_.order * std::max({spacing.x, spacing.y, spacing.z});
+  return 0.5 * mesh_.order * std::max({spacing.x, spacing.y, spacing.z});
 }
 
 /// Where the points around a place are, and their weights.

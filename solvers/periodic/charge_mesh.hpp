@@ -19,9 +19,9 @@ class ChargeMesh {
   /// Orders from 4 to 7; at least twice the order in points along each axis. Throws InputError.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
-  /// How far the points that a charge is spread to are from it along an axis, at most.
+  /// How far the points that a charge is spread to are from it along an axis, at most: half a spline.
   double reach() const;
-  /// Tiles are at least as wide as the reach.
+  /// The tiles' reach is at least this one's.
   void spread(const Tiles& tiles, parallel::Team& team);
   void solve(parallel::Team& team);
   /// In the order of the tiles; without what a charge sees of its own cloud at its centre.

@@ -25,10 +25,11 @@ Convolution::Convolution(std::array<int, 3> points, int halo)
   const auto [nx, ny, nz] = points_;
   mesh_ = numbers(plane() * nx);
   modes_ = numbers(2 * column_ * nx * ny);
-  const std::array plane_points{ny, nz}, rows{ny, static_cast<int>(row_)}, columns{ny, static_cast<int>(nx * column_)};
-  forward_.reset(fftw_plan_many_dft_r2c(2, plane_points.data(), 1, data(), rows.data(), 1, 0, modes(0, 0),
+  const std::array plane_points{ny, nz}, rows{ny, static_cast<int>(row_)}, columns{ny, static_cast<int>(row_ / 2)};
+  auto* transformed = reinterpret_cast<fftw_complex*>(data());
+  forward_.reset(fftw_plan_many_dft_r2c(2, plane_points.data(), 1, data(), rows.data(), 1, 0, transformed,
                                         columns.data(), 1, 0, plan_flags));
-  backward_.reset(fftw_plan_many_dft_c2r(2, plane_points.data(), 1, modes(0, 0), columns.data(), 1, 0, data(),
+  backward_.reset(fftw_plan_many_dft_c2r(2, plane_points.data(), 1, transformed, columns.data(), 1, 0, data(),
                                          rows.data(), 1, 0, plan_flags));
   const auto sheet = [&](int direction) {
     return Plan(fftw_plan_many_dft(1, &points_[0], nz / 2 + 1, modes(0, 0), nullptr, static_cast<int>(column_), 1,
@@ -68,13 +69,17 @@ void Convolution::filter(int y, std::span<const double> factor) {
 }
 
 void Convolution::apply(std::span<const double> factor, parallel::Team& team) {
+  const std::ptrdiff_t deep = 2 * (points_[2] / 2 + 1);  // numbers in a transformed row
+  const auto row = [&](int x, int y) { return data() + x * plane() + y * row_; };
   team.for_each(points_[0], [&](int x) {
     fold(x);
-    fftw_execute_dft_r2c(forward_.get(), data() + x * plane(), modes(x, 0));
+    fftw_execute_dft_r2c(forward_.get(), row(x, 0), reinterpret_cast<fftw_complex*>(row(x, 0)));
+    for (int y = 0; y < points_[1]; ++y) std::copy_n(row(x, y), deep, *modes(x, y));
   });
   team.for_each(points_[1], [&](int y) { filter(y, factor); });
   team.for_each(points_[0], [&](int x) {
-    fftw_execute_dft_c2r(backward_.get(), modes(x, 0), data() + x * plane());
+    for (int y = 0; y < points_[1]; ++y) std::copy_n(*modes(x, y), deep, row(x, y));
+    fftw_execute_dft_c2r(backward_.get(), reinterpret_cast<fftw_complex*>(row(x, 0)), row(x, 0));
     unfold(x);
   });
 }

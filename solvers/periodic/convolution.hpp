@@ -16,6 +16,7 @@ namespace lichtenberg::periodic {
 /// along z goes on behind its end, by `halo` points, so that who spreads or takes need not wrap there.
 class Convolution {
  public:
+  /// The halo is 2 or more.
   Convolution(std::array<int, 3> points, int halo);
 
   std::array<int, 3> points() const { return points_; }

@@ -44,11 +44,10 @@ struct Axis {
 
 /// Sums over all modes that look like one on the mesh.
 struct Alike {
-  double u2 = 0;         ///< U^2
-  double k2u2 = 0;       ///< k^2 U^2
-  double cloud_u2 = 0;   ///< 4 pi w U^2: (k U)^2 times the smooth part's transform
-  double potential = 0;  ///< 4 pi w / k^2
-  double force2 = 0;     ///< (4 pi w / k)^2
+  double u2 = 0;        ///< U^2
+  double k2u2 = 0;      ///< k^2 U^2
+  double cloud_u2 = 0;  ///< 4 pi w U^2: (k U)^2 times the smooth part's transform
+  double force2 = 0;    ///< (4 pi w / k)^2
 
   double factor() const { return cloud_u2 / (u2 * k2u2); }
 };
@@ -65,7 +64,6 @@ Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const
         if (k2 > limit) continue;
         const double w = 4 * M_PI * cloud.transform(std::sqrt(k2));
         sums.cloud_u2 += w * x.square[a] * y.square[b] * z.square[c];
-        sums.potential += w / k2;
         sums.force2 += w * w / k2;
       }
   return sums;
@@ -109,7 +107,6 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
       for (int n = 0; n < 2; ++n)
         influence.self_wave[k][n] += images * 2 * factor * sums.u2 / along.u2 * along.shifted[n];
     }
-    influence.self_excess += images * (factor * sums.u2 - sums.potential / mesh.volume());
   });
   return influence;
 }

@@ -27,8 +27,6 @@ struct Influence {
   /// A charge that sits u spacings behind a mesh point along axis k sees, of itself, the potential
   /// sum_n self_wave[k][n - 1] cos(2 pi n u) more than on average: splines are not quite translation invariant.
   std::array<std::array<double, 2>, 3> self_wave{};
-  /// How much too large, on average, the potential is that a unit charge sees of its cloud and the cloud's images.
-  double self_excess = 0;
 };
 
 Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);

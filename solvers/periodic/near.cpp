@@ -58,7 +58,7 @@ std::vector<double> powers_of(const std::vector<double>& series, int degree) {
 }
 
 double checked_cutoff(Vec3 lengths, double cutoff) {
-  require_consistent({lengths});
+  require_consistent({.lengths = lengths});
   for (int k = 0; k < 3; ++k)
     if (2 * cutoff > lengths[k])
       throw InputError(
@@ -122,18 +122,23 @@ class NearPart::Batch {
   void gather(int first, std::span<const Pair> pairs) {
     // To round a number below 2^51 to a whole one.
     constexpr double whole = 0x1.8p52;
-    const Four at = charge(first);
+    // In registers: for all that the compiler knows, what is stored could change what is of this object.
+    const Four at = charge(first), length = length_, turns = turns_;
+    const double cutoff2 = cutoff2_;
+    int count = count_;
     for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
       const int second = tiles_.sorted(pair.j);
       __builtin_prefetch(&sum_[4 * second]);
       Four apart = at - charge(second);
-      apart -= length_ * ((apart * turns_ + whole) - whole);
+      apart -= length * ((apart * turns + whole) - whole);
       const Four square = apart * apart;
-      lanes<4>(&apart_[4 * count_]) = apart;
-      squared_[count_] = square[0] + square[1] + square[2];
-      pair_[count_] = {first, second};
-      count_ += squared_[count_] < cutoff2_;
+      const double squared = square[0] + square[1] + square[2];
+      lanes<4>(&apart_[4 * count]) = apart;
+      squared_[count] = squared;
+      pair_[count] = {first, second};
+      count += squared < cutoff2;
     }
+    count_ = count;
   }
 
   template <int degree>

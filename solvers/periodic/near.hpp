@@ -19,7 +19,7 @@ class NearPart {
   double cutoff() const { return cutoff_; }
   /// Degree of the polynomial in r^2 that stands for the cloud's potential.
   int degree() const { return static_cast<int>(coefficients_.size()) - 1; }
-  /// Overwrites `sum`, in the order of the tiles, which are at least as wide as the cutoff. `pairs`: ascending. The
+  /// Overwrites `sum`, in the order of the tiles, which reach at least as far as the cutoff. `pairs`: ascending. The
   /// same bits for any number of threads.
   void compute(const Tiles& tiles, std::span<const Pair> pairs, FieldAndPotential sum, parallel::Team& team);
 

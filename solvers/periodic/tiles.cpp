@@ -6,13 +6,13 @@
 
 namespace lichtenberg::periodic {
 
-Tiles::Tiles(Vec3 lengths, double width) : lengths_(lengths) {
+Tiles::Tiles(Vec3 lengths, double reach) : lengths_(lengths) {
   for (int k = 0; k < 2; ++k) {
-    // Rounding must not make what is in reach seem two tiles away.
-    const int fit = static_cast<int>(lengths[k] / width * (1 - 1e-12));
-    tiles_[k] = std::max(1, fit / 3 * 3);
+    // Rounding must not make what is in reach of one tile seem to be in reach of the next but one.
+    const int fit = static_cast<int>(lengths[k] / (2 * reach) * (1 - 1e-12));
+    tiles_[k] = std::max(1, fit / 2 * 2);
   }
-  tiles_[2] = std::max(1, static_cast<int>(2 * lengths.z / width));
+  tiles_[2] = std::max(1, static_cast<int>(2 * lengths.z / reach));
 }
 
 void Tiles::sort(const Sources& sources) {

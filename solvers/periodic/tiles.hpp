@@ -10,12 +10,13 @@
 
 namespace lichtenberg::periodic {
 
-/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile
-/// is a column of the box along z, at least `width` wide along x and y, so that what reaches no further than that from
-/// its charges reaches the tiles around it only. In a tile charges go up z by half a width at a time, and by number.
+/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile is
+/// a column of the box along z, at least twice the `reach` wide along x and y, so that what reaches no further than that
+/// from its charges reaches half of each tile around it. In a tile charges go up z by half a reach at a time, and by
+/// number.
 class Tiles {
  public:
-  Tiles(Vec3 lengths, double width);
+  Tiles(Vec3 lengths, double reach);
 
   void sort(const Sources& sources);
 
@@ -30,8 +31,8 @@ class Tiles {
   /// is reached in the same order for any number of threads.
   template <class Work>
   void for_each_apart(parallel::Team& team, const Work& work) const {
-    // Tiles that are three apart reach nothing in common.
-    const int step_x = std::min(tiles_[0], 3), step_y = std::min(tiles_[1], 3);
+    // Of every other tile, along both axes, no two reach anything in common.
+    const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2);
     const int rows = tiles_[1] / step_y, count = tiles_[0] / step_x * rows;
     for (int x = 0; x < step_x; ++x)
       for (int y = 0; y < step_y; ++y)
@@ -43,7 +44,7 @@ class Tiles {
 
  private:
   Vec3 lengths_;
-  std::array<int, 3> tiles_;       ///< along x and y: one, or a multiple of three; pieces of a tile along z
+  std::array<int, 3> tiles_;       ///< along x and y: one, or an even number; pieces of a tile along z
   std::vector<int> piece_;         ///< that a charge is in, by number
   std::vector<int> first_, next_;  ///< sorted charge of a piece
   std::vector<int> order_, sorted_;

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ensemble::Member;
-using ensemble::State;
+using ensemble::MemberState;
 using ensemble::Variation;
 
 struct Arguments {
@@ -93,20 +93,21 @@ void make_folder(const std::string& folder) {
                                  error ? error.message() : "a file of this name exists"));
 }
 
-int count(const std::vector<Member>& members, State state) {
+int count(const std::vector<Member>& members, MemberState state) {
   return static_cast<int>(std::ranges::count(members, state, &Member::state));
 }
 
 /// An ensemble of which no member can be run is a mistake in the command, not in a member.
 void refuse_hopeless(const std::vector<Member>& members) {
-  if (count(members, State::failed) == static_cast<int>(members.size()))
+  if (count(members, MemberState::failed) == static_cast<int>(members.size()))
     throw InputError(fmt::format("no member of this ensemble is possible; of the first, {}: {}", members.front().name,
                                  members.front().sentence));
 }
 
 void report_failures(const std::vector<Member>& members) {
   for (const Member& member : members)
-    if (member.state == State::failed) fmt::print(stderr, "lichtenberg: {} failed: {}\n", member.name, member.sentence);
+    if (member.state == MemberState::failed)
+      fmt::print(stderr, "lichtenberg: {} failed: {}\n", member.name, member.sentence);
 }
 
 void write_summary(const std::string& folder, const nlohmann::ordered_json& json) {
@@ -120,7 +121,7 @@ void report(const Arguments& request, const std::vector<Member>& members) {
   write_summary(request.folder, json);
   if (request.json) return fmt::print("{}\n", json.dump(1));
   fmt::print("{}/ensemble.json and the result files beside it hold {} of {} runs of {}\n", request.folder,
-             count(members, State::finished), members.size(), request.scene);
+             count(members, MemberState::finished), members.size(), request.scene);
   ensemble::print(summary);
 }
 
@@ -134,9 +135,9 @@ void run_ensemble(Arguments request) {
   make_folder(request.folder);
   const FolderLock lock(request.folder);
   for (Member& member : members) {
-    if (member.state == State::failed)
+    if (member.state == MemberState::failed)
       ensemble::write_scene(request.folder, member);  // its sentence names a line of it
-    if (member.state == State::waiting) ensemble::inspect(request.folder, member);
+    if (member.state == MemberState::waiting) ensemble::inspect(request.folder, member);
   }
   report_failures(members);
   ensemble::run_members(request.folder, members, jobs, request.quiet);
@@ -145,7 +146,7 @@ void run_ensemble(Arguments request) {
     fmt::print(stderr, "lichtenberg: stopped; the same command goes on from there\n");
     Interruption::obey();
   }
-  if (const int failed = count(members, State::failed); failed > 0)
+  if (const int failed = count(members, MemberState::failed); failed > 0)
     throw Failure(fmt::format("{} of {} members failed, for the reasons above", failed, members.size()));
 }
 

@@ -18,7 +18,7 @@ struct Variation {
   std::vector<std::string> values;
 };
 
-enum class State {
+enum class MemberState {
   waiting,  ///< to be run, from its start or from the checkpoint in its file
   running,
   finished,  ///< its file holds the whole run
@@ -32,7 +32,7 @@ struct Member {
   std::vector<Setting> settings;  ///< in the order of the variations
   std::string text;               ///< the scene
   double cost = 1;                ///< time that it is expected to take, in a unit of the ensemble's own
-  State state = State::waiting;
+  MemberState state = MemberState::waiting;
   std::string sentence;
   std::map<std::string, double> quantities;  ///< of a finished one
 };

@@ -104,7 +104,7 @@ bool write_scene(const std::string& folder, Member& member) {
     write_atomically(path, std::as_bytes(std::span(member.text)));
     return true;
   }
-  member.state = State::failed;
+  member.state = MemberState::failed;
   member.sentence = fmt::format("{} stands in the way: it is no scene of an ensemble", path);
   return false;
 }
@@ -120,7 +120,7 @@ std::vector<Member> make_members(const std::string& scene_path, const std::vecto
     try {
       member.cost = cost_of(parse_scene(member.text, scene_file(folder, member)));
     } catch (const InputError& error) {
-      member.state = State::failed;
+      member.state = MemberState::failed;
       member.sentence = error.what();
     }
     members.push_back(std::move(member));

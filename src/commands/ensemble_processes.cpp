@@ -41,7 +41,7 @@ class Process {
     const pid_t parent = getpid();
     process_ = check(fork());
     if (process_ == 0) become(arguments.data(), parent);
-    member.state = State::running;
+    member.state = MemberState::running;
   }
   Process(Process&& other) noexcept
       : member_(other.member_),
@@ -64,11 +64,11 @@ class Process {
     int status = 0;
     if (waitpid(process_, &status, WNOHANG) != process_) return false;
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
-      member_->state = State::finished;
+      member_->state = MemberState::finished;
     } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM) {
-      member_->state = State::stopped;
+      member_->state = MemberState::stopped;
     } else {
-      member_->state = State::failed;
+      member_->state = MemberState::failed;
       member_->sentence = last_sentence();
       if (member_->sentence.empty())
         member_->sentence = WIFSIGNALED(status) ? fmt::format("ended by the signal {}", strsignal(WTERMSIG(status)))
@@ -133,18 +133,20 @@ class Progress {
   }
 
  private:
-  int count(State state) const { return static_cast<int>(std::ranges::count(members_, state, &Member::state)); }
+  int count(MemberState state) const { return static_cast<int>(std::ranges::count(members_, state, &Member::state)); }
   /// A running member counts as half done.
   double cost_left() const {
     double cost = 0;
     for (const Member& member : members_)
-      cost += member.state == State::waiting ? member.cost : member.state == State::running ? member.cost / 2 : 0;
+      cost += member.state == MemberState::waiting   ? member.cost
+              : member.state == MemberState::running ? member.cost / 2
+                                                     : 0;
     return cost;
   }
   std::string line() const {
-    std::string text =
-        fmt::format("{} of {} done, {} running", count(State::finished), members_.size(), count(State::running));
-    if (const int failed = count(State::failed); failed > 0) text += fmt::format(", {} failed", failed);
+    std::string text = fmt::format("{} of {} done, {} running", count(MemberState::finished), members_.size(),
+                                   count(MemberState::running));
+    if (const int failed = count(MemberState::failed); failed > 0) text += fmt::format(", {} failed", failed);
     const double left = cost_left(), done = cost_at_start_ - left;
     const double elapsed = std::chrono::duration<double>(Clock::now() - began_).count();
     if (done > 0.02 * cost_at_start_) text += fmt::format(", about {} left", duration(elapsed * left / done));
@@ -166,13 +168,13 @@ void collect(std::vector<Process>& running, const std::string& folder, Progress&
   for (Process& process : running) {
     if (!process.over()) continue;
     Member& member = process.member();
-    if (member.state == State::finished) inspect(folder, member);
-    if (member.state == State::failed) {
+    if (member.state == MemberState::finished) inspect(folder, member);
+    if (member.state == MemberState::failed) {
       progress.end_line();
       report_failure(member);
     }
   }
-  std::erase_if(running, [](const Process& process) { return process.member().state != State::running; });
+  std::erase_if(running, [](const Process& process) { return process.member().state != MemberState::running; });
 }
 
 }  // namespace
@@ -180,7 +182,7 @@ void collect(std::vector<Process>& running, const std::string& folder, Progress&
 void run_members(const std::string& folder, std::vector<Member>& members, int jobs, bool quiet) {
   std::deque<Member*> waiting;
   for (Member& member : members)
-    if (member.state == State::waiting) waiting.push_back(&member);
+    if (member.state == MemberState::waiting) waiting.push_back(&member);
   std::ranges::stable_sort(waiting, std::ranges::greater(), [](const Member* member) { return member->cost; });
 
   Progress progress(members, quiet);
@@ -191,7 +193,7 @@ void run_members(const std::string& folder, std::vector<Member>& members, int jo
     if (Interruption::requested()) {
       if (!std::exchange(told, true))
         for (const Process& process : running) process.interrupt();
-      for (Member* member : waiting) member->state = State::stopped;
+      for (Member* member : waiting) member->state = MemberState::stopped;
       waiting.clear();
     }
     while (!waiting.empty() && static_cast<int>(running.size()) < jobs) {

@@ -39,7 +39,7 @@ std::vector<std::vector<const Member*>> groups_apart_from(const std::vector<std:
                                                           const std::vector<Member>& members) {
   std::vector<std::vector<const Member*>> groups;
   for (const Member& member : members) {
-    if (member.state != State::finished) continue;
+    if (member.state != MemberState::finished) continue;
     const auto alike = [&](const auto& group) {
       return same(without(group.front()->settings, keys), without(member.settings, keys));
     };
@@ -152,15 +152,15 @@ nlohmann::ordered_json to_json(const analysis::Estimate& estimate) {
   return json;
 }
 
-std::string to_text(State state) {
+std::string to_text(MemberState state) {
   switch (state) {
-    case State::waiting:
+    case MemberState::waiting:
       return "waiting";
-    case State::running:
+    case MemberState::running:
       return "running";
-    case State::finished:
+    case MemberState::finished:
       return "finished";
-    case State::stopped:
+    case MemberState::stopped:
       return "stopped";
     default:
       return "failed";

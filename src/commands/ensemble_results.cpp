@@ -128,13 +128,13 @@ void inspect_file(const std::string& path, Member& member) {
         fmt::format("key `{}` is not what it was when {} was started: move that file away, or name "
                     "another folder with --out",
                     change, path));
-  const bool just_ended = member.state == State::finished;
+  const bool just_ended = member.state == MemberState::finished;
   const bool over = hdf5::exists(file.file(), "summary");
   const Scene now = parse_scene(member.text, path);
   if (!over || !(just_ended || same_end(parse_scene(text, path), now))) return refuse_past(path, file, now, just_ended);
   member.quantities = quantities_of(file);
   add_topology(member.quantities, Result(path));
-  member.state = State::finished;
+  member.state = MemberState::finished;
 }
 
 }  // namespace
@@ -145,10 +145,10 @@ void inspect(const std::string& folder, Member& member) {
   try {
     inspect_file(path, member);
   } catch (const InputError& error) {
-    member.state = State::failed;
+    member.state = MemberState::failed;
     member.sentence = error.what();
   } catch (const hdf5::Error& error) {
-    member.state = State::failed;
+    member.state = MemberState::failed;
     member.sentence = fmt::format("{} is damaged ({})", path, error.what());
   }
 }

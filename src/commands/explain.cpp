@@ -13,6 +13,7 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/cost.hpp"
 #include "src/commands/device.hpp"
+#include "src/commands/explain_grains.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/effects.hpp"
@@ -26,8 +27,10 @@ using Summaries = std::vector<effects::EffectSummary>;
 
 void explain_scene(const Scene& scene) {
   fmt::print("{}{}{}\n", scene.path, scene.title.empty() ? "" : ": ", scene.title);
-  fmt::print("  domain               {:g} m x {:g} m{}\n", scene.domain.size.x, scene.domain.size.y,
-             scene.dimension() == 3 ? fmt::format(" x {:g} m", scene.domain.size.z) : "");
+  const std::string unit = scene.units().length;
+  fmt::print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
+             scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "");
+  if (scene.reference) return fmt::print("  grains               {}\n", scene.conductors.size());
   fmt::print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
@@ -221,6 +224,7 @@ void explain(Scene scene) {
   explain_effects(effects);
   explain_needs(effects);
   explain_circuit(scene);
+  if (scene.reference) explain_grains(scene);
   if (field) explain_cost(scene, explain_field(scene, field->problem), refusal);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "solvers/error.hpp"
 #include "src/effects/charge_exchange.hpp"
@@ -100,7 +101,9 @@ Model make_model(const Scene& scene, EffectList made) {
 }
 
 std::vector<EffectSummary> summarize_effects(const Scene& scene) {
-  EffectKinds kinds = all_kinds();
+  EffectKinds kinds;
+  std::ranges::copy_if(all_kinds(), std::back_inserter(kinds),
+                       [&](const EffectKind* kind) { return kind->grains == scene.reference.has_value(); });
   for (const EffectKind* kind : kinds_in(scene))
     if (std::ranges::find(kinds, kind) == kinds.end()) kinds.push_back(kind);
   std::vector<EffectSummary> summaries;

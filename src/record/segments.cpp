@@ -17,14 +17,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* segments_group = "segments";
-constexpr const char* prefix = "segment-";
+constexpr const char* segment_prefix = "segment-";
 constexpr const char* suffix = ".h5";
 
-std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", prefix, number, suffix); }
+std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", segment_prefix, number, suffix); }
 
 std::optional<std::int64_t> number_of(const std::string& name) {
   std::int64_t number = 0;
-  const std::string digits = name.substr(std::min(name.size(), std::string(prefix).size()));
+  const std::string digits = name.substr(std::min(name.size(), std::string(segment_prefix).size()));
   std::from_chars(digits.data(), digits.data() + digits.size(), number);
   return name == name_of(number) ? std::optional(number) : std::nullopt;
 }
@@ -132,7 +132,7 @@ void remove_other_segments(const std::string& path, const std::vector<Segment>& 
   for (const Segment& segment : segments) kept.insert(name_of(segment.number));
   std::error_code ignored;  // what cannot be removed is in nobody's way
   for (const fs::path& file : files_in(segments_folder(path)))
-    if (!kept.contains(file.filename().string()) && file.filename().string().starts_with(prefix))
+    if (!kept.contains(file.filename().string()) && file.filename().string().starts_with(segment_prefix))
       fs::remove(file, ignored);
   if (segments.empty()) fs::remove(segments_folder(path), ignored);
 }

@@ -166,7 +166,7 @@ int main(int argc, char** argv) {
   program.add_option("--sample", options.sample, "charges whose force is compared");
   program.add_option("--repeats", options.repeats);
   program.add_option("--gauss", gauss, "alpha, with --mesh");
-  program.add_option("--mesh", by_hand, "cutoff,order,points,band limit")->delimiter(',');
+  program.add_option("--mesh", by_hand, "cutoff, order, points a side, band limit")->delimiter(',');
   CLI11_PARSE(program, argc, argv);
   fmt::print("{}\n", benchmarks::machine());
   for (const int size : options.sizes) {

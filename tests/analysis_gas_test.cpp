@@ -105,7 +105,8 @@ TEST_CASE("granular temperature of grains that are all alone") {
 
 TEST_CASE("clusters of contact across faces and corners of the box") {
   // 0-1 across a face, 1-2 and 2-4 beside each other, 3-5 across a corner, 6 alone.
-  Bodies b = grains_at(10, {{0.2, 5, 5}, {9.3, 5, 5}, {8.4, 5, 5}, {0.2, 0.2, 0.2}, {7.5, 5, 5}, {9.8, 9.8, 9.8}, {3, 3, 3}});
+  Bodies b =
+      grains_at(10, {{0.2, 5, 5}, {9.3, 5, 5}, {8.4, 5, 5}, {0.2, 0.2, 0.2}, {7.5, 5, 5}, {9.8, 9.8, 9.8}, {3, 3, 3}});
   b.charge = {1, 2, 4, 8, 16, 32, 64};
   b.mass[4] = 3;
   b.momentum[12] = 12;

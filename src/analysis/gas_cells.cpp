@@ -30,8 +30,7 @@ Cells cells_of(const Bodies& bodies, double edge) {
 std::vector<int> cell_of_each(const Bodies& bodies, const Cells& cells) {
   const std::span<const double> places = bodies.position;
   std::vector<int> cell(bodies.size());
-  for (int i = 0; i < bodies.size(); ++i)
-    cell[i] = cells.of(places.subspan(i * bodies.dimension, bodies.dimension));
+  for (int i = 0; i < bodies.size(); ++i) cell[i] = cells.of(places.subspan(i * bodies.dimension, bodies.dimension));
   return cell;
 }
 

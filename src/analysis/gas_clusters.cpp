@@ -106,17 +106,14 @@ double DensityClusters::mean_size() const {
   return first > 0 ? second / first : std::numeric_limits<double>::quiet_NaN();
 }
 
-double dense_filling(int dimension) {
-  return (dimension == 3 ? pi / std::sqrt(18.0) : pi / std::sqrt(12.0)) / 3;
-}
+double dense_filling(int dimension) { return (dimension == 3 ? pi / std::sqrt(18.0) : pi / std::sqrt(12.0)) / 3; }
 
 DensityClusters density_clusters(const Bodies& bodies, double edge) {
   DensityClusters found{.cells = cells_of(bodies, edge)};
   if (bodies.size() == 0) return found;
   const double all = std::transform_reduce(bodies.radius.begin(), bodies.radius.end(), 0.0, std::plus<>(),
                                            [&](double radius) { return volume(radius, bodies.dimension); });
-  found.least =
-      1 + static_cast<int>(dense_filling(bodies.dimension) * found.cells.volume() / (all / bodies.size()));
+  found.least = 1 + static_cast<int>(dense_filling(bodies.dimension) * found.cells.volume() / (all / bodies.size()));
   const std::vector<bool> dense = dense_cells(bodies, found.cells);
   std::vector<Pair> faces;
   for (int c = 0; c < found.cells.size(); ++c)

@@ -25,7 +25,7 @@ std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t
 
 /// How large clusters are, in grains.
 struct ClusterSizes {
-  int number = 0;   ///< of clusters, lone grains among them
+  int number = 0;  ///< of clusters, lone grains among them
   int largest = 0;
   /// Number mean of aggregates, the clusters of two and more; NaN without any.
   double aggregate = std::numeric_limits<double>::quiet_NaN();
@@ -33,17 +33,17 @@ struct ClusterSizes {
 };
 ClusterSizes cluster_sizes(std::span<const std::int32_t> numbers);
 
-/// The pairs whose surfaces are closer than a tenth of a diameter and whose energy is negative: m_eff v^2 / 2 + strength
-/// q_i q_j / r < 0, of their relative motion and their own charges alone. A bound pair that bounces is not always in
-/// contact. `strength`: K. None without charges.
+/// The pairs whose surfaces are closer than a tenth of a diameter and whose energy is negative: m_eff v^2 / 2 +
+/// strength q_i q_j / r < 0, of their relative motion and their own charges alone. A bound pair that bounces is not
+/// always in contact. `strength`: K. None without charges.
 std::vector<Pair> bound_pairs(const Bodies& bodies, double strength);
 
 /// Where grains are dense (G 4.4.1): cells filled by more than a third of the closest packing, and those of them that
 /// share faces, across the box too, as clusters.
 struct DensityClusters {
   Cells cells;
-  int least = 0;              ///< grains of the mean size that a cell must have
-  std::vector<int> size;      ///< in cells, of each cluster
+  int least = 0;          ///< grains of the mean size that a cell must have
+  std::vector<int> size;  ///< in cells, of each cluster
   /// S = sum s^2 N_s / sum s N_s (G 4.8), in cells; NaN without any.
   double mean_size() const;
 };

@@ -11,7 +11,7 @@ struct GasState {
   GranularTemperature temperature;
   double sonine = 0;  ///< a_2
   ChargeMoments charge;
-  ClusterSizes contact;     ///< of clusters of grains in contact
+  ClusterSizes contact;  ///< of clusters of grains in contact
   DensityClusters density;
 };
 

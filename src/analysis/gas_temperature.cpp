@@ -16,8 +16,7 @@ Flow flow_in(const Bodies& b, const std::vector<int>& cell, int cells) {
   for (int i = 0; i < b.size(); ++i) {
     flow.mass[cell[i]] += b.mass[i];
     ++flow.grains[cell[i]];
-    for (int k = 0; k < b.dimension; ++k)
-      flow.momentum[cell[i] * b.dimension + k] += b.momentum[i * b.dimension + k];
+    for (int k = 0; k < b.dimension; ++k) flow.momentum[cell[i] * b.dimension + k] += b.momentum[i * b.dimension + k];
   }
   return flow;
 }

@@ -228,8 +228,17 @@ def panels_of(series):
     return panels
 
 
+def set_scale(axes):
+    """Logarithmic where the points span more than a factor of three: else its ticks have no round numbers."""
+    shown = np.concatenate([line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2] or [[1]])
+    if shown.max() > 3 * shown.min():
+        axes.set_yscale("log")
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(5))
+
+
 def draw_series(gas, marked):
-    """Over the time after the warm-up, on logarithmic scales; a line at the frame's time if that is marked."""
+    """Over the time after the warm-up, on logarithmic scales where they reach far; a line at the frame's time if that is marked."""
     drawing.set_style()
     time = gas.series["time"] - gas.warm_up
     after = time > 0
@@ -242,7 +251,8 @@ def draw_series(gas, marked):
             draw_theory(axes, time[after], gas.series[line][after], line_label)
         if marked and gas.time > gas.warm_up:
             axes.axvline(gas.time - gas.warm_up, color=EDGE, linewidth=0.6, linestyle=":")
-        axes.set(xscale="log", yscale="log", ylabel=label)
+        axes.set(xscale="log", ylabel=label)
+        set_scale(axes)
         axes.legend(frameon=False, fontsize=7)
     warm_up = f" after the warm-up of {gas.warm_up:g}" if gas.warm_up > 0 else ""
     all_axes[-1].set_xlabel(f"time{warm_up} ($t_0$)")

@@ -95,6 +95,9 @@ void sweep(Arguments arguments) {
   check(arguments);
   arguments.request.progress = show_progress;
   const Scene scene = read_scene(arguments.scene);
+  if (scene.reference)
+    throw InputError(scene.path +
+                     " is a scene of grains, with [reference]: work-precision compares methods for conductors alone");
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = arguments.time ? work_precision::sweep_time(scene, arguments.request)
                                                          : work_precision::sweep_field(scene, arguments.request);

@@ -8,8 +8,7 @@
 namespace lichtenberg::granular {
 namespace {
 
-ExpectedCollision collision_by(const effects::ViscoelasticLaw& law, double effective_mass, double scale,
-                               double speed) {
+ExpectedCollision collision_by(const effects::ViscoelasticLaw& law, double effective_mass, double scale, double speed) {
   const theory::ViscoelasticPair pair{scale * law.elastic, scale * law.dissipative, effective_mass};
   if (theory::dissipation_number(pair, speed) > theory::RestitutionCurve::largest) return {};
   const theory::PairCollision found = theory::collision(pair, speed);
@@ -43,7 +42,8 @@ void RestitutionCheck::count(std::span<const Collision> ended, const Bodies& bod
         !is_central(collision, bodies.radius[i] + bodies.radius[j]))
       continue;
     const double mass = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
-    const double scale = std::visit([&](const auto& one) { return one.scale(bodies.radius[i], bodies.radius[j]); }, law);
+    const double scale =
+        std::visit([&](const auto& one) { return one.scale(bodies.radius[i], bodies.radius[j]); }, law);
     const double error =
         std::abs(collision.release_speed / speed - expected_collision(law, mass, scale, speed).restitution);
     const int place = static_cast<int>(std::floor(std::log10(speed))) - first_decade;

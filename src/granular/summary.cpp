@@ -16,11 +16,11 @@ double total_charge(const Gas& gas) {
 
 std::string temperature_line(const Note& now) {
   const analysis::GranularTemperature& t = now.gas.temperature;
-  std::string text = std::isnan(t.local)
-                         ? fmt::format("{:.4g} with all flow: no cell of {:g} d0 has two grains", t.total,
-                                       analysis::temperature_edge)
-                         : fmt::format("{:.4g} relative to the flow in cells of {:g} d0, {:.4g} with it", t.local,
-                                       analysis::temperature_edge, t.total);
+  std::string text =
+      std::isnan(t.local)
+          ? fmt::format("{:.4g} with all flow: no cell of {:g} d0 has two grains", t.total, analysis::temperature_edge)
+          : fmt::format("{:.4g} relative to the flow in cells of {:g} d0, {:.4g} with it", t.local,
+                        analysis::temperature_edge, t.total);
   if (now.expected) text += fmt::format("; a homogeneous neutral gas would have {:.4g}", now.expected->temperature);
   return text + fmt::format("; a_2 = {:.3g}", now.gas.sonine);
 }

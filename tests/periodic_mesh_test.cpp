@@ -63,7 +63,7 @@ void neutralize(Crowd& crowd) {
   for (double& q : crowd.charge) q -= mean;
 }
 
-/// 300 charges at the density of GRANULAR's gas.
+/// 300 charges at the density of G's gas.
 Crowd gas(unsigned seed, Vec3 lengths = {12.8, 12.8, 12.8}) { return random_crowd(300, lengths, 1, false, seed); }
 
 /// Balls of grains that touch, in an empty box.

@@ -90,6 +90,11 @@ void draw_picture(const std::string& picture, const nlohmann::ordered_json& json
   }
 }
 
+auto sweep_for(const Scene& scene, bool time) {
+  if (time) return work_precision::sweep_time;
+  return scene.reference ? work_precision::sweep_charges : work_precision::sweep_field;
+}
+
 void sweep(Arguments arguments) {
   if (arguments.picture.empty()) arguments.picture = default_picture(arguments);
   check(arguments);
@@ -99,8 +104,7 @@ void sweep(Arguments arguments) {
     throw InputError(scene.path +
                      " is a scene of grains, with [reference]: work-precision compares methods for conductors alone");
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
-  const work_precision::Diagram diagram = arguments.time ? work_precision::sweep_time(scene, arguments.request)
-                                                         : work_precision::sweep_field(scene, arguments.request);
+  const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
   work_precision::print(diagram, circumstances);
   const nlohmann::ordered_json json = work_precision::to_json(diagram, circumstances);
   if (!arguments.json.empty()) write_json(arguments.json, json);

@@ -92,6 +92,11 @@ Diagram sweep_field(const Scene& scene, const Request& request);
 /// The scene's motion until stop.time, by every integrator. Quantity: positions. Throws InputError for unknown methods.
 Diagram sweep_time(const Scene& scene, const Request& request);
 
+/// The forces of charges on grains at the places of the first instant, by every way to sum them; Gaussian charges where
+/// the scene's grains have none yet. Quantities: rms force, largest force. Throws InputError for a scene without
+/// charges and for unknown methods.
+Diagram sweep_charges(const Scene& scene, const Request& request);
+
 /// Those of `all` that were asked for. Throws InputError for names that are none of theirs.
 std::vector<Method> choose(std::vector<Method> all, const std::vector<std::string>& names);
 /// Measures the methods' candidates into diagram.points and diagram.left_out.

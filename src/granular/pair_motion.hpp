@@ -39,7 +39,7 @@ struct PairStep {
 /// The relative motion of two grains that are in contact or come into contact within a step, by the classical
 /// Runge-Kutta method in sigma = sqrt(time since they touched). The force of a viscoelastic contact begins like
 /// sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is smooth, and four evaluations a
-/// step leave an error hundreds of times smaller (GRANULAR's measurements; src/granular/README.md).
+/// step leave an error hundreds of times smaller (src/granular/README.md).
 ///
 /// `Law` gives effects::ContactParts for the overlap of this pair; none at 0 and below.
 template <int d, class Law>

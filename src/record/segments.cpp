@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* segments_group = "segments";
 constexpr const char* segment_prefix = "segment-";
-constexpr const char* suffix = ".h5";
+constexpr const char* segment_suffix = ".h5";
 
-std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", segment_prefix, number, suffix); }
+std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", segment_prefix, number, segment_suffix); }
 
 std::optional<std::int64_t> number_of(const std::string& name) {
   std::int64_t number = 0;

@@ -18,7 +18,7 @@ namespace {
 struct Options {
   std::vector<int> sizes{10000, 100000, 1000000};
   std::vector<int> threads{1, 2};
-  double density = 0.1458;  // grains of diameter 1 in unit volume: GRANULAR's gas
+  double density = 0.1458;  // grains of diameter 1 in unit volume: G's gas
   double neighbours = 6;    // a grain
   int repeats = 3;
 };

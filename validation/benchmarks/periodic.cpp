@@ -23,7 +23,7 @@ struct Options {
   std::vector<int> sizes{1000, 8516, 50016};
   std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
   std::vector<int> threads{1, 2};
-  double density = 0.1458;  // charges in unit volume, no two nearer than 1: GRANULAR's gas
+  double density = 0.1458;  // charges in unit volume, no two nearer than 1: G's gas
   double skin = 0;          // of the list of pairs
   int sample = 300;         // charges whose force is compared with Ewald's
   int repeats = 5;

@@ -99,12 +99,12 @@ def charge_colours(charge):
 
 
 def cluster_faces(cluster):
-    """[N, 3] a colour a cluster, by rank of its size, twenty in turn."""
+    """[N, 3] a colour a cluster, by rank of its size, eighteen in turn."""
     numbers, inverse, size = np.unique(cluster, return_inverse=True, return_counts=True)
     rank = np.empty(len(numbers), int)
     rank[np.argsort(-size, kind="stable")] = np.arange(len(numbers))
-    colours = np.array([to_rgb(c) for c in plt.get_cmap("tab20").colors])
-    faces = colours[(2 * rank + rank // 10) % 20]  # the strong ten first
+    pairs = [c for k, c in enumerate(plt.get_cmap("tab20").colors) if k // 2 != 7]  # a strong and a pale one, no grey
+    faces = np.array(pairs[::2] + pairs[1::2])[rank % 18]
     faces[size == 1] = to_rgb(LONE)
     return faces[inverse]
 

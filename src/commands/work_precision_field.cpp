@@ -110,7 +110,7 @@ class PetscSetting {
   Options options_;
 };
 
-struct Subject {
+struct FieldSubject {
   LaplaceProblem problem;
   Comparison comparison;
   Reference reference;
@@ -121,7 +121,7 @@ using MakeSolver = std::function<std::unique_ptr<LaplaceSolver>()>;
 /// A solve that knows of no solve before.
 class FieldTrial : public Trial {
  public:
-  FieldTrial(const Subject& subject, const PetscSetting::Options& options, const MakeSolver& make)
+  FieldTrial(const FieldSubject& subject, const PetscSetting::Options& options, const MakeSolver& make)
       : subject_(subject), setting_(options), solver_(make()) {}
 
   void run() override {
@@ -135,7 +135,7 @@ class FieldTrial : public Trial {
   double evaluations() const override { return solution_.work; }
 
  private:
-  const Subject& subject_;
+  const FieldSubject& subject_;
   PetscSetting setting_;
   std::unique_ptr<LaplaceSolver> solver_;
   LaplaceSolution solution_;
@@ -143,7 +143,7 @@ class FieldTrial : public Trial {
 
 /// All sizes with all tolerances.
 template <class Cost, class Make>
-std::vector<Candidate> grid_candidates(const Subject& subject, const std::vector<int>& sizes,
+std::vector<Candidate> grid_candidates(const FieldSubject& subject, const std::vector<int>& sizes,
                                        const std::vector<double>& tolerances, const PetscSetting::Options& options,
                                        Cost cost, Make make) {
   std::vector<Candidate> candidates;
@@ -167,7 +167,7 @@ auto make_cut_cell(const CutCellOptions& options) {
   };
 }
 
-Method cut_cell(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
+Method cut_cell(const FieldSubject& subject, const std::vector<int>& sizes, const std::string& name,
                 const std::string& description, const CutCellOptions& options) {
   const auto cost = [](double cells, double tolerance) { return cells * cells * (3 - std::log10(tolerance)); };
   return {name, description,
@@ -176,7 +176,7 @@ Method cut_cell(const Subject& subject, const std::vector<int>& sizes, const std
 
 /// The cut-cell method with its system as a matrix, for a preconditioner of PETSc's. Setting one up takes most of the
 /// time, so few tolerances will do.
-Method assembled(const Subject& subject, const std::vector<int>& sizes, const std::string& name,
+Method assembled(const FieldSubject& subject, const std::vector<int>& sizes, const std::string& name,
                  const std::string& description, const PetscSetting::Options& petsc, CutCellOptions options = {}) {
   options.linear_solver = CutCellOptions::LinearSolver::assembled;
   const auto cost = [](double cells, double tolerance) { return cells * cells * (10 - std::log10(tolerance)); };
@@ -184,7 +184,7 @@ Method assembled(const Subject& subject, const std::vector<int>& sizes, const st
 }
 
 /// As a matrix again, factorized: one tolerance, and fill that grows faster than the unknowns.
-Method factorized(const Subject& subject, const std::vector<int>& sizes) {
+Method factorized(const FieldSubject& subject, const std::vector<int>& sizes) {
   const auto cost = [](double cells, double) { return cells * cells * cells; };
   const PetscSetting::Options petsc{{"-field_pc_type", "cholesky"}, {"-field_pc_factor_mat_solver_type", "cholmod"}};
   return {"cut-cell-cholmod", "the same system as a matrix, factorized by CHOLMOD",
@@ -193,7 +193,7 @@ Method factorized(const Subject& subject, const std::vector<int>& sizes) {
 }
 
 /// First order in the spacing: tolerances below 1e-3 are of no use.
-Method relaxation(const Subject& subject, const std::vector<int>& sizes) {
+Method relaxation(const FieldSubject& subject, const std::vector<int>& sizes) {
   const auto cost = [](double cells, double tolerance) { return cells * cells * cells * -std::log10(tolerance); };
   const auto make = [](int cells, double tolerance) {
     return std::make_unique<laplace::RelaxationSolver>(
@@ -204,7 +204,7 @@ Method relaxation(const Subject& subject, const std::vector<int>& sizes) {
           grid_candidates(subject, sizes, {1e-1, 1e-2, 1e-3}, {}, cost, make)};
 }
 
-Method multipole(const Subject& subject) {
+Method multipole(const FieldSubject& subject) {
   Method method{"multipole", "spectral: a logarithm and Fourier multipoles a disk, walls as mirrors", {}};
   for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}) {
     const auto make = [tolerance] {
@@ -217,7 +217,7 @@ Method multipole(const Subject& subject) {
   return method;
 }
 
-std::vector<Method> all_methods(const Subject& subject, const std::vector<int>& sizes) {
+std::vector<Method> all_methods(const FieldSubject& subject, const std::vector<int>& sizes) {
   const std::string matrix = "the same system as a matrix, conjugate gradients with ";
   const PetscSetting::Options gamg{{"-field_pc_type", "gamg"}};
   const auto cuda = CutCellOptions::Device::cuda;
@@ -269,7 +269,7 @@ Diagram sweep_field(const Scene& scene, const Request& request) {
   if (sizes.empty()) sizes = {128, 256, 512, 1024, 2048};
   std::ranges::sort(sizes);
   check_sizes(scene, sizes);
-  Subject subject{
+  FieldSubject subject{
       .problem = make_field_problem(scene).problem, .comparison = {scene.conductors.size()}, .reference = {}};
   subject.problem.check();
   const std::vector<Method> methods = choose(all_methods(subject, sizes), request.methods);

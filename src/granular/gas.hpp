@@ -8,11 +8,20 @@
 #include "src/granular/contacts.hpp"
 #include "src/granular/energy_book.hpp"
 #include "src/granular/pair_list.hpp"
+#include "src/granular/restitution_check.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular {
+
+/// Wall time (s) since this program started, by what it was spent on.
+struct GasSeconds {
+  double contacts = 0;
+  double forces = 0;    ///< of charges, and all else that is smooth
+  double lists = 0;     ///< of neighbours
+  double exchange = 0;  ///< of charge
+};
 
 /// Grains in a periodic box with all that acts on them, at one instant: what an integrator carries on.
 class Gas {
@@ -56,6 +65,8 @@ class Gas {
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
 
+  /// When the current stage began.
+  double stage_begin() const;
   /// Whether contacts lose nothing and move no charge, because the scene is still being mixed.
   bool in_elastic_stage() const;
   /// The time at which the current stage ends; infinite in the last.
@@ -69,11 +80,16 @@ class Gas {
   // What has been counted since the start.
   std::int64_t steps = 0, contact_steps = 0, collisions = 0;
   double largest_overlap = 0;  ///< over the sum of radii
+  RestitutionCheck restitution;
+  const GasSeconds& seconds() const { return seconds_; }
 
  private:
   bool has_smooth_forces() const;
   void book(ContactRecord record);
   double potential_energy();
+  /// What contacts keep: kinetic energy and that stored in them.
+  double mechanical_energy() const;
+  State state();
   void set_law();
   void rescale(double temperature);
 
@@ -87,6 +103,7 @@ class Gas {
   ContactRecord record_;
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   EnergyBook book_;                   ///< the flows
+  GasSeconds seconds_;
   double time_ = 0;
   std::size_t stage_ = 0;
 };

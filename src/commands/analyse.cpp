@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/commands/analyse_gas.hpp"
 #include "src/commands/commands.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
@@ -24,8 +25,8 @@ struct AnalyseArguments {
 /// Goes through the frames of a result file.
 class Analyser {
  public:
-  explicit Analyser(const std::string& path)
-      : result_(path), scene_(scene_with_contacts()), radius_(result_.radius()), mass_(result_.mass()) {}
+  Analyser(const Result& result, Scene scene)
+      : result_(result), scene_(with_contacts(std::move(scene))), radius_(result_.radius()), mass_(result_.mass()) {}
 
   AnalysedRun run() const {
     const double sum = std::accumulate(radius_.begin(), radius_.end(), 0.0);
@@ -50,9 +51,6 @@ class Analyser {
   }
 
   FrameAnalysis one(int index) const {
-    if (index < 0 || index >= result_.frames())
-      throw InputError(
-          fmt::format("--frame {} is not in {}: it has frames 0 to {}", index, result_.path(), result_.frames() - 1));
     const ConductorFrame now = result_.conductor_frame(index);
     FrameAnalysis found = analyse(index, now);
     if (index == 0) return found;
@@ -61,14 +59,11 @@ class Analyser {
     return found;
   }
 
-  void store(const std::vector<FrameAnalysis>& frames) const { result_.put_analysis(columns_of(run(), frames)); }
-
  private:
-  Scene scene_with_contacts() const {
+  Scene with_contacts(Scene scene) const {
     if (!result_.has_network())
       throw InputError(fmt::format("{} has no network to analyse: its scene is without [effects.contact_discharge]",
                                    result_.path()));
-    Scene scene = result_.scene();
     if (scene.conductors.size() != result_.radius().size())
       throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} conductors, its frames {})",
                                    result_.path(), scene.conductors.size(), result_.radius().size()));
@@ -124,19 +119,30 @@ class Analyser {
                            : analysis::dissipated_power(scene_, before, power_before, now, found.power);
   }
 
-  Result result_;
+  const Result& result_;
   Scene scene_;
   std::vector<double> radius_, mass_;
 };
 
-void analyse(const AnalyseArguments& request) {
-  const Analyser analyser(request.file);
-  if (!request.frame) check_writable(request.file);
-  const std::vector<FrameAnalysis> found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
+/// What it finds, printed and, of all frames, stored.
+template <class Analysis>
+void analyse(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
+  const auto found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
   request.json ? print_analysis_json(analyser.run(), found) : print_analysis(analyser.run(), found);
   if (request.frame) return;
-  analyser.store(found);
+  result.put_analysis(columns_of(analyser.run(), found));
   if (!request.json) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
+}
+
+void analyse(const AnalyseArguments& request) {
+  const Result result(request.file);
+  if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))
+    throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
+                                 result.frames() - 1));
+  if (!request.frame) check_writable(request.file);
+  Scene scene = result.scene();
+  if (scene.reference) return analyse(GasAnalyser(result, std::move(scene)), result, request);
+  analyse(Analyser(result, std::move(scene)), result, request);
 }
 
 }  // namespace
@@ -144,10 +150,10 @@ void analyse(const AnalyseArguments& request) {
 Command analyse_command() {
   auto request = std::make_shared<AnalyseArguments>();
   return {"analyse",
-          "Finds and stores the topology of a run, frame by frame",
+          "Finds and stores the topology of a run, or how warm, charged and clustered a gas is, frame by frame",
           {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
            {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
-           {"--json", &request->json, "print JSON (SI units) in place of a table"}},
+           {"--json", &request->json, "print JSON (SI units; of grains, those of their scene) in place of a table"}},
           [request] { analyse(*request); }};
 }
 

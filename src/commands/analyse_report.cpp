@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "src/commands/analyse.hpp"
+#include "src/commands/analyse_columns.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -19,49 +19,7 @@ using analysis::PowerLaw;
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
-/// Collects columns; each is given by what one frame's entry is.
-class Columns {
- public:
-  explicit Columns(const Frames& frames) : frames_(frames) {}
-
-  void real(const std::string& name, const std::string& unit, const std::function<double(const FrameAnalysis&)>& of) {
-    add<double>(name, unit, 0, [&](const FrameAnalysis& f) { return std::vector{of(f)}; });
-  }
-  void whole(const std::string& name, const std::function<std::int64_t(const FrameAnalysis&)>& of) {
-    add<std::int64_t>(name, "1", 0, [&](const FrameAnalysis& f) { return std::vector{of(f)}; });
-  }
-  void reals(const std::string& name, const std::string& unit,
-             const std::function<std::vector<double>(const FrameAnalysis&)>& of) {
-    add<double>(name, unit, widest(of), of);
-  }
-  void wholes(const std::string& name, const std::function<std::vector<int>(const FrameAnalysis&)>& of) {
-    add<std::int64_t>(name, "1", widest(of), of);
-  }
-
-  std::vector<Column> take() { return std::move(columns_); }
-
- private:
-  template <class Row>
-  std::size_t widest(const Row& of) const {
-    std::size_t width = 1;
-    for (const FrameAnalysis& frame : frames_) width = std::max(width, of(frame).size());
-    return width;
-  }
-
-  template <class Number, class Row>
-  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& of) {
-    std::vector<Number> values;
-    for (const FrameAnalysis& frame : frames_) {
-      const auto row = of(frame);
-      values.insert(values.end(), row.begin(), row.end());
-      values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size());
-    }
-    columns_.push_back({name, unit, Column::Of::list, width, std::move(values)});
-  }
-
-  const Frames& frames_;
-  std::vector<Column> columns_;
-};
+using FrameColumns = Columns<FrameAnalysis>;
 
 std::vector<double> in_order(const Distribution& d) {
   return {d.least, d.quarter, d.median, d.three_quarters, d.largest, d.mean, d.deviation};
@@ -73,7 +31,7 @@ std::vector<double> fractions(std::vector<int> number, int of) {
   return result;
 }
 
-void add_degrees(Columns& columns, int conductors) {
+void add_degrees(FrameColumns& columns, int conductors) {
   columns.whole("connected", [](auto& f) { return f.topology.network.degrees.connected; });
   columns.whole("grounded", [](auto& f) { return f.topology.network.degrees.grounded; });
   columns.whole("loops", [](auto& f) { return f.topology.network.degrees.loops; });
@@ -105,14 +63,14 @@ constexpr Relation relations[] = {
     {"residual_7_9_f4", "7.9   f_4 with c and degrees above 4", &DegreeRelations::f4},
     {"residual_7_9_f4_printed", "      as printed, f_1 - B", &DegreeRelations::f4_printed}};
 
-void add_strahler(Columns& columns) {
+void add_strahler(FrameColumns& columns) {
   columns.wholes("strahler_number", [](auto& f) { return f.topology.orders.conductors; });
   columns.wholes("strahler_streams", [](auto& f) { return f.topology.orders.streams; });
   columns.wholes("emst_strahler_number", [](auto& f) { return f.topology.minimum.strahler.conductors; });
   columns.wholes("emst_strahler_streams", [](auto& f) { return f.topology.minimum.strahler.streams; });
 }
 
-void add_lengths(Columns& columns, double radius) {
+void add_lengths(FrameColumns& columns, double radius) {
   columns.reals("edge_length", "m", [](auto& f) { return in_order(f.topology.edge_length); });
   columns.reals("edge_length_in_radii", "1", [=](auto& f) {
     std::vector<double> lengths = in_order(f.topology.edge_length);
@@ -124,7 +82,7 @@ void add_lengths(Columns& columns, double radius) {
   columns.whole("emst_shared_edges", [](auto& f) { return f.topology.minimum.shared; });
 }
 
-void add_dimension(Columns& columns, const std::string& name, std::optional<PowerLaw> analysis::Topology::*law) {
+void add_dimension(FrameColumns& columns, const std::string& name, std::optional<PowerLaw> analysis::Topology::*law) {
   const auto of = [=](const FrameAnalysis& f) {
     return (f.topology.*law).value_or(PowerLaw{missing, missing, missing, missing, 0});
   };
@@ -133,7 +91,7 @@ void add_dimension(Columns& columns, const std::string& name, std::optional<Powe
   columns.reals(name + "_range", "m", [=](auto& f) { return std::vector{of(f).from, of(f).to}; });
 }
 
-void add_power(Columns& columns) {
+void add_power(FrameColumns& columns) {
   columns.real("power_source", "W", [](auto& f) { return f.power.source; });
   columns.real("power_drag", "W", [](auto& f) { return f.power.drag; });
   columns.real("power_field", "W", [](auto& f) { return f.power.field; });
@@ -143,7 +101,7 @@ void add_power(Columns& columns) {
 }
 
 /// What a circuit's run has recorded, at every frame or at none.
-void add_recorded(Columns& columns, const Frames& frames) {
+void add_recorded(FrameColumns& columns, const Frames& frames) {
   if (frames.empty()) return;
   for (std::size_t k = 0; k < frames.front().recorded.size(); ++k) {
     const Recorded& first = frames.front().recorded[k];
@@ -242,20 +200,10 @@ void print_power(const FrameAnalysis& found) {
     fmt::print("recorded       {} {:.4g} {}\n", recorded.name, fmt::join(recorded.values, ", "), recorded.unit);
 }
 
-nlohmann::ordered_json json_value(const Column& column, std::size_t row) {
-  return std::visit(
-      [&](const auto& values) -> nlohmann::ordered_json {
-        if (column.width == 0) return values[row];
-        const auto first = values.begin() + static_cast<std::ptrdiff_t>(row * column.width);
-        return std::vector(first, first + static_cast<std::ptrdiff_t>(column.width));
-      },
-      column.values);
-}
-
 }  // namespace
 
 std::vector<Column> columns_of(const AnalysedRun& run, const Frames& frames) {
-  Columns columns(frames);
+  FrameColumns columns(frames);
   columns.real("time", "s", [](auto& f) { return f.time; });
   add_degrees(columns, run.conductors);
   for (const Relation& relation : relations)
@@ -289,16 +237,8 @@ void print_analysis_json(const AnalysedRun& run, const Frames& frames) {
                               {"title", run.title},
                               {"conductors", run.conductors},
                               {"radius", run.radius},
-                              {"contacts_recorded", run.contacts_recorded},
-                              {"units", nlohmann::ordered_json::object()},
-                              {"frames", nlohmann::ordered_json::array()}};
-  const std::vector<Column> columns = columns_of(run, frames);
-  for (const Column& column : columns) json["units"][column.name] = column.unit;
-  for (std::size_t row = 0; row < frames.size(); ++row) {
-    nlohmann::ordered_json& frame = json["frames"].emplace_back();
-    frame["frame"] = frames[row].frame;
-    for (const Column& column : columns) frame[column.name] = json_value(column, row);
-  }
+                              {"contacts_recorded", run.contacts_recorded}};
+  add_frames(json, columns_of(run, frames), frames);
   fmt::print("{}\n", json.dump(1));
 }
 

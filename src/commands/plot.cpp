@@ -41,7 +41,7 @@ Command plot_command() {
           "Draws a frame of a result file",
           {{"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
            {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
-           {"--out", &request->picture, "picture to write (default: FILE with .png)"}},
+           {"--out", &request->picture, "picture to write (default: FILE with .png); of a gas of grains, a second one with -series"}},
           [request] { plot(*request); }};
 }
 

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
-"""Draws a frame of a result file, of conductors or of a packing.
+"""Draws a frame of a result file, of conductors, of a packing or of a gas of grains.
 
     plot.py FILE [--frame N] [--out PICTURE]
+
+Of a gas there are two pictures: the second, PICTURE with -series, has its course over time.
 
 Exit status 2 and one sentence for input that cannot be used.
 """
@@ -10,6 +12,7 @@ import sys
 from pathlib import Path
 
 import drawing
+import plot_gas
 import plot_packing
 
 
@@ -21,10 +24,13 @@ def main():
     request = parser.parse_args()
 
     def work():
+        picture = request.out or Path(request.file).with_suffix(".png")
+        if plot_gas.is_gas(request.file):
+            return plot_gas.draw(request.file, request.frame, picture)
         snapshot = drawing.read(request.file, request.frame)
         is_packing = plot_packing.is_packing(request.file)
         figure = plot_packing.draw(request.file, request.frame) if is_packing else drawing.draw(snapshot)
-        drawing.save(figure, request.out or Path(request.file).with_suffix(".png"))
+        drawing.save(figure, picture)
 
     return drawing.report(request.file, work)
 

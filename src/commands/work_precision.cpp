@@ -100,6 +100,8 @@ void sweep(Arguments arguments) {
   check(arguments);
   arguments.request.progress = show_progress;
   const Scene scene = read_scene(arguments.scene);
+  if (scene.reference && arguments.time)
+    throw InputError(scene.path + " is a scene of grains, with [reference]: --time compares integrators of conductors");
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
   work_precision::print(diagram, circumstances);

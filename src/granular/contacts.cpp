@@ -116,7 +116,7 @@ void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vec
       if (open)
         contacts.push_back(contact);
       else
-        record.ended.push_back({contact, -closing(state), end});
+        record.ended.push_back({contact, -closing(state), end, speed_across(state)});
     }
   });
 }

@@ -7,6 +7,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
 #include "src/granular/pair_state.hpp"
+#include "src/model/stopwatch.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -41,6 +42,12 @@ double largest_acceleration(const Bodies& bodies, std::span<const double> force)
   return largest;
 }
 
+double work(std::span<const double> force, std::span<const double> from, std::span<const double> to) {
+  double sum = 0;
+  for (std::size_t k = 0; k < force.size(); ++k) sum += force[k] * (to[k] - from[k]);
+  return sum;
+}
+
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -72,8 +79,18 @@ EnergyBook Gas::energy() {
   return book;
 }
 
+double Gas::mechanical_energy() const {
+  return model_.kinetic_energy() + stored_energy(law_, model_.bodies, contacts_);
+}
+
+State Gas::state() {
+  const Stopwatch stopwatch(seconds_.lists);
+  return model_.state(time_);
+}
+
 double Gas::potential_energy() {
-  const State now = model_.state(time_);
+  const State now = state();
+  const Stopwatch stopwatch(seconds_.forces);
   double energy = 0;
   for (const auto& effect : model_.effects)
     if (effect->is_smooth()) energy += effect->stored_energy(now);
@@ -84,7 +101,8 @@ const std::vector<double>& Gas::smooth_forces() {
   if (!smooth_force_.empty()) return smooth_force_;
   smooth_force_.assign(model_.bodies.momentum.size(), 0);
   if (!has_smooth_forces()) return smooth_force_;
-  const State now = model_.state(time_);
+  const State now = state();
+  const Stopwatch stopwatch(seconds_.forces);
   for (const auto& effect : model_.effects)
     if (effect->is_smooth()) effect->add_forces(now, smooth_force_);
   return smooth_force_;
@@ -105,9 +123,10 @@ void Gas::drive(double begin, double dt) {
   for (const auto& effect : model_.effects) book_.driven += effect->drive(begin, dt, model_.bodies);
 }
 
-std::span<const Pair> Gas::near(double dt) {
+std::span<const Pair> Gas::near(double dt, double gain) {
+  const Stopwatch stopwatch(seconds_.lists);
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  return list_.pairs(model_.bodies, 2 * fastest() * dt, *team_);
+  return list_.pairs(model_.bodies, 2 * (fastest() + gain) * dt, *team_);
 }
 
 double Gas::fastest_impact() const {
@@ -126,8 +145,12 @@ void Gas::follow_contacts(double end) {
   const double gain = largest_acceleration(model_.bodies, held) * dt;
   const double step = effects::shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
-  const std::span<const Pair> near = list_.pairs(model_.bodies, 2 * (fastest() + gain) * dt, *team_);
-  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, near, held, time_, dt, count, *team_);
+  const std::span<const Pair> pairs = near(dt, gain);
+  const Stopwatch stopwatch(seconds_.contacts);
+  const std::vector<double> from = model_.bodies.position;
+  const double before = mechanical_energy();
+  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, count, *team_);
+  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
   wrap(model_.bodies);
   time_ = end;
   smooth_force_.clear();
@@ -158,13 +181,17 @@ void Gas::book(ContactRecord record) {
   ++steps;
   collisions += static_cast<std::int64_t>(record_.begun.size());
   largest_overlap = std::max(largest_overlap, record_.largest_overlap);
+  restitution.count(record_.ended, model_.bodies, law_, stage_begin());
   book_.dissipated += record_.dissipated;
 }
 
 void Gas::settle_contacts() {
   if (in_elastic_stage()) return;
   std::vector<double> charge = model_.bodies.charge;
-  for (const auto& effect : model_.effects) effect->exchange_charges(record_, model_.bodies, charge);
+  {
+    const Stopwatch stopwatch(seconds_.exchange);
+    for (const auto& effect : model_.effects) effect->exchange_charges(record_, model_.bodies, charge);
+  }
   if (charge == model_.bodies.charge) return;
   const double before = potential_energy();
   model_.bodies.charge = std::move(charge);
@@ -173,6 +200,12 @@ void Gas::settle_contacts() {
 }
 
 bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }
+
+double Gas::stage_begin() const {
+  double begin = 0;
+  for (std::size_t s = 0; s < stage_; ++s) begin += scene_.stages[s].duration;
+  return begin;
+}
 
 double Gas::stage_end() const {
   double end = 0;
@@ -191,11 +224,11 @@ void Gas::set_law() {
 }
 
 void Gas::leave_stage() {
-  const double before = stored_energy(law_, model_.bodies, contacts_) + model_.kinetic_energy();
+  const double before = mechanical_energy();
   if (const std::optional<double> temperature = scene_.stages[stage_].temperature) rescale(*temperature);
   ++stage_;
   set_law();
-  book_.driven += stored_energy(law_, model_.bodies, contacts_) + model_.kinetic_energy() - before;
+  book_.driven += mechanical_energy() - before;
 }
 
 void Gas::rescale(double temperature) {
@@ -215,13 +248,14 @@ Checkpoint Gas::save() const {
   checkpoint.integers["image"].assign(b.image.begin(), b.image.end());
   checkpoint.integers["stage"] = {static_cast<std::int64_t>(stage_)};
   checkpoint.integers["counters"] = {steps, contact_steps, collisions};
-  checkpoint.reals["book"] = {book_.dissipated, book_.exchanged, book_.driven, largest_overlap};
+  checkpoint.reals["book"] = {book_.dissipated, book_.exchanged, book_.driven, book_.contact_error, largest_overlap};
   std::vector<std::int64_t>& pairs = checkpoint.integers["contact_pairs"];
   std::vector<double>& touches = checkpoint.reals["contact_touches"];
   for (const GrainContact& c : contacts()) {
     pairs.insert(pairs.end(), {c.pair.i, c.pair.j, c.alone});
     touches.insert(touches.end(), {c.since, c.impact_speed});
   }
+  restitution.save(checkpoint);
   model_.save(checkpoint);
   return checkpoint;
 }
@@ -244,9 +278,10 @@ void Gas::restore(const Checkpoint& checkpoint) {
   stage_ = static_cast<std::size_t>(whole("stage", 1)[0]);
   const auto& counters = whole("counters", 3);
   steps = counters[0], contact_steps = counters[1], collisions = counters[2];
-  const std::vector<double>& book = reals(checkpoint, "book", 4);
-  book_ = {.dissipated = book[0], .exchanged = book[1], .driven = book[2]};
-  largest_overlap = book[3];
+  const std::vector<double>& book = reals(checkpoint, "book", 5);
+  book_ = {.dissipated = book[0], .exchanged = book[1], .driven = book[2], .contact_error = book[3]};
+  largest_overlap = book[4];
+  restitution.restore(checkpoint);
   const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
   contacts_.clear();

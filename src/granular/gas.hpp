@@ -8,11 +8,20 @@
 #include "src/granular/contacts.hpp"
 #include "src/granular/energy_book.hpp"
 #include "src/granular/pair_list.hpp"
+#include "src/granular/restitution_check.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular {
+
+/// Wall time (s) since this program started, by what it was spent on.
+struct GasSeconds {
+  double contacts = 0;
+  double forces = 0;    ///< of charges, and all else that is smooth
+  double lists = 0;     ///< of neighbours
+  double exchange = 0;  ///< of charge
+};
 
 /// Grains in a periodic box with all that acts on them, at one instant: what an integrator carries on.
 class Gas {
@@ -35,8 +44,8 @@ class Gas {
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
 
-  /// The pairs that may touch within dt.
-  std::span<const Pair> near(double dt);
+  /// The pairs that may touch within dt, in which smooth forces make a grain faster by at most `gain`.
+  std::span<const Pair> near(double dt, double gain = 0);
   /// What contacts do to the grains as they are; `pairs`: all that may touch.
   ContactLoad contact_load(std::span<const Pair> pairs) const {
     return granular::contact_load(law_, model_.bodies, pairs);
@@ -59,6 +68,8 @@ class Gas {
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
 
+  /// When the current stage began.
+  double stage_begin() const;
   /// Whether contacts lose nothing and move no charge, because the scene is still being mixed.
   bool in_elastic_stage() const;
   /// The time at which the current stage ends; infinite in the last.
@@ -72,10 +83,15 @@ class Gas {
   // What has been counted since the start.
   std::int64_t steps = 0, contact_steps = 0, collisions = 0;
   double largest_overlap = 0;  ///< over the sum of radii
+  RestitutionCheck restitution;
+  const GasSeconds& seconds() const { return seconds_; }
 
  private:
   void book(ContactRecord record);
   double potential_energy();
+  /// What contacts keep: kinetic energy and that stored in them.
+  double mechanical_energy() const;
+  State state();
   void set_law();
   void rescale(double temperature);
 
@@ -89,6 +105,7 @@ class Gas {
   ContactRecord record_;
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   EnergyBook book_;                   ///< the flows
+  GasSeconds seconds_;
   double time_ = 0;
   std::size_t stage_ = 0;
 };

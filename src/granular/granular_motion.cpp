@@ -5,65 +5,39 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/disjoint_sets.hpp"
 #include "src/granular/integrator.hpp"
+#include "src/granular/note.hpp"
+#include "src/granular/summary.hpp"
 #include "src/model/stopwatch.hpp"
 
 namespace lichtenberg {
 
 using namespace granular;
 
-namespace {
-
-/// What is noted of a gas between frames too.
-struct Note {
-  double time = 0;
-  EnergyBook energy;
-  double temperature = 0, mean_square_charge = 0;
-  std::int64_t contacts = 0, clusters = 0, collisions = 0;
-};
-
-/// Grains in contact are one cluster; one without contacts is one by itself.
-std::vector<std::int32_t> clusters_of(int grains, const std::vector<GrainContact>& contacts) {
-  DisjointSets sets(grains);
-  for (const GrainContact& contact : contacts) sets.unite(contact.pair.i, contact.pair.j);
-  std::vector<std::int32_t> number(grains);
-  for (int i = 0; i < grains; ++i) number[i] = sets.find(i);
-  return number;
-}
-
-double mean_square(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return values.empty() ? 0 : sum / static_cast<double>(values.size());
-}
-
-}  // namespace
-
 struct GranularMotion::Implementation {
   explicit Implementation(const Scene& scene)
-      : gas(scene), integrator(make_integrator(scene.mechanics.integrator)), energy_at_start(gas.energy().total()) {}
+      : gas(scene),
+        integrator(make_integrator(scene.mechanics.integrator)),
+        energy_at_start(gas.energy().total()),
+        theory(HomogeneousGas::of(gas)) {}
 
-  Note note() {
-    Note note{.time = gas.time(), .energy = gas.energy()};
-    const Bodies& b = gas.bodies();
-    note.temperature = 2 * note.energy.kinetic / (b.dimension * b.size());
-    note.mean_square_charge = mean_square(b.charge);
-    note.contacts = static_cast<std::int64_t>(gas.contacts().size());
-    const std::vector<std::int32_t> cluster = clusters_of(b.size(), gas.contacts());
-    for (int i = 0; i < b.size(); ++i) note.clusters += cluster[i] == i;
-    note.collisions = gas.collisions;
-    return note;
-  }
+  Note note() { return take_note(gas, theory, analysis_seconds); }
+  /// A note that leaves the theory where it is, or what follows would depend on who looked when.
+  Note look(std::optional<HomogeneousGas> with = {}) { return take_note(gas, with, analysis_seconds); }
 
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
     const double end = std::min(time, gas.stage_end()), left = end - gas.time();
     const double count = std::ceil(left / integrator->longest_step(gas));
     integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
-    if (gas.time() < gas.stage_end()) return;
+    if (gas.time() >= gas.stage_end()) leave_stage();
+  }
+
+  void leave_stage() {
+    if (theory) theory->follow(gas, look().temperature());
     gas.leave_stage();
     integrator->begin_anew();
+    if (theory) theory->begin(gas);
   }
 
   double next_note() const {
@@ -75,8 +49,9 @@ struct GranularMotion::Implementation {
   Gas gas;
   std::unique_ptr<granular::Integrator> integrator;
   double energy_at_start;
+  std::optional<HomogeneousGas> theory;
   std::vector<Note> notes;
-  double seconds = 0;
+  double seconds = 0, analysis_seconds = 0;
 };
 
 GranularMotion::GranularMotion(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {
@@ -123,9 +98,9 @@ Frame GranularMotion::frame() {
     for (int k = 0; k < 3; ++k) image.push_back(k < b.dimension ? b.image[i * b.dimension + k] : 0);
   frame.add_particles("image", "1", std::move(image), 3);
   if (!b.charge.empty()) frame.add_particles("charge", "q0", b.charge);
-  frame.add_particles("cluster", "1", clusters_of(b.size(), self.gas.contacts()));
+  frame.add_particles("cluster", "1", analysis::cluster_numbers(b.size(), pairs_in_contact(self.gas)));
   std::vector<std::int32_t> pairs;
-  for (const GrainContact& c : self.gas.contacts()) pairs.insert(pairs.end(), {c.pair.i, c.pair.j});
+  for (const auto& [i, j] : pairs_in_contact(self.gas)) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);
   const EnergyBook energy = self.gas.energy();
   for (const auto& [name, value] : {std::pair{"kinetic_energy", energy.kinetic},
@@ -141,81 +116,37 @@ Frame GranularMotion::frame() {
 }
 
 std::string GranularMotion::progress() {
-  const Note now = implementation_->note();
-  std::string text = fmt::format("t = {:.4g} of {:.4g}, T = {:.3g}", now.time, end_time(), now.temperature);
-  if (now.mean_square_charge > 0) text += fmt::format(", rms charge {:.3g}", std::sqrt(now.mean_square_charge));
-  return text + fmt::format(", {} clusters", now.clusters);
+  const Note now = implementation_->look();
+  std::string text = fmt::format("t = {:.4g} of {:.4g}, T = {:.3g}", now.time, end_time(), now.temperature());
+  if (now.gas.charge.square > 0) text += fmt::format(", mean |q| {:.3g}", now.gas.charge.magnitude);
+  return text + fmt::format(", {} clusters", now.gas.contact.number);
 }
 
 ColumnGroup GranularMotion::take_history() {
-  const std::vector<Note> notes = std::exchange(implementation_->notes, {});
-  const auto reals = [&](std::string name, std::string unit, auto value) {
-    std::vector<double> values;
-    for (const Note& note : notes) values.push_back(value(note));
-    return Column{std::move(name), std::move(unit), Column::Of::list, 0, std::move(values)};
-  };
-  const auto counts = [&](std::string name, auto value) {
-    std::vector<std::int64_t> values;
-    for (const Note& note : notes) values.push_back(value(note));
-    return Column{std::move(name), "1", Column::Of::list, 0, std::move(values)};
-  };
-  const std::string energy = "m0 v0^2";
-  return {"gas",
-          {reals("time", "t0", [](const Note& n) { return n.time; }),
-           reals("temperature", energy, [](const Note& n) { return n.temperature; }),
-           reals("mean_square_charge", "q0^2", [](const Note& n) { return n.mean_square_charge; }),
-           reals("kinetic_energy", energy, [](const Note& n) { return n.energy.kinetic; }),
-           reals("contact_energy", energy, [](const Note& n) { return n.energy.contact; }),
-           reals("potential_energy", energy, [](const Note& n) { return n.energy.potential; }),
-           reals("dissipated_energy", energy, [](const Note& n) { return n.energy.dissipated; }),
-           reals("exchanged_energy", energy, [](const Note& n) { return n.energy.exchanged; }),
-           reals("driven_energy", energy, [](const Note& n) { return n.energy.driven; }),
-           counts("contacts", [](const Note& n) { return n.contacts; }),
-           counts("clusters", [](const Note& n) { return n.clusters; }),
-           counts("collisions", [](const Note& n) { return n.collisions; })}};
+  return columns_of(std::exchange(implementation_->notes, {}), implementation_->theory);
 }
 
 Summary GranularMotion::summary() {
   Implementation& self = *implementation_;
-  const Note now = self.note();
-  const EnergyBook& e = now.energy;
-  const double left = e.total() - self.energy_at_start;
-  double charge = 0;
-  for (const double q : self.gas.bodies().charge) charge += q;
-  Summary summary{.title = fmt::format("holds the run up to t = {:.6g}", now.time), .goal = "finished"};
-  summary.lines = {
-      {"temperature", fmt::format("{:.4g}", now.temperature)},
-      {"clusters", fmt::format("{} of {} grains, {} contacts", now.clusters, self.gas.bodies().size(), now.contacts)},
-      {"collisions", fmt::format("{}, largest overlap {:.3g} of a diameter", now.collisions, self.gas.largest_overlap)},
-      {"energy", fmt::format("{:.6g} kinetic + {:.4g} in contacts + {:.4g} of charges + {:.6g} dissipated - {:.4g} by "
-                             "exchange - {:.4g} driven: off by {:.1e}, {:.1e} of what was dissipated",
-                             e.kinetic, e.contact, e.potential, e.dissipated, e.exchanged, e.driven, left,
-                             e.dissipated > 0 ? std::abs(left) / e.dissipated : 0)}};
-  if (!self.gas.bodies().charge.empty())
-    summary.lines.push_back(
-        {"charge", fmt::format("{:.3g} in all, rms {:.4g}", charge, std::sqrt(now.mean_square_charge))});
-  summary.lines.push_back({"steps", fmt::format("{}, {} of contacts", self.gas.steps, self.gas.contact_steps)});
-  summary.quantities = {{"finished", finished() ? 1.0 : 0.0, "1"},
-                        {"time", now.time, "t0"},
-                        {"temperature", now.temperature, "m0 v0^2"},
-                        {"mean_square_charge", now.mean_square_charge, "q0^2"},
-                        {"total_charge", charge, "q0"},
-                        {"energy_error", left, "m0 v0^2"},
-                        {"dissipated_energy", e.dissipated, "m0 v0^2"},
-                        {"contacts", static_cast<double>(now.contacts), "1"},
-                        {"clusters", static_cast<double>(now.clusters), "1"},
-                        {"collisions", static_cast<double>(now.collisions), "1"},
-                        {"largest_overlap", self.gas.largest_overlap, "1"}};
-  self.gas.model().summarize(now.time, summary);
-  return summary;
+  return summarize(self.gas, self.look(self.theory), self.energy_at_start);
 }
 
-std::map<std::string, double> GranularMotion::seconds() const { return {{"motion", implementation_->seconds}}; }
+std::map<std::string, double> GranularMotion::seconds() const {
+  const Implementation& self = *implementation_;
+  const auto& [contacts, forces, lists, exchange] = self.gas.seconds();
+  std::map<std::string, double> all{{"contacts", contacts}, {"lists", lists}, {"analysis", self.analysis_seconds}};
+  if (!self.gas.bodies().charge.empty()) all.insert({{"forces", forces}, {"exchange", exchange}});
+  double known = 0;
+  for (const auto& [activity, value] : all) known += value;
+  all["other"] = std::max(self.seconds - known, 0.0);
+  return all;
+}
 
 Checkpoint GranularMotion::checkpoint() {
   Checkpoint checkpoint = implementation_->gas.save();
   checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
   implementation_->integrator->save(checkpoint);
+  if (implementation_->theory) implementation_->theory->save(checkpoint);
   return checkpoint;
 }
 
@@ -223,6 +154,7 @@ void GranularMotion::restore(const Checkpoint& checkpoint) {
   implementation_->gas.restore(checkpoint);
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   implementation_->integrator->restore(checkpoint);
+  if (implementation_->theory) implementation_->theory->restore(checkpoint);
   implementation_->notes.clear();
 }
 

@@ -18,8 +18,9 @@ struct GrainContact {
 /// A contact that has ended.
 struct Collision {
   GrainContact contact;
-  double release_speed = 0;  ///< at which they separate when their surfaces part
-  double end = 0;            ///< time of that
+  double release_speed = 0;     ///< at which they separate when their surfaces part
+  double end = 0;               ///< time of that
+  double tangential_speed = 0;  ///< across the line of centres, then
 };
 
 /// What the contacts did while grains were moved by dt, up to `time`.

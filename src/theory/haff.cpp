@@ -89,7 +89,7 @@ double impact_charge_square(double strength, double exponent, double effective_m
     return std::pow(energy, power) * (std::pow(high, power + 1) - std::pow(low, power + 1)) /
            ((power + 1) * (high - low));
   };
-  const double sum = boost::math::quadrature::gauss<double, 15>::integrate(mean_over_first, -half_width, half_width);
+  const double sum = boost::math::quadrature::gauss<double, 7>::integrate(mean_over_first, -half_width, half_width);
   return strength * strength * sum / (2 * half_width);
 }
 

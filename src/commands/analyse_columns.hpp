@@ -1,0 +1,83 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "src/model/column.hpp"
+
+namespace lichtenberg {
+
+/// Collects columns with a row for each frame; each is given by what one frame's entry is. `Found`: what was found of a
+/// frame.
+template <class Found>
+class Columns {
+ public:
+  explicit Columns(const std::vector<Found>& frames) : frames_(frames) {}
+
+  void real(const std::string& name, const std::string& unit, const std::function<double(const Found&)>& of) {
+    add<double>(name, unit, 0, [&](const Found& f) { return std::vector{of(f)}; });
+  }
+  void whole(const std::string& name, const std::function<std::int64_t(const Found&)>& of) {
+    add<std::int64_t>(name, "1", 0, [&](const Found& f) { return std::vector{of(f)}; });
+  }
+  void reals(const std::string& name, const std::string& unit,
+             const std::function<std::vector<double>(const Found&)>& of) {
+    add<double>(name, unit, widest(of), of);
+  }
+  void wholes(const std::string& name, const std::function<std::vector<int>(const Found&)>& of) {
+    add<std::int64_t>(name, "1", widest(of), of);
+  }
+
+  std::vector<Column> take() { return std::move(columns_); }
+
+ private:
+  template <class Row>
+  std::size_t widest(const Row& of) const {
+    std::size_t width = 1;
+    for (const Found& frame : frames_) width = std::max(width, of(frame).size());
+    return width;
+  }
+
+  template <class Number, class Row>
+  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& of) {
+    std::vector<Number> values;
+    for (const Found& frame : frames_) {
+      const auto row = of(frame);
+      values.insert(values.end(), row.begin(), row.end());
+      values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size());
+    }
+    columns_.push_back({name, unit, Column::Of::list, width, std::move(values)});
+  }
+
+  const std::vector<Found>& frames_;
+  std::vector<Column> columns_;
+};
+
+inline nlohmann::ordered_json json_value(const Column& column, std::size_t row) {
+  return std::visit(
+      [&](const auto& values) -> nlohmann::ordered_json {
+        if (column.width == 0) return values[row];
+        const auto first = values.begin() + static_cast<std::ptrdiff_t>(row * column.width);
+        return std::vector(first, first + static_cast<std::ptrdiff_t>(column.width));
+      },
+      column.values);
+}
+
+/// Adds "units" and "frames" of these columns; `Found` has the index of its frame.
+template <class Found>
+void add_frames(nlohmann::ordered_json& json, const std::vector<Column>& columns, const std::vector<Found>& frames) {
+  json["units"] = nlohmann::ordered_json::object();
+  json["frames"] = nlohmann::ordered_json::array();
+  for (const Column& column : columns) json["units"][column.name] = column.unit;
+  for (std::size_t row = 0; row < frames.size(); ++row) {
+    nlohmann::ordered_json& frame = json["frames"].emplace_back();
+    frame["frame"] = frames[row].frame;
+    for (const Column& column : columns) frame[column.name] = json_value(column, row);
+  }
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,101 @@
+#include "src/granular/homogeneous_gas.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "src/analysis/gas_distributions.hpp"
+#include "src/analysis/gas_temperature.hpp"
+#include "src/effects/charge_exchange.hpp"
+
+namespace lichtenberg::granular {
+namespace {
+
+constexpr double effective_mass = 0.5;  // of two grains of mass 1
+
+bool are_unit_grains(const Bodies& b) {
+  const auto is = [](double wanted) { return [wanted](double value) { return std::abs(value - wanted) < 1e-9; }; };
+  return b.dimension == 3 && std::ranges::all_of(b.radius, is(0.5)) && std::ranges::all_of(b.mass, is(1));
+}
+
+/// The exchange that theory::impact_charge_square is for; null without.
+const effects::ChargeExchangeOptions* known_exchange(const Scene& scene) {
+  const auto* options = scene.effects.find<effects::ChargeExchangeOptions>();
+  const bool known =
+      options && options->model == effects::ExchangeModel::impact && !options->each_step && !options->capacity;
+  return known ? options : nullptr;
+}
+
+/// The integral over dt of what goes from a to b like 1/(t + const), as collisions of a cooling gas do.
+double integral(double a, double b, double dt) {
+  return std::abs(a - b) < 1e-6 * a ? dt * a : dt * a * b * std::log(a / b) / (a - b);
+}
+
+}  // namespace
+
+std::optional<HomogeneousGas> HomogeneousGas::of(const Gas& gas) {
+  const Bodies& bodies = gas.bodies();
+  if (bodies.size() < 2 || !are_unit_grains(bodies) || !(gas.fastest() > 0)) return {};
+  return HomogeneousGas(gas);
+}
+
+HomogeneousGas::HomogeneousGas(const Gas& gas)
+    : grains_(gas.bodies().size()), has_exchange_(known_exchange(gas.scene()) != nullptr) {
+  const Vec3 lengths = gas.bodies().box.lengths;
+  density_ = grains_ / (lengths.x * lengths.y * lengths.z);
+  begin(gas);
+}
+
+theory::Impacts HomogeneousGas::impacts(const Gas& gas) const {
+  const auto expected = [law = gas.law()](double speed) { return expected_collision(law, effective_mass, 1, speed); };
+  theory::Impacts impacts{.restitution = [=](double speed) { return expected(speed).restitution; }};
+  impacts.duration = [=](double temperature) {
+    return theory::impact_mean(temperature, [&](double speed, double) { return expected(speed).duration; });
+  };
+  if (const auto* exchange = known_exchange(gas.scene()); exchange && !gas.in_elastic_stage())
+    impacts.charge_square = [=](double speed) {
+      return theory::impact_charge_square(exchange->strength, exchange->exponent, effective_mass, speed);
+    };
+  return impacts;
+}
+
+double HomogeneousGas::frequency(const theory::Impacts& impacts, double temperature) const {
+  const double frequency = theory::collision_frequency(density_, temperature);
+  return frequency / (1 + frequency * impacts.duration(temperature));
+}
+
+void HomogeneousGas::begin(const Gas& gas) {
+  time_ = gas.time();
+  temperature_ = analysis::granular_temperature(gas.bodies()).total;
+  charge_square_ = analysis::charge_moments(gas.bodies().charge).square;
+  frequency_ = frequency(impacts(gas), temperature_);
+}
+
+void HomogeneousGas::follow(const Gas& gas, double temperature) {
+  const double dt = gas.time() - time_;
+  if (!(dt > 0) || !(temperature > 0)) return;
+  const theory::Impacts now = impacts(gas);
+  if (!gas.in_elastic_stage()) {
+    const theory::CoolingState state = theory::cool(density_, now, temperature_, std::span(&dt, 1)).front();
+    temperature_ = state.temperature;
+    charge_square_ += state.charge_square;
+  }
+  const double before = frequency_;
+  frequency_ = frequency(now, temperature);
+  collisions_ += 0.5 * grains_ * integral(before, frequency_, dt);
+  time_ = gas.time();
+}
+
+std::optional<double> HomogeneousGas::charge_square() const {
+  return has_exchange_ ? std::optional(charge_square_) : std::nullopt;
+}
+
+void HomogeneousGas::save(Checkpoint& checkpoint) const {
+  checkpoint.reals["homogeneous_gas"] = {time_, temperature_, charge_square_, collisions_, frequency_};
+}
+
+void HomogeneousGas::restore(const Checkpoint& checkpoint) {
+  const std::vector<double>& saved = reals(checkpoint, "homogeneous_gas", 5);
+  time_ = saved[0], temperature_ = saved[1], charge_square_ = saved[2], collisions_ = saved[3], frequency_ = saved[4];
+}
+
+}  // namespace lichtenberg::granular

@@ -1,0 +1,106 @@
+#include "src/granular/note.hpp"
+
+#include <cmath>
+
+#include "src/model/stopwatch.hpp"
+
+namespace lichtenberg::granular {
+namespace {
+
+/// Columns with a row for each note.
+class Columns {
+ public:
+  explicit Columns(std::span<const Note> notes) : notes_(notes) {}
+
+  template <class Of>
+  void real(std::string name, std::string unit, Of of) {
+    add<double>(std::move(name), std::move(unit), of);
+  }
+  template <class Of>
+  void whole(std::string name, Of of) {
+    add<std::int64_t>(std::move(name), "1", of);
+  }
+  std::vector<Column> take() { return std::move(columns_); }
+
+ private:
+  template <class Number, class Of>
+  void add(std::string name, std::string unit, Of of) {
+    std::vector<Number> values;
+    for (const Note& note : notes_) values.push_back(of(note));
+    columns_.push_back({std::move(name), std::move(unit), Column::Of::list, 0, std::move(values)});
+  }
+
+  std::span<const Note> notes_;
+  std::vector<Column> columns_;
+};
+
+constexpr const char* energy_unit = "m0 v0^2";
+
+void add_state(Columns& columns) {
+  columns.real("temperature", energy_unit, [](const Note& n) { return n.gas.temperature.total; });
+  columns.real("local_temperature", energy_unit, [](const Note& n) { return n.gas.temperature.local; });
+  columns.real("mean_charge_magnitude", "q0", [](const Note& n) { return n.gas.charge.magnitude; });
+  columns.real("mean_square_charge", "q0^2", [](const Note& n) { return n.gas.charge.square; });
+  columns.whole("contacts", [](const Note& n) { return n.contacts; });
+  columns.whole("collisions", [](const Note& n) { return n.collisions; });
+}
+
+void add_energies(Columns& columns) {
+  columns.real("kinetic_energy", energy_unit, [](const Note& n) { return n.energy.kinetic; });
+  columns.real("contact_energy", energy_unit, [](const Note& n) { return n.energy.contact; });
+  columns.real("potential_energy", energy_unit, [](const Note& n) { return n.energy.potential; });
+  columns.real("dissipated_energy", energy_unit, [](const Note& n) { return n.energy.dissipated; });
+  columns.real("exchanged_energy", energy_unit, [](const Note& n) { return n.energy.exchanged; });
+  columns.real("driven_energy", energy_unit, [](const Note& n) { return n.energy.driven; });
+}
+
+void add_clusters(Columns& columns) {
+  columns.whole("clusters", [](const Note& n) { return n.gas.contact.number; });
+  columns.whole("largest_cluster", [](const Note& n) { return n.gas.contact.largest; });
+  columns.real("mean_aggregate", "1", [](const Note& n) { return n.gas.contact.aggregate; });
+  columns.whole("density_clusters", [](const Note& n) { return static_cast<std::int64_t>(n.gas.density.size.size()); });
+  columns.real("density_cluster_size", "1", [](const Note& n) { return n.gas.density.mean_size(); });
+}
+
+void add_expectations(Columns& columns, const HomogeneousGas& theory) {
+  columns.real("haff_temperature", energy_unit, [](const Note& n) { return n.expected->temperature; });
+  columns.real("expected_collisions", "1", [](const Note& n) { return n.expected->collisions; });
+  if (theory.charge_square())
+    columns.real("expected_square_charge", "q0^2", [](const Note& n) { return *n.expected->charge_square; });
+}
+
+}  // namespace
+
+double Note::temperature() const {
+  return std::isnan(gas.temperature.local) ? gas.temperature.total : gas.temperature.local;
+}
+
+std::vector<Pair> pairs_in_contact(const Gas& gas) {
+  std::vector<Pair> pairs;
+  for (const GrainContact& contact : gas.contacts()) pairs.push_back(contact.pair);
+  return pairs;
+}
+
+Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds) {
+  Note note{.time = gas.time(), .energy = gas.energy()};
+  const Stopwatch stopwatch(analysis_seconds);
+  note.gas = analysis::gas_state(gas.bodies(), pairs_in_contact(gas));
+  note.contacts = static_cast<std::int64_t>(gas.contacts().size());
+  note.collisions = gas.collisions;
+  if (!theory) return note;
+  theory->follow(gas, note.temperature());
+  note.expected = {theory->temperature(), theory->collisions(), theory->charge_square()};
+  return note;
+}
+
+ColumnGroup columns_of(std::span<const Note> notes, const std::optional<HomogeneousGas>& theory) {
+  Columns columns(notes);
+  columns.real("time", "t0", [](const Note& n) { return n.time; });
+  add_state(columns);
+  add_energies(columns);
+  add_clusters(columns);
+  if (theory) add_expectations(columns, *theory);
+  return {"gas", columns.take()};
+}
+
+}  // namespace lichtenberg::granular

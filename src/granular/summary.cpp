@@ -1,0 +1,138 @@
+#include "src/granular/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+
+namespace lichtenberg::granular {
+namespace {
+
+double total_charge(const Gas& gas) {
+  const std::vector<double>& charge = gas.bodies().charge;
+  return std::accumulate(charge.begin(), charge.end(), 0.0);
+}
+
+std::string temperature_line(const Note& now) {
+  const analysis::GranularTemperature& t = now.gas.temperature;
+  std::string text =
+      std::isnan(t.local)
+          ? fmt::format("{:.4g} with all flow: no cell of {:g} d0 has two grains", t.total, analysis::temperature_edge)
+          : fmt::format("{:.4g} relative to the flow in cells of {:g} d0, {:.4g} with it", t.local,
+                        analysis::temperature_edge, t.total);
+  if (now.expected) text += fmt::format("; a homogeneous neutral gas would have {:.4g}", now.expected->temperature);
+  return text + fmt::format("; a_2 = {:.3g}", now.gas.sonine);
+}
+
+std::string charge_line(const Gas& gas, const Note& now) {
+  const analysis::ChargeMoments& q = now.gas.charge;
+  return fmt::format("{:.3g} in all; mean |q| {:.4g}, rms {:.4g}, kurtosis {:.3g}", total_charge(gas), q.magnitude,
+                     std::sqrt(q.square), q.kurtosis);
+}
+
+std::string clusters_line(const Gas& gas, const Note& now) {
+  const analysis::ClusterSizes& c = now.gas.contact;
+  std::string text = fmt::format("{} of {} grains by {} contacts, the largest of {}", c.number, gas.bodies().size(),
+                                 now.contacts, c.largest);
+  if (!std::isnan(c.aggregate)) text += fmt::format("; those of two and more have {:.3g} on average", c.aggregate);
+  return text;
+}
+
+std::string density_line(const Note& now) {
+  const analysis::DensityClusters& d = now.gas.density;
+  const std::string cells = fmt::format("cells of {:.3g} d0 with {} grains or more", d.cells.edge.x, d.least);
+  if (d.size.empty()) return "no " + cells;
+  return fmt::format("{} clusters of {}, S = {:.3g} cells", d.size.size(), cells, d.mean_size());
+}
+
+std::string collisions_line(const Gas& gas, const Note& now) {
+  std::string text = fmt::format("{}", gas.collisions);
+  if (now.expected && now.expected->collisions > 0)
+    text += fmt::format(", {:.3g} times those of a homogeneous gas as warm",
+                        static_cast<double>(gas.collisions) / now.expected->collisions);
+  return text + fmt::format("; largest overlap {:.3g} of a diameter", gas.largest_overlap);
+}
+
+std::string energy_line(const EnergyBook& e, double error) {
+  std::string text = fmt::format("{:.6g} kinetic, {:.4g} in contacts", e.kinetic, e.contact);
+  if (e.potential != 0) text += fmt::format(", {:.4g} of charges", e.potential);
+  text += fmt::format("; {:.6g} dissipated", e.dissipated);
+  if (e.exchanged != 0) text += fmt::format(", {:.4g} gained by exchange", e.exchanged);
+  if (e.driven != 0) text += fmt::format(", {:.4g} by driving", e.driven);
+  text += fmt::format(": off by {:.1e}", error);
+  if (e.dissipated > 0) text += fmt::format(", {:.1e} of what was dissipated", std::abs(error) / e.dissipated);
+  return text + fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
+                            error - e.contact_error);
+}
+
+std::string in_words(const RestitutionCheck::Decade& found) {
+  return fmt::format("off by {:.1e} on average, {:.1e} at worst, in {}", found.mean(), found.worst, found.collisions);
+}
+
+/// One line for all lone and central collisions, one for each decade of their speed.
+void add_restitution(const Gas& gas, Summary& summary) {
+  const RestitutionCheck::Decade all = gas.restitution.all();
+  if (all.collisions == 0) return;
+  const bool charged = !gas.bodies().charge.empty();
+  summary.lines.push_back(
+      {"restitution", in_words(all) + " collisions of lone pairs, turning by so little that it costs 1e-3 at most" +
+                          (charged ? "; charges change it, which the law alone does not know" : "")});
+  for (int k = 0; k < RestitutionCheck::decades; ++k)
+    if (const auto& decade = gas.restitution.by_speed()[k]; decade.collisions > 0)
+      summary.lines.push_back({fmt::format("  speed 1e{}", RestitutionCheck::first_decade + k), in_words(decade)});
+}
+
+void add_lines(const Gas& gas, const Note& now, double energy_error, Summary& summary) {
+  summary.lines = {{"temperature", temperature_line(now)}};
+  if (!gas.bodies().charge.empty()) summary.lines.push_back({"charge", charge_line(gas, now)});
+  summary.lines.push_back({"clusters", clusters_line(gas, now)});
+  summary.lines.push_back({"density", density_line(now)});
+  summary.lines.push_back({"collisions", collisions_line(gas, now)});
+  add_restitution(gas, summary);
+  summary.lines.push_back({"energy", energy_line(now.energy, energy_error)});
+  summary.lines.push_back({"steps", fmt::format("{}, {} of contacts", gas.steps, gas.contact_steps)});
+  if (!gas.scene().output.picture) return;
+  const std::filesystem::path picture = std::filesystem::path(gas.scene().output.file).replace_extension();
+  summary.lines.push_back({"pictures", fmt::format("{0}.png (grains), {0}-series.png (over time)", picture.string())});
+}
+
+void add_quantities(const Gas& gas, const Note& now, double energy_error, Summary& summary) {
+  const std::string energy = "m0 v0^2";
+  const RestitutionCheck::Decade restitution = gas.restitution.all();
+  summary.quantities = {{"finished", now.time >= gas.scene().stop.time ? 1.0 : 0.0, "1"},
+                        {"time", now.time, "t0"},
+                        {"temperature", now.gas.temperature.total, energy},
+                        {"local_temperature", now.gas.temperature.local, energy},
+                        {"sonine", now.gas.sonine, "1"},
+                        {"mean_charge_magnitude", now.gas.charge.magnitude, "q0"},
+                        {"mean_square_charge", now.gas.charge.square, "q0^2"},
+                        {"total_charge", total_charge(gas), "q0"},
+                        {"energy_error", energy_error, energy},
+                        {"contact_energy_error", now.energy.contact_error, energy},
+                        {"dissipated_energy", now.energy.dissipated, energy},
+                        {"contacts", static_cast<double>(now.contacts), "1"},
+                        {"clusters", static_cast<double>(now.gas.contact.number), "1"},
+                        {"largest_cluster", static_cast<double>(now.gas.contact.largest), "1"},
+                        {"mean_aggregate", now.gas.contact.aggregate, "1"},
+                        {"density_cluster_size", now.gas.density.mean_size(), "1"},
+                        {"collisions", static_cast<double>(gas.collisions), "1"},
+                        {"largest_overlap", gas.largest_overlap, "1"},
+                        {"restitution_error", restitution.worst, "1"}};
+  if (!now.expected) return;
+  summary.quantities.push_back({"haff_temperature", now.expected->temperature, energy});
+  summary.quantities.push_back({"expected_collisions", now.expected->collisions, "1"});
+}
+
+}  // namespace
+
+Summary summarize(Gas& gas, const Note& now, double energy_at_start) {
+  Summary summary{.title = fmt::format("holds the run up to t = {:.6g}", now.time), .goal = "finished"};
+  const double energy_error = now.energy.total() - energy_at_start;
+  add_lines(gas, now, energy_error, summary);
+  add_quantities(gas, now, energy_error, summary);
+  gas.model().summarize(now.time, summary);
+  return summary;
+}
+
+}  // namespace lichtenberg::granular

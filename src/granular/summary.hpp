@@ -1,0 +1,11 @@
+#pragma once
+
+#include "src/granular/note.hpp"
+#include "src/model/motion.hpp"
+
+namespace lichtenberg::granular {
+
+/// What a run says of a gas that is as in the note. `energy_at_start`: EnergyBook::total then.
+Summary summarize(Gas& gas, const Note& now, double energy_at_start);
+
+}  // namespace lichtenberg::granular

@@ -1,0 +1,91 @@
+// What the built program does with a scene of grains: run, analyse, plot, and what it has no answer to.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "src/record/hdf5.hpp"
+#include "src/record/result_file.hpp"
+#include "tests/program.hpp"
+
+using namespace lichtenberg;
+using doctest::Approx;
+using nlohmann::json;
+
+namespace {
+
+const std::string scene = R"(
+title = "Few grains"
+[reference]
+[domain]
+size = [6, 6, 6]
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+front = "periodic"
+back = "periodic"
+[[population]]
+count = 60
+temperature = 1
+[effects.viscoelastic_contact]
+[effects.charge_exchange]
+[effects.coulomb]
+sum = "minimum-image"
+[stop]
+time = 1
+[output]
+every = 0.25
+)";
+
+}  // namespace
+
+TEST_CASE("a gas is run, analysed and drawn") {
+  const Folder folder;
+  folder.write("gas.toml", scene);
+  const Ended run = run_program(folder, "run gas.toml");
+  REQUIRE_MESSAGE(run.status == 0, run.err);
+  CHECK(contains(run.out, "temperature"));
+  CHECK(contains(run.out, "gas.png (grains), gas-series.png (over time)"));
+  CHECK(std::filesystem::file_size(folder / "gas.png") > 10'000);
+  CHECK(std::filesystem::file_size(folder / "gas-series.png") > 10'000);
+
+  const Ended analysed = run_program(folder, "analyse gas.h5 --json");
+  REQUIRE_MESSAGE(analysed.status == 0, analysed.err);
+  const json found = json::parse(analysed.out);
+  CHECK(found["grains"] == 60);
+  CHECK(found["units"]["local_temperature"] == "m0 v0^2");
+  REQUIRE(found["frames"].size() == 5);
+  const json& last = found["frames"][4];
+  CHECK(last["total_charge"] == 0);
+  CHECK(last["clusters"].get<int>() <= 60);
+  double integral = 0;
+  for (const double density : last["speed_density"]) integral += density * 5 / 50;
+  CHECK(integral == Approx(1).epsilon(1e-12));  // none is five times as fast as the rms
+
+  // The run noted the same of the same instant, from momenta rather than velocities: the same to rounding.
+  const ResultFile file((folder / "gas.h5").string(), "read");
+  for (const char* name : {"local_temperature", "temperature", "mean_square_charge", "mean_charge_magnitude"}) {
+    const double noted = hdf5::get<double>(file.file(), std::string("gas/") + name).back();
+    CHECK(last[name].get<double>() == Approx(noted).epsilon(1e-12).scale(0));
+    CHECK(hdf5::get<double>(file.file(), std::string("analysis/") + name).back() == last[name].get<double>());
+  }
+  CHECK(contains(run_program(folder, "analyse gas.h5 --frame 2").out, "frame 2 at t = 0.5 t0"));
+  CHECK(run_program(folder, "plot gas.h5 --frame 1 --out other.png").status == 0);
+  CHECK(std::filesystem::exists(folder / "other-series.png"));
+}
+
+TEST_CASE("what cannot be done with grains is refused with a sentence") {
+  const Folder folder;
+  folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  const auto refused = [&](const std::string& arguments, const std::string& sentence) {
+    const Ended ended = run_program(folder, arguments);
+    CHECK(ended.status == 2);
+    CHECK_MESSAGE(contains(ended.err, sentence), ended.err);
+  };
+  refused("plot gas.h5 --frame 5", "frame 5 is not in gas.h5: it has frames 0 to 4");
+  refused("analyse gas.h5 --frame -1", "--frame -1 is not in gas.h5: it has frames 0 to 4");
+  refused("network gas.h5", "has a periodic side");
+  refused("solve gas.toml", "no table [effects.floating_conductors]");
+}

@@ -1,0 +1,202 @@
+// What a run says of a gas: notes, theory beside them, restitution, and that a resumed run says the same.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "src/effects/read_scene.hpp"
+#include "src/granular/granular_motion.hpp"
+#include "src/granular/note.hpp"
+#include "src/theory/restitution.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::granular;
+using doctest::Approx;
+
+namespace {
+
+/// 120 grains that exchange charge and fill .13 of their box.
+const std::string text = R"(
+[reference]
+[domain]
+size = [8, 8, 8]
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+front = "periodic"
+back = "periodic"
+[[population]]
+count = 120
+temperature = 1
+[[stage]]
+duration = 1
+stiffness = 10
+temperature = 1
+[effects.viscoelastic_contact]
+elastic = 278.6
+dissipative = 27.7
+[effects.charge_exchange]
+[effects.coulomb]
+sum = "minimum-image"
+[stop]
+time = 4
+[output]
+every = 0.5
+)";
+
+Scene scene() { return parse_scene(text, "gas.toml"); }
+
+double value(const Summary& summary, const std::string& name) {
+  const auto found = std::ranges::find(summary.quantities, name, &Quantity::name);
+  REQUIRE(found != summary.quantities.end());
+  return found->value;
+}
+
+std::vector<double> reals_of(const ColumnGroup& group, const std::string& name) {
+  const auto found = std::ranges::find(group.columns, name, &Column::name);
+  REQUIRE(found != group.columns.end());
+  return std::get<std::vector<double>>(found->values);
+}
+
+void go_on(GranularMotion& motion, double until) {
+  while (motion.time() < until) motion.advance_to(motion.next_frame(), {});
+}
+
+/// Grain 1 bounces off grain 0.
+Collision collision(double speed, double release_speed, double tangential_speed = 0) {
+  return {{{0, 1}, 1, speed}, release_speed, 2, tangential_speed};
+}
+
+}  // namespace
+
+TEST_CASE("restitution is compared with the law's by decade, for lone and central collisions that it governs") {
+  Bodies bodies{.dimension = 3};
+  bodies.mass = {1, 1};
+  bodies.radius = {0.5, 0.5};
+  const effects::GrainContactLaw law = effects::ViscoelasticLaw{278.6, 27.7};
+  const double at_02 = theory::collision({278.6, 27.7}, 0.2).restitution;
+  const double at_03 = theory::collision({278.6, 27.7}, 0.3).restitution;
+  std::vector<Collision> ended = {collision(0.2, 0.2 * (at_02 + 0.01)), collision(0.3, 0.3 * (at_03 - 0.03)),
+                                  collision(2e-9, 0),                    // slower than any decade: with the slowest
+                                  collision(0.2, 0, std::sqrt(2.1e-4)),  // u^2 t = 2.1e-4, more than 1e-3 of .2
+                                  collision(0.2, 0)};
+  ended.back().contact.alone = false;
+  RestitutionCheck check;
+  check.count(ended, bodies, law, 0);
+  check.count(ended, bodies, law, 1.5);  // all began before
+  const RestitutionCheck::Decade& found = check.by_speed()[-1 - RestitutionCheck::first_decade];
+  CHECK(found.collisions == 2);
+  CHECK(found.mean() == Approx(0.02).epsilon(1e-10).scale(0));
+  CHECK(found.worst == Approx(0.03).epsilon(1e-10).scale(0));
+  CHECK(check.by_speed()[0].collisions == 1);
+  CHECK(check.all().collisions == 3);
+  Checkpoint checkpoint;
+  check.save(checkpoint);
+  RestitutionCheck restored;
+  restored.restore(checkpoint);
+  CHECK(restored.all().sum == check.all().sum);
+  CHECK(restored.by_speed()[0].collisions == 1);
+
+  // Heavier and larger grains: E and D times sqrt(R_eff / (d0/4)) = sqrt(2), m_eff = 4.
+  bodies.mass = {8, 8};
+  bodies.radius = {1, 1};
+  const double heavy = theory::collision({278.6 * std::numbers::sqrt2, 27.7 * std::numbers::sqrt2, 4}, 0.2).restitution;
+  RestitutionCheck of_heavy;
+  of_heavy.count(std::vector{collision(0.2, 0.2 * heavy)}, bodies, law, 0);
+  CHECK(of_heavy.all().worst < 1e-12);  // rounding
+  // A linear contact's does not depend on the speed: G 3.6 with A = 278.6, B = 10 (GRANULAR's table, 10 digits).
+  CHECK(expected_collision(effects::LinearSpringLaw{278.6, 10}, 0.5, 1, 3).restitution ==
+        Approx(0.3464297011).epsilon(2e-10).scale(0));
+}
+
+TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law and charges after it") {
+  Gas gas(scene());
+  std::optional<HomogeneousGas> theory = HomogeneousGas::of(gas);
+  REQUIRE(theory);
+  const double density = 120 / 512.0;
+  const effects::GrainContactLaw law = gas.law();
+  const double omega = theory::collision_frequency(density, 1);
+  const double duration =
+      theory::impact_mean(1, [&](double speed, double) { return expected_collision(law, 0.5, 1, speed).duration; });
+  gas.follow_contacts(0.04);
+  theory->follow(gas, 1);
+  // Elastic, so as warm as before: omega / (1 + omega t_c) N t / 2, to the quadrature's 1e-13 and rounding.
+  CHECK(theory->collisions() == Approx(omega / (1 + omega * duration) * 60 * 0.04).epsilon(1e-10).scale(0));
+  CHECK(theory->temperature() == Approx(1).epsilon(1e-12).scale(0));
+  CHECK(*theory->charge_square() == 0);
+
+  gas.leave_stage();
+  theory->begin(gas);
+  const theory::Impacts impacts{
+      .restitution = [&](double speed) { return expected_collision(gas.law(), 0.5, 1, speed).restitution; },
+      .duration =
+          [&](double temperature) {
+            return theory::impact_mean(temperature, [&](double speed, double) {
+              return expected_collision(gas.law(), 0.5, 1, speed).duration;
+            });
+          },
+      .charge_square = [](double speed) { return theory::impact_charge_square(4.5e-3, 0.83, 0.5, speed); }};
+  const double start = theory->temperature();
+  const std::vector<double> times = {0.06};
+  for (const double end : {0.05, 0.08, 0.1}) {
+    gas.follow_contacts(end);
+    theory->follow(gas, 0.5);
+  }
+  // In three parts as in one: cool() is good to 1e-9.
+  const theory::CoolingState whole = theory::cool(density, impacts, start, times).front();
+  CHECK(theory->temperature() == Approx(whole.temperature).epsilon(1e-8).scale(0));
+  CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
+}
+
+TEST_CASE("theory has nothing to say of grains that differ or are at rest") {
+  Scene different = scene();
+  different.conductors[3].radius = 0.4;
+  CHECK_FALSE(HomogeneousGas::of(Gas(different)));
+  Scene at_rest = scene();
+  for (Conductor& grain : at_rest.conductors) grain.velocity = {};
+  CHECK_FALSE(HomogeneousGas::of(Gas(at_rest)));
+}
+
+TEST_CASE("a gas that cools and charges: what its summary and notes say holds together") {
+  GranularMotion motion(scene());
+  go_on(motion, 4);
+  const Summary summary = motion.summary();
+  CHECK(value(summary, "total_charge") == 0);
+  CHECK(value(summary, "mean_charge_magnitude") > 0);
+  CHECK(value(summary, "temperature") < 1);
+  CHECK(value(summary, "clusters") <= 120);
+  CHECK(value(summary, "collisions") > 100);
+  const ColumnGroup notes = motion.take_history();
+  CHECK(reals_of(notes, "time").front() == 0);
+  CHECK(reals_of(notes, "time").back() == 4);
+  CHECK(reals_of(notes, "temperature").back() == value(summary, "temperature"));
+  CHECK(reals_of(notes, "haff_temperature").back() == value(summary, "haff_temperature"));
+  for (const double error : {value(summary, "energy_error"), value(summary, "contact_energy_error")})
+    CHECK(std::abs(error) < 0.02 * value(summary, "dissipated_energy"));
+}
+
+TEST_CASE("a resumed run says the same, whoever looked in between") {
+  GranularMotion whole(scene());
+  go_on(whole, 2);
+  whole.take_history();
+  go_on(whole, 4);
+
+  GranularMotion first(scene());
+  go_on(first, 2);
+  first.progress();
+  const Checkpoint checkpoint = first.checkpoint();
+  GranularMotion second(scene());
+  second.restore(checkpoint);
+  second.progress();
+  second.summary();
+  go_on(second, 4);
+  const Summary one = whole.summary(), other = second.summary();
+  for (std::size_t k = 0; k < one.quantities.size(); ++k) {
+    const double a = one.quantities[k].value, b = other.quantities[k].value;
+    CHECK_MESSAGE((a == b || (std::isnan(a) && std::isnan(b))), one.quantities[k].name);
+  }
+  const ColumnGroup a = whole.take_history(), b = second.take_history();
+  for (const char* name : {"time", "temperature", "haff_temperature", "expected_collisions", "expected_square_charge"})
+    CHECK(reals_of(a, name) == reals_of(b, name));
+}

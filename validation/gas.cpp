@@ -91,15 +91,18 @@ void haff(Report& report, bool all) {
     for (std::size_t k = 0; k < times.size(); ++k) {
       const auto [mean, half] = interval(found[k]);
       // Contacts last (omega t_c = .28 at T = 1, a fifth of that if a hundred times as stiff): 1 / (1 + omega t_c) is
-      // its first order, of which the second, squared, is left; correlations of velocities: .03.
-      const double left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
+      // its first order, of which the second, squared, is left; correlations of velocities: .03. These grow: what flies
+      // together after more than some five collisions a grain is warmer than it ought to be, and no bound is known.
+      std::optional<double> left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
+      if (times[k] > 2) left_out.reset();
       report.at_most(fmt::format("t = {:g}: {:.4f} +- {:.4f} (95 %), off by", times[k], mean, half),
-                     std::abs(mean / theory[k].temperature - 1), half / mean + left_out);
+                     std::abs(mean / theory[k].temperature - 1),
+                     left_out ? std::optional(half / mean + *left_out) : std::nullopt);
     }
     for (const std::size_t k : {0, 1, 2}) {
       const auto [mean, half] = interval(charge[k]);
       report.at_most(fmt::format("t = {:g}: <q^2>/Q^2 = {:.3f} +- {:.3f}, off by", times[k], mean, half),
-                     std::abs(mean / theory[k].charge_square - 1), half / mean + (stiffness == 1 ? 0.08 : 0.03));
+                     std::abs(mean / theory[k].charge_square - 1), half / mean + (stiffness == 1 ? 0.28 * 0.28 : 0.03));
     }
   }
 }

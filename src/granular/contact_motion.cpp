@@ -1,13 +1,10 @@
 #include "src/granular/contact_motion.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/error.hpp"
+#include "src/granular/contacts.hpp"
 #include "src/granular/pair_motion.hpp"
-#include "src/model/neighbours.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -21,34 +18,17 @@ struct OfPair {
   effects::ContactParts operator()(double overlap) const { return law.parts(overlap, scale); }
 };
 
-template <int d>
-Vec<d> vector_of(std::span<const double> values, int i) {
-  Vec<d> v;
-  for (int k = 0; k < d; ++k) v[k] = values[i * d + k];
-  return v;
-}
-
 template <int d, class Law>
 class Motion final : public ContactMotion {
  public:
   explicit Motion(const Law& law) : law_(law) {}
 
-  ContactRecord advance(Bodies& bodies, std::span<const Pair> pairs, double time, double dt, int steps,
-                        parallel::Team& team) override {
+  ContactRecord advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs, double time,
+                        double dt, int steps, parallel::Team& team) override {
     ContactRecord record{.time = time + dt, .dt = dt};
-    for (int n = 0; n < steps; ++n) step(bodies, pairs, time + n * (dt / steps), dt / steps, team, record);
-    record.open = contacts_;
+    for (int n = 0; n < steps; ++n) step(bodies, contacts, pairs, time + n * (dt / steps), dt / steps, team, record);
+    record.open = contacts;
     return record;
-  }
-
-  double stored_energy(const Bodies& bodies) const override {
-    const Spheres<d> grains = spheres<d>(bodies);
-    double energy = 0;
-    for (const GrainContact& contact : contacts_) {
-      const double overlap = reach(bodies, contact.pair) - norm(apart(grains, contact.pair));
-      if (overlap > 0) energy += of(bodies, contact.pair)(overlap).stored;
-    }
-    return energy;
   }
 
  private:
@@ -64,41 +44,30 @@ class Motion final : public ContactMotion {
     Vec<d> shift;    ///< and the integral of that: what j moves by, times its mass
   };
 
-  static double reach(const Bodies& b, Pair p) { return b.radius[p.i] + b.radius[p.j]; }
-  static Vec<d> apart(const Spheres<d>& grains, Pair p) {
-    return grains.box.difference(grains.place(p.j), grains.place(p.i));
-  }
-  static double reduced_mass(const Bodies& b, Pair p) {
-    return b.mass[p.i] * b.mass[p.j] / (b.mass[p.i] + b.mass[p.j]);
-  }
   OfPair<Law> of(const Bodies& b, Pair p) const { return {law_, law_.scale(b.radius[p.i], b.radius[p.j])}; }
   PairMotion<d, OfPair<Law>> motion(const Bodies& b, Pair p, const Outside<d>& outside) const {
     return {of(b, p), reach(b, p), reduced_mass(b, p), outside};
   }
 
-  static PairState<d> seen(const Bodies& bodies, const Spheres<d>& grains, Pair p) {
-    return {apart(grains, p), vector_of<d>(bodies.momentum, p.j) / bodies.mass[p.j] -
-                                  vector_of<d>(bodies.momentum, p.i) / bodies.mass[p.i]};
-  }
-
-  void step(Bodies& bodies, std::span<const Pair> pairs, double time, double dt, parallel::Team& team,
-            ContactRecord& record) {
-    find_active(bodies, pairs, dt);
+  void step(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs, double time, double dt,
+            parallel::Team& team, ContactRecord& record) {
+    find_active(bodies, contacts, pairs, dt);
     feel_each_other(bodies, dt);
     integrate(bodies, time, dt, team);
     move(bodies, dt);
-    note(bodies, time, dt, record);
+    note(bodies, time, dt, contacts, record);
   }
 
   /// Pairs in contact, and those that may come to it, if contacts accelerate them to each other.
-  void find_active(const Bodies& bodies, std::span<const Pair> pairs, double dt) {
+  void find_active(const Bodies& bodies, std::span<const GrainContact> contacts, std::span<const Pair> pairs,
+                   double dt) {
     const Spheres<d> grains = spheres<d>(bodies);
     active_.clear();
-    auto contact = contacts_.begin();
-    const double slack = largest_acceleration(bodies) * dt * dt;
+    auto contact = contacts.begin();
+    const double slack = largest_acceleration(bodies, contacts) * dt * dt;
     for (const Pair pair : pairs) {
-      while (contact != contacts_.end() && contact->pair < pair) ++contact;
-      const bool touching = contact != contacts_.end() && contact->pair == pair;
+      while (contact != contacts.end() && contact->pair < pair) ++contact;
+      const bool touching = contact != contacts.end() && contact->pair == pair;
       const PairState<d> state = seen(bodies, grains, pair);
       if (!touching && !may_touch(state, reach(bodies, pair) + slack, dt)) continue;
       active_.push_back({.pair = pair, .contact = touching ? &*contact : nullptr, .start = state});
@@ -106,10 +75,10 @@ class Motion final : public ContactMotion {
   }
 
   /// What a grain could feel if all contacts that it may have pushed like the one that pushes most.
-  double largest_acceleration(const Bodies& bodies) {
+  double largest_acceleration(const Bodies& bodies, std::span<const GrainContact> contacts) const {
     const Spheres<d> grains = spheres<d>(bodies);
     double largest = 0;
-    for (const GrainContact& contact : contacts_) {
+    for (const GrainContact& contact : contacts) {
       const auto [i, j] = contact.pair;
       const double push = norm(force(bodies, contact.pair, seen(bodies, grains, contact.pair)));
       largest = std::max(largest, push / std::min(bodies.mass[i], bodies.mass[j]));
@@ -187,52 +156,25 @@ class Motion final : public ContactMotion {
   }
 
   /// Which contacts there are now, and what became of the others.
-  void note(const Bodies& bodies, double time, double dt, ContactRecord& record) {
+  void note(const Bodies& bodies, double time, double dt, std::vector<GrainContact>& contacts, ContactRecord& record) {
     const Spheres<d> grains = spheres<d>(bodies);
-    std::vector<GrainContact> now;
-    now.reserve(active_.size());
-    touching_.assign(bodies.size(), 0);
-    for (const Active& a : active_)
-      if (a.contact || a.step.touched >= 0) ++touching_[a.pair.i], ++touching_[a.pair.j];
+    std::vector<Touch> touches;
+    touches.reserve(active_.size());
     for (const Active& a : active_) {
       record.dissipated += a.step.dissipated;
       if (!a.contact && a.step.touched < 0) continue;
-      GrainContact contact = a.contact ? *a.contact : GrainContact{a.pair, time + a.step.touched, a.step.impact_speed};
-      if (touching_[a.pair.i] > 1 || touching_[a.pair.j] > 1) contact.alone = false;
-      if (!a.contact) record.begun.push_back(contact);
-      const PairState<d> state = seen(bodies, grains, a.pair);
-      const double distance = norm(state.apart), overlap = reach(bodies, a.pair) - distance;
-      record.largest_overlap = std::max(record.largest_overlap, overlap / reach(bodies, a.pair));
-      if (distance < too_close * reach(bodies, a.pair)) refuse(a.pair, contact);
-      if (overlap > 0)
-        now.push_back(contact);
+      const bool open = norm(apart(grains, a.pair)) < reach(bodies, a.pair);
+      if (a.contact)
+        touches.push_back({*a.contact, false, open});
       else
-        record.ended.push_back(ended(contact, state, time + dt));
+        touches.push_back({{a.pair, time + a.step.touched, a.step.impact_speed}, true, open});
     }
-    contacts_ = std::move(now);
-  }
-
-  static Collision ended(const GrainContact& contact, const PairState<d>& state, double time) {
-    const Vec<d> n = state.apart / norm(state.apart);
-    const double along = dot(n, state.velocity);
-    return {contact, along, time, norm(state.velocity - along * n)};
-  }
-
-  /// Of the sum of radii. Where centres pass through each other, a contact has no direction.
-  static constexpr double too_close = 0.1;
-
-  [[noreturn]] static void refuse(Pair pair, const GrainContact& contact) {
-    throw Failure(fmt::format(
-        "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it; a "
-        "larger stiffness, of a stage its stage.stiffness, or a lower temperature is needed",
-        pair.i, pair.j, contact.impact_speed));
+    granular::note(std::move(touches), bodies, time + dt, contacts, record);
   }
 
   Law law_;
   std::vector<Active> active_;
   std::vector<double> start_, halfway_;  ///< forces of contacts on the grains, [N * d]
-  std::vector<int> touching_;            ///< [N]
-  double slack_ = 0;                     ///< an acceleration that no pair exceeded in the last step
 };
 
 }  // namespace

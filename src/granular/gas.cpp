@@ -6,6 +6,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
+#include "src/granular/pair_state.hpp"
 #include "src/model/stopwatch.hpp"
 
 namespace lichtenberg::granular {
@@ -57,15 +58,16 @@ double Gas::fastest() const {
 EnergyBook Gas::energy() {
   EnergyBook book = book_;
   book.kinetic = model_.kinetic_energy();
-  book.contact = contact_motion_->stored_energy(model_.bodies);
+  book.contact = stored_energy(law_, model_.bodies, contacts_);
   book.potential = potential_energy();
   return book;
 }
 
 double Gas::mechanical_energy() const {
-  return model_.kinetic_energy() + contact_motion_->stored_energy(model_.bodies);
+  return model_.kinetic_energy() + stored_energy(law_, model_.bodies, contacts_);
 }
 
+/// What effects are given; finding neighbours for them is a list's time.
 State Gas::state() {
   const Stopwatch stopwatch(seconds_.lists);
   return model_.state(time_);
@@ -80,24 +82,21 @@ double Gas::potential_energy() {
   return energy;
 }
 
-void Gas::evaluate() {
-  if (!smooth_force_.empty()) return;
+const std::vector<double>& Gas::smooth_forces() {
+  if (!smooth_force_.empty()) return smooth_force_;
   smooth_force_.assign(model_.bodies.momentum.size(), 0);
+  if (!has_smooth_forces()) return smooth_force_;
   const State now = state();
   const Stopwatch stopwatch(seconds_.forces);
   for (const auto& effect : model_.effects)
     if (effect->is_smooth()) effect->add_forces(now, smooth_force_);
-}
-
-std::span<const Pair> Gas::pairs(double travel) {
-  const Stopwatch stopwatch(seconds_.lists);
-  return list_.pairs(model_.bodies, travel, *team_);
+  return smooth_force_;
 }
 
 void Gas::kick(double dt) {
   if (!has_smooth_forces()) return;
-  evaluate();
-  for (std::size_t k = 0; k < smooth_force_.size(); ++k) model_.bodies.momentum[k] += dt * smooth_force_[k];
+  const std::vector<double>& force = smooth_forces();
+  for (std::size_t k = 0; k < force.size(); ++k) model_.bodies.momentum[k] += dt * force[k];
 }
 
 bool Gas::has_smooth_forces() const {
@@ -109,25 +108,64 @@ void Gas::drive(double begin, double dt) {
   for (const auto& effect : model_.effects) book_.driven += effect->drive(begin, dt, model_.bodies);
 }
 
-void Gas::follow_contacts(double end) {
-  const double speed = fastest(), dt = end - time_;
-  const double step = effects::shortest_contact(law_, 2 * speed) / scene_.mechanics.contact_steps;
-  const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
+std::span<const Pair> Gas::near(double dt) {
+  const Stopwatch stopwatch(seconds_.lists);
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  const std::span<const Pair> near = pairs(2 * speed * dt);
+  return list_.pairs(model_.bodies, 2 * fastest() * dt, *team_);
+}
+
+ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
+  const Stopwatch stopwatch(seconds_.contacts);
+  return granular::contact_load(law_, model_.bodies, pairs);
+}
+
+double Gas::fastest_impact() const {
+  double speed = 2 * fastest();
+  for (const GrainContact& contact : contacts_) {
+    const double stored = stored_energy(law_, model_.bodies, {&contact, 1});
+    speed = std::max(speed, std::sqrt(2 * stored / reduced_mass(model_.bodies, contact.pair)));
+  }
+  return speed;
+}
+
+void Gas::follow_contacts(double end) {
+  const double dt = end - time_;
+  const double step = effects::shortest_contact(law_, fastest_impact()) / scene_.mechanics.contact_steps;
+  const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
+  const std::span<const Pair> pairs = near(dt);
   const Stopwatch stopwatch(seconds_.contacts);
   const double before = mechanical_energy();
-  record_ = contact_motion_->advance(model_.bodies, near, time_, dt, count, *team_);
+  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, time_, dt, count, *team_);
   wrap(model_.bodies);
   time_ = end;
-  ++steps;
+  smooth_force_.clear();
   contact_steps += count;
+  book_.contact_error += mechanical_energy() + record.dissipated - before;
+  book(std::move(record));
+}
+
+void Gas::move(std::span<const double> path, double time) {
+  for (std::size_t k = 0; k < path.size(); ++k) model_.bodies.position[k] += path[k];
+  wrap(model_.bodies);
+  time_ = time;
+  smooth_force_.clear();
+}
+
+void Gas::note(std::vector<Touch> touches, double begin, double dissipated) {
+  ContactRecord record{.time = time_, .dt = time_ - begin, .dissipated = dissipated};
+  granular::note(std::move(touches), model_.bodies, time_, contacts_, record);
+  record.open = contacts_;
+  ++contact_steps;
+  book(std::move(record));
+}
+
+void Gas::book(ContactRecord record) {
+  record_ = std::move(record);
+  ++steps;
   collisions += static_cast<std::int64_t>(record_.begun.size());
   largest_overlap = std::max(largest_overlap, record_.largest_overlap);
   restitution.count(record_.ended, model_.bodies, law_, stage_begin());
   book_.dissipated += record_.dissipated;
-  book_.contact_error += mechanical_energy() + record_.dissipated - before;
-  smooth_force_.clear();
 }
 
 void Gas::settle_contacts() {
@@ -165,10 +203,7 @@ void Gas::set_law() {
     const Stage& stage = scene_.stages[stage_];
     law_ = stage.elastic ? effects::elastic(given, stage.stiffness) : given;
   }
-  std::vector<GrainContact> contacts;
-  if (contact_motion_) contacts = contact_motion_->contacts();
   contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
-  contact_motion_->set_contacts(std::move(contacts));
 }
 
 void Gas::leave_stage() {
@@ -232,14 +267,13 @@ void Gas::restore(const Checkpoint& checkpoint) {
   restitution.restore(checkpoint);
   const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
-  std::vector<GrainContact> contacts;
+  contacts_.clear();
   for (std::size_t k = 0; 3 * k < pairs.size(); ++k)
-    contacts.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
-                        touches[2 * k],
-                        touches[2 * k + 1],
-                        pairs[3 * k + 2] != 0});
+    contacts_.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
+                         touches[2 * k],
+                         touches[2 * k + 1],
+                         pairs[3 * k + 2] != 0});
   set_law();
-  contact_motion_->set_contacts(std::move(contacts));
   smooth_force_.clear();
   model_.restore(checkpoint);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "src/granular/contact_motion.hpp"
+#include "src/granular/contacts.hpp"
 #include "src/granular/energy_book.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/granular/restitution_check.hpp"
@@ -31,7 +32,7 @@ class Gas {
   const Bodies& bodies() const { return model_.bodies; }
   Model& model() { return model_; }
   double time() const { return time_; }
-  const std::vector<GrainContact>& contacts() const { return contact_motion_->contacts(); }
+  const std::vector<GrainContact>& contacts() const { return contacts_; }
   /// The law of contacts in the stage that the scene is in.
   const effects::GrainContactLaw& law() const { return law_; }
   parallel::Team& team() { return *team_; }
@@ -39,9 +40,19 @@ class Gas {
   /// The energy as it is, with what has been booked so far.
   EnergyBook energy();
   double fastest() const;  ///< the largest speed
+  /// The largest relative speed that two grains may have, or that a contact may still give to its two.
+  double fastest_impact() const;
 
-  /// The pairs that may touch while no grain moves by more than `travel`.
-  std::span<const Pair> pairs(double travel);
+  /// The pairs that may touch within dt.
+  std::span<const Pair> near(double dt);
+  /// What contacts do to the grains as they are; `pairs`: all that may touch.
+  ContactLoad contact_load(std::span<const Pair> pairs);
+  /// The smooth forces on the grains as they are, [N * d].
+  const std::vector<double>& smooth_forces();
+  /// Moves each grain by so much, [N * d]; it is then `time`.
+  void move(std::span<const double> path, double time);
+  /// Writes down what contacts did since `begin` and what they dissipated. Each step does so once.
+  void note(std::vector<Touch> touches, double begin, double dissipated);
 
   /// Changes momenta by dt times the smooth forces at this instant.
   void kick(double dt);
@@ -52,8 +63,7 @@ class Gas {
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
 
-  /// When the current stage began.
-  double stage_begin() const;
+  double stage_begin() const;  ///< when the current stage began
   /// Whether contacts lose nothing and move no charge, because the scene is still being mixed.
   bool in_elastic_stage() const;
   /// The time at which the current stage ends; infinite in the last.
@@ -72,7 +82,7 @@ class Gas {
 
  private:
   bool has_smooth_forces() const;
-  void evaluate();
+  void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.
   double mechanical_energy() const;
@@ -86,6 +96,7 @@ class Gas {
   effects::GrainContactLaw law_;
   std::unique_ptr<ContactMotion> contact_motion_;
   PairList list_;
+  std::vector<GrainContact> contacts_;  ///< in ascending order of pairs
   ContactRecord record_;
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   EnergyBook book_;                   ///< the flows

@@ -17,7 +17,7 @@ using namespace granular;
 struct GranularMotion::Implementation {
   explicit Implementation(const Scene& scene)
       : gas(scene),
-        integrator(make_integrator(scene)),
+        integrator(make_integrator(scene.mechanics.integrator)),
         energy_at_start(gas.energy().total()),
         theory(HomogeneousGas::of(gas)) {}
 
@@ -36,6 +36,7 @@ struct GranularMotion::Implementation {
   void leave_stage() {
     if (theory) theory->follow(gas, look().temperature());
     gas.leave_stage();
+    integrator->begin_anew();
     if (theory) theory->begin(gas);
   }
 
@@ -145,6 +146,7 @@ Checkpoint GranularMotion::checkpoint() {
   Checkpoint checkpoint = implementation_->gas.save();
   checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
   if (implementation_->theory) implementation_->theory->save(checkpoint);
+  implementation_->integrator->save(checkpoint);
   return checkpoint;
 }
 
@@ -152,6 +154,7 @@ void GranularMotion::restore(const Checkpoint& checkpoint) {
   implementation_->gas.restore(checkpoint);
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   if (implementation_->theory) implementation_->theory->restore(checkpoint);
+  implementation_->integrator->restore(checkpoint);
   implementation_->notes.clear();
 }
 

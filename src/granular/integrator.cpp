@@ -1,37 +1,37 @@
 #include "src/granular/integrator.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
+
+#include "solvers/error.hpp"
 
 namespace lichtenberg::granular {
-namespace {
 
-/// Forces of charges act as impulses at both ends of a step (Tuckerman, Berne and Martyna 1992), between which contacts
-/// alone move the grains. Charges move from grain to grain between the impulses of two steps, each with its own
-/// charges.
-class Multirate final : public Integrator {
- public:
-  double longest_step(const Gas& gas) const override {
-    const double speed = gas.fastest(), most = gas.scene().mechanics.step;
-    return speed * most > path ? path / speed : most;
+std::unique_ptr<Integrator> make_integrator(lichtenberg::Integrator which) {
+  using enum lichtenberg::Integrator;
+  switch (which) {
+    case verlet:
+      return make_verlet();
+    case gear:
+      return make_gear(false);
+    case gear_printed:
+      return make_gear(true);
+    case cvode:
+      return make_cvode();
+    default:
+      return make_multirate();
   }
+}
 
-  void step(Gas& gas, double end) override {
-    const double begin = gas.time(), half = 0.5 * (end - begin);
-    gas.kick(half);
-    gas.drive(begin, half);
-    gas.follow_contacts(end);
-    gas.drive(begin + half, half);
-    gas.kick(half);
-    gas.settle_contacts();
-  }
-
- private:
-  /// No grain flies farther in a step, in diameters: forces change over a diameter.
-  static constexpr double path = 0.2;
-};
-
-}  // namespace
-
-std::unique_ptr<Integrator> make_integrator(const Scene&) { return std::make_unique<Multirate>(); }
+double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {
+  const MechanicsOptions& mechanics = gas.scene().mechanics;
+  const double contact = effects::shortest_contact(gas.law(), gas.fastest_impact());
+  if (mechanics.step * steps_a_contact > contact)
+    throw InputError(fmt::format(
+        "{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": the shortest contact that there "
+        "could be at t = {:.4g} lasts {:.3g}, and needs {:g} steps; {:.2g} would do",
+        gas.scene().path, mechanics.step, name_of(mechanics.integrator), gas.time(), contact, steps_a_contact,
+        0.95 * contact / steps_a_contact));
+  return mechanics.step;
+}
 
 }  // namespace lichtenberg::granular

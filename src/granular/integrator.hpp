@@ -10,13 +10,33 @@ namespace lichtenberg::granular {
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// The longest step that it may take from here.
+  /// The longest step that it may take from here. Throws InputError if the scene's is too long.
   virtual double longest_step(const Gas& gas) const = 0;
   /// Carries the gas on to `end`, at most a longest step away.
   virtual void step(Gas& gas, double end) = 0;
+
+  // What follows is for an integrator that remembers something of earlier steps.
+
+  /// Forgets it: forces or velocities have changed at once.
+  virtual void begin_anew() {}
+  /// Puts it into a checkpoint, and takes it from there.
+  virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
+  virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };
 
-/// The one that the scene's [mechanics] asks for.
-std::unique_ptr<Integrator> make_integrator(const Scene& scene);
+/// Smooth forces as impulses, between which contacts are followed by ContactMotion.
+std::unique_ptr<Integrator> make_multirate();
+/// Velocity Verlet with predicted velocities, all forces at once.
+std::unique_ptr<Integrator> make_verlet();
+/// Gear's predictor and corrector of order 6, all forces at once; `printed`: with G 3.41's coefficients as they are
+/// printed.
+std::unique_ptr<Integrator> make_gear(bool printed);
+/// CVODE at 1e-13, from one event of a contact to the next: the reference, for few grains.
+std::unique_ptr<Integrator> make_cvode();
+
+std::unique_ptr<Integrator> make_integrator(lichtenberg::Integrator which);
+
+/// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many.
+double step_that_resolves_contacts(const Gas& gas, double steps_a_contact);
 
 }  // namespace lichtenberg::granular

@@ -6,15 +6,9 @@
 
 #include "solvers/geometry/vec.hpp"
 #include "src/effects/contact_force.hpp"
+#include "src/granular/pair_state.hpp"
 
 namespace lichtenberg::granular {
-
-/// What moves a pair relative to each other, j as seen from i: r'' = outside(t) + force / mass along r.
-template <int d>
-struct PairState {
-  Vec<d> apart;     ///< r, from i to j
-  Vec<d> velocity;  ///< r'
-};
 
 /// The relative acceleration that all others give a pair during a step, linear in time.
 template <int d>
@@ -36,7 +30,8 @@ struct PairStep {
   double impact_speed = 0;  ///< along the line of centres, then
 };
 
-/// The relative motion of two grains that are in contact or come into contact within a step, by the classical
+/// The relative motion r'' = outside(t) + force / mass along r of two grains that are in contact or come into contact
+/// within a step, by the classical
 /// Runge-Kutta method in sigma = sqrt(time since they touched). The force of a viscoelastic contact begins like
 /// sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is smooth, and four evaluations a
 /// step leave an error hundreds of times smaller (src/granular/README.md).
@@ -74,8 +69,6 @@ class PairMotion {
   double force(const PairState<d>& s) const { return std::max(unclamped(s), 0.0); }
 
  private:
-  static double closing(const PairState<d>& s) { return -dot(s.apart, s.velocity) / norm(s.apart); }
-
   /// From `begin` to `end` within the step, without contact.
   PairState<d> flown(const PairState<d>& s, double begin, double end) const {
     const double t = end - begin;
@@ -200,7 +193,6 @@ class PairMotion {
   void press(PairStep<d>& step, double age, double begin, double end) const {
     if (end <= begin) return;
     const double from = std::sqrt(age), whole = std::sqrt(age + (end - begin)) - from, half = 0.5 * whole;
-    // The integral from 0 to s of q^n dt, dt = 2 (from + q) dq, and that integral's.
     const PairState<d> start = step.end;
     const auto state = [&](const Polynomial& p, double s) {
       PairState<d> then = flown(start, begin, begin + s * (2 * from + s));

@@ -134,11 +134,23 @@ void check_grains(const Draft& draft) {
                        name_of(draft.scene.mechanics.integrator)));
 }
 
+namespace {
+
+/// t0: for charges that act as impulses, or for the shortest contact of grains at T = 10 in a stage ten times as stiff.
+double default_step(Integrator integrator) {
+  if (integrator == Integrator::verlet) return 0.005;
+  if (integrator == Integrator::gear || integrator == Integrator::gear_printed) return 0.0015;
+  return 0.05;
+}
+
+}  // namespace
+
 void fill_in_grains(Draft& draft) {
   Scene& scene = draft.scene;
   const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
+  if (!is_given("mechanics.step")) scene.mechanics.step = default_step(scene.mechanics.integrator);
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
   scene.stop.stationary = false;
@@ -174,6 +186,12 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 }  // namespace
 
 void complete_grains(const Draft& draft, Scene& scene) {
+  constexpr std::size_t few = 64;  // the work of cvode's events grows with their square
+  if (scene.mechanics.integrator == Integrator::cvode && scene.conductors.size() > few)
+    refuse(scene.path, draft.line("mechanics.integrator"),
+           fmt::format("mechanics.integrator = \"cvode\" is not allowed with {} grains: it is for at most {}; "
+                       "\"multirate\" is for more",
+                       scene.conductors.size(), few));
   std::size_t first = draft.conductors.size();
   for (const PopulationDraft& population : draft.populations) {
     const std::size_t end = first + population.count;

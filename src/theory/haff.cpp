@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "src/theory/ode.hpp"
+#include "solvers/ode/ode.hpp"
 
 namespace lichtenberg::theory {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
-#include "src/theory/ode.hpp"
+#include "solvers/ode/ode.hpp"
 
 namespace lichtenberg::theory {
 namespace {

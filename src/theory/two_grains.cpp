@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
-#include "src/theory/ode.hpp"
+#include "solvers/ode/ode.hpp"
 
 namespace lichtenberg::theory {
 namespace {

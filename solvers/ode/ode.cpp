@@ -1,4 +1,4 @@
-#include "src/theory/ode.hpp"
+#include "solvers/ode/ode.hpp"
 
 #include <cvode/cvode.h>
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 
 #include "solvers/error.hpp"
 
-namespace lichtenberg::theory {
+namespace lichtenberg {
 namespace {
 
 /// What CVODE's callbacks see, and what it has to give back.
@@ -69,12 +69,12 @@ void keep_message(int, const char*, const char*, char* text, void* data) {
 void check(const Integration& self, int flag) {
   if (flag >= 0) return;
   if (self.thrown) std::rethrow_exception(self.thrown);
-  throw Failure(fmt::format("theory: CVODE gave up: {}", self.message));
+  throw Failure(fmt::format("CVODE gave up: {}", self.message));
 }
 
 void set_up(Integration& self, double start, double end, std::span<const double> y) {
   const auto size = static_cast<sunindextype>(y.size());
-  if (SUNContext_Create(nullptr, &self.context) != 0) throw Failure("theory: SUNDIALS could not be started");
+  if (SUNContext_Create(nullptr, &self.context) != 0) throw Failure("SUNDIALS could not be started");
   self.y = N_VNew_Serial(size, self.context);
   self.absolute = N_VClone(self.y);
   std::ranges::copy(y, values(self.y).begin());
@@ -118,4 +118,4 @@ OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& 
   return {time, flag == CV_ROOT_RETURN ? found(self) : -1};
 }
 
-}  // namespace lichtenberg::theory
+}  // namespace lichtenberg

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace lichtenberg::theory {
+namespace lichtenberg {
 
 /// dy/dt = f(t, y), a few smooth equations.
 struct Ode {
@@ -26,4 +26,4 @@ struct OdeEnd {
 /// Failure if the accuracy cannot be reached, and what the functions throw.
 OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y);
 
-}  // namespace lichtenberg::theory
+}  // namespace lichtenberg

@@ -1,0 +1,130 @@
+#include "src/granular/contacts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "src/granular/pair_state.hpp"
+
+namespace lichtenberg::granular {
+namespace {
+
+/// Of the sum of radii. Where centres pass through each other, a contact has no direction.
+constexpr double too_close = 0.1;
+
+[[noreturn]] void refuse(const GrainContact& contact) {
+  throw Failure(fmt::format(
+      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it; a "
+      "larger stiffness, of a stage its stage.stiffness, or a lower temperature is needed",
+      contact.pair.i, contact.pair.j, contact.impact_speed));
+}
+
+/// The relative speed across the line of centres.
+template <int d>
+double sideways(const PairState<d>& s) {
+  return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
+}
+
+/// A third grain at either end of a contact.
+void mark_company(std::vector<Touch>& touches, int grains) {
+  std::vector<int> touching(grains);
+  for (const Touch& touch : touches) ++touching[touch.contact.pair.i], ++touching[touch.contact.pair.j];
+  for (Touch& touch : touches)
+    if (touching[touch.contact.pair.i] > 1 || touching[touch.contact.pair.j] > 1) touch.contact.alone = false;
+}
+
+/// Of a pair that was `before` apart and is `now`, closer than `reach`: the part of the straight way between at which
+/// its distance was `reach`, and the speed of closing there, if it took dt.
+template <int d>
+GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
+  const Vec<d> way = now - before;
+  const double b = dot(before, way), c = norm2(before) - reach * reach;
+  const double part = std::clamp(c / (-b + std::sqrt(std::max(b * b - norm2(way) * c, 0.0))), 0.0, 1.0);
+  return {pair, begin + part * dt, closing(PairState<d>{before + part * way, way / dt})};
+}
+
+}  // namespace
+
+ContactLoad contact_load(const effects::GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs) {
+  ContactLoad load{.force = std::vector<double>(bodies.momentum.size())};
+  const auto add = [&]<int d>(const auto& one, const Spheres<d>& grains, Pair pair) {
+    const auto [i, j] = pair;
+    const PairState<d> state = seen(bodies, grains, pair);
+    const double distance = norm(state.apart), overlap = reach(bodies, pair) - distance;
+    if (overlap <= 0) return;
+    const effects::ContactForce contact =
+        one.at(overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
+    load.dissipation += contact.dissipated;
+    const Vec<d> push = (contact.force / distance) * state.apart;
+    for (int k = 0; k < d; ++k) load.force[i * d + k] -= push[k], load.force[j * d + k] += push[k];
+  };
+  std::visit(
+      [&](const auto& one) {
+        visit_spheres(bodies, [&](const auto& grains) {
+          for (const Pair pair : pairs) add(one, grains, pair);
+        });
+      },
+      law);
+  return load;
+}
+
+double stored_energy(const effects::GrainContactLaw& law, const Bodies& bodies,
+                     std::span<const GrainContact> contacts) {
+  double energy = 0;
+  const auto add = [&](const auto& one, const auto& grains, Pair pair) {
+    const double overlap = reach(bodies, pair) - norm(apart(grains, pair));
+    if (overlap > 0) energy += one.parts(overlap, one.scale(bodies.radius[pair.i], bodies.radius[pair.j])).stored;
+  };
+  std::visit(
+      [&](const auto& one) {
+        visit_spheres(bodies, [&](const auto& grains) {
+          for (const GrainContact& contact : contacts) add(one, grains, contact.pair);
+        });
+      },
+      law);
+  return energy;
+}
+
+std::vector<Touch> touches_between(std::span<const double> from, const Bodies& bodies,
+                                   std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
+                                   double dt) {
+  std::vector<Touch> touches;
+  auto contact = contacts.begin();
+  visit_spheres(bodies, [&]<int d>(const Spheres<d>& grains) {
+    const Spheres<d> then{from, bodies.radius, grains.box};
+    for (const Pair pair : pairs) {
+      while (contact != contacts.end() && contact->pair < pair) ++contact;
+      const bool old = contact != contacts.end() && contact->pair == pair;
+      const Vec<d> now = apart(grains, pair);
+      const bool open = norm(now) < reach(bodies, pair);
+      if (old)
+        touches.push_back({*contact, false, open});
+      else if (open)
+        touches.push_back({touched(pair, apart(then, pair), now, reach(bodies, pair), begin, dt), true, true});
+    }
+  });
+  return touches;
+}
+
+void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
+          ContactRecord& record) {
+  mark_company(touches, bodies.size());
+  contacts.clear();
+  visit_spheres(bodies, [&]<int d>(const Spheres<d>& grains) {
+    for (const auto& [contact, begun, open] : touches) {
+      if (begun) record.begun.push_back(contact);
+      const PairState<d> state = seen(bodies, grains, contact.pair);
+      const double distance = norm(state.apart), sum = reach(bodies, contact.pair);
+      record.largest_overlap = std::max(record.largest_overlap, (sum - distance) / sum);
+      if (distance < too_close * sum) refuse(contact);
+      if (open)
+        contacts.push_back(contact);
+      else
+        record.ended.push_back({contact, -closing(state), end, sideways(state)});
+    }
+  });
+}
+
+}  // namespace lichtenberg::granular

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/effects/grain_contact_law.hpp"
+#include "src/model/bodies.hpp"
+#include "src/model/grain_contact.hpp"
+
+namespace lichtenberg::granular {
+
+/// What the contacts of grains do at one instant.
+struct ContactLoad {
+  std::vector<double> force;  ///< on the grains, [N * d]
+  double dissipation = 0;     ///< power, never below 0
+};
+
+/// Of those of the pairs that overlap.
+ContactLoad contact_load(const effects::GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs);
+
+/// The elastic energy of contacts.
+double stored_energy(const effects::GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
+
+/// A pair that was in contact at the beginning of a step or has touched within it.
+struct Touch {
+  GrainContact contact;
+  bool begun = false;  ///< within the step
+  bool open = true;    ///< at its end
+};
+
+/// The touches of a step whose forces are known at its ends alone: overlaps then and before, when the grains were at
+/// `from`, and if there is none before, the instant at which the straight way between the two has none left. `pairs`:
+/// all that may touch, in ascending order.
+std::vector<Touch> touches_between(std::span<const double> from, const Bodies& bodies,
+                                   std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
+                                   double dt);
+
+/// Writes down the touches of a step, in ascending order of pairs, that has brought the grains to where they are at
+/// `end`; `contacts` become those that are open. Throws Failure if the centres of two come so close that they would fly
+/// through each other.
+void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
+          ContactRecord& record);
+
+}  // namespace lichtenberg::granular

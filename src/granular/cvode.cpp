@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/ode/ode.hpp"
+#include "src/granular/integrator.hpp"
+#include "src/granular/pair_state.hpp"
+
+namespace lichtenberg::granular {
+namespace {
+
+constexpr double tolerance = 1e-13;  ///< of a step, in each component
+
+/// From one event of a contact - touch, clamp, release - to the next by CVODE's Adams formulas, with the square root of
+/// the time since the last touch in place of time: a contact is smooth in it. Charges move at the instant of touch.
+class Cvode final : public Integrator {
+ public:
+  double longest_step(const Gas& gas) const override { return gas.scene().mechanics.step; }
+
+  void step(Gas& gas, double end) override {
+    const double begin = gas.time(), half = 0.5 * (end - begin);
+    gas.drive(begin, half);
+    while (gas.time() < end) {
+      visit_spheres(gas.bodies(), [&]<int d>(const Spheres<d>&) { Segment<d>(gas).advance(end); });
+      gas.settle_contacts();
+    }
+    gas.drive(begin + half, half);
+  }
+
+ private:
+  /// The motion without an event in between. Its variables are what the grains have moved by, their momenta, and the
+  /// energy that contacts have dissipated.
+  template <int d>
+  class Segment {
+   public:
+    explicit Segment(Gas& gas) : gas_(gas), start_(gas.bodies()), begin_(gas.time()), origin_(begin_) {
+      for (const GrainContact& contact : gas.contacts()) touching_.push_back(contact.pair);
+      if (!gas.contacts().empty()) origin_ = std::ranges::max(gas.contacts(), {}, &GrainContact::since).since;
+      for (int i = 0; i < start_.size(); ++i)
+        for (int j = i + 1; j < start_.size(); ++j)
+          if (!std::ranges::binary_search(touching_, Pair{i, j})) apart_.push_back({i, j});
+    }
+
+    void advance(double end) {
+      const std::size_t n = start_.momentum.size();
+      std::vector<double> y(n);
+      constexpr double nothing = 1e-12;  // of time, too short for CVODE
+      if (end - begin_ < nothing) {
+        gas_.move(y, end);
+        return gas_.note(touches(-1), begin_, 0);
+      }
+      y.insert(y.end(), start_.momentum.begin(), start_.momentum.end());
+      y.push_back(0);
+      const Ode ode{.rates = [&](double sigma, auto now, auto rate) { rates(sigma, now, rate); },
+                    .absolute = std::vector<double>(y.size(), tolerance),
+                    .relative = tolerance,
+                    .falls = events()};
+      const OdeEnd found = integrate(ode, std::sqrt(begin_ - origin_), std::sqrt(end - origin_), y);
+      const double time = found.event < 0 ? end : origin_ + found.time * found.time;
+      put(y, time);
+      gas_.note(touches(found.event), begin_, y.back());
+    }
+
+   private:
+    /// Puts the gas where the variables have it.
+    void put(std::span<const double> y, double time) {
+      Bodies& b = gas_.model().bodies;
+      const std::size_t n = b.momentum.size();
+      b.position = start_.position, b.image = start_.image;
+      gas_.move(y.first(n), time);
+      std::ranges::copy(y.subspan(n, n), b.momentum.begin());
+    }
+
+    void rates(double sigma, std::span<const double> y, std::span<double> rate) {
+      put(y, origin_ + sigma * sigma);
+      const Bodies& b = gas_.bodies();
+      const ContactLoad load = gas_.contact_load(touching_);
+      const std::vector<double>& smooth = gas_.smooth_forces();
+      const std::size_t n = b.momentum.size();
+      for (std::size_t k = 0; k < n; ++k) {
+        rate[k] = 2 * sigma * b.momentum[k] / b.mass[k / d];
+        rate[n + k] = 2 * sigma * (load.force[k] + smooth[k]);
+      }
+      rate[2 * n] = 2 * sigma * load.dissipation;
+    }
+
+    /// Touch of those that are apart; release and clamp of those that are not. One that has given way already, but for
+    /// rounding, would be found to do so again and again.
+    std::vector<Ode::Value> events() const {
+      std::vector<Ode::Value> falls;
+      for (const Pair pair : apart_)
+        falls.push_back([this, pair](double, auto y) { return -overlap(pair, at(pair, y)); });
+      for (const Pair pair : touching_)
+        falls.push_back([this, pair](double, auto y) { return overlap(pair, at(pair, y)); });
+      constexpr double rounding = 1e-9;
+      const Spheres<d> grains = spheres<d>(start_);
+      for (const Pair pair : touching_)
+        if (const auto [elastic, force] = push(pair, seen(start_, grains, pair)); force >= rounding * elastic)
+          falls.push_back([this, pair](double, auto y) { return push(pair, at(pair, y)).unclamped; });
+      return falls;
+    }
+
+    PairState<d> at(Pair pair, std::span<const double> y) const {
+      const auto [i, j] = pair;
+      const auto momentum = y.subspan(y.size() / 2);
+      return {apart(spheres<d>(start_), pair) + vector_of<d>(y, j) - vector_of<d>(y, i),
+              vector_of<d>(momentum, j) / start_.mass[j] - vector_of<d>(momentum, i) / start_.mass[i]};
+    }
+    double overlap(Pair pair, const PairState<d>& state) const { return reach(start_, pair) - norm(state.apart); }
+    struct Push {
+      double elastic = 0, unclamped = 0;
+    };
+    Push push(Pair pair, const PairState<d>& state) const {
+      return std::visit(
+          [&](const auto& law) -> Push {
+            const effects::ContactParts parts =
+                law.parts(overlap(pair, state), law.scale(start_.radius[pair.i], start_.radius[pair.j]));
+            return {parts.elastic, parts.elastic + parts.damping * closing(state)};
+          },
+          gas_.law());
+    }
+
+    /// What has become of the pairs; `event` is the one that ended the segment. Several may touch or part at once, of
+    /// which CVODE names one.
+    std::vector<Touch> touches(int event) const {
+      const Spheres<d> grains = spheres<d>(gas_.bodies());
+      std::vector<Touch> found;
+      for (std::size_t k = 0; k < touching_.size(); ++k) {
+        const PairState<d> state = seen(gas_.bodies(), grains, touching_[k]);
+        const bool released = event == static_cast<int>(apart_.size() + k) || overlap(touching_[k], state) < 0;
+        found.push_back({gas_.contacts()[k], false, !released});
+      }
+      for (std::size_t k = 0; k < apart_.size(); ++k) {
+        const PairState<d> state = seen(gas_.bodies(), grains, apart_[k]);
+        if (event == static_cast<int>(k) || (overlap(apart_[k], state) > 0 && closing(state) > 0))
+          found.push_back({{apart_[k], gas_.time(), closing(state)}, true, true});
+      }
+      std::ranges::sort(found, {}, [](const Touch& touch) { return touch.contact.pair; });
+      return found;
+    }
+
+    Gas& gas_;
+    Bodies start_;
+    double begin_, origin_;
+    std::vector<Pair> touching_, apart_;
+  };
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_cvode() { return std::make_unique<Cvode>(); }
+
+}  // namespace lichtenberg::granular

@@ -1,0 +1,118 @@
+#include <array>
+
+#include "src/granular/integrator.hpp"
+
+namespace lichtenberg::granular {
+namespace {
+
+constexpr double steps_a_contact = 30;  ///< with fewer it may blow up
+
+/// Of what forces differ by from the predicted acceleration, dt^2/2 of it, what is added to places, velocities,
+/// accelerations and their derivatives: these numbers over dt^0, ..., dt^5 (Gear 1971; G 3.41, which lacks the k! of
+/// the last four).
+using Corrector = std::array<double, 6>;
+constexpr Corrector corrected = {3.0 / 16, 251.0 / 360, 2, 11.0 / 3, 4, 2};
+constexpr Corrector as_printed = {3.0 / 16, 251.0 / 360, 1, 11.0 / 18, 1.0 / 6, 1.0 / 60};
+
+/// Gear's method for second-order equations: places and their first five derivatives are carried on as polynomials and
+/// corrected by the forces found there (G 3.37 to 3.41, with the powers of dt that 3.37 lacks). It is of order 6 where
+/// forces are smooth, which contacts are not at either end.
+class Gear final : public Integrator {
+ public:
+  explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
+
+  double longest_step(const Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
+
+  void step(Gas& gas, double end) override {
+    const double begin = gas.time(), dt = end - begin, half = 0.5 * dt;
+    gas.drive(begin, half);
+    if (derivative_[0].empty()) start(gas, dt);
+    const std::vector<double> from = gas.bodies().position;
+    const std::span<const Pair> near = gas.near(dt);
+    predict(gas, end);
+    const std::vector<double> smooth = gas.smooth_forces();
+    const ContactLoad load = gas.contact_load(near);
+    correct(gas, dt, smooth, load.force);
+    gas.note(touches_between(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
+             half * (dissipation_ + load.dissipation));
+    dissipation_ = load.dissipation;
+    gas.drive(begin + half, half);
+    settle(gas, smooth);
+  }
+
+  void begin_anew() override { derivative_ = {}; }
+  void save(Checkpoint& checkpoint) const override {
+    for (std::size_t n = 0; n < derivative_.size(); ++n) checkpoint.reals[names[n]] = derivative_[n];
+    checkpoint.reals["gear_dissipation"] = {dissipation_};
+  }
+  void restore(const Checkpoint& checkpoint) override {
+    const std::vector<double>& momentum = checkpoint.reals.at("momentum");
+    const bool begun = checkpoint.reals.contains(names[0]) && !checkpoint.reals.at(names[0]).empty();
+    for (std::size_t n = 0; n < derivative_.size(); ++n)
+      derivative_[n] = reals(checkpoint, names[n], begun ? momentum.size() : 0);
+    dissipation_ = reals(checkpoint, "gear_dissipation", 1).front();
+  }
+
+ private:
+  void start(Gas& gas, double dt) {
+    const ContactLoad load = gas.contact_load(gas.near(dt));
+    const std::vector<double>& smooth = gas.smooth_forces();
+    const Bodies& b = gas.bodies();
+    for (auto& values : derivative_) values.assign(smooth.size(), 0);
+    for (std::size_t k = 0; k < smooth.size(); ++k)
+      derivative_[0][k] = (smooth[k] + load.force[k]) / b.mass[k / b.dimension];
+    dissipation_ = load.dissipation;
+  }
+
+  void predict(Gas& gas, double end) {
+    const double dt = end - gas.time();
+    Bodies& b = gas.model().bodies;
+    auto& [a, jerk, snap, crackle] = derivative_;
+    std::vector<double> path;
+    for (std::size_t k = 0; k < b.momentum.size(); ++k) {
+      const double mass = b.mass[k / b.dimension];
+      path.push_back(dt * (b.momentum[k] / mass +
+                           dt / 2 * (a[k] + dt / 3 * (jerk[k] + dt / 4 * (snap[k] + dt / 5 * crackle[k])))));
+      b.momentum[k] += mass * dt * (a[k] + dt / 2 * (jerk[k] + dt / 3 * (snap[k] + dt / 4 * crackle[k])));
+      a[k] += dt * (jerk[k] + dt / 2 * (snap[k] + dt / 3 * crackle[k]));
+      jerk[k] += dt * (snap[k] + dt / 2 * crackle[k]);
+      snap[k] += dt * crackle[k];
+    }
+    gas.move(path, end);
+  }
+
+  void correct(Gas& gas, double dt, std::span<const double> smooth, std::span<const double> contacts) {
+    Bodies& b = gas.model().bodies;
+    std::vector<double> path;
+    for (std::size_t k = 0; k < smooth.size(); ++k) {
+      const double mass = b.mass[k / b.dimension];
+      double change = 0.5 * dt * dt * ((smooth[k] + contacts[k]) / mass - derivative_[0][k]);
+      path.push_back(corrector_[0] * change);
+      b.momentum[k] += mass * corrector_[1] * (change /= dt);
+      for (std::size_t n = 0; n < derivative_.size(); ++n) derivative_[n][k] += corrector_[n + 2] * (change /= dt);
+    }
+    gas.move(path, gas.time());
+  }
+
+  /// Charges that have moved change the accelerations at once.
+  void settle(Gas& gas, std::span<const double> smooth_before) {
+    const std::vector<double> charge = gas.bodies().charge;
+    gas.settle_contacts();
+    const Bodies& b = gas.bodies();
+    if (charge == b.charge) return;
+    const std::vector<double>& smooth = gas.smooth_forces();
+    for (std::size_t k = 0; k < smooth.size(); ++k)
+      derivative_[0][k] += (smooth[k] - smooth_before[k]) / b.mass[k / b.dimension];
+  }
+
+  static constexpr std::array<const char*, 4> names = {"gear_acceleration", "gear_jerk", "gear_snap", "gear_crackle"};
+  Corrector corrector_;
+  std::array<std::vector<double>, 4> derivative_;  ///< of velocities, [N * d] each; empty: to be begun
+  double dissipation_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_gear(bool printed) { return std::make_unique<Gear>(printed ? as_printed : corrected); }
+
+}  // namespace lichtenberg::granular

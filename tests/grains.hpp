@@ -1,0 +1,101 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "solvers/random.hpp"
+#include "src/effects/viscoelastic_contact.hpp"
+#include "src/granular/integrator.hpp"
+#include "src/scene/scene.hpp"
+
+/// Scenes of grains of mass 1 and diameter 1 in reduced units, and runs of them.
+namespace lichtenberg::grains {
+
+/// A periodic cube of this edge without grains.
+inline Scene cube(double edge, Integrator integrator = Integrator::multirate) {
+  Scene scene;
+  scene.path = "scene";
+  scene.reference.emplace();
+  scene.domain.size = {edge, edge, edge};
+  for (DomainSide& side : scene.domain.sides) side.periodic = true;
+  scene.material.density = 6 / std::numbers::pi;
+  scene.mechanics.integrator = integrator;
+  scene.mechanics.step = integrator == Integrator::multirate || integrator == Integrator::cvode ? 0.05 : 0.005;
+  scene.mechanics.threads = 1;
+  return scene;
+}
+
+inline void add(Scene& scene, Vec3 position, Vec3 velocity = {}, double charge = 0) {
+  scene.conductors.push_back({.position = position, .velocity = velocity, .radius = 0.5, .charge = charge});
+}
+
+/// Places at random, no two closer than 1.05, in the middle cube of edge `room`; velocities of variance `temperature`,
+/// of mean 0.
+inline void add_gas(Scene& scene, int count, double room, double temperature, std::uint64_t seed = 1) {
+  Random random({.seed = seed, .purpose = RandomPurpose::population});
+  const Box<3> box = scene.domain.box();
+  const double low = 0.5 * (scene.domain.size.x - room);
+  const auto clear = [&](Vec3 p) {
+    return std::ranges::all_of(scene.conductors,
+                               [&](const Conductor& c) { return norm(box.difference(p, c.position)) > 1.05; });
+  };
+  const std::size_t first = scene.conductors.size();
+  while (scene.conductors.size() < first + count) {
+    const Vec3 p = {random.uniform(low, low + room), random.uniform(low, low + room), random.uniform(low, low + room)};
+    if (clear(p)) add(scene, p);
+  }
+  Vec3 sum{};
+  for (std::size_t i = first; i < scene.conductors.size(); ++i) {
+    Vec3& v = scene.conductors[i].velocity;
+    for (int k = 0; k < 3; ++k) v[k] = std::sqrt(temperature) * random.normal();
+    sum += v;
+  }
+  for (std::size_t i = first; i < scene.conductors.size(); ++i) scene.conductors[i].velocity -= sum / count;
+}
+
+/// A gas and what moves it.
+struct Run {
+  explicit Run(const Scene& scene) : gas(scene), integrator(granular::make_integrator(scene.mechanics.integrator)) {}
+
+  void step(double end) {
+    end = std::min(end, gas.stage_end());
+    const double left = end - gas.time(), count = std::ceil(left / integrator->longest_step(gas));
+    integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
+    if (gas.time() < gas.stage_end()) return;
+    gas.leave_stage();
+    integrator->begin_anew();
+  }
+  void to(double end) {
+    while (gas.time() < end) step(end);
+  }
+
+  granular::Gas gas;
+  std::unique_ptr<granular::Integrator> integrator;
+};
+
+/// Two grains that meet along x at this relative speed, their surfaces `gap` apart, in the middle of the box.
+inline void add_pair(Scene& scene, double speed, double gap, double charge = 0) {
+  const Vec3 middle = 0.5 * scene.domain.size, half = {0.5 * (1 + gap), 0, 0}, v = {0.5 * speed, 0, 0};
+  add(scene, middle - half, v, charge);
+  add(scene, middle + half, -1.0 * v, -charge);
+}
+
+/// Speed of separation over speed of approach, head-on, of grains that touch after `phase` steps of the integrator.
+inline double restitution(Scene scene, double speed, double phase) {
+  add_pair(scene, speed, 1e-9 + phase * scene.mechanics.step * speed);
+  Run run(scene);
+  const double before = norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0));
+  while (run.gas.collisions == 0 || !run.gas.contacts().empty()) run.step(run.gas.time() + 1);
+  return norm(velocity<3>(run.gas.bodies(), 1) - velocity<3>(run.gas.bodies(), 0)) / before;
+}
+
+inline double momentum(const Bodies& b) {
+  Vec3 sum{};
+  for (int i = 0; i < b.size(); ++i) sum += b.mass[i] * velocity<3>(b, i);
+  return norm(sum);
+}
+
+}  // namespace lichtenberg::grains

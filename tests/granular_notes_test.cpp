@@ -154,7 +154,9 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
-TEST_CASE("theory has nothing to say of grains that differ or are at rest") {
+TEST_CASE("theory has nothing to say of grains that differ, are driven or at rest") {
+  CHECK(HomogeneousGas::of(Gas(scene())));
+  CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(text + "[effects.gas_drag]\n", "gas.toml"))));
   Scene different = scene();
   different.conductors[3].radius = 0.4;
   CHECK_FALSE(HomogeneousGas::of(Gas(different)));

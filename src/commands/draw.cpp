@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "solvers/error.hpp"
-#include "src/mechanics/counters.hpp"
+#include "src/model/stopwatch.hpp"
 
 namespace lichtenberg {
 namespace {

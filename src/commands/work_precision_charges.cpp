@@ -18,7 +18,7 @@ namespace lichtenberg::work_precision {
 namespace {
 
 /// Charges at the places of the scene's first instant, and the forces that they should feel.
-struct ChargedPlaces {
+struct ChargedSubject {
   Bodies bodies;
   std::vector<int> sample;       ///< of whom forces are compared
   periodic::Response reference;  ///< of the sample
@@ -33,7 +33,7 @@ using MakeSum = std::function<std::unique_ptr<periodic::Sum>()>;
 /// One evaluation of all forces, pairs being known.
 class SumTrial : public Trial {
  public:
-  SumTrial(const ChargedPlaces& subject, const MakeSum& make) : subject_(subject), sum_(make()) {
+  SumTrial(const ChargedSubject& subject, const MakeSum& make) : subject_(subject), sum_(make()) {
     if (sum_->cutoff() > 0) pairs_ = pairs_closer_than(subject.bodies, sum_->cutoff() - subject.diameter());
   }
 
@@ -55,18 +55,18 @@ class SumTrial : public Trial {
   std::int64_t work() const override { return static_cast<std::int64_t>(pairs_.size()); }
 
  private:
-  const ChargedPlaces& subject_;
+  const ChargedSubject& subject_;
   std::unique_ptr<periodic::Sum> sum_;
   std::vector<Pair> pairs_;
   periodic::Response response_;
 };
 
-Candidate candidate(const ChargedPlaces& subject, Settings settings, double cost, MakeSum make) {
+Candidate candidate(const ChargedSubject& subject, Settings settings, double cost, MakeSum make) {
   return {std::move(settings), cost,
           [&subject, make = std::move(make)] { return std::make_unique<SumTrial>(subject, make); }};
 }
 
-Method mesh(const ChargedPlaces& subject) {
+Method mesh(const ChargedSubject& subject) {
   Method method{"mesh", "near pairs, all else on a mesh with the parameters that an accuracy asks for", {}};
   for (int decade = 1; decade <= 8; ++decade) {
     const double accuracy = std::pow(10, -decade);
@@ -80,7 +80,7 @@ Method mesh(const ChargedPlaces& subject) {
   return method;
 }
 
-Method ewald(const ChargedPlaces& subject) {
+Method ewald(const ChargedSubject& subject) {
   Method method{"ewald", "Ewald's sums term by term", {}};
   for (int decade = 1; decade <= 13; decade += 2) {
     const double tolerance = std::pow(10, -decade);
@@ -90,14 +90,14 @@ Method ewald(const ChargedPlaces& subject) {
   return method;
 }
 
-Method minimum_image(const ChargedPlaces& subject) {
+Method minimum_image(const ChargedSubject& subject) {
   return {"minimum-image",
           "the nearest image of each other charge, without a promise",
           {candidate(subject, {{"reach / L", 1}}, 1,
                      [] { return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box); })}};
 }
 
-Method shifted_force(const ChargedPlaces& subject) {
+Method shifted_force(const ChargedSubject& subject) {
   Method method{"shifted-force", "pairs within a cut-off, shifted to end there, without a promise", {}};
   const Vec3 lengths = subject.bodies.box.lengths;
   const double half = 0.5 * std::min({lengths.x, lengths.y, lengths.z});
@@ -108,12 +108,12 @@ Method shifted_force(const ChargedPlaces& subject) {
   return method;
 }
 
-std::vector<Method> all_methods(const ChargedPlaces& subject) {
+std::vector<Method> all_methods(const ChargedSubject& subject) {
   return {mesh(subject), ewald(subject), minimum_image(subject), shifted_force(subject)};
 }
 
 /// Gaussian charges, where the scene has none yet.
-void charge(ChargedPlaces& subject, std::uint64_t seed) {
+void charge(ChargedSubject& subject, std::uint64_t seed) {
   std::vector<double>& q = subject.bodies.charge;
   if (std::ranges::any_of(q, [](double charge) { return charge != 0; })) return;
   for (std::size_t i = 0; i < q.size(); ++i)
@@ -122,8 +122,8 @@ void charge(ChargedPlaces& subject, std::uint64_t seed) {
   for (double& charge : q) charge -= mean;
 }
 
-ChargedPlaces make_subject(const Scene& scene) {
-  ChargedPlaces subject{.bodies = make_bodies(scene)};
+ChargedSubject make_subject(const Scene& scene) {
+  ChargedSubject subject{.bodies = make_bodies(scene)};
   subject.bodies.charge = initial_charges(scene);
   charge(subject, scene.seed);
   constexpr int most = 200;  // forces compared: their sum takes as long as the Ewald sums of thousands
@@ -139,7 +139,7 @@ double rms(const std::vector<double>& force) {
 }
 
 /// By Ewald's sums; what a tolerance ten thousand times larger changes is more than their error.
-void find_reference(ChargedPlaces& subject, Diagram& diagram) {
+void find_reference(ChargedSubject& subject, Diagram& diagram) {
   const double balance = std::pow(2.0 * subject.sample.size() / subject.bodies.size(), 1.0 / 6);
   const auto sum = [&](double tolerance) {
     const periodic::Splitting balanced = periodic::splitting_for(subject.sources(), tolerance);
@@ -172,7 +172,7 @@ Diagram sweep_charges(const Scene& scene, const Request& request) {
                      "effects.coulomb; with --time it compares integrators");
   if (!request.sizes.empty())
     throw InputError("--sizes goes with conductors: the meshes of charges follow from their accuracy");
-  ChargedPlaces subject = make_subject(scene);
+  ChargedSubject subject = make_subject(scene);
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{
       .title = fmt::format("forces of {} charges at the places of the first instant", subject.bodies.size()),

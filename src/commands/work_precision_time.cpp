@@ -14,7 +14,7 @@ namespace lichtenberg::work_precision {
 namespace {
 
 /// The scene's motion with a field solver that is the same for all, and so good that only the error in time is left.
-struct MotionSubject {
+struct MovingSubject {
   Scene scene;
   bool multipole = false;  ///< field by the multipole method
   double field_tolerance = 0;
@@ -23,7 +23,7 @@ struct MotionSubject {
   std::int64_t contacts = 0;    ///< made and lost on the way
 };
 
-std::unique_ptr<laplace::LaplaceSolver> make_solver(const MotionSubject& subject) {
+std::unique_ptr<laplace::LaplaceSolver> make_solver(const MovingSubject& subject) {
   if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return nullptr;
   if (subject.multipole)
     return std::make_unique<laplace::MultipoleSolver>(laplace::MultipoleOptions{.tolerance = subject.field_tolerance});
@@ -33,7 +33,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_solver(const MotionSubject& subject
 }
 
 /// Largest distance between two conductors that should be in the same place, in smallest radii.
-double distance(const MotionSubject& subject, const std::vector<Vec2>& one, const std::vector<Vec2>& other) {
+double distance(const MovingSubject& subject, const std::vector<Vec2>& one, const std::vector<Vec2>& other) {
   double largest = 0;
   for (std::size_t i = 0; i < one.size(); ++i)
     if (const double apart = norm(one[i] - other[i]); !(apart <= largest)) largest = apart;  // NaN stays
@@ -43,7 +43,7 @@ double distance(const MotionSubject& subject, const std::vector<Vec2>& one, cons
 /// A run of the whole scene.
 class TimeTrial : public Trial {
  public:
-  TimeTrial(const MotionSubject& subject, const MechanicsOptions& mechanics)
+  TimeTrial(const MovingSubject& subject, const MechanicsOptions& mechanics)
       : subject_(subject), scene_(subject.scene) {
     scene_.mechanics = mechanics;
     scene_.mechanics.largest_step = scene_.stop.time;  // the tolerance alone decides
@@ -61,7 +61,7 @@ class TimeTrial : public Trial {
   std::int64_t contacts() const { return counters_.contacts_made + counters_.contacts_lost; }
 
  private:
-  const MotionSubject& subject_;
+  const MovingSubject& subject_;
   Scene scene_;
   std::vector<Vec2> position_;
   Counters counters_;
@@ -85,11 +85,11 @@ MechanicsOptions euler_at(double step) {
   return {.integrator = Integrator::euler, .euler_step = step / 100, .euler_field_step = step};
 }
 
-Candidate candidate(const MotionSubject& subject, Settings settings, double cost, const MechanicsOptions& mechanics) {
+Candidate candidate(const MovingSubject& subject, Settings settings, double cost, const MechanicsOptions& mechanics) {
   return {std::move(settings), cost, [&subject, mechanics] { return std::make_unique<TimeTrial>(subject, mechanics); }};
 }
 
-Method split(const MotionSubject& subject, double tightest) {
+Method split(const MovingSubject& subject, double tightest) {
   Method method{"split", "field extrapolated over error-controlled coupling steps, mechanics by CVODE", {}};
   for (int decade = 1; std::pow(10, -decade) > 0.9 * tightest; ++decade) {
     const double tolerance = std::pow(10, -decade);
@@ -99,7 +99,7 @@ Method split(const MotionSubject& subject, double tightest) {
   return method;
 }
 
-Method monolithic(const MotionSubject& subject, double tightest) {
+Method monolithic(const MovingSubject& subject, double tightest) {
   Method method{"monolithic", "CVODE with the field solved in every evaluation", {}};
   for (int decade = 2; std::pow(10, -decade) > 0.9 * tightest; ++decade) {
     const double tolerance = std::pow(10, -decade);
@@ -109,7 +109,7 @@ Method monolithic(const MotionSubject& subject, double tightest) {
   return method;
 }
 
-Method euler(const MotionSubject& subject) {
+Method euler(const MovingSubject& subject) {
   Method method{"euler", "explicit Euler with a fixed step, a hundred of mechanics to a field solve (D 6.7)", {}};
   for (int solves = 16; solves <= 4096; solves *= 2) {
     const double step = subject.scene.stop.time / solves;
@@ -119,14 +119,14 @@ Method euler(const MotionSubject& subject) {
 }
 
 /// On a grid forces jitter as conductors move through it, and tolerances below that cost much and bring nothing.
-std::vector<Method> all_methods(const MotionSubject& subject) {
+std::vector<Method> all_methods(const MovingSubject& subject) {
   if (subject.multipole) return {split(subject, 1e-7), monolithic(subject, 1e-8), euler(subject)};
   return {split(subject, 1e-5), monolithic(subject, 1e-5), euler(subject)};
 }
 
 /// Runs at a tolerance a hundred times and more below any of the sweep's. What that changes against a tolerance ten
 /// times larger is more than what is left of its error.
-void find_reference(MotionSubject& subject, const MechanicsOptions& tight, const MechanicsOptions& looser,
+void find_reference(MovingSubject& subject, const MechanicsOptions& tight, const MechanicsOptions& looser,
                     Diagram& diagram) {
   TimeTrial best(subject, tight), second(subject, looser);
   best.run();
@@ -137,7 +137,7 @@ void find_reference(MotionSubject& subject, const MechanicsOptions& tight, const
 }
 
 /// The field by the multipole method, which is smooth in time, or else by the scene's own.
-void choose_field(MotionSubject& subject, Diagram& diagram) {
+void choose_field(MovingSubject& subject, Diagram& diagram) {
   try {
     subject.multipole = true;
     subject.field_tolerance = 1e-12;
@@ -151,7 +151,7 @@ void choose_field(MotionSubject& subject, Diagram& diagram) {
   }
 }
 
-std::string describe_field(const MotionSubject& subject) {
+std::string describe_field(const MovingSubject& subject) {
   if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return "no field";
   if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
   const FieldOptions& field = subject.scene.field();
@@ -167,7 +167,7 @@ Diagram sweep_time(const Scene& scene, const Request& request) {
         fmt::format("{}: work-precision compares places in the plane, which nothing leaves: two dimensions "
                     "and no periodic side are allowed",
                     scene.path));
-  MotionSubject subject{.scene = effects::with_field_chosen(scene),
+  MovingSubject subject{.scene = effects::with_field_chosen(scene),
                         .radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius};
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{

@@ -21,12 +21,6 @@ constexpr double too_close = 0.1;
       contact.pair.i, contact.pair.j, contact.impact_speed));
 }
 
-/// The relative speed across the line of centres.
-template <int d>
-double sideways(const PairState<d>& s) {
-  return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
-}
-
 /// A third grain at either end of a contact.
 void mark_company(std::vector<Touch>& touches, int grains) {
   std::vector<int> touching(grains);
@@ -122,7 +116,7 @@ void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vec
       if (open)
         contacts.push_back(contact);
       else
-        record.ended.push_back({contact, -closing(state), end, sideways(state)});
+        record.ended.push_back({contact, -closing(state), end, speed_across(state)});
     }
   });
 }

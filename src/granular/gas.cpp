@@ -67,7 +67,6 @@ double Gas::mechanical_energy() const {
   return model_.kinetic_energy() + stored_energy(law_, model_.bodies, contacts_);
 }
 
-/// What effects are given; finding neighbours for them is a list's time.
 State Gas::state() {
   const Stopwatch stopwatch(seconds_.lists);
   return model_.state(time_);
@@ -114,11 +113,6 @@ std::span<const Pair> Gas::near(double dt) {
   return list_.pairs(model_.bodies, 2 * fastest() * dt, *team_);
 }
 
-ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
-  const Stopwatch stopwatch(seconds_.contacts);
-  return granular::contact_load(law_, model_.bodies, pairs);
-}
-
 double Gas::fastest_impact() const {
   double speed = 2 * fastest();
   for (const GrainContact& contact : contacts_) {
@@ -136,11 +130,11 @@ void Gas::follow_contacts(double end) {
   const Stopwatch stopwatch(seconds_.contacts);
   const double before = mechanical_energy();
   ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, time_, dt, count, *team_);
+  book_.contact_error += mechanical_energy() + record.dissipated - before;
   wrap(model_.bodies);
   time_ = end;
   smooth_force_.clear();
   contact_steps += count;
-  book_.contact_error += mechanical_energy() + record.dissipated - before;
   book(std::move(record));
 }
 

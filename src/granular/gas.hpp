@@ -46,7 +46,9 @@ class Gas {
   /// The pairs that may touch within dt.
   std::span<const Pair> near(double dt);
   /// What contacts do to the grains as they are; `pairs`: all that may touch.
-  ContactLoad contact_load(std::span<const Pair> pairs);
+  ContactLoad contact_load(std::span<const Pair> pairs) const {
+    return granular::contact_load(law_, model_.bodies, pairs);
+  }
   /// The smooth forces on the grains as they are, [N * d].
   const std::vector<double>& smooth_forces();
   /// Moves each grain by so much, [N * d]; it is then `time`.
@@ -63,7 +65,8 @@ class Gas {
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
 
-  double stage_begin() const;  ///< when the current stage began
+  /// When the current stage began.
+  double stage_begin() const;
   /// Whether contacts lose nothing and move no charge, because the scene is still being mixed.
   bool in_elastic_stage() const;
   /// The time at which the current stage ends; infinite in the last.

@@ -145,16 +145,16 @@ std::map<std::string, double> GranularMotion::seconds() const {
 Checkpoint GranularMotion::checkpoint() {
   Checkpoint checkpoint = implementation_->gas.save();
   checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
-  if (implementation_->theory) implementation_->theory->save(checkpoint);
   implementation_->integrator->save(checkpoint);
+  if (implementation_->theory) implementation_->theory->save(checkpoint);
   return checkpoint;
 }
 
 void GranularMotion::restore(const Checkpoint& checkpoint) {
   implementation_->gas.restore(checkpoint);
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
-  if (implementation_->theory) implementation_->theory->restore(checkpoint);
   implementation_->integrator->restore(checkpoint);
+  if (implementation_->theory) implementation_->theory->restore(checkpoint);
   implementation_->notes.clear();
 }
 

@@ -18,6 +18,12 @@ double closing(const PairState<d>& s) {
   return -dot(s.apart, s.velocity) / norm(s.apart);
 }
 
+/// Their speed across it.
+template <int d>
+double speed_across(const PairState<d>& s) {
+  return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
+}
+
 inline double reach(const Bodies& b, Pair p) { return b.radius[p.i] + b.radius[p.j]; }
 inline double reduced_mass(const Bodies& b, Pair p) { return b.mass[p.i] * b.mass[p.j] / (b.mass[p.i] + b.mass[p.j]); }
 

@@ -69,9 +69,6 @@ class Electrics {
   std::vector<TerminalReading> terminals() const;
   /// Null in a scene without a circuit.
   EnergyBook* energy() { return energy_ ? &*energy_ : nullptr; }
-  /// Largest force (N) and speed (m/s) of a body at any instant that was settled.
-  double largest_force() const { return largest_force_; }
-  double largest_speed() const { return largest_speed_; }
   /// Every group is held by an electrode, and no force or speed exceeds `fraction` of the largest (D 7.1).
   bool stationary(double fraction) const;
 
@@ -116,7 +113,7 @@ class Electrics {
   std::vector<double> booked_at_;  ///< positions when energy was last booked
   std::vector<Vec2> booked_force_;
   bool predicting_ = false;
-  double largest_force_ = 0, largest_speed_ = 0;
+  double largest_force_ = 0, largest_speed_ = 0;  ///< N, m/s, of a body at any instant that was settled
 };
 
 }  // namespace lichtenberg::mechanics

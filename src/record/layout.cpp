@@ -12,7 +12,7 @@ namespace lichtenberg {
 namespace {
 
 constexpr const char* conductors = "/particles/conductors";
-constexpr hsize_t dimension = 3;  // spheres whose centres lie in the plane z = 0; MDAnalysis reads nothing else
+constexpr hsize_t dimension = 3;  // of vectors in files, of plane scenes too, with z = 0: MDAnalysis reads nothing else
 
 /// Numbers of one conductor's kind: VMD gives all conductors of a species one radius.
 std::vector<double> distinct_radii(const Scene& scene) {

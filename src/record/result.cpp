@@ -83,8 +83,7 @@ Frame Result::frame(int index) const {
     for (const std::string& name : names_in("observables")) {
       std::vector<double> values = file_->rows<double>("observables/" + name + "/value", index, 1);
       const hdf5::Handle element = hdf5::open_group(file_->file(), "observables/" + name);
-      std::vector<std::string> labels;
-      if (hdf5::check(H5Aexists(element, "terminals")) > 0) labels = hdf5::text_attribute(element, "terminals");
+      std::vector<std::string> labels = hdf5::text_attribute(element, "terminals");
       const std::size_t width = labels.empty() && values.size() == 1 ? 0 : values.size();
       frame.columns.push_back({name, "", Column::Of::system, width, std::move(values), std::move(labels)});
     }

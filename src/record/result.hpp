@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "src/analysis/network.hpp"
-#include "src/effects/effects.hpp"
 #include "src/effects/conductor_frame.hpp"
+#include "src/effects/effects.hpp"
 #include "src/model/column.hpp"
 #include "src/model/frame.hpp"
 #include "src/record/result_file.hpp"

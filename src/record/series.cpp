@@ -6,7 +6,6 @@
 #include <functional>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <utility>
 

@@ -36,9 +36,9 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level);
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system);
 
 /// Assembles the system, with couplings to fixed groups as the preconditioner takes them. `upper_only` leaves out
-/// entries below the diagonal. Without any ground the matrix is singular; `pin` then adds its diagonal entry to the last
-/// unknown's once more, which leaves the solutions of a consistent right-hand side unchanged up to a constant and makes
-/// the matrix positive definite.
+/// entries below the diagonal. Without any ground the matrix is singular; `pin` then adds its diagonal entry to the
+/// last unknown's once more, which leaves the solutions of a consistent right-hand side unchanged up to a constant and
+/// makes the matrix positive definite.
 SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin);
 
 }  // namespace lichtenberg::laplace

@@ -46,9 +46,7 @@ class Gas {
   /// The pairs that may touch within dt.
   std::span<const Pair> near(double dt);
   /// What contacts do to the grains as they are; `pairs`: all that may touch.
-  ContactLoad contact_load(std::span<const Pair> pairs) const {
-    return granular::contact_load(law_, model_.bodies, pairs);
-  }
+  ContactLoad contact_load(std::span<const Pair> pairs);
   /// The smooth forces on the grains as they are, [N * d].
   const std::vector<double>& smooth_forces();
   /// Moves each grain by so much, [N * d]; it is then `time`.

@@ -70,6 +70,7 @@ TEST_CASE("cells fill a box and go around it") {
   const Bodies b = grains_at(10.4, {{0.1, 10.3, 5}, {10.39, 0, 0}});
   const Cells cells = cells_of(b, 2);
   CHECK(cells.count == std::array{5, 5, 5});
+  CHECK(cells_of(b, 2.2).count[0] == 5);  // 4.7
   CHECK(cells.edge.x == Approx(2.08).epsilon(1e-15).scale(0));
   CHECK(cell_of_each(b, cells) == std::vector{0 + 5 * 4 + 25 * 2, 4});
   CHECK(cells.next(4, 0) == 0);

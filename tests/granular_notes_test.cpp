@@ -98,6 +98,11 @@ TEST_CASE("restitution is compared with the law's by decade, for lone and centra
   CHECK(restored.all().sum == check.all().sum);
   CHECK(restored.by_speed()[0].collisions == 1);
 
+  Gas gas(scene()), resumed(scene());
+  gas.restitution = check;
+  resumed.restore(gas.save());
+  CHECK(resumed.restitution.all().collisions == 3);
+
   // Heavier and larger grains: E and D times sqrt(R_eff / (d0/4)) = sqrt(2), m_eff = 4.
   bodies.mass = {8, 8};
   bodies.radius = {1, 1};
@@ -149,7 +154,9 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
-TEST_CASE("theory has nothing to say of grains that differ or are at rest") {
+TEST_CASE("theory has nothing to say of grains that differ, are driven or at rest") {
+  CHECK(HomogeneousGas::of(Gas(scene())));
+  CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(text + "[effects.gas_drag]\n", "gas.toml"))));
   Scene different = scene();
   different.conductors[3].radius = 0.4;
   CHECK_FALSE(HomogeneousGas::of(Gas(different)));
@@ -171,6 +178,10 @@ TEST_CASE("a gas that cools and charges: what its summary and notes say holds to
   CHECK(reals_of(notes, "time").front() == 0);
   CHECK(reals_of(notes, "time").back() == 4);
   CHECK(reals_of(notes, "temperature").back() == value(summary, "temperature"));
+  const auto collisions = std::ranges::find(notes.columns, "collisions", &Column::name);
+  REQUIRE(collisions != notes.columns.end());
+  CHECK(static_cast<double>(std::get<std::vector<std::int64_t>>(collisions->values).back()) ==
+        value(summary, "collisions"));
   CHECK(reals_of(notes, "haff_temperature").back() == value(summary, "haff_temperature"));
   for (const double error : {value(summary, "energy_error"), value(summary, "contact_energy_error")})
     CHECK(std::abs(error) < 0.02 * value(summary, "dissipated_energy"));

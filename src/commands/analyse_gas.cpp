@@ -17,10 +17,20 @@ using analysis::Histogram;
 
 constexpr const char* energy_unit = "m0 v0^2";
 
+/// How many there are of each size, from 0 on.
+std::vector<int> number_by_size(std::span<const int> sizes) {
+  std::vector<int> number(sizes.empty() ? 1 : *std::ranges::max_element(sizes) + 1);
+  for (const int size : sizes) ++number[size];
+  return number;
+}
+
 ClusterState state_of(const Bodies& bodies, std::span<const std::int32_t> numbers) {
   ClusterState state{.sizes = analysis::cluster_sizes(numbers)};
   const std::vector<analysis::Cluster> clusters = analysis::clusters(bodies, numbers);
   const auto count = static_cast<double>(clusters.size());
+  std::vector<int> grains;
+  for (const analysis::Cluster& cluster : clusters) grains.push_back(cluster.grains);
+  state.number = number_by_size(grains);
   for (const analysis::Cluster& cluster : clusters) {
     state.temperature += cluster.mass * norm2(cluster.velocity) / (bodies.dimension * count);
     state.square_charge += cluster.charge * cluster.charge / count;
@@ -46,6 +56,7 @@ void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
   columns.whole("largest_" + kind + "cluster", [=](auto& f) { return of(f).sizes.largest; });
   columns.real("mean_" + kind + "aggregate", "1", [=](auto& f) { return of(f).sizes.aggregate; });
   columns.real("mean_" + kind + "cluster", "1", [=](auto& f) { return of(f).sizes.mean; });
+  columns.wholes(kind + "cluster_number", [=](auto& f) { return of(f).number; });
   columns.real(kind + "cluster_temperature", energy_unit, [=](auto& f) { return of(f).temperature; });
   columns.real(kind + "cluster_square_charge", "q0^2", [=](auto& f) { return of(f).square_charge; });
 }
@@ -157,6 +168,7 @@ std::vector<Column> columns_of(const AnalysedGas&, const GasFrames& frames) {
     add_clusters(columns, "bound_", [](const GasFrame& f) -> const ClusterState& { return *f.bound; });
   columns.whole("density_clusters", [](auto& f) { return static_cast<std::int64_t>(f.gas.density.size.size()); });
   columns.real("density_cluster_size", "1", [](auto& f) { return f.gas.density.mean_size(); });
+  columns.wholes("density_cluster_number", [](auto& f) { return number_by_size(f.gas.density.size); });
   columns.reals("speed_density", "1", [](auto& f) { return f.speeds.density; });
   columns.reals("charge_density", "1", [](auto& f) { return f.charges.density; });
   return columns.take();

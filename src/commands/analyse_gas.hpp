@@ -12,6 +12,7 @@ namespace lichtenberg {
 /// Clusters as bodies of their own.
 struct ClusterState {
   analysis::ClusterSizes sizes;
+  std::vector<int> number;   ///< of clusters by size, from 0 on
   double temperature = 0;    ///< variance of a component of their velocity times mass, over all of them
   double square_charge = 0;  ///< <q^2>
 };

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
-from matplotlib.colors import Normalize, to_rgb
+from matplotlib.colors import Normalize, to_rgba
 from matplotlib.ticker import MaxNLocator
 
 import drawing
@@ -99,24 +99,33 @@ def charge_colours(charge):
 
 
 def cluster_faces(cluster):
-    """[N, 3] a colour a cluster, by rank of its size, eighteen in turn."""
+    """[N, 4] a colour a cluster, by rank of its size, eighteen in turn; lone grains do not hide them."""
     numbers, inverse, size = np.unique(cluster, return_inverse=True, return_counts=True)
     rank = np.empty(len(numbers), int)
     rank[np.argsort(-size, kind="stable")] = np.arange(len(numbers))
     pairs = [c for k, c in enumerate(plt.get_cmap("tab20").colors) if k // 2 != 7]  # a strong and a pale one, no grey
-    faces = np.array(pairs[::2] + pairs[1::2])[rank % 18]
-    faces[size == 1] = to_rgb(LONE)
+    faces = np.column_stack([np.array(pairs[::2] + pairs[1::2])[rank % 18], np.ones(len(rank))])
+    faces[size == 1] = to_rgba(LONE, 0.25)
     return faces[inverse]
 
 
 def faces_of(gas, colours):
     if colours is None:
         return cluster_faces(gas.cluster)
-    return ScalarMappable(**colours).to_rgba(gas.charge)[:, :3]
+    return ScalarMappable(**colours).to_rgba(gas.charge)
 
 
-def mixed(colours, other, share):
-    return colours + share[:, None] * (np.array(to_rgb(other)) - colours)
+def edges_of(faces):
+    """[N, 4] as transparent as the faces."""
+    edges = np.tile(to_rgba(EDGE), (len(faces), 1))
+    edges[:, 3] = faces[:, 3]
+    return edges
+
+
+def in_fog(colours, share):
+    """Colours, [N, 4], mixed with so much of the fog's."""
+    mixed = colours + share[:, None] * (np.array(to_rgba(FOG)) - colours)
+    return np.column_stack([mixed[:, :3], colours[:, 3]])
 
 
 def draw_discs(axes, centre, diameter, face, edge):
@@ -144,10 +153,9 @@ def draw_in_space(axes, gas, colours):
     order = np.argsort(-depth)
     near, far = eye.depth(corners(gas.box)).min(), eye.depth(corners(gas.box)).max()
     fog = 0.75 * np.clip((depth - near) / (far - near), 0, 1)[order]
-    face = mixed(faces_of(gas, colours)[order], FOG, fog)
-    edge = mixed(np.tile(to_rgb(EDGE), (len(order), 1)), FOG, fog)
+    face = faces_of(gas, colours)[order]
     diameter = 2 * gas.radius * eye.scale(gas.position)
-    draw_discs(axes, eye.project(gas.position)[order], diameter[order], face, edge)
+    draw_discs(axes, eye.project(gas.position)[order], diameter[order], in_fog(face, fog), in_fog(edges_of(face), fog))
 
 
 def with_images(gas):
@@ -167,8 +175,8 @@ def draw_in_the_plane(axes, gas, colours):
     for spine in axes.spines.values():
         spine.set_linewidth(0.6)
     grain, place = with_images(gas)
-    edge = np.tile(to_rgb(EDGE), (len(grain), 1))
-    draw_discs(axes, place, 2 * gas.radius[grain], faces_of(gas, colours)[grain], edge)
+    face = faces_of(gas, colours)[grain]
+    draw_discs(axes, place, 2 * gas.radius[grain], face, edges_of(face))
 
 
 def draw_colour_bar(axes, colours, charge):

@@ -11,8 +11,8 @@ struct EnergyBook {
   double dissipated = 0;  ///< by contacts
   double exchanged = 0;   ///< given to the field by charges that moved between grains
   double driven = 0;      ///< given to the grains by the gas around them and by rescaling
-  double contact_error =
-      0;  ///< what `total` has changed by while contacts were followed; forces of charges did the rest
+  /// What `total` has changed by while contacts were followed by themselves; other forces did the rest.
+  double contact_error = 0;
 
   double total() const { return kinetic + contact + potential + dissipated - exchanged - driven; }
 };

@@ -129,6 +129,11 @@ std::span<const Pair> Gas::near(double dt, double gain) {
   return list_.pairs(model_.bodies, 2 * (fastest() + gain) * dt, *team_);
 }
 
+ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
+  const Stopwatch stopwatch(seconds_.contacts);
+  return granular::contact_load(law_, model_.bodies, pairs);
+}
+
 double Gas::fastest_impact() const {
   double speed = 2 * fastest();
   for (const GrainContact& contact : contacts_) {

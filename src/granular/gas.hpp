@@ -47,9 +47,7 @@ class Gas {
   /// The pairs that may touch within dt, in which smooth forces make a grain faster by at most `gain`.
   std::span<const Pair> near(double dt, double gain = 0);
   /// What contacts do to the grains as they are; `pairs`: all that may touch.
-  ContactLoad contact_load(std::span<const Pair> pairs) const {
-    return granular::contact_load(law_, model_.bodies, pairs);
-  }
+  ContactLoad contact_load(std::span<const Pair> pairs);
   /// The smooth forces on the grains as they are, [N * d].
   const std::vector<double>& smooth_forces();
   /// Moves each grain by so much, [N * d]; it is then `time`.

@@ -34,7 +34,8 @@ double integral(double a, double b, double dt) {
 
 std::optional<HomogeneousGas> HomogeneousGas::of(const Gas& gas) {
   const Bodies& bodies = gas.bodies();
-  if (bodies.size() < 2 || !are_unit_grains(bodies) || !(gas.fastest() > 0)) return {};
+  const bool driven = gas.scene().effects.has("gas_drag") || gas.scene().effects.has("uniform_force");
+  if (bodies.size() < 2 || !are_unit_grains(bodies) || driven || !(gas.fastest() > 0)) return {};
   return HomogeneousGas(gas);
 }
 

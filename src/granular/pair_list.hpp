@@ -6,13 +6,12 @@
 
 namespace lichtenberg::granular {
 
-/// The pairs of grains whose surfaces may come closer than a range within a step, kept while the grains move. Each
-/// grain has a reach of its own, which grows with its speed, so that a fast one in a cold gas costs its own
-/// neighbourhood and not everybody's.
+/// The pairs of grains whose surfaces may come closer than a range within a step, kept while the grains move. One that
+/// is far faster than the others has a reach of its own: it costs its own neighbourhood and not everybody's.
 class PairList {
  public:
-  /// A search is made anew when a typical grain has moved by `move` radii: seldom for a list of many pairs, which is
-  /// dear to find, often for one of which each pair is looked at in each step.
+  /// A search is made anew when a grain has moved by `move` radii: late for a list of many pairs, which is dear to
+  /// find, soon for one of which each pair is looked at in each step.
   PairList(double range, double move) : range_(range), move_(move) {}
 
   /// The pairs, in ascending order, that come closer than the range while no grain moves by more than `travel` from

@@ -336,6 +336,28 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
 }
 
+TEST_CASE("a resumed run's file holds what an uninterrupted one's does, what grains' units are among it") {
+  const Folder folder;
+  Scene grains = two_conductors();
+  grains.reference = Reference{};
+  const auto run = [&](const std::string& path, bool resumed) {
+    std::optional<Recorder> recorder = Recorder::start(path, grains, masses, false);
+    for (const int k : {0, 1}) {
+      if (resumed && k == 1) {
+        recorder.reset();
+        recorder.emplace(Recorder::resume(path, grains));
+      }
+      recorder->add(columns(frame(k)));
+      recorder->save(milestone(k));
+    }
+    return hdf5::load(path);
+  };
+  const hdf5::Handle whole = run(folder / "whole.h5", false), cut = run(folder / "cut.h5", true);
+  CHECK_EQ(hdf5::names(cut), hdf5::names(whole));
+  REQUIRE(hdf5::exists(cut, "reference"));
+  CHECK_EQ(hdf5::get<double>(cut, "reference/d0"), std::vector<double>{Reference{}.length});
+}
+
 TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {
   const Folder folder;
   Milestone last = milestone(1);

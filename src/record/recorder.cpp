@@ -190,7 +190,7 @@ void Recorder::put_constants(Put put) {
 
 void Recorder::take_over(const ResultFile& result) {
   put_constants([&](const hdf5::Handle& file) {
-    copy_all_but_frames(result.file(), file, {"h5md", "scene", "parameters", "particles", "provenance"});
+    copy_all_but_frames(result.file(), file, {"h5md", "scene", "reference", "parameters", "particles", "provenance"});
   });
   particles_ = hdf5::shape(result.file(), "particles/conductors/radius").at(0);
   checkpoint_ = get_checkpoint(result.file());

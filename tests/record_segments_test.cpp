@@ -498,9 +498,16 @@ TEST_CASE("a disk that is full while a segment is written costs a sentence and n
 TEST_CASE("what is stored beside the frames leaves them alone, however the result is stored") {
   const Folder folder;
   const auto add = [](const hdf5::Handle& file) { hdf5::put(hdf5::open_group(file, "analysis"), "answer", 42.0, "1"); };
-  for (const bool over : {false, true}) {
-    const std::string path = folder / (over ? "over.h5" : "now.h5");
-    run(path, 20, over);
+  struct Case {
+    std::string name;
+    bool over = false;
+    std::uint64_t tail = few;
+  };
+  // In segments, put together, and in one file from the start: compressed.
+  for (const auto& [name, over, tail] : {Case{"now.h5"}, Case{"over.h5", true}, Case{"short.h5", false, 1 << 20}}) {
+    CAPTURE(name);
+    const std::string path = folder / name;
+    run(path, 20, over, tail);
     store(ResultFile(path, "read"), add, 1000);
     CHECK(numbers(path) == expected(20));
     const ResultFile stored(path, "read");

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 constexpr const char* segments_group = "segments";
 constexpr const char* segment_prefix = "segment-";
 constexpr const char* segment_suffix = ".h5";
+constexpr std::uint64_t block_bytes = 4u << 20;
 
 std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", segment_prefix, number, segment_suffix); }
 
@@ -37,11 +38,20 @@ std::vector<fs::path> files_in(const std::string& folder) {
 }
 
 void copy_bytes(const OpenFile& from, std::uint64_t offset, std::uint64_t bytes, NewFile& to, std::uint64_t target) {
-  std::vector<std::byte> block(std::min<std::uint64_t>(bytes, 4u << 20));
+  std::vector<std::byte> block(std::min<std::uint64_t>(bytes, block_bytes));
   for (std::uint64_t done = 0; done < bytes; done += block.size()) {
     block.resize(std::min<std::uint64_t>(block.size(), bytes - done));
     from.read(offset + done, block);
     to.write(target + done, block);
+  }
+}
+
+/// The same of rows that are compressed, and so in no one piece.
+void copy_chunks(const hdf5::Handle& from, const Series& series, hsize_t rows, NewFile& to, std::uint64_t target) {
+  const hsize_t together = std::max<hsize_t>(block_bytes / series.row_bytes(), 1);
+  for (hsize_t first = 0; first < rows; first += together) {
+    const Values block = read_rows(from, series.dataset, series, first, std::min(together, rows - first));
+    to.write(target + first * series.row_bytes(), bytes_of(block));
   }
 }
 
@@ -55,8 +65,10 @@ void copy_rows(const OpenFile& from, const std::vector<Series>& series, NewFile&
     if (bytes == 0) continue;
     const hdf5::Handle dataset(H5Dopen2(file, series[k].dataset.c_str(), H5P_DEFAULT));
     const haddr_t offset = H5Dget_offset(dataset);
-    if (offset == HADDR_UNDEF) throw hdf5::Error(series[k].dataset + " is not stored in one piece");
-    copy_bytes(from, offset, bytes, to, target[k]);
+    if (offset == HADDR_UNDEF)
+      copy_chunks(file, series[k], rows[k], to, target[k]);
+    else
+      copy_bytes(from, offset, bytes, to, target[k]);
     target[k] += bytes;
   }
 }

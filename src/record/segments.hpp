@@ -40,8 +40,8 @@ void remove_other_segments(const std::string& path, const std::vector<Segment>& 
 /// How many rows of each series stand in a file.
 std::vector<hsize_t> rows_in(const hdf5::Handle& file, const std::vector<Series>& series);
 
-/// Writes a file of all that stands in `rest`, and of frames: those of the files `before`, whose datasets are
-/// contiguous, then `frames`. The rows go to the disk by a few megabytes at a time. Throws Failure.
+/// Writes a file of all that stands in `rest`, and of frames: those of the files `before`, then `frames`. The rows go
+/// to the disk by a few megabytes at a time. Throws Failure.
 Seal write_with_frames(
     const std::string& path, hdf5::Pages rest, const std::vector<Series>& series,
     std::span<const OpenFile* const> before, std::span<const Rows> frames, const std::function<void()>& check = [] {});

@@ -476,6 +476,22 @@ TEST_CASE("where there is no room to put segments together they stay, and are th
   CHECK(!Recorder::resume(path, some_scene()).summary().empty());
 }
 
+TEST_CASE("more segments than a process may open files are put together") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 200, false);
+  REQUIRE(segments(path) > 35);
+  const pid_t child = in_child([&] {
+    Recorder recorder = Recorder::resume(path, some_scene(), few);
+    const rlimit at_most{30, 30};
+    setrlimit(RLIMIT_NOFILE, &at_most);
+    recorder.save(milestone(200, true));
+  });
+  CHECK_EQ(status_of(child), 0);
+  CHECK_EQ(segments(path), 0);
+  CHECK(numbers(path) == expected(200));
+}
+
 TEST_CASE("a disk that is full while a segment is written costs a sentence and nothing that was there") {
   const Folder folder;
   const std::string path = folder / "run.h5";

@@ -387,13 +387,12 @@ void Recorder::put_together(const Milestone& milestone) {
     hdf5::Pages rest = all_but_frames(milestone);
     constexpr std::uint64_t spare = 16u << 20;
     std::uint64_t needed = rest.size() + tail_bytes_ + spare;
-    std::vector<OpenFile> files;
-    std::vector<const OpenFile*> before;
+    std::vector<StoredFrames> before;
     for (const Segment& segment : segments_) needed += segment.seal.bytes;
     if (free_bytes(path_) < needed)
       throw Failure(fmt::format("that takes {:.3g} GB on the disk", 1e-9 * static_cast<double>(needed)));
-    for (const Segment& segment : segments_) files.push_back(open_segment(path_, segment));
-    for (const OpenFile& file : files) before.push_back(&file);
+    for (const Segment& segment : segments_)
+      before.push_back({segment.rows, [&] { return std::make_shared<const OpenFile>(open_segment(path_, segment)); }});
     write_with_frames(path_, std::move(rest), series_, before, tail_);
     remove_other_segments(path_, {});
     segments_.clear();

@@ -186,9 +186,10 @@ void store_beside_frames(const ResultFile& opened, const std::function<void(cons
     copy_all_but_frames(opened.file(), file, hdf5::names(opened.file()));
     put(file);
   }
-  const OpenFile* const frames[] = {&opened.opened()};
-  write_with_frames(opened.path(), std::move(*pages), series_in(opened.file()), frames, {},
-                    [&] { refuse_another(opened); });
+  const std::vector<Series> series = series_in(opened.file());
+  const std::shared_ptr<const OpenFile> itself(&opened.opened(), [](const OpenFile*) {});  // which outlives this
+  const StoredFrames frames{rows_in(opened.file(), series), [&] { return itself; }};
+  write_with_frames(opened.path(), std::move(*pages), series, {&frames, 1}, {}, [&] { refuse_another(opened); });
 }
 
 void store_in_memory(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {

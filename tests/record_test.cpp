@@ -217,6 +217,19 @@ TEST_CASE("a periodic box has its edges, as H5MD asks for") {
   CHECK_EQ(hdf5::text_attribute(hdf5::open_group(file, "scene/domain"), "sides").back(), "back");
 }
 
+TEST_CASE("a file says that its units are SI, and of grains that they are not") {
+  const Folder folder;
+  Scene grains = two_conductors();
+  grains.reference = Reference{};
+  const auto system = [&](const std::string& path, const Scene& scene) {
+    Recorder::start(path, scene, masses, false).save(milestone(0));
+    const hdf5::Handle file = hdf5::load(path);
+    return hdf5::text_attribute(hdf5::open_group(file, "h5md/modules/units"), "system");
+  };
+  CHECK_EQ(system(folder / "conductors.h5", two_conductors()), std::vector<std::string>{"SI"});
+  CHECK_EQ(system(folder / "grains.h5", grains), std::vector<std::string>{"reduced"});
+}
+
 TEST_CASE("every number but steps and the checkpoint's arrays has a unit") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);

@@ -141,7 +141,7 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
   recorder.particles_ = mass.size();
   recorder.put_constants([&](const hdf5::Handle& file) {
     const Provenance here = provenance();
-    put_header(file, here);
+    put_header(file, scene, here);
     put_scene(file, scene);
     put_conductors(file, scene, mass);
     put_session(file, 0, here, scene);

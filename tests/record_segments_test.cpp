@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <optional>
@@ -509,6 +510,30 @@ TEST_CASE("a disk that is full while a segment is written costs a sentence and n
   });
   CHECK_EQ(status_of(child), 0);
   CHECK(numbers(path) == expected(10));
+}
+
+TEST_CASE("what stands is told in the run's own time") {
+  const Folder folder;
+  struct Case {
+    std::string unit, told;
+  };
+  for (const auto& [unit, told] : {Case{"s", "t = 5 s"}, Case{"t0", "t = 5 t0"}, Case{"1", "iteration 5"}}) {
+    const std::string path = folder / (unit + ".h5");
+    const auto timed = [&, &unit = unit](int k) {
+      Frame now = frame(k);
+      now.time_unit = unit;
+      return now;
+    };
+    Recorder recorder = start(path);
+    for (int k = 0; k <= 10; ++k) recorder.add(timed(k));
+    recorder.save(milestone(11));
+    fs::remove_all(segments_folder(path));
+    std::ofstream(segments_folder(path)) << "in the way";
+    const std::string message = message_of([&] {
+      for (int k = 11; k < 20; ++k) recorder.add(timed(k));
+    });
+    CHECK(contains(message, "what was saved up to " + told + " stands"));
+  }
 }
 
 TEST_CASE("what is stored beside the frames leaves them alone, however the result is stored") {

@@ -407,7 +407,8 @@ void Recorder::put_together(const Milestone& milestone) {
 
 std::string Recorder::what_stands() const {
   if (saved_time_)
-    return fmt::format("what was saved up to t = {:.6g} s stands, and --resume goes on from there", *saved_time_);
+    return fmt::format("what was saved up to {} stands, and --resume goes on from there",
+                       instant_in_words(*saved_time_, series_.empty() ? Frame{}.time_unit : series_[1].unit));
   return std::filesystem::exists(path_) ? "the file that was to be overwritten stands" : "nothing was saved";
 }
 

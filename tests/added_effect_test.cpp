@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <string>
 
@@ -247,8 +248,19 @@ TEST_CASE("two effects of one name are refused") {
                        InputError);
 }
 
-TEST_CASE("an effect that is handed over must be in the scene") {
+TEST_CASE("an effect does not take the place of another kind of the same name") {
   Scene scene = tethered("stiffness = 1.0\n");
+  const EffectKind other = {.name = "tether"};
+  CHECK_THROWS_WITH_AS(scene.effects.add(other, std::any(1)), doctest::Contains("two kinds of effects are named"),
+                       InputError);
+  CHECK(scene.effects.add(TetherOptions{.stiffness = 2}).stiffness == 2);
+}
+
+TEST_CASE("an effect that is handed over must be in the scene, once") {
+  Scene scene = tethered("stiffness = 1.0\n");
+  CHECK_THROWS_WITH_AS(
+      effects::make_model(scene, effects::made(std::make_unique<Tether>(scene), std::make_unique<Tether>(scene))),
+      doctest::Contains("is given two effects \"tether\""), InputError);
   auto tether = std::make_unique<Tether>(scene);
   const Effect* handed_over = tether.get();
   const Model model = effects::make_model(scene, effects::made(std::move(tether)));

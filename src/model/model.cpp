@@ -1,9 +1,13 @@
 #include "src/model/model.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
+#include "solvers/error.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -22,8 +26,22 @@ void ForceJacobian::add_drag(int i, double rate) {
   for (int k = 0; k < dimension_; ++k) by_momentum.push_back({i * dimension_ + k, i * dimension_ + k, rate});
 }
 
+namespace {
+
+void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
+  std::set<std::string_view> names;
+  for (const auto& effect : effects)
+    if (!names.insert(effect->name()).second)
+      throw InputError(fmt::format(
+          "two effects are named \"{}\": their names must differ, since a checkpoint tells them apart by them",
+          effect->name()));
+}
+
+}  // namespace
+
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
     : bodies(std::move(b)), effects(std::move(e)) {
+  refuse_namesakes(effects);
   const bool periodic = visit_spheres(bodies, [](const auto& s) { return s.box.any_periodic(); });
   std::optional<double> range;
   for (const auto& effect : effects) {

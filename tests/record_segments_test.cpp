@@ -577,6 +577,14 @@ TEST_CASE("a column that cannot be recorded is named") {
     CHECK(contains(refused([](auto& f) { f.columns[1].unit = ""; }), "column `charge` of a frame cannot be recorded"));
     CHECK(contains(refused([](auto& f) { f.columns[2].name = "charge"; }), "column `charge`"));
     CHECK(contains(refused([](auto& f) { f.columns[2].name = "a/b"; }), "column `a/b`"));
+    for (const std::string name : {"mass", "radius", "species", "box"}) {
+      const std::string message = refused([&](auto& f) { f.columns[1].name = name; });
+      CHECK(contains(message, "column `" + name + "` of a frame cannot be recorded: the name is that of"));
+    }
+    for (const std::string name : {"contacts_end", "ends_of_all_frames", "particle", "contact"}) {
+      const std::string message = refused([&](auto& f) { f.columns[5].name = name; });
+      CHECK(contains(message, "column `" + name + "` of a frame cannot be recorded: a list's name must not be"));
+    }
     CHECK(contains(refused([](auto& f) { f.columns[3].labels.pop_back(); }), "column `current`"));
     CHECK(contains(refused([](auto& f) { f.columns[5].values = std::vector<std::int32_t>(3); }), "column `contacts`"));
   };
@@ -584,7 +592,7 @@ TEST_CASE("a column that cannot be recorded is named") {
   recorder.add(frame(0));
   check_both();
   CHECK(contains(refused([](auto& f) { f.columns[1].unit = "V"; }), "column `charge`"));
-  CHECK(contains(refused([](auto& f) { f.columns[1].name = "mass"; }), "column `mass`"));
+  CHECK(contains(refused([](auto& f) { f.columns[1].name = "colour"; }), "column `colour`"));
   CHECK(contains(refused([](auto& f) { f.columns.erase(f.columns.begin() + 1); }), "column `charge`"));
   CHECK(contains(refused([](auto& f) { f.columns[4].values = std::vector<double>{1}; }), "column `solves`"));
   CHECK(contains(refused([](auto& f) { f.columns[3].labels = {"a", "b"}; }), "column `current`"));

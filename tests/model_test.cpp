@@ -210,6 +210,17 @@ TEST_CASE("two effects of one name are refused: one's checkpoint would be the ot
                        doctest::Contains("two effects are named \"twin\""), InputError);
 }
 
+TEST_CASE("charges are one a body") {
+  const auto with = [](std::size_t charges) {
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::make_unique<Counting>(Needs{.charges = true}, "counting"));
+    return Model(random_bodies(3, 2, 5, 5), std::move(effects), std::vector<double>(charges));
+  };
+  CHECK(with(3).bodies.charge.size() == 3);
+  for (const std::size_t other : {0, 2, 4})
+    CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one a body"), InputError);
+}
+
 TEST_CASE("the neighbour list reaches as far as the effect that reaches farthest") {
   Bodies bodies = random_bodies(2, 2, 1, 6);
   bodies.radius = {1, 1};

@@ -37,6 +37,12 @@ void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
           effect->name()));
 }
 
+void check_one_a_body(const std::vector<double>& charge, const Bodies& bodies, const Effect& effect) {
+  if (charge.size() != static_cast<std::size_t>(bodies.size()))
+    throw InputError(fmt::format("effects.{} needs {} charges, one a body, but is given {}", effect.name(),
+                                 bodies.size(), charge.size()));
+}
+
 }  // namespace
 
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
@@ -48,7 +54,7 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
     effect->kind().check_dimension(bodies.dimension);
     if (periodic) effect->kind().check_periodic();
     const Needs needs = effect->needs();
-    if (needs.charges) bodies.charge = charge;
+    if (needs.charges) check_one_a_body(charge, bodies, *effect), bodies.charge = charge;
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
   }
   // The skin trades the number of searches against the number of pairs looked at in vain.

@@ -528,6 +528,7 @@ TEST_CASE("what is no result file of this format cannot be resumed") {
   hdf5::put_attribute(old, "lichtenberg_result", 0);
   write_atomically(folder / "old.h5", hdf5::image(old));
   CHECK_NE(resume("old.h5").find("has result format 0"), std::string::npos);
+  CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);  // no list of those that are only read
 }
 
 TEST_CASE("a run is resumed with the scene it was started with") {

@@ -78,9 +78,8 @@ void ResultFile::open_index(const std::string& used) {
         fmt::format("{} was not written by `lichtenberg run`: only its result files can be {}", path_, used));
   format_ = *format;
   if (format_ != result_format && format_ != 1)
-    throw InputError(
-        fmt::format("{} has result format {}, but with this version of lichtenberg only formats 1 and {} can be {}",
-                    path_, format_, result_format, used));
+    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg reads only formats 1 and {}",
+                                 path_, format_, result_format));
 }
 
 void ResultFile::open_segments() {

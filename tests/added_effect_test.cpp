@@ -221,6 +221,28 @@ TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for b
   CHECK_THROWS_AS(resumed.restore(without), Failure);
 }
 
+TEST_CASE("an added effect's state comes back from a result file: a run that is resumed there goes on bit for bit") {
+  const Folder folder;
+  const Scene scene = tethered("stiffness = 2e-3\nwear = 1e-3\n");
+  const std::string path = (folder / "tethered.h5").string();
+  Simulation whole(scene), resumed(scene);
+  whole.advance_to(0.2);
+  {
+    Recorder recorder = Recorder::start(path, scene, make_bodies(scene).mass, false);
+    recorder.add(whole.frame());
+    recorder.save({.checkpoint = whole.checkpoint()});
+  }
+  Recorder recorder = Recorder::resume(path, scene);
+  resumed.restore(recorder.checkpoint().value());
+  whole.advance_to(0.4);
+  resumed.advance_to(0.4);
+  recorder.add(resumed.frame());
+  recorder.save({.checkpoint = resumed.checkpoint()});
+  CHECK(resumed.model().bodies.position == whole.model().bodies.position);
+  const Result result(path);
+  CHECK(result.observable("tether_age", 1) == std::vector<double>{*whole.frame().number("tether_age")});
+}
+
 TEST_CASE("every integrator tells an effect of each step that stands, once") {
   struct Way {
     Integrator integrator;

@@ -245,13 +245,15 @@ def set_scale(axes):
 
 
 def draw_series(gas, marked):
-    """Over the time after the warm-up, if the run went on so far, on logarithmic scales where they reach far; a line at the frame's time if that is marked."""
+    """Over the time after the warm-up, if the run went on so far, on logarithmic scales where they reach far; a line at
+    the frame's time if that is marked."""
     drawing.set_style()
     warm_up = gas.warm_up if gas.series["time"].max() > gas.warm_up else 0
     time = gas.series["time"] - warm_up
     after = time > 0
     panels = panels_of(gas.series)
-    figure, all_axes = plt.subplots(len(panels), 1, figsize=(6, 0.8 + 2.4 * len(panels)), sharex=True, layout="constrained")
+    size = (6, 0.8 + 2.4 * len(panels))
+    figure, all_axes = plt.subplots(len(panels), 1, figsize=size, sharex=True, layout="constrained")
     for axes, (label, points, (line, line_label)) in zip(all_axes, panels):
         for name, point_label, marker, colour in points:
             draw_points(axes, time[after], gas.series[name][after], point_label, marker, colour)

@@ -23,9 +23,13 @@ class Motion final : public ContactMotion {
  public:
   explicit Motion(const Law& law) : law_(law) {}
 
-  ContactRecord advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs, double time,
-                        double dt, int steps, parallel::Team& team) override {
+  ContactRecord advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs,
+                        std::span<const double> held, double time, double dt, int steps,
+                        parallel::Team& team) override {
     ContactRecord record{.time = time + dt, .dt = dt};
+    held_.assign(held.begin(), held.end());
+    held_.resize(bodies.momentum.size());
+    largest_held_ = largest_acceleration(bodies, held_);
     for (int n = 0; n < steps; ++n) step(bodies, contacts, pairs, time + n * (dt / steps), dt / steps, team, record);
     record.open = contacts;
     return record;
@@ -64,7 +68,7 @@ class Motion final : public ContactMotion {
     const Spheres<d> grains = spheres<d>(bodies);
     active_.clear();
     auto contact = contacts.begin();
-    const double slack = largest_acceleration(bodies, contacts) * dt * dt;
+    const double slack = (largest_acceleration(bodies, contacts) + largest_held_) * dt * dt;
     for (const Pair pair : pairs) {
       while (contact != contacts.end() && contact->pair < pair) ++contact;
       const bool touching = contact != contacts.end() && contact->pair == pair;
@@ -86,6 +90,12 @@ class Motion final : public ContactMotion {
     return 2 * largest;
   }
 
+  static double largest_acceleration(const Bodies& bodies, const std::vector<double>& held) {
+    double largest = 0;
+    for (int i = 0; i < bodies.size(); ++i) largest = std::max(largest, norm(vector_of<d>(held, i)) / bodies.mass[i]);
+    return largest;
+  }
+
   /// Whether two in straight flight come closer than `distance` within dt.
   static bool may_touch(const PairState<d>& s, double distance, double dt) {
     const double approach = -dot(s.apart, s.velocity), v2 = norm2(s.velocity);
@@ -96,8 +106,8 @@ class Motion final : public ContactMotion {
   /// The forces of contacts at the start and in the middle of the step, so that each knows what the others of its
   /// grains do. In the middle grains are where the forces at the start carry them.
   void feel_each_other(const Bodies& bodies, double dt) {
-    start_.assign(bodies.size() * d, 0);
-    halfway_.assign(bodies.size() * d, 0);
+    start_ = held_;
+    halfway_ = held_;
     for (Active& a : active_) {
       a.force = a.contact ? force(bodies, a.pair, a.start) : Vec<d>{};
       add(start_, a, a.force);
@@ -145,7 +155,10 @@ class Motion final : public ContactMotion {
 
   void move(Bodies& bodies, double dt) const {
     for (int i = 0; i < bodies.size(); ++i)
-      for (int k = i * d; k < (i + 1) * d; ++k) bodies.position[k] += dt / bodies.mass[i] * bodies.momentum[k];
+      for (int k = i * d; k < (i + 1) * d; ++k) {
+        bodies.position[k] += dt / bodies.mass[i] * (bodies.momentum[k] + 0.5 * dt * held_[k]);
+        bodies.momentum[k] += dt * held_[k];
+      }
     for (const Active& a : active_)
       for (int k = 0; k < d; ++k) {
         bodies.position[a.pair.i * d + k] -= a.shift[k] / bodies.mass[a.pair.i];
@@ -174,7 +187,9 @@ class Motion final : public ContactMotion {
 
   Law law_;
   std::vector<Active> active_;
-  std::vector<double> start_, halfway_;  ///< forces of contacts on the grains, [N * d]
+  std::vector<double> held_;             ///< forces of all else on the grains, [N * d]
+  double largest_held_ = 0;              ///< acceleration
+  std::vector<double> start_, halfway_;  ///< all forces on the grains, [N * d]
 };
 
 }  // namespace

@@ -19,12 +19,13 @@ class ContactMotion {
  public:
   virtual ~ContactMotion() = default;
 
-  /// Advances places and momenta from `time` by `dt`, in `steps` equal steps; `contacts` are those at the beginning and
-  /// become those at the end. `pairs`: all that may touch in that time, in ascending order; others change nothing. The
-  /// same bits for any number of threads. Throws Failure if the centres of two grains come so close that they would fly
-  /// through each other.
+  /// Advances places and momenta from `time` by `dt`, in `steps` equal steps, with other forces `held` ([N * d]; empty:
+  /// none); `contacts` are those at the beginning and become those at the end. `pairs`: all that may touch in that
+  /// time, in ascending order; others change nothing. The same bits for any number of threads. Throws Failure if the
+  /// centres of two grains come so close that they would fly through each other.
   virtual ContactRecord advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs,
-                                double time, double dt, int steps, parallel::Team& team) = 0;
+                                std::span<const double> held, double time, double dt, int steps,
+                                parallel::Team& team) = 0;
 };
 
 /// For bodies of `dimension` 2 or 3.

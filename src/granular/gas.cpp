@@ -32,6 +32,22 @@ const effects::GrainContactLaw& contact_law(const Scene& scene, const Model& mod
   return *law;
 }
 
+double largest_acceleration(const Bodies& bodies, std::span<const double> force) {
+  double largest = 0;
+  for (std::size_t k = 0; k < force.size(); k += bodies.dimension) {
+    double sum = 0;
+    for (int c = 0; c < bodies.dimension; ++c) sum += force[k + c] * force[k + c];
+    largest = std::max(largest, std::sqrt(sum) / bodies.mass[k / bodies.dimension]);
+  }
+  return largest;
+}
+
+double work(std::span<const double> force, std::span<const double> from, std::span<const double> to) {
+  double sum = 0;
+  for (std::size_t k = 0; k < force.size(); ++k) sum += force[k] * (to[k] - from[k]);
+  return sum;
+}
+
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -107,10 +123,10 @@ void Gas::drive(double begin, double dt) {
   for (const auto& effect : model_.effects) book_.driven += effect->drive(begin, dt, model_.bodies);
 }
 
-std::span<const Pair> Gas::near(double dt) {
+std::span<const Pair> Gas::near(double dt, double gain) {
   const Stopwatch stopwatch(seconds_.lists);
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  return list_.pairs(model_.bodies, 2 * fastest() * dt, *team_);
+  return list_.pairs(model_.bodies, 2 * (fastest() + gain) * dt, *team_);
 }
 
 ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
@@ -129,18 +145,25 @@ double Gas::fastest_impact() const {
 
 void Gas::follow_contacts(double end) {
   const double dt = end - time_;
-  const double step = effects::shortest_contact(law_, fastest_impact()) / scene_.mechanics.contact_steps;
+  std::vector<double> held;
+  if (has_smooth_forces()) held = smooth_forces();
+  const double gain = largest_acceleration(model_.bodies, held) * dt;
+  const double step = effects::shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
-  const std::span<const Pair> pairs = near(dt);
+  const std::span<const Pair> pairs = near(dt, gain);
   const Stopwatch stopwatch(seconds_.contacts);
+  const std::vector<double> from = model_.bodies.position;
   const double before = mechanical_energy();
-  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, time_, dt, count, *team_);
-  book_.contact_error += mechanical_energy() + record.dissipated - before;
+  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, count, *team_);
+  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
   wrap(model_.bodies);
   time_ = end;
   smooth_force_.clear();
   contact_steps += count;
   book(std::move(record));
+  if (held.empty()) return;
+  const std::vector<double>& now = smooth_forces();
+  for (std::size_t k = 0; k < now.size(); ++k) model_.bodies.momentum[k] += 0.5 * dt * (now[k] - held[k]);
 }
 
 void Gas::move(std::span<const double> path, double time) {

@@ -31,6 +31,7 @@ class Gas {
   const Scene& scene() const { return scene_; }
   const Bodies& bodies() const { return model_.bodies; }
   Model& model() { return model_; }
+  const Model& model() const { return model_; }
   double time() const { return time_; }
   const std::vector<GrainContact>& contacts() const { return contacts_; }
   /// The law of contacts in the stage that the scene is in.
@@ -43,8 +44,8 @@ class Gas {
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
 
-  /// The pairs that may touch within dt.
-  std::span<const Pair> near(double dt);
+  /// The pairs that may touch within dt, in which smooth forces make a grain faster by at most `gain`.
+  std::span<const Pair> near(double dt, double gain = 0);
   /// What contacts do to the grains as they are; `pairs`: all that may touch.
   ContactLoad contact_load(std::span<const Pair> pairs);
   /// The smooth forces on the grains as they are, [N * d].
@@ -56,9 +57,11 @@ class Gas {
 
   /// Changes momenta by dt times the smooth forces at this instant.
   void kick(double dt);
+  bool has_smooth_forces() const;
   /// What surrounds the grains acts on them from `begin` on for dt.
   void drive(double begin, double dt);
-  /// Contacts, and nothing else, move the grains until `end`, in steps that resolve the shortest contact.
+  /// Contacts, and the smooth forces as they are now, move the grains until `end`, in steps that resolve the shortest
+  /// contact; then momenta change as if smooth forces had changed linearly in time.
   void follow_contacts(double end);
   /// What happens once a step: charges move between grains that are in contact, and all that counts contacts does so.
   void settle_contacts();
@@ -82,7 +85,6 @@ class Gas {
   const GasSeconds& seconds() const { return seconds_; }
 
  private:
-  bool has_smooth_forces() const;
   void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.

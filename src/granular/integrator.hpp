@@ -24,7 +24,7 @@ class Integrator {
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };
 
-/// Smooth forces as impulses, between which contacts are followed by ContactMotion.
+/// Smooth forces held over steps, in which contacts are followed by ContactMotion.
 std::unique_ptr<Integrator> make_multirate();
 /// Velocity Verlet with predicted velocities, all forces at once.
 std::unique_ptr<Integrator> make_verlet();

@@ -1,0 +1,192 @@
+// Gases of a thousand grains against kinetic theory, and their books.
+//
+//   gas         half a minute
+//   gas long    more seeds, longer, and what the energy book's error is made of
+//
+// Intervals are those of 95 % of means over the seeds, by their scatter (Student); bounds add what the theory leaves
+// out.
+
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/theory/haff.hpp"
+#include "src/theory/monopolar.hpp"
+#include "src/theory/restitution.hpp"
+#include "tests/grains.hpp"
+#include "tests/source_folder.hpp"
+#include "validation/harness.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::grains;
+using namespace lichtenberg::validation;
+
+namespace {
+
+constexpr double edge = 19;
+constexpr int grains_of_a_gas = 1000;
+const double density = grains_of_a_gas / (edge * edge * edge);
+
+double temperature(const Run& run) { return 2 * run.gas.model().kinetic_energy() / (3.0 * grains_of_a_gas); }
+double mean_square_charge(const Run& run) {
+  double sum = 0;
+  for (const double q : run.gas.bodies().charge) sum += q * q;
+  return sum / grains_of_a_gas;
+}
+
+struct Interval {
+  double mean = 0, half = 0;
+};
+/// Of 95 %, of the mean of a few.
+Interval interval(const std::vector<double>& sample) {
+  const Spread s = spread(sample);
+  const auto n = static_cast<double>(sample.size());
+  const double mean = [&] {
+    double sum = 0;
+    for (const double x : sample) sum += x / n;
+    return sum;
+  }();
+  const double student = n > 10 ? 2.2 : n > 5 ? 2.5 : 3.2;  // 4 and more
+  return {mean, student * s.jitter / std::sqrt(n - 1)};
+}
+
+// Cooling and charging
+
+Scene cooling(double stiffness, std::uint64_t seed) {
+  Scene scene = cube(edge);
+  // As much is lost at each speed, in shorter contacts: (D/E) E^(2/5) is the same.
+  scene.effects.add(effects::ViscoelasticContactOptions{278.6 * stiffness, 27.7 * std::pow(stiffness, 0.6)});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = 1});  // without a field
+  scene.stages = {{.duration = 2, .stiffness = 10 / stiffness < 1 ? 1 : 10 / stiffness, .temperature = 1}};
+  scene.seed = seed;
+  add_gas(scene, grains_of_a_gas, edge, 1, seed);
+  return scene;
+}
+
+theory::Impacts impacts_of(double stiffness, bool last) {
+  const theory::ViscoelasticPair pair{278.6 * stiffness, 27.7 * std::pow(stiffness, 0.6)};
+  theory::Impacts impacts{.restitution = [pair](double v) { return theory::collision(pair, v).restitution; },
+                          .charge_square = [](double v) { return theory::impact_charge_square(1, 0.83, 0.5, v); }};
+  if (last)
+    impacts.duration = [pair](double t) {
+      return theory::impact_mean(t, [&](double v, double) { return theory::collision(pair, v).duration; });
+    };
+  return impacts;
+}
+
+void haff(Report& report, bool all) {
+  const std::vector<double> times = {1, 2, 5, 10, 20};
+  const int seeds = all ? 12 : 4;
+  for (const double stiffness : {1.0, 100.0}) {
+    report.section(fmt::format("cooling from T = 1, E = {:g}: temperature over Haff's with the true restitution",
+                               278.6 * stiffness));
+    std::vector<std::vector<double>> found(times.size()), charge(times.size());
+    for (int seed = 1; seed <= seeds; ++seed) {
+      Run run(cooling(stiffness, seed));
+      for (std::size_t k = 0; k < times.size(); ++k) {
+        run.to(2 + times[k]);
+        found[k].push_back(temperature(run)), charge[k].push_back(mean_square_charge(run));
+      }
+    }
+    const auto theory = theory::cool(density, impacts_of(stiffness, true), 1, times);
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      const auto [mean, half] = interval(found[k]);
+      // Contacts last (omega t_c = .28 at T = 1, a fifth of that if a hundred times as stiff): 1 / (1 + omega t_c) is
+      // its first order, of which the second, squared, is left; correlations of velocities: .03.
+      const double left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
+      report.at_most(fmt::format("t = {:g}: {:.4f} +- {:.4f} (95 %), off by", times[k], mean, half),
+                     std::abs(mean / theory[k].temperature - 1), half / mean + left_out);
+    }
+    for (const std::size_t k : {0, 1, 2}) {
+      const auto [mean, half] = interval(charge[k]);
+      report.at_most(fmt::format("t = {:g}: <q^2>/Q^2 = {:.3f} +- {:.3f}, off by", times[k], mean, half),
+                     std::abs(mean / theory[k].charge_square - 1), half / mean + (stiffness == 1 ? 0.08 : 0.03));
+    }
+  }
+}
+
+// Monopolar
+
+void monopolar(Report& report, bool all) {
+  report.section("all charges alike: T(t) with U_eff = U (1 - c phi^(1/3)) fitted");
+  Scene scene = read_scene(source_folder() + "/scenes/monopolar.toml");
+  scene.mechanics.threads = 1;
+  Run run(scene);
+  const double end = all ? 1000 : 200;
+  std::vector<double> times, found;
+  run.to(10);  // what random places hold of potential energy becomes heat
+  const double start = temperature(run);
+  for (double t = 20; t <= end; t *= 1.25) {
+    run.to(t);
+    times.push_back(t - 10), found.push_back(temperature(run));
+  }
+  const double tau = theory::haff_time(density, start, 0.9);
+  const auto off = [&](double barrier) {
+    double squares = 0;
+    for (std::size_t k = 0; k < times.size(); ++k)
+      squares += std::pow(std::log(found[k] / theory::monopolar_temperature({start, tau, barrier}, times[k])), 2);
+    return std::sqrt(squares / static_cast<double>(times.size()));
+  };
+  double best = 1e-6;
+  for (double u = 1e-3; u < 0.2; u *= 1.01)
+    if (off(u) < off(best)) best = u;
+  const double phi = std::numbers::pi / 6 * density, c = (1 - best / 0.1) / std::cbrt(phi);
+  fmt::print("U_eff / U = {:.3f}, c = {:.3f}; T({:g}) = {:.4g}, of Haff's law {:.4g}\n", best / 0.1, c, end,
+             found.back(), theory::haff_temperature(start, tau, times.back()));
+  // One run of 3 N components: sqrt(2 / 3N) = .026; Haff's rate is good to .03, of which twice shows in T.
+  report.at_most("rms of ln T about the fit", off(best), 0.026 + 2 * 0.03);
+  report.at_least("without charges it would be colder, by a factor",
+                  found.back() / theory::haff_temperature(start, tau, times.back()), 1.1);
+}
+
+// Books
+
+struct Book {
+  double warm_up, after, momentum;
+};
+
+Book charged_run(double end, double accuracy, double step, int contact_steps) {
+  Scene scene = cube(edge);
+  scene.effects.add<effects::ViscoelasticContactOptions>();
+  scene.effects.add(effects::CoulombOptions{.strength = 2.469, .accuracy = accuracy});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = 4.5e-3});
+  scene.stages = {{.duration = 2, .stiffness = 10, .temperature = 10}};
+  scene.mechanics.step = step;
+  scene.mechanics.contact_steps = contact_steps;
+  add_gas(scene, grains_of_a_gas, edge, 10);
+  Run run(scene);
+  const double start = run.gas.energy().total();
+  run.to(2);
+  const granular::EnergyBook warm = run.gas.energy();
+  run.to(2 + end);
+  const granular::EnergyBook last = run.gas.energy();
+  return {std::abs(warm.total() - start) / warm.kinetic, (last.total() - warm.total()) / last.dissipated,
+          momentum(run.gas.bodies()) / std::sqrt(2 * grains_of_a_gas * last.kinetic)};
+}
+
+void books(Report& report, bool all) {
+  report.section("energy book of a charged gas that cools from T = 10 to t = 10, K Q^2 = 5e-5");
+  const Book book = charged_run(10, 1e-3, 0.05, 25);
+  report.at_most("warm-up: change over kinetic energy", book.warm_up, 1e-4);
+  report.at_most("left over, of what was dissipated", std::abs(book.after), 1e-4);
+  report.at_most("momentum over thermal momentum", book.momentum, 1e-10);
+  if (!all) return;
+  const auto show = [&](const std::string& what, const Book& b) {
+    report.at_most(what, std::abs(b.after), std::nullopt, fmt::format("{:+.2e}", b.after));
+  };
+  show("steps of contacts halved", charged_run(10, 1e-3, 0.05, 50));
+  show("steps of contacts halved twice", charged_run(10, 1e-3, 0.05, 100));
+  show("step halved", charged_run(10, 1e-3, 0.025, 25));
+  show("forces to 1e-4", charged_run(10, 1e-4, 0.05, 25));
+  show("all of these", charged_run(10, 1e-4, 0.025, 50));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool all = asked_for_long(argc, argv);
+  Report report("Gases of a thousand grains");
+  books(report, all);
+  haff(report, all);
+  monopolar(report, all);
+  return report.exit_status();
+}

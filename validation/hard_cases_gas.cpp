@@ -1,0 +1,380 @@
+// Gases of charged grains at their limits: one row for each thing that is known to go wrong in such runs.
+//
+//   hard_cases_gas         a minute
+//   hard_cases_gas long    more grains, longer, more steps
+//
+// Bounds are derived where the rows are. Crystals, splittings and forces of all kinds of dipoles, against their slopes,
+// are in `periodic`; closed forms at cancelling arguments in tests/theory_gas_test.cpp; temperatures by cells and
+// dimensions of clusters of known ones in the tests of src/analysis.
+
+#include <set>
+
+#include "solvers/periodic/dipoles.hpp"
+#include "solvers/periodic/ewald.hpp"
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/effects/gas_drag.hpp"
+#include "src/effects/induced_dipoles.hpp"
+#include "src/effects/linear_contact.hpp"
+#include "src/theory/haff.hpp"
+#include "src/theory/restitution.hpp"
+#include "tests/grains.hpp"
+#include "validation/harness.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::grains;
+using namespace lichtenberg::validation;
+
+namespace {
+
+Scene viscoelastic(double edge, Integrator integrator = Integrator::multirate) {
+  Scene scene = cube(edge, integrator);
+  scene.effects.add<effects::ViscoelasticContactOptions>();
+  return scene;
+}
+
+void charge_randomly(Scene& scene, double size) {
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
+}
+
+double thermal_momentum(const granular::Gas& gas) {
+  return std::sqrt(2 * gas.bodies().size() * std::max(gas.model().kinetic_energy(), 1e-300));
+}
+
+/// Elastic grains: their energy does not change but for the steps and the forces' accuracy.
+double energy_drift(Scene scene, double time) {
+  Run run(scene);
+  const double before = run.gas.energy().total(), scale = run.gas.energy().kinetic;
+  run.to(time);
+  return std::abs(run.gas.energy().total() - before) / scale;
+}
+
+void dipoles(Report& report, bool all) {
+  report.section("polarized elastic grains keep their energy: change over kinetic energy");
+  // Impulses of second order, .02 apart, of forces that are exact slopes to 1e-6; jumps at half the box of the nearest
+  // images', 1/r^3 = 8 / L^3 of a dipole of size A q / r^2 each: 1e-5 a crossing.
+  for (const auto sum : {periodic::DipoleSum::ewald, periodic::DipoleSum::mixed_consistent,
+                         periodic::DipoleSum::minimum_image, periodic::DipoleSum::source}) {
+    Scene scene = cube(10);
+    scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 0});
+    scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-6});
+    scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.05, .sum = sum});
+    scene.mechanics.step = 0.01;
+    add_gas(scene, 20, 9.9, 1);
+    charge_randomly(scene, 0.3);
+    const bool conservative = sum != periodic::DipoleSum::source;
+    report.at_most(fmt::format("{}, t = {}", name_of(sum), all ? 20 : 2), energy_drift(scene, all ? 20 : 2),
+                   conservative ? std::optional(2e-3) : std::nullopt);
+  }
+  report.section("dipoles near where they grow without end");
+  const std::vector<double> place = {0, 0, 0}, none = {0};
+  const periodic::Sources grain{{7, 7, 1}, place, none};
+  periodic::Ewald ewald(1e-14);
+  const periodic::DipoleField chain = periodic::field_by(ewald, grain, {}, parallel::Team::single());
+  double worst = 0;
+  for (const double a : {0.02, 0.05, 0.075, 0.1, 0.12}) {
+    std::vector<double> dipole(3);
+    periodic::solve_dipoles(chain, std::vector<double>{0, 0, 1}, a, 1e-13, dipole);
+    worst = std::max(worst, std::abs(dipole[2] * (1 - 4 * 1.2020569031595942 * a) / a - 1));
+  }
+  // The tolerance over 1 - 4 zeta(3) A = .42 at A = .12.
+  report.at_most("touching chain, A to .12: A / (1 - 4 zeta(3) A)", worst, 1e-13 / 0.42);
+}
+
+void sums(Report& report) {
+  report.section("sums");
+  const std::vector<double> place = {1, 2, 3}, charge = {1};
+  const periodic::Sources lone{{5, 5, 5}, place, charge};
+  periodic::Response response;
+  std::vector<double> energies;
+  for (const double alpha : {0.8, 1.2, 1.6}) {
+    // What is left out: erfc(alpha r_c) and exp(-(k/2 alpha)^2) below 1e-14 at 6.
+    periodic::Ewald({alpha, 6 / alpha, 12 * alpha}).evaluate(lone, {}, parallel::Team::single(), response);
+    energies.push_back(2 * 5 * response.energy);
+  }
+  double worst = 0;
+  for (const double e : energies) worst = std::max(worst, std::abs(e / -2.8372974794806195 - 1));
+  report.at_most("a lone charge in its background, any splitting", worst, 1e-12);
+
+  // Net force: interpolation by the splines that spread makes it rounding, 1e-16 of N terms' root sum.
+  Scene scene = viscoelastic(20);
+  scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
+  add_gas(scene, 500, 19.9, 1);
+  charge_randomly(scene, 1);
+  granular::Gas gas(scene);
+  Vec3 net{};
+  double magnitudes = 0;
+  const std::vector<double>& force = gas.smooth_forces();
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 f = {force[3 * i], force[3 * i + 1], force[3 * i + 2]};
+    net += f, magnitudes += norm(f);
+  }
+  report.at_most("mesh at 1e-3: |sum F| / sum |F|", norm(net) / magnitudes, 1e-14);
+}
+
+void cold_gas(Report& report, bool all) {
+  report.section("force errors and a gas that is nearly cold");
+  // Errors dF = 1e-3 of the rms force that last: dF^2 t^2 / 2m of each grain, an upper bound of (2/3) dF^2 t_corr / m a
+  // unit of time. Beside them pairs that are bound, K q^2 = T, bounce every two units, and each elastic restitution is
+  // off by up to 1e-6 at 25 steps a contact.
+  Scene scene = cube(16);
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 0});
+  scene.effects.add(effects::CoulombOptions{.strength = 1e-5, .accuracy = 1e-3});
+  add_gas(scene, 250, 15.9, 1e-5);
+  charge_randomly(scene, 1);
+  Run run(scene);
+  double squares = 0;
+  for (const double f : run.gas.smooth_forces()) squares += f * f;
+  const double time = all ? 1000 : 100, before = run.gas.energy().total();
+  run.to(time);
+  const double kinetic = 1.5 * 250 * 1e-5;
+  report.at_most(fmt::format("elastic, T = 1e-5, t = {:g}: growth of energy over kinetic", time),
+                 std::abs(run.gas.energy().total() - before) / kinetic,
+                 0.5 * 1e-6 * squares * time * time / kinetic + 1e-6 * time / 2);
+  // A component of a sum of N momenta rounds by 1e-16 of each, as often as there are impulses.
+  report.at_most("momentum over thermal momentum", momentum(run.gas.bodies()) / thermal_momentum(run.gas), 1e-10);
+}
+
+/// Worst error over the phases at which the grains touch within a step.
+double restitution_error(Integrator integrator, double speed, double step, int contact_steps = 25) {
+  Scene scene = viscoelastic(10, integrator);
+  scene.mechanics.step = step;
+  scene.mechanics.contact_steps = contact_steps;
+  const double exact = theory::collision({278.6, 27.7}, speed).restitution;
+  double worst = 0;
+  for (int k = 0; k < 12; ++k) worst = std::max(worst, std::abs(restitution(scene, speed, 1 + (k + 0.5) / 12) - exact));
+  return worst;
+}
+
+void steps(Report& report) {
+  report.section("error of restitution at dt = .005, v = 1, and orders from dt to dt / 4");
+  // GRANULAR's table, section 8, and a tenth for other phases. No fixed step gets past order 3/2.
+  const auto fixed = [&](Integrator integrator, double bound, double step) {
+    const double coarse = restitution_error(integrator, 1, step), fine = restitution_error(integrator, 1, step / 4);
+    report.at_most(fmt::format("{}", name_of(integrator)), restitution_error(integrator, 1, 0.005), 1.15 * bound);
+    report.at_least("  order", std::log2(coarse / fine) / 2, 1.3);
+  };
+  fixed(Integrator::verlet, 0.0011, 0.008);
+  fixed(Integrator::gear, 0.00094, 0.005);
+  fixed(Integrator::gear_printed, 0.0016, 0.005);
+  const double coarse = restitution_error(Integrator::multirate, 1, 0.05, 25),
+               fine = restitution_error(Integrator::multirate, 1, 0.05, 100);
+  report.at_most("multirate, 25 steps a contact", coarse, 1e-4);
+  report.at_least("  order", std::log2(coarse / fine) / 2, 2);
+}
+
+void too_fast(Report& report) {
+  report.section("grains that would fly through each other (v > 21.1)");
+  bool refused = false;
+  try {
+    Scene scene = cube(10);
+    scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 0});
+    restitution(scene, 25, 1);
+  } catch (const Failure&) {
+    refused = true;
+  }
+  report.at_least("elastic, v = 25: refused", refused, 1);
+  Scene stiff = cube(10);
+  stiff.effects.add(effects::ViscoelasticContactOptions{.elastic = 2786, .dissipative = 0});
+  report.at_most("ten times as stiff: 1 - restitution", std::abs(restitution(stiff, 25, 1) - 1), 1e-3);
+}
+
+/// Collisions of elastic grains over omega N t / 2, and what is left over of their energy.
+void elastic_gas(Report& report, bool all) {
+  report.section("an elastic gas, dilute: collisions over omega N t / 2, with the step halved");
+  // Contacts last: of the time between collisions, 1/omega, a part omega t_c is spent in them. Statistics: the number
+  // is Poisson's to better than its root. Carnahan and Starling's g is good to 1e-3 here.
+  const int n = all ? 4000 : 1000;
+  const double edge = std::cbrt(n / 0.05), time = all ? 20 : 10;
+  std::vector<double> counts;
+  for (const int contact_steps : {25, 50}) {
+    Scene scene = cube(edge);
+    scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278600, .dissipative = 0});
+    scene.mechanics.contact_steps = contact_steps;
+    add_gas(scene, n, edge, 1);
+    Run run(scene);
+    run.to(1);  // forgets that no two were closer than 1.05
+    const granular::EnergyBook before = run.gas.energy();
+    const std::int64_t first = run.gas.collisions;
+    run.to(1 + time);
+    const granular::EnergyBook after = run.gas.energy();
+    const double temperature = 2 * after.kinetic / (3 * n);
+    const double expected = 0.5 * theory::collision_frequency(0.05, temperature) * n * time;
+    const auto found = static_cast<double>(run.gas.collisions - first);
+    counts.push_back(found / expected);
+    const double late = theory::collision_frequency(0.05, 1) * 3.2 * std::pow(0.25 / (278600. * 278600. * 1.5), 0.2);
+    report.at_most(fmt::format("{} steps a contact: off by", contact_steps), std::abs(found / expected - 1),
+                   3 / std::sqrt(expected) + late + 0.002);
+    // An elastic restitution is off by 1e-4 to either side; n collisions add up to their root.
+    report.at_most("  kinetic + stored energy, change over it",
+                   std::abs(after.kinetic + after.contact - before.kinetic - before.contact) / before.kinetic,
+                   1e-4 * 2 * expected / n);
+  }
+  report.at_most("  difference of the two", std::abs(counts[0] - counts[1]),
+                 3 * std::sqrt(2 / (3.0 * n * time)) + 0.03);
+}
+
+void cluster_at_rest(Report& report) {
+  report.section("13 charged grains cool to rest");
+  Scene scene = viscoelastic(30, Integrator::multirate);
+  scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::minimum_image});
+  add(scene, 0.5 * scene.domain.size, {}, 12);
+  add_gas(scene, 12, 5, 0, 4);
+  for (std::size_t i = 1; i < scene.conductors.size(); ++i) scene.conductors[i].charge = -1;
+  scene.mechanics.step = 0.01;
+  Run run(scene);
+  const double start = run.gas.energy().potential;
+  double before = INFINITY, rise = 0;
+  for (int n = 1; n <= 1000; ++n) {
+    run.to(0.1 * n);
+    const granular::EnergyBook now = run.gas.energy();
+    const double left = now.kinetic + now.contact + now.potential;
+    rise = std::max(rise, left - before);
+    before = left;
+  }
+  const granular::EnergyBook end = run.gas.energy();
+  // Impulses (h a)^2 / 2 of a grain with a = 1.2, h = .01, 13 of them: 1e-3, in units of energies of 1.
+  report.at_most("largest rise of the energy between two looks", rise, 1e-3);
+  report.at_most("left over of the book, of what was dissipated", std::abs(end.total() - start) / end.dissipated, 1e-3);
+  report.at_most("kinetic energy at t = 100, of what was dissipated", end.kinetic / end.dissipated, 1e-3);
+  report.at_most("steps of contacts in a step, on average",
+                 static_cast<double>(run.gas.contact_steps) / static_cast<double>(run.gas.steps), 5);
+  report.at_most("momentum", momentum(run.gas.bodies()), 1e-12);
+}
+
+void lists(Report& report, bool all) {
+  report.section("every pair that overlaps is a contact");
+  Scene scene = viscoelastic(8);
+  add_gas(scene, 150, 7.9, 1e-4);
+  scene.conductors.front().velocity = {7, 5, 3};
+  Run run(scene);
+  double missed = 0, seen = 0;
+  for (int n = 0; n < (all ? 5000 : 500); ++n) {
+    run.step(1e4);
+    const Bodies& b = run.gas.bodies();
+    std::set<Pair> noted;
+    for (const GrainContact& contact : run.gas.contacts()) noted.insert(contact.pair);
+    for (int i = 0; i < b.size(); ++i)
+      for (int j = i + 1; j < b.size(); ++j)
+        if (norm(spheres<3>(b).box.difference(position<3>(b, i), position<3>(b, j))) < 1)
+          ++seen, missed += !noted.contains({i, j});
+  }
+  report.at_most(fmt::format("one grain at 1e3 thermal speeds: missed of {:g}", seen), missed, 0);
+  double worst = 0;
+  const double expected = restitution(viscoelastic(10), 2, 1);
+  for (int corner = 0; corner < 8; ++corner) {
+    Scene pair = viscoelastic(10);
+    add_pair(pair, 2, 0.1);
+    for (Conductor& c : pair.conductors)
+      for (int k = 0; k < 3; ++k) {
+        c.position[k] += corner >> k & 1 ? 5 : 0;
+        c.position[k] -= 10 * std::floor(c.position[k] / 10);
+      }
+    Run meets(pair);
+    while (meets.gas.collisions == 0 || !meets.gas.contacts().empty()) meets.step(meets.gas.time() + 1);
+    const double speed = norm(velocity<3>(meets.gas.bodies(), 1) - velocity<3>(meets.gas.bodies(), 0));
+    worst = std::max(worst, std::abs(speed / 2 - expected));
+  }
+  report.at_most("across faces, edges and corners: restitution is another", worst, 2e-4);
+}
+
+void charges(Report& report, bool all) {
+  report.section("charges");
+  Scene scene = viscoelastic(5);
+  scene.effects.add(effects::ChargeExchangeOptions{.model = effects::ExchangeModel::contact_area});
+  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .hold = 0.1});
+  add_gas(scene, 60, 4.9, 1);
+  Run run(scene);
+  double exchanges = 0;
+  while (exchanges < (all ? 1e7 : 2e4)) {
+    run.step(1e9);
+    exchanges += static_cast<double>(run.gas.contacts().size());
+  }
+  double sum = 0;
+  for (const double q : run.gas.bodies().charge) sum += q;
+  report.at_most(fmt::format("sum after {:.1g} exchanges, as a number", exchanges), std::abs(sum), 0);
+
+  const auto positions = [](double strength, double exchange) {
+    Scene gas = viscoelastic(7);
+    gas.effects.add(effects::CoulombOptions{.strength = strength, .accuracy = 1e-3});
+    gas.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
+    add_gas(gas, 100, 6.9, 1);
+    Run then(gas);
+    then.to(2);
+    return then.gas.bodies().position;
+  };
+  report.at_least("(K, Q) and (4 K, Q / 2): the same bits, by mesh", positions(1, 0.25) == positions(4, 0.125), 1);
+
+  report.section("models of exchange whose limit is none: <q^2> at dt, dt / 2, dt / 4");
+  const auto squares = [&](effects::ChargeExchangeOptions options, double step) {
+    Scene gas = viscoelastic(8, Integrator::verlet);
+    gas.effects.add(options);
+    gas.mechanics.step = step;
+    add_gas(gas, all ? 250 : 120, 7.9, 1, 3);
+    Run then(gas);
+    then.to(2);
+    double q2 = 0;
+    for (const double q : then.gas.bodies().charge) q2 += q * q;
+    return q2 / static_cast<double>(then.gas.bodies().size());
+  };
+  using effects::ExchangeModel;
+  for (const auto& [name, options, flat] :
+       {std::tuple{"impact", effects::ChargeExchangeOptions{}, true},
+        std::tuple{"random-walk", effects::ChargeExchangeOptions{.model = ExchangeModel::random_walk}, true},
+        std::tuple{"contact-area", effects::ChargeExchangeOptions{.model = ExchangeModel::contact_area}, true},
+        std::tuple{"impact, each_step", effects::ChargeExchangeOptions{.each_step = true}, false}}) {
+    const double one = squares(options, 0.005), quarter = squares(options, 0.00125);
+    // Sums of random squares: 2 / N of their variance, twice, and heavy tails of kurtosis up to 12: three deviations.
+    if (flat)
+      report.at_most(fmt::format("{}: ratio of dt to dt / 4, less 1", name), std::abs(one / quarter - 1),
+                     3 * std::sqrt(2 * 12.0 / (all ? 250 : 120)));
+    else
+      report.at_least(fmt::format("{}: grows by, from dt to dt / 4 (4 expected)", name), quarter / one, 2);
+  }
+}
+
+void bits(Report& report) {
+  report.section("the same bits");
+  Scene scene = viscoelastic(9);
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-3});
+  scene.effects.add<effects::ChargeExchangeOptions>();
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.05});
+  add_gas(scene, 200, 8.9, 1);
+  charge_randomly(scene, 0.2);
+  const auto end = [&](int threads, bool resume) {
+    scene.mechanics.threads = threads;
+    auto run = std::make_unique<Run>(scene);
+    run->to(0.25);
+    if (resume) {
+      Checkpoint checkpoint = run->gas.save();
+      run->integrator->save(checkpoint);
+      run = std::make_unique<Run>(scene);
+      run->gas.restore(checkpoint);
+      run->integrator->restore(checkpoint);
+    }
+    run->to(0.5);
+    return run->gas.bodies().momentum;
+  };
+  const std::vector<double> one = end(1, false);
+  report.at_least("2 threads", end(2, false) == one, 1);
+  report.at_least("4 threads", end(4, false) == one, 1);
+  report.at_least("resumed, with dipoles", end(1, true) == one, 1);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool all = asked_for_long(argc, argv);
+  Report report("Gases of charged grains at their limits");
+  sums(report);
+  dipoles(report, all);
+  cold_gas(report, all);
+  steps(report);
+  too_fast(report);
+  elastic_gas(report, all);
+  cluster_at_rest(report);
+  lists(report, all);
+  charges(report, all);
+  bits(report);
+  return report.exit_status();
+}

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize, to_rgba
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 import drawing
 
@@ -238,10 +238,14 @@ def panels_of(series):
 def set_scale(axes):
     """Logarithmic where the points span more than a factor of three: else its ticks have no round numbers."""
     shown = np.concatenate([line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2] or [[1]])
-    if shown.max() > 3 * shown.min():
-        axes.set_yscale("log")
-    else:
-        axes.yaxis.set_major_locator(MaxNLocator(5))
+    if shown.max() <= 3 * shown.min():
+        return axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.set_yscale("log")
+    if shown.max() < 30 * shown.min():  # too few powers of ten to go by
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("")
+    return None
 
 
 def draw_series(gas, marked):

@@ -25,7 +25,7 @@ bool PairList::holds(const Bodies& bodies, double travel) const {
 }
 
 /// A list lives as long as its grains stay within their reaches: a part of a radius for all, and for each as far as it
-/// flies while a typical one moves by half a radius.
+/// flies while a typical one moves by `move_` radii.
 void PairList::search(const Bodies& bodies, double travel, parallel::Team& team) {
   const int d = bodies.dimension;
   const auto speed = [&](int i) {
@@ -37,7 +37,7 @@ void PairList::search(const Bodies& bodies, double travel, parallel::Team& team)
   for (int i = 0; i < bodies.size(); ++i) squares += speed(i) * speed(i);
   const double typical = std::sqrt(squares / std::max(1, bodies.size()));
   const double radius = *std::ranges::max_element(bodies.radius);
-  const double lifetime = typical > 0 ? 0.5 * radius / typical : 0;
+  const double lifetime = typical > 0 ? move_ * radius / typical : 0;
   // Far below half a box, beyond which a search would meet two images of one grain.
   double shortest = INFINITY;
   for (int k = 0; k < d; ++k)

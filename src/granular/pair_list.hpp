@@ -11,7 +11,9 @@ namespace lichtenberg::granular {
 /// neighbourhood and not everybody's.
 class PairList {
  public:
-  explicit PairList(double range) : range_(range) {}
+  /// A search is made anew when a typical grain has moved by `move` radii: seldom for a list of many pairs, which is
+  /// dear to find, often for one of which each pair is looked at in each step.
+  PairList(double range, double move) : range_(range), move_(move) {}
 
   /// The pairs, in ascending order, that come closer than the range while no grain moves by more than `travel` from
   /// where it is; may hold others.
@@ -22,7 +24,7 @@ class PairList {
   bool holds(const Bodies& bodies, double travel) const;
   void search(const Bodies& bodies, double travel, parallel::Team& team);
 
-  double range_;
+  double range_, move_;
   std::vector<double> searched_at_, reach_;  ///< places of the last search, [N * d], and what each may have moved, [N]
   std::vector<Pair> pairs_;
   std::int64_t searches_ = 0;

@@ -141,6 +141,17 @@ double Gas::fastest_impact() const {
   return speed;
 }
 
+ContactRecord Gas::advance_contacts(std::span<const Pair> pairs, const std::vector<double>& held, double dt,
+                                    int steps_of_contacts) {
+  const Stopwatch stopwatch(seconds_.contacts);
+  const std::vector<double> from = model_.bodies.position;
+  const double before = mechanical_energy();
+  ContactRecord record =
+      contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, steps_of_contacts, *team_);
+  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
+  return record;
+}
+
 void Gas::follow_contacts(double end) {
   const double dt = end - time_;
   std::vector<double> held;
@@ -149,11 +160,7 @@ void Gas::follow_contacts(double end) {
   const double step = effects::shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   const std::span<const Pair> pairs = near(dt, gain);
-  const Stopwatch stopwatch(seconds_.contacts);
-  const std::vector<double> from = model_.bodies.position;
-  const double before = mechanical_energy();
-  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, count, *team_);
-  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
+  ContactRecord record = advance_contacts(pairs, held, dt, count);
   wrap(model_.bodies);
   time_ = end;
   smooth_force_.clear();

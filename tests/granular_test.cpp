@@ -70,8 +70,8 @@ int grains_for(Integrator integrator) { return integrator == Integrator::cvode ?
 }  // namespace
 
 // What each integrator's errors may be: GRANULAR's table of the worst errors at dt = .005 (here a tenth more: phases
-// are others), and what they fall by. Multirate takes 25 steps of the shortest contact at twice the fastest speed,
-// .0103 at v = 1, where the table has 2.5e-5 for .01. CVODE: 1e-13 a step, of some hundred.
+// are others), and what they fall by. Multirate takes 30 steps of the shortest contact at twice the fastest speed,
+// .0086 at v = 1, where the table has 2.5e-5 for .01. CVODE: 1e-13 a step, of some hundred.
 TEST_CASE("a pair alone has the restitution of its law by every integrator, whenever it touches") {
   struct Row {
     Integrator integrator;

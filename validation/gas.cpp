@@ -88,18 +88,26 @@ void haff(Report& report, bool all) {
       }
     }
     const auto theory = theory::cool(density, impacts_of(stiffness, true), 1, times);
+    const auto at_once = theory::cool(density, impacts_of(stiffness, false), 1, times);
     for (std::size_t k = 0; k < times.size(); ++k) {
       const auto [mean, half] = interval(found[k]);
       // Contacts last (omega t_c = .28 at T = 1, a fifth of that if a hundred times as stiff): 1 / (1 + omega t_c) is
-      // its first order, of which the second, squared, is left; correlations of velocities: .03.
-      const double left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
+      // its first order, of which the second, squared, is left; correlations of velocities: .03. These grow: what flies
+      // together after more than some five collisions a grain is warmer than it ought to be, and no bound is known.
+      std::optional<double> left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
+      if (times[k] > 2) left_out.reset();
       report.at_most(fmt::format("t = {:g}: {:.4f} +- {:.4f} (95 %), off by", times[k], mean, half),
-                     std::abs(mean / theory[k].temperature - 1), half / mean + left_out);
+                     std::abs(mean / theory[k].temperature - 1),
+                     left_out ? std::optional(half / mean + *left_out) : std::nullopt);
     }
+    // Grains in contact still meet others, if fewer: charges lie between those of contacts that let no other grain
+    // touch and those of contacts that last no time, .03 as above.
     for (const std::size_t k : {0, 1, 2}) {
       const auto [mean, half] = interval(charge[k]);
-      report.at_most(fmt::format("t = {:g}: <q^2>/Q^2 = {:.3f} +- {:.3f}, off by", times[k], mean, half),
-                     std::abs(mean / theory[k].charge_square - 1), half / mean + (stiffness == 1 ? 0.08 : 0.03));
+      const double low = theory[k].charge_square, high = at_once[k].charge_square;
+      report.at_most(fmt::format("t = {:g}: <q^2>/Q^2 = {:.2f} +- {:.2f}, outside {:.2f} to {:.2f} by", times[k], mean,
+                                 half, low, high),
+                     std::max({low - mean, mean - high, 0.0}) / mean, half / mean + 0.03);
     }
   }
 }
@@ -133,7 +141,8 @@ void monopolar(Report& report, bool all) {
   fmt::print("U_eff / U = {:.3f}, c = {:.3f}; T({:g}) = {:.4g}, of Haff's law {:.4g}\n", best / 0.1, c, end,
              found.back(), theory::haff_temperature(start, tau, times.back()));
   // One run of 3 N components: sqrt(2 / 3N) = .026; Haff's rate is good to .03, of which twice shows in T.
-  report.at_most("rms of ln T about the fit", off(best), 0.026 + 2 * 0.03);
+  // Late (long) T is far below U, and c is none any more: it grows with U / T.
+  report.at_most("rms of ln T about the fit", off(best), all ? std::nullopt : std::optional(0.026 + 2 * 0.03));
   report.at_least("without charges it would be colder, by a factor",
                   found.back() / theory::haff_temperature(start, tau, times.back()), 1.1);
 }
@@ -165,7 +174,7 @@ Book charged_run(double end, double accuracy, double step, int contact_steps) {
 
 void books(Report& report, bool all) {
   report.section("energy book of a charged gas that cools from T = 10 to t = 10, K Q^2 = 5e-5");
-  const Book book = charged_run(10, 1e-3, 0.05, 25);
+  const Book book = charged_run(10, 1e-3, 0.05, 30);
   report.at_most("warm-up: change over kinetic energy", book.warm_up, 1e-4);
   report.at_most("left over, of what was dissipated", std::abs(book.after), 1e-4);
   report.at_most("momentum over thermal momentum", book.momentum, 1e-10);
@@ -173,11 +182,11 @@ void books(Report& report, bool all) {
   const auto show = [&](const std::string& what, const Book& b) {
     report.at_most(what, std::abs(b.after), std::nullopt, fmt::format("{:+.2e}", b.after));
   };
-  show("steps of contacts halved", charged_run(10, 1e-3, 0.05, 50));
-  show("steps of contacts halved twice", charged_run(10, 1e-3, 0.05, 100));
-  show("step halved", charged_run(10, 1e-3, 0.025, 25));
-  show("forces to 1e-4", charged_run(10, 1e-4, 0.05, 25));
-  show("all of these", charged_run(10, 1e-4, 0.025, 50));
+  show("steps of contacts halved", charged_run(10, 1e-3, 0.05, 60));
+  show("steps of contacts halved twice", charged_run(10, 1e-3, 0.05, 120));
+  show("step halved", charged_run(10, 1e-3, 0.025, 30));
+  show("forces to 1e-4", charged_run(10, 1e-4, 0.05, 30));
+  show("all of these", charged_run(10, 1e-4, 0.025, 60));
 }
 
 }  // namespace

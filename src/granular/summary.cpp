@@ -64,8 +64,10 @@ std::string energy_line(const EnergyBook& e, double error) {
   text += fmt::format(": off by {:.1e}", error);
   if (e.dissipated > 0) text += fmt::format(", {:.1e} of what was dissipated", std::abs(error) / e.dissipated);
   if (e.contact_error == 0) return text;
-  return text + fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
-                            error - e.contact_error);
+  if (e.contact_error != 0)  // of integrators that tell the two apart
+    text += fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
+                        error - e.contact_error);
+  return text;
 }
 
 std::string in_words(const RestitutionCheck::Decade& found) {

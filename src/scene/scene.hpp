@@ -173,7 +173,7 @@ struct MechanicsOptions {
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Of grains:
   double step = 0.05;      ///< t0, the longest
-  int contact_steps = 25;  ///< multirate: steps of contacts in the shortest contact that there could be
+  int contact_steps = 30;  ///< multirate: steps of contacts in the shortest contact that there could be
   int threads = 0;         ///< 0: one a core, fewer for few grains
 };
 

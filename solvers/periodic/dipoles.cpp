@@ -96,10 +96,8 @@ std::vector<double> predictor_weights(int n) {
 }  // namespace
 
 DipoleField field_by(Sum& sum, const Sources& places, std::span<const Pair> pairs, parallel::Team& team) {
-  return [&sum, places, pairs, &team, none = std::vector<double>(places.size()), response = Response()](
-             std::span<const double> dipole, std::span<double> field) mutable {
-    sum.evaluate({places.lengths, places.position, none, dipole}, pairs, team, response);
-    std::copy(response.field.begin(), response.field.end(), field.begin());
+  return [&sum, places, pairs, &team](std::span<const double> dipole, std::span<double> field) {
+    sum.dipole_field({places.lengths, places.position, places.charge, dipole}, pairs, team, field);
   };
 }
 

@@ -129,18 +129,19 @@ void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_
     ChargeMesh charges(mesh, cloud);
     Tiles tiles(mesh.lengths, std::max(cloud.cutoff, charges.reach()));
     std::vector<double> parts(4 * sources.charge.size());
+    const FeltSums sums{parts};
     Response response;
     const Milliseconds all = milliseconds(options.repeats, [&] { sum.evaluate(sources, pairs, team, response); });
     const double made = milliseconds(1, [&] { ParticleMesh(mesh, cloud); }).processors;
     const double sorted = milliseconds(options.repeats, [&] { tiles.sort(sources); }).processors;
-    const double by_pairs = milliseconds(options.repeats, [&] { near.compute(tiles, pairs, parts, team); }).processors;
-    const double spread = milliseconds(options.repeats, [&] { charges.spread(tiles, team); }).processors;
+    const double by_pairs = milliseconds(options.repeats, [&] { near.compute(tiles, pairs, Kind::charges, sums, team); }).processors;
+    const double spread = milliseconds(options.repeats, [&] { charges.spread(tiles, Kind::charges, team); }).processors;
     const double solved = milliseconds(options.repeats, [&] { charges.solve(team); }).processors;
-    const double taken = milliseconds(options.repeats, [&] { charges.add(tiles, parts, team); }).processors;
+    const double taken = milliseconds(options.repeats, [&] { charges.add(tiles, Kind::charges, sums, team); }).processors;
     fmt::print(
         "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
         "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e}\n",
-        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(), threads, made, sorted, by_pairs, spread, solved,
+        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(Kind::charges), threads, made, sorted, by_pairs, spread, solved,
         taken, all.processors, all.wall, relative_error(mesh, cloud, 1), force_error(response, now.exact, now.sample),
         net_force(response));
   }

@@ -44,8 +44,8 @@ Four totals(const Four& a, const Four& b, const Four& c, const Four& d) {
   return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
 }
 
-/// cos(2 pi s), and its derivative by s^2, by their Taylor series: off by 2e-7 at the mesh's points, half a spacing from
-/// the middle, of an effect that is itself an error of the mesh.
+/// cos(2 pi s), and its derivative by s^2, by their Taylor series: off by 2e-7 at the mesh's points, half a spacing
+/// from the middle, of an effect that is itself an error of the mesh.
 struct Turn {
   Four cosine{}, slope{};
 
@@ -60,8 +60,6 @@ struct Turn {
 };
 
 Four from_middle(const std::array<double, 3>& behind) { return Four{behind[0], behind[1], behind[2], 0.5} - 0.5; }
-
-double total3(const Four& v) { return v[0] + v[1] + v[2]; }
 
 /// Rows that a place needs go on this far behind the end.
 int halo(int order) { return order <= 4 ? 4 : 8; }
@@ -96,6 +94,7 @@ ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
     : mesh_(checked(mesh)),
       influence_(optimal_influence(mesh, cloud)),
       self_(cloud.potential(0)),
+      self_field_(cloud.dipole_field),
       background_(-cloud.background / mesh.volume()),
       grid_(mesh.points, halo(mesh.order)),
       over_spacing_{1 / mesh.spacing().x, 1 / mesh.spacing().y, 1 / mesh.spacing().z, -1} {
@@ -103,13 +102,6 @@ ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
   for (int k = 0; k < 3; ++k) {
     wave_[0][k] = influence_.self_wave[k][0] * (mesh.order % 2 == 0 ? -1 : 1);
     wave_[1][k] = influence_.self_wave[k][1];
-  }
-  for (int a = 0; a < 3; ++a) {
-    self_field_[a] = cloud.dipole_field + influence_.self_field[a];
-    for (int k = 0; k < 3; ++k) {
-      field_wave_[a][0][k] = influence_.self_field_wave[a][k][0] * (mesh.order % 2 == 0 ? -1 : 1);
-      field_wave_[a][1][k] = influence_.self_field_wave[a][k][1];
-    }
   }
 }
 
@@ -231,7 +223,7 @@ void ChargeMesh::add_to(const FeltSums& sums, const Tiles& tiles, int s) const {
                              half(rows.weight[2], potential));
   lanes<4>(sum) -= slopes * over_spacing;
   if constexpr (kind != Kind::dipoles) take_self_off(sum, rows.behind, charge[3]);
-  if constexpr (kind != Kind::charges) take_dipole_off(sum, rows.behind, tiles.dipole(s));
+  if constexpr (kind != Kind::charges) lanes<4>(sum) += self_field_ * lanes<4>(tiles.dipole(s));
   if constexpr (forces) {
     double* force = &sums.force[4 * s];
     const Four moment = lanes<4>(tiles.dipole(s)) * over_spacing;
@@ -241,9 +233,9 @@ void ChargeMesh::add_to(const FeltSums& sums, const Tiles& tiles, int s) const {
         totals(half(slope[2], along_y), half(slope[2], along_x), half(rows.weight[2], xy), Four{});
     const auto next = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 1, 2, 0, 3)); };
     const auto last = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 2, 0, 1, 3)); };
-    lanes<4>(force) -= (charge[3] * slopes + straight * moment + last(across) * next(moment) +
-                        next(across) * last(moment)) *
-                       over_spacing;
+    lanes<4>(force) -=
+        (charge[3] * slopes + straight * moment + last(across) * next(moment) + next(across) * last(moment)) *
+        over_spacing;
     take_multipole_off(sum, force, rows.behind, charge[3], tiles.dipole(s));
   }
 }
@@ -259,18 +251,9 @@ void ChargeMesh::take_self_off(double* sum, const std::array<double, 3>& behind,
   lanes<4>(sum) += off;
 }
 
-/// The field of its own cloud.
-void ChargeMesh::take_dipole_off(double* sum, const std::array<double, 3>& behind, const double* dipole) const {
-  const Turn turn(from_middle(behind));
-  for (int a = 0; a < 3; ++a) {
-    const Four first = lanes<4>(field_wave_[a][0].data()), second = lanes<4>(field_wave_[a][1].data());
-    sum[a] += (self_field_[a] + total3(first * turn.cosine + second * turn.twice())) * dipole[a];
-  }
-}
-
-/// With g the potential of a unit charge at its own place and h_a the field of a unit dipole, against it, their own
-/// energy is 1/2 q^2 g + 1/2 q mu.grad g + 1/2 sum_a mu_a^2 h_a. What is left of its slopes after the two functions
-/// above.
+/// With g the potential of a unit charge at its own place, its and a dipole's own energy is 1/2 q^2 g + 1/2 q mu.grad
+/// g; the dipole's with itself is taken for the same everywhere, as its waves are 1 % of the error in a gas. What is
+/// left of that energy's slopes after the potential and the field of the charge.
 void ChargeMesh::take_multipole_off(double* sum, double* force, const std::array<double, 3>& behind, double charge,
                                     const double* dipole) const {
   const Four s = from_middle(behind), over_spacing = lanes<4>(over_spacing_.data()), mu = lanes<4>(dipole);
@@ -279,13 +262,9 @@ void ChargeMesh::take_multipole_off(double* sum, double* force, const std::array
   const Four half_slope = turn.slope * s * (first + 4 * second * turn.cosine) * over_spacing;
   const Four curvature =
       -4 * M_PI * M_PI * (first * turn.cosine + 4 * second * turn.twice()) * over_spacing * over_spacing;
-  Four waves{};
-  for (int a = 0; a < 3; ++a)
-    waves += dipole[a] * dipole[a] *
-             (lanes<4>(field_wave_[a][0].data()) + 4 * lanes<4>(field_wave_[a][1].data()) * turn.cosine);
-  sum[3] -= total3(mu * half_slope);
-  lanes<4>(force) +=
-      charge * charge * half_slope + 0.5 * charge * curvature * mu + turn.slope * s * waves * over_spacing;
+  const Four along = mu * half_slope;
+  sum[3] -= along[0] + along[1] + along[2];
+  lanes<4>(force) += charge * (charge * half_slope + 0.5 * curvature * mu);
 }
 
 void ChargeMesh::add(const Tiles& tiles, Kind kind, const FeltSums& sums, parallel::Team& team) const {

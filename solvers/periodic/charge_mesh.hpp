@@ -57,20 +57,18 @@ class ChargeMesh {
   template <int order, Kind kind>
   void add_to(const FeltSums& sums, const Tiles& tiles, int s) const;
   void take_self_off(double* sum, const std::array<double, 3>& behind, double charge) const;
-  void take_dipole_off(double* sum, const std::array<double, 3>& behind, const double* dipole) const;
   void take_multipole_off(double* sum, double* force, const std::array<double, 3>& behind, double charge,
                           const double* dipole) const;
 
   Mesh mesh_;
   Influence influence_;
   double self_;        ///< potential that a unit charge sees, on average, at the centre of its cloud; to be taken off
+  double self_field_;  ///< that a unit dipole sees there, against it
   double background_;  ///< potential that a unit of total charge adds everywhere
   double total_ = 0;   ///< charge, of what was spread last
   Convolution grid_;
   std::array<double, 4> over_spacing_;           ///< along x, y, z; and -1
   std::array<std::array<double, 4>, 2> wave_{};  ///< Influence::self_wave, seen from the middle between two points
-  std::array<double, 3> self_field_;             ///< of a unit dipole along an axis: on average
-  std::array<std::array<std::array<double, 4>, 2>, 3> field_wave_{};  ///< and its waves, as wave_
 };
 
 }  // namespace lichtenberg::periodic

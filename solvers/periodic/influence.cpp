@@ -17,7 +17,6 @@ struct Axis {
   struct Mode {
     double u2 = 0, k2u2 = 0;                                ///< sums of U^2 and of k^2 U^2, U the spline's transform
     std::array<double, 2> shifted{};                        ///< sums of U(m) U(m + 1), U(m) U(m + 2)
-    std::array<double, 2> k2shifted{};                      ///< the same of k U
     std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 one by one
   };
   std::vector<Mode> modes;
@@ -25,13 +24,12 @@ struct Axis {
   Axis(double length, int points, int order) {
     const double spacing = length / points;
     for (int mode = 0; mode <= points / 2; ++mode) {
-      std::array<double, 2 * far_turns + 1> spline, slope;
+      std::array<double, 2 * far_turns + 1> spline;
       Mode& sums = modes.emplace_back();
       for (int m = -far_turns; m <= far_turns; ++m) {
         const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, phase = k * spacing / 2;
         const double u = phase == 0 ? 1 : std::pow(std::sin(phase) / phase, order);
         spline[m + far_turns] = u;
-        slope[m + far_turns] = k * u;
         sums.u2 += u * u;
         sums.k2u2 += k * k * u * u;
         if (std::abs(m) > near_turns) continue;
@@ -39,10 +37,7 @@ struct Axis {
         sums.square[m + near_turns] = u * u;
       }
       for (int n = 1; n <= 2; ++n)
-        for (int m = 0; m + n <= 2 * far_turns; ++m) {
-          sums.shifted[n - 1] += spline[m] * spline[m + n];
-          sums.k2shifted[n - 1] += slope[m] * slope[m + n];
-        }
+        for (int m = 0; m + n <= 2 * far_turns; ++m) sums.shifted[n - 1] += spline[m] * spline[m + n];
     }
   }
 };
@@ -53,7 +48,6 @@ struct Alike {
   double k2u2 = 0;      ///< k^2 U^2
   double cloud_u2 = 0;  ///< 4 pi w U^2: (k U)^2 times the smooth part's transform
   double force2 = 0;    ///< (4 pi w / k)^2
-  std::array<double, 3> field{};  ///< 4 pi w (k_a / k)^2: what a dipole's cloud does to it along axis a
 
   double factor() const { return cloud_u2 / (u2 * k2u2); }
 };
@@ -71,9 +65,6 @@ Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const
         const double w = 4 * M_PI * cloud.transform(std::sqrt(k2));
         sums.cloud_u2 += w * x.square[a] * y.square[b] * z.square[c];
         sums.force2 += w * w / k2;
-        sums.field[0] += w / k2 * x.k2[a];
-        sums.field[1] += w / k2 * y.k2[b];
-        sums.field[2] += w / k2 * z.k2[c];
       }
   return sums;
 }
@@ -85,9 +76,6 @@ struct Octant {
       : axes{Axis(mesh.lengths.x, mesh.points[0], mesh.order), Axis(mesh.lengths.y, mesh.points[1], mesh.order),
              Axis(mesh.lengths.z, mesh.points[2], mesh.order)} {}
 
-  std::array<const Axis::Mode*, 3> at(std::array<int, 3> mode) const {
-    return {&axes[0].modes[mode[0]], &axes[1].modes[mode[1]], &axes[2].modes[mode[2]]};
-  }
   /// use(modes, Alike, how many modes of the mesh are this one's mirror images) for all but the constant.
   template <class Use>
   void visit(const Mesh& mesh, const Cloud& cloud, Use&& use) const {
@@ -100,19 +88,6 @@ struct Octant {
                 images(0, x) * images(1, y) * images(2, z));
   }
 };
-
-/// What this mode does to a dipole's own field. `factor` and `exact`: of the mesh and of the cloud.
-void add_self_field(const std::array<const Axis::Mode*, 3>& modes, const Alike& sums, double factor, double exact,
-                    Influence& influence) {
-  for (int a = 0; a < 3; ++a) {
-    const double others = factor * sums.u2 / modes[a]->u2, field = others * modes[a]->k2u2;
-    influence.self_field[a] += field - exact * sums.field[a];
-    for (int k = 0; k < 3; ++k)
-      for (int n = 0; n < 2; ++n)
-        influence.self_field_wave[a][k][n] +=
-            2 * (a == k ? others * modes[k]->k2shifted[n] : field * modes[k]->shifted[n] / modes[k]->u2);
-  }
-}
 
 }  // namespace
 
@@ -132,7 +107,6 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
       for (int n = 0; n < 2; ++n)
         influence.self_wave[k][n] += images * 2 * factor * sums.u2 / along.u2 * along.shifted[n];
     }
-    add_self_field(octant.at(mode), sums, images * factor, images / mesh.volume(), influence);
   });
   return influence;
 }

@@ -27,10 +27,6 @@ struct Influence {
   /// A charge that sits u spacings behind a mesh point along axis k sees, of itself, the potential
   /// sum_n self_wave[k][n - 1] cos(2 pi n u) more than on average: splines are not quite translation invariant.
   std::array<std::array<double, 2>, 3> self_wave{};
-  /// A unit dipole along axis a sees, of itself and against it, the field Cloud::dipole_field + self_field[a] +
-  /// sum_k,n self_field_wave[a][k][n - 1] cos(2 pi n u_k).
-  std::array<double, 3> self_field{};
-  std::array<std::array<std::array<double, 2>, 3>, 3> self_field_wave{};
 };
 
 Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);

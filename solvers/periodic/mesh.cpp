@@ -69,8 +69,7 @@ void fill_forces_of_charges(const Sources& sources, const Tiles& tiles, FieldAnd
   response.energy = 0;
   for (int i = 0; i < sources.size(); ++i) {
     const double charge = sources.charge[i];
-    for (int k = 0; k < 3; ++k)
-      response.force[3 * i + k] = charge * (response.field[3 * i + k] - charge * off[k]);
+    for (int k = 0; k < 3; ++k) response.force[3 * i + k] = charge * (response.field[3 * i + k] - charge * off[k]);
     response.energy += 0.5 * charge * response.potential[i];
   }
 }
@@ -91,8 +90,7 @@ void fill_forces_of_multipoles(const Sources& sources, const Tiles& tiles, const
   }
   const Vec3 off = strengths > 0 ? net / strengths : Vec3{};
   for (int i = 0; i < sources.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      response.force[3 * i + k] = force[4 * tiles.sorted(i) + k] - strength(i) * off[k];
+    for (int k = 0; k < 3; ++k) response.force[3 * i + k] = force[4 * tiles.sorted(i) + k] - strength(i) * off[k];
   response.energy = energy_of(sources, all_of(sources), response);
 }
 

@@ -9,8 +9,8 @@
 namespace lichtenberg::periodic {
 
 /// Coulomb sums by a near part, pair by pair, and a smooth part on a mesh (Hockney and Eastwood 1988): the work grows
-/// with N log N. Potential, field and force are what its energy says, but for the mean force of the mesh, which is taken
-/// off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy.
+/// with N log N. Potential, field and force are what its energy says, but for the mean force of the mesh, which is
+/// taken off the forces: they add up to 0. `choose_mesh` finds parameters for an accuracy.
 class ParticleMesh : public Sum {
  public:
   /// Throws InputError where ChargeMesh or NearPart do.

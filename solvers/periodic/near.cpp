@@ -29,8 +29,8 @@ std::vector<double> chebyshev_series(const Cloud& cloud) {
   return series;
 }
 
-/// The largest change of the force between two charges that a Chebyshev polynomial of degree n makes, times a quarter of
-/// the cutoff: the force is 4 r / cutoff^2 times its slope, which is n^2 at most.
+/// The largest change of the force between two charges that a Chebyshev polynomial of degree n makes, times a quarter
+/// of the cutoff: the force is 4 r / cutoff^2 times its slope, which is n^2 at most.
 double force_of_charges(double n) { return n * n; }
 
 /// The same of the derivatives of that force, which act between dipoles, in units of the charges' potential and its
@@ -49,7 +49,8 @@ int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, con
   const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;
   int degree = highest_degree;
   for (double left = 0; degree > lowest_degree; --degree) {
-    left += std::abs(series[degree]) * force(degree);
+    // Terms of rounding alone, of which derivatives would make much, are no better kept than left.
+    if (std::abs(series[degree]) > 5e-15 * std::abs(series[0])) left += std::abs(series[degree]) * force(degree);
     if (left > most) break;
   }
   return std::min(highest_degree, (degree + 1) / 2 * 2);
@@ -252,8 +253,7 @@ class NearPart::Batch {
       Four on_i = radial_i * apart - b1 * second, on_j = -radial_j * apart - b1 * first;
       on_i[3] = qj * b0 + along_j * b1;
       on_j[3] = qi * b0 - along_i * b1;
-      const double along =
-          qi * radial_i - along_i * (qj * b2 + along_j * b3) + b2 * product(first, second);
+      const double along = qi * radial_i - along_i * (qj * b2 + along_j * b3) + b2 * product(first, second);
       const Four force = along * apart + radial_i * first - radial_j * second;
       on_first += on_i;
       force_on_first += force;
@@ -275,7 +275,7 @@ class NearPart::Batch {
   std::array<Pair, most> pair_;  ///< as they are sorted
   alignas(64) std::array<double, most + many> squared_;
   alignas(64) std::array<std::array<double, most + many>, kernels> kernel_;
-  alignas(64) std::array<double, 4 * most> apart_;                           ///< from j to i
+  alignas(64) std::array<double, 4 * most> apart_;  ///< from j to i
 };
 
 /// Where the pairs of each first charge begin.

@@ -28,15 +28,13 @@ class NearPart {
   class Batch;
   template <Kind kind>
   void compute_as(const Tiles& tiles, std::span<const Pair> pairs, const FeltSums& sums, parallel::Team& team);
-  const std::vector<double>& coefficients(Kind kind) const {
-    return kind == Kind::charges ? of_charges_ : of_dipoles_;
-  }
+  const std::vector<double>& coefficients(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
   void index(int charges, std::span<const Pair> pairs, parallel::Team& team);
 
   double cutoff_;
   NearestImage<3> nearest_;
   std::vector<double> of_charges_, of_dipoles_;  ///< coefficients of powers of 2 (r / cutoff)^2 - 1
-  std::vector<std::ptrdiff_t> first_pair_;  ///< of each charge, by number
+  std::vector<std::ptrdiff_t> first_pair_;       ///< of each charge, by number
 };
 
 }  // namespace lichtenberg::periodic

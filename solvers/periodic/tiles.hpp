@@ -10,10 +10,10 @@
 
 namespace lichtenberg::periodic {
 
-/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile is
-/// a column of the box along z, at least twice the `reach` wide along x and y, so that what reaches no further than that
-/// from its charges reaches half of each tile around it. In a tile charges go up z by half a reach at a time, and by
-/// number.
+/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile
+/// is a column of the box along z, at least twice the `reach` wide along x and y, so that what reaches no further than
+/// that from its charges reaches half of each tile around it. In a tile charges go up z by half a reach at a time, and
+/// by number.
 class Tiles {
  public:
   Tiles(Vec3 lengths, double reach);

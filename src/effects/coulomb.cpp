@@ -35,8 +35,9 @@ double default_cutoff(const Scene& scene) {
 periodic::MeshChoice mesh_for(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   try {
+    const int lowest_order = scene.effects.has("induced_dipoles") ? periodic::lowest_dipole_order : 4;
     return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), lengths_of(scene),
-                                 2 * smallest_radius(scene));
+                                 2 * smallest_radius(scene), lowest_order);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: effects.coulomb.accuracy: {}", scene.path, error.what()));
   }

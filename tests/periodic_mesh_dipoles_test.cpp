@@ -87,7 +87,7 @@ TEST_CASE("random dipoles: errors are those of charges times their waves' number
       const Cloud cloud = prolate_cloud(band_limit, cutoff);
       ParticleMesh sum(mesh, cloud);
       const double charges = relative_error(mesh, cloud, 1);
-      const double longest = band_limit / cutoff / std::sqrt(3);
+      const double longest = 0.5 * band_limit / cutoff / std::sqrt(3);
       const double shortest = 1.25 * 2 * M_PI / mesh.spacing().x / std::sqrt(3);
       const Response response = evaluated_on(sum, dipoles);
       CAPTURE(order);

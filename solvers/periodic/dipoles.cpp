@@ -188,6 +188,11 @@ std::vector<double> DipolePredictor::predict() const {
   return result;
 }
 
+void DipolePredictor::replace(std::vector<double> dipole) {
+  if (!history_.empty()) history_.erase(history_.begin());
+  keep(std::move(dipole));
+}
+
 void DipolePredictor::keep(std::vector<double> dipole) {
   history_.insert(history_.begin(), std::move(dipole));
   if (history_.size() > steps_) history_.pop_back();

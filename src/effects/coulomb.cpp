@@ -148,9 +148,11 @@ struct Coulomb::Implementation {
     if (bodies.position == position && bodies.charge == charge) return response;
     const periodic::Sources sources{bodies.box.lengths, bodies.position, bodies.charge};
     if (induced) {
-      dipole = predictor.predict();
+      // Charges also change at places that stay: that is no step to predict from.
+      const bool moved = bodies.position != position;
+      if (moved) dipole = predictor.predict();
       iterations += induced->evaluate(sources, state.neighbours, state.team, dipole, response);
-      predictor.keep(dipole);
+      moved ? predictor.keep(dipole) : predictor.replace(dipole);
     } else {
       sum->evaluate(sources, state.neighbours, state.team, response);
     }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <any>
 #include <cmath>
 #include <string>
 
@@ -220,6 +221,28 @@ TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for b
   CHECK_THROWS_AS(resumed.restore(without), Failure);
 }
 
+TEST_CASE("an added effect's state comes back from a result file: a run that is resumed there goes on bit for bit") {
+  const Folder folder;
+  const Scene scene = tethered("stiffness = 2e-3\nwear = 1e-3\n");
+  const std::string path = (folder / "tethered.h5").string();
+  Simulation whole(scene), resumed(scene);
+  whole.advance_to(0.2);
+  {
+    Recorder recorder = Recorder::start(path, scene, make_bodies(scene).mass, false);
+    recorder.add(whole.frame());
+    recorder.save({.checkpoint = whole.checkpoint()});
+  }
+  Recorder recorder = Recorder::resume(path, scene);
+  resumed.restore(recorder.checkpoint().value());
+  whole.advance_to(0.4);
+  resumed.advance_to(0.4);
+  recorder.add(resumed.frame());
+  recorder.save({.checkpoint = resumed.checkpoint()});
+  CHECK(resumed.model().bodies.position == whole.model().bodies.position);
+  const Result result(path);
+  CHECK(result.observable("tether_age", 1) == std::vector<double>{*whole.frame().number("tether_age")});
+}
+
 TEST_CASE("every integrator tells an effect of each step that stands, once") {
   struct Way {
     Integrator integrator;
@@ -247,8 +270,19 @@ TEST_CASE("two effects of one name are refused") {
                        InputError);
 }
 
-TEST_CASE("an effect that is handed over must be in the scene") {
+TEST_CASE("an effect does not take the place of another kind of the same name") {
   Scene scene = tethered("stiffness = 1.0\n");
+  const EffectKind other = {.name = "tether"};
+  CHECK_THROWS_WITH_AS(scene.effects.add(other, std::any(1)), doctest::Contains("two kinds of effects are named"),
+                       InputError);
+  CHECK(scene.effects.add(TetherOptions{.stiffness = 2}).stiffness == 2);
+}
+
+TEST_CASE("an effect that is handed over must be in the scene, once") {
+  Scene scene = tethered("stiffness = 1.0\n");
+  CHECK_THROWS_WITH_AS(
+      effects::make_model(scene, effects::made(std::make_unique<Tether>(scene), std::make_unique<Tether>(scene))),
+      doctest::Contains("is given two effects \"tether\""), InputError);
   auto tether = std::make_unique<Tether>(scene);
   const Effect* handed_over = tether.get();
   const Model model = effects::make_model(scene, effects::made(std::move(tether)));

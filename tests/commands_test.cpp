@@ -205,6 +205,9 @@ TEST_CASE("solve, explain and run say what they chose for an accuracy") {
   CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started
   // Multipoles will do for `solve`; a run, in which nothing keeps these disks apart, would choose a grid.
   CHECK_FALSE(contains(run(folder, "explain any.toml").out, "refused"));
+  // Any effect beside the field makes a run of the scene, leakage alone too.
+  folder.write("leaky.toml", small_scene_asking("1e-2\n  [effects.leakage]\n  conductivity = 1e-12"));
+  CHECK(contains(run(folder, "explain leaky.toml").out, "method               cut-cell"));
   folder.write("moving.toml",
                small_scene_asking(
                    "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));

@@ -87,6 +87,5 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   refused("plot gas.h5 --frame 5", "frame 5 is not in gas.h5: it has frames 0 to 4");
   refused("analyse gas.h5 --frame -1", "--frame -1 is not in gas.h5: it has frames 0 to 4");
   refused("network gas.h5", "has a periodic side");
-  refused("work-precision gas.toml --time", "--time compares integrators of conductors");
   refused("solve gas.toml", "no table [effects.floating_conductors]");
 }

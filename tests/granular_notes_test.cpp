@@ -8,6 +8,7 @@
 #include "src/granular/granular_motion.hpp"
 #include "src/granular/note.hpp"
 #include "src/theory/restitution.hpp"
+#include "tests/folder.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::granular;
@@ -115,6 +116,20 @@ TEST_CASE("restitution is compared with the law's by decade, for lone and centra
         Approx(0.3464297011).epsilon(2e-10).scale(0));
 }
 
+TEST_CASE("a contact that ends says how fast its grains part, and pass by each other") {
+  Bodies bodies{.dimension = 3};
+  bodies.position = {0, 0, 0, 1.01, 0, 0};
+  bodies.momentum = {0, 0, 0, 0.3, 0.4, 0};
+  bodies.mass = {1, 1};
+  bodies.radius = {0.5, 0.5};
+  std::vector<GrainContact> contacts;
+  ContactRecord record;
+  note({{.contact = {{0, 1}, 1, 0.5}, .open = false}}, bodies, 2, contacts, record);
+  REQUIRE(record.ended.size() == 1);
+  CHECK(record.ended[0].release_speed == Approx(0.3));
+  CHECK(record.ended[0].tangential_speed == Approx(0.4));
+}
+
 TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law and charges after it") {
   Gas gas(scene());
   std::optional<HomogeneousGas> theory = HomogeneousGas::of(gas);
@@ -154,7 +169,8 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
-TEST_CASE("theory has nothing to say of grains that differ, are driven or at rest") {
+TEST_CASE("theory has nothing to say of grains that are few, differ, are driven or at rest") {
+  CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(replaced(text, "120", "99"), "gas.toml"))));
   CHECK(HomogeneousGas::of(Gas(scene())));
   CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(text + "[effects.gas_drag]\n", "gas.toml"))));
   Scene different = scene();

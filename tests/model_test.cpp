@@ -5,6 +5,7 @@
 #include <new>
 #include <numbers>
 #include <random>
+#include <string>
 
 #include "solvers/error.hpp"
 #include "src/model/model.hpp"
@@ -60,11 +61,8 @@ std::vector<Pair> all_pairs_closer_than(const Bodies& bodies, double range, std:
 
 /// Counts what it is asked for; pushes every body by (1, 0, ...).
 struct Counting : Effect {
-  explicit Counting(Needs n) : wants(n) {}
-  const EffectKind& kind() const override {
-    static const EffectKind counting = {.name = "counting", .dimensions = {2, 3}};
-    return counting;
-  }
+  Counting(Needs n, const std::string& name) : wants(n), own{.name = name, .dimensions = {2, 3}} {}
+  const EffectKind& kind() const override { return own; }
   Needs needs() const override { return wants; }
   void add_forces(const State& state, std::span<double> force) const override {
     ++forces;
@@ -74,13 +72,15 @@ struct Counting : Effect {
   void add_currents(const State&, std::span<double> current) const override { current[0] += 2; }
 
   Needs wants;
+  EffectKind own;
   mutable int forces = 0;
   mutable std::size_t neighbours = 0;
 };
 
 Model model_with(Bodies bodies, std::initializer_list<Needs> needs) {
   std::vector<std::unique_ptr<Effect>> effects;
-  for (const Needs& n : needs) effects.push_back(std::make_unique<Counting>(n));
+  for (const Needs& n : needs)
+    effects.push_back(std::make_unique<Counting>(n, "counting_" + std::to_string(effects.size())));
   const std::vector<double> charge(bodies.radius.size(), 7);
   return Model(std::move(bodies), std::move(effects), charge);
 }
@@ -201,6 +201,24 @@ TEST_CASE("charges and the neighbour list exist only if an effect needs them") {
   CHECK(charged.bodies.charge == std::vector<double>(10, 7.0));
   CHECK(!charged.neighbours);
   CHECK(model_with(bodies, {Needs{.neighbour_range = 0.0}}).neighbours);
+}
+
+TEST_CASE("two effects of one name are refused: one's checkpoint would be the other's") {
+  std::vector<std::unique_ptr<Effect>> effects;
+  for (int k = 0; k < 2; ++k) effects.push_back(std::make_unique<Counting>(Needs{}, "twin"));
+  CHECK_THROWS_WITH_AS(Model(random_bodies(1, 2, 1, 5), std::move(effects), {}),
+                       doctest::Contains("two effects are named \"twin\""), InputError);
+}
+
+TEST_CASE("charges are one a body") {
+  const auto with = [](std::size_t charges) {
+    std::vector<std::unique_ptr<Effect>> effects;
+    effects.push_back(std::make_unique<Counting>(Needs{.charges = true}, "counting"));
+    return Model(random_bodies(3, 2, 5, 5), std::move(effects), std::vector<double>(charges));
+  };
+  CHECK(with(3).bodies.charge.size() == 3);
+  for (const std::size_t other : {0, 2, 4})
+    CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one a body"), InputError);
 }
 
 TEST_CASE("the neighbour list reaches as far as the effect that reaches farthest") {

@@ -169,6 +169,19 @@ TEST_CASE("a list misses no pair of a cold gas with one fast grain") {
   CHECK(list.searches() == 200);
 }
 
+TEST_CASE("a list made for other numbers of particles covers none of them") {
+  std::vector<double> position = {0, 0, 1.2, 0, 2.4, 0}, radius = {0.5, 0.5, 0.5};
+  NeighbourList list(0.3, 0.4);
+  list.update(Spheres<2>{position, radius});
+  CHECK(list.pairs().size() == 2);
+  position.resize(4), radius.resize(2);
+  list.update(Spheres<2>{position, radius});
+  CHECK(list.pairs().size() == 1);
+  position = {0, 0, 1.2, 0, 2.4, 0, 3.6, 0}, radius.resize(4, 0.5);
+  list.update(Spheres<2>{position, radius});
+  CHECK(list.pairs().size() == 3);
+}
+
 TEST_CASE("a wrap is no motion for a list") {
   std::vector<double> position = {9.99, 5, 0.5, 5}, radius = {0.5, 0.5};
   const Spheres<2> disks{position, radius, periodic_box<2>(10)};

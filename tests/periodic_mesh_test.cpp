@@ -22,21 +22,6 @@ using namespace lichtenberg::periodic;
 
 namespace {
 
-std::vector<Pair> pairs_of(const Crowd& crowd, double within) {
-  Box<3> box{crowd.lengths};
-  box.sides.fill(Boundary::periodic);
-  const std::vector<double> radius(crowd.size());
-  return pairs_closer_than(Spheres<3>{crowd.position, radius, box}, within);
-}
-
-Response evaluated_on(ParticleMesh& sum, const Crowd& crowd, double skin = 0,
-                      parallel::Team& team = parallel::Team::single()) {
-  const auto pairs = pairs_of(crowd, sum.cutoff() + skin);
-  Response response;
-  sum.evaluate(crowd, pairs, team, response);
-  return response;
-}
-
 Response by_mesh(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
   ParticleMesh sum(mesh, cloud);
   return evaluated_on(sum, crowd);
@@ -45,17 +30,6 @@ Response by_mesh(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
 Response by_accuracy(const Crowd& crowd, double accuracy, double contact) {
   const MeshChoice choice = choose_mesh(accuracy, crowd.size(), crowd.lengths, contact);
   return by_mesh(crowd, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff));
-}
-
-double root_mean_square(const std::vector<double>& v) {
-  return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0) / static_cast<double>(v.size()));
-}
-
-/// Root mean square over that of `exact`.
-double relative_difference(const std::vector<double>& found, const std::vector<double>& exact) {
-  std::vector<double> difference(exact.size());
-  for (std::size_t k = 0; k < exact.size(); ++k) difference[k] = found.at(k) - exact[k];
-  return root_mean_square(difference) / root_mean_square(exact);
 }
 
 void neutralize(Crowd& crowd) {
@@ -87,11 +61,14 @@ template <int order>
 void check_splines() {
   using S = Spline<order>;
   for (const double t : {0.0, 0.3, 0.5, 0.99}) {
-    typename S::Row weight, slope, above, below;
+    typename S::Row weight, slope, curvature, above, below, slope_above, slope_below;
     S::weights(t, weight);
     S::slopes(t, slope);
     S::weights(t + 1e-4, above);
     S::weights(t - 1e-4, below);
+    S::curvatures(t, curvature);
+    S::slopes(t + 1e-4, slope_above);
+    S::slopes(t - 1e-4, slope_below);
     double sum = 0, mean = 0, slopes = 0;
     for (int c = 0; c < S::lanes; ++c) {
       sum += weight[c];
@@ -99,6 +76,7 @@ void check_splines() {
       slopes += slope[c];
       // Weights, and their third derivatives, are below 8; polynomials do not end where splines do.
       CHECK(slope[c] == doctest::Approx((above[c] - below[c]) / 2e-4).epsilon(1e-7));
+      CHECK(curvature[c] == doctest::Approx((slope_above[c] - slope_below[c]) / 2e-4).epsilon(1e-7));
     }
     CHECK(sum == doctest::Approx(1).epsilon(1e-14));
     CHECK(std::abs(slopes) < 1e-14);
@@ -136,6 +114,10 @@ TEST_CASE(
     for (int n = 1; n <= steps; ++n)
       near += weight(n) * dr * 4 * M_PI * n * dr * (1 - n * dr * cloud.potential(n * dr));
     CHECK(near == doctest::Approx(cloud.background).epsilon(1e-6));  // erfc(4) is left out, 2e-8
+    // The next term is (k r)^2 / 20 of this one, with waves up to k = 4.
+    const double r = 1e-3;
+    const double curvature = 2 * (cloud.potential(r) - cloud.potential(0)) / (r * r);
+    CHECK(-curvature == doctest::Approx(cloud.dipole_field).epsilon(1e-6));
   }
   CHECK(prolate_cloud(9, cutoff).potential(5.5) == 1 / 5.5);
 }
@@ -373,7 +355,8 @@ TEST_CASE("what cannot be done is refused with a sentence") {
         "A cloud's band limit 0.5 must be from 1 to 100 and its cutoff 1 positive.");
   CHECK(message_of([] { gauss_cloud(-1, 1); }) == "A cloud's alpha -1 and its cutoff 1 must be positive.");
   Crowd crowd = random_crowd(5, cube, 1, true, 9);
-  CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) == "The particle-mesh sum takes charges only, not dipoles.");
+  CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==
+        "Dipoles on a mesh need splines of order 5 at least: these are of order 4.");
   crowd.dipole.clear();
   std::copy_n(crowd.position.begin(), 3, crowd.position.begin() + 6);
   CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <random>
 #include <vector>
 
+#include "solvers/neighbours/pairs.hpp"
 #include "solvers/periodic/ewald.hpp"
 
 namespace lichtenberg::periodic {
@@ -19,6 +21,21 @@ struct Crowd {
 inline Response evaluated(Sum& sum, const Crowd& crowd, parallel::Team& team = parallel::Team::single()) {
   Response response;
   sum.evaluate(crowd, {}, team, response);
+  return response;
+}
+/// Pairs of sources whose nearest images are less than `within` apart.
+inline std::vector<Pair> pairs_of(const Crowd& crowd, double within) {
+  Box<3> box{crowd.lengths};
+  box.sides.fill(Boundary::periodic);
+  const std::vector<double> radius(crowd.size());
+  return pairs_closer_than(Spheres<3>{crowd.position, radius, box}, within);
+}
+/// By a sum that needs pairs; `skin`: with some that it does not need.
+inline Response evaluated_on(Sum& sum, const Crowd& crowd, double skin = 0,
+                             parallel::Team& team = parallel::Team::single()) {
+  const auto pairs = pairs_of(crowd, sum.cutoff() + skin);
+  Response response;
+  sum.evaluate(crowd, pairs, team, response);
   return response;
 }
 inline Response by_ewald(const Crowd& crowd, double tolerance = 1e-14, double alpha = 0) {
@@ -75,6 +92,16 @@ inline double largest_difference(const std::vector<double>& a, const std::vector
   std::vector<double> difference(a.size());
   for (std::size_t k = 0; k < a.size(); ++k) difference[k] = a[k] - b.at(k);
   return largest(difference);
+}
+
+/// Root mean square of the difference over that of `exact`.
+inline double relative_difference(const std::vector<double>& found, const std::vector<double>& exact) {
+  double difference2 = 0, exact2 = 0;
+  for (std::size_t k = 0; k < exact.size(); ++k) {
+    difference2 += (found.at(k) - exact[k]) * (found[k] - exact[k]);
+    exact2 += exact[k] * exact[k];
+  }
+  return std::sqrt(difference2 / exact2);
 }
 
 /// Of the energy, by the coordinate (or any other number) `x`: differences of fourth order.

@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <optional>
@@ -476,6 +477,22 @@ TEST_CASE("where there is no room to put segments together they stay, and are th
   CHECK(!Recorder::resume(path, some_scene()).summary().empty());
 }
 
+TEST_CASE("more segments than a process may open files are put together") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 200, false);
+  REQUIRE(segments(path) > 35);
+  const pid_t child = in_child([&] {
+    Recorder recorder = Recorder::resume(path, some_scene(), few);
+    const rlimit at_most{30, 30};
+    setrlimit(RLIMIT_NOFILE, &at_most);
+    recorder.save(milestone(200, true));
+  });
+  CHECK_EQ(status_of(child), 0);
+  CHECK_EQ(segments(path), 0);
+  CHECK(numbers(path) == expected(200));
+}
+
 TEST_CASE("a disk that is full while a segment is written costs a sentence and nothing that was there") {
   const Folder folder;
   const std::string path = folder / "run.h5";
@@ -495,12 +512,43 @@ TEST_CASE("a disk that is full while a segment is written costs a sentence and n
   CHECK(numbers(path) == expected(10));
 }
 
+TEST_CASE("what stands is told in the run's own time") {
+  const Folder folder;
+  struct Case {
+    std::string unit, told;
+  };
+  for (const auto& [unit, told] : {Case{"s", "t = 5 s"}, Case{"t0", "t = 5 t0"}, Case{"1", "iteration 5"}}) {
+    const std::string path = folder / (unit + ".h5");
+    const auto timed = [&, &unit = unit](int k) {
+      Frame now = frame(k);
+      now.time_unit = unit;
+      return now;
+    };
+    Recorder recorder = start(path);
+    for (int k = 0; k <= 10; ++k) recorder.add(timed(k));
+    recorder.save(milestone(11));
+    fs::remove_all(segments_folder(path));
+    std::ofstream(segments_folder(path)) << "in the way";
+    const std::string message = message_of([&] {
+      for (int k = 11; k < 20; ++k) recorder.add(timed(k));
+    });
+    CHECK(contains(message, "what was saved up to " + told + " stands"));
+  }
+}
+
 TEST_CASE("what is stored beside the frames leaves them alone, however the result is stored") {
   const Folder folder;
   const auto add = [](const hdf5::Handle& file) { hdf5::put(hdf5::open_group(file, "analysis"), "answer", 42.0, "1"); };
-  for (const bool over : {false, true}) {
-    const std::string path = folder / (over ? "over.h5" : "now.h5");
-    run(path, 20, over);
+  struct Case {
+    std::string name;
+    bool over = false;
+    std::uint64_t tail = few;
+  };
+  // In segments, put together, and in one file from the start: compressed.
+  for (const auto& [name, over, tail] : {Case{"now.h5"}, Case{"over.h5", true}, Case{"short.h5", false, 1 << 20}}) {
+    CAPTURE(name);
+    const std::string path = folder / name;
+    run(path, 20, over, tail);
     store(ResultFile(path, "read"), add, 1000);
     CHECK(numbers(path) == expected(20));
     const ResultFile stored(path, "read");
@@ -529,6 +577,14 @@ TEST_CASE("a column that cannot be recorded is named") {
     CHECK(contains(refused([](auto& f) { f.columns[1].unit = ""; }), "column `charge` of a frame cannot be recorded"));
     CHECK(contains(refused([](auto& f) { f.columns[2].name = "charge"; }), "column `charge`"));
     CHECK(contains(refused([](auto& f) { f.columns[2].name = "a/b"; }), "column `a/b`"));
+    for (const std::string name : {"mass", "radius", "species", "box"}) {
+      const std::string message = refused([&](auto& f) { f.columns[1].name = name; });
+      CHECK(contains(message, "column `" + name + "` of a frame cannot be recorded: the name is that of"));
+    }
+    for (const std::string name : {"contacts_end", "ends_of_all_frames", "particle", "contact"}) {
+      const std::string message = refused([&](auto& f) { f.columns[5].name = name; });
+      CHECK(contains(message, "column `" + name + "` of a frame cannot be recorded: a list's name must not be"));
+    }
     CHECK(contains(refused([](auto& f) { f.columns[3].labels.pop_back(); }), "column `current`"));
     CHECK(contains(refused([](auto& f) { f.columns[5].values = std::vector<std::int32_t>(3); }), "column `contacts`"));
   };
@@ -536,7 +592,7 @@ TEST_CASE("a column that cannot be recorded is named") {
   recorder.add(frame(0));
   check_both();
   CHECK(contains(refused([](auto& f) { f.columns[1].unit = "V"; }), "column `charge`"));
-  CHECK(contains(refused([](auto& f) { f.columns[1].name = "mass"; }), "column `mass`"));
+  CHECK(contains(refused([](auto& f) { f.columns[1].name = "colour"; }), "column `colour`"));
   CHECK(contains(refused([](auto& f) { f.columns.erase(f.columns.begin() + 1); }), "column `charge`"));
   CHECK(contains(refused([](auto& f) { f.columns[4].values = std::vector<double>{1}; }), "column `solves`"));
   CHECK(contains(refused([](auto& f) { f.columns[3].labels = {"a", "b"}; }), "column `current`"));

@@ -217,6 +217,19 @@ TEST_CASE("a periodic box has its edges, as H5MD asks for") {
   CHECK_EQ(hdf5::text_attribute(hdf5::open_group(file, "scene/domain"), "sides").back(), "back");
 }
 
+TEST_CASE("a file says that its units are SI, and of grains that they are not") {
+  const Folder folder;
+  Scene grains = two_conductors();
+  grains.reference = Reference{};
+  const auto system = [&](const std::string& path, const Scene& scene) {
+    Recorder::start(path, scene, masses, false).save(milestone(0));
+    const hdf5::Handle file = hdf5::load(path);
+    return hdf5::text_attribute(hdf5::open_group(file, "h5md/modules/units"), "system");
+  };
+  CHECK_EQ(system(folder / "conductors.h5", two_conductors()), std::vector<std::string>{"SI"});
+  CHECK_EQ(system(folder / "grains.h5", grains), std::vector<std::string>{"reduced"});
+}
+
 TEST_CASE("every number but steps and the checkpoint's arrays has a unit") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
@@ -334,6 +347,28 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "provenance/session-1/seconds/field"), std::vector<double>{0.5});
   CHECK_FALSE(hdf5::exists(file, "provenance/session-2"));
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
+}
+
+TEST_CASE("a resumed run's file holds what an uninterrupted one's does, what grains' units are among it") {
+  const Folder folder;
+  Scene grains = two_conductors();
+  grains.reference = Reference{};
+  const auto run = [&](const std::string& path, bool resumed) {
+    std::optional<Recorder> recorder = Recorder::start(path, grains, masses, false);
+    for (const int k : {0, 1}) {
+      if (resumed && k == 1) {
+        recorder.reset();
+        recorder.emplace(Recorder::resume(path, grains));
+      }
+      recorder->add(columns(frame(k)));
+      recorder->save(milestone(k));
+    }
+    return hdf5::load(path);
+  };
+  const hdf5::Handle whole = run(folder / "whole.h5", false), cut = run(folder / "cut.h5", true);
+  CHECK_EQ(hdf5::names(cut), hdf5::names(whole));
+  REQUIRE(hdf5::exists(cut, "reference"));
+  CHECK_EQ(hdf5::get<double>(cut, "reference/d0"), std::vector<double>{Reference{}.length});
 }
 
 TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {
@@ -493,6 +528,7 @@ TEST_CASE("what is no result file of this format cannot be resumed") {
   hdf5::put_attribute(old, "lichtenberg_result", 0);
   write_atomically(folder / "old.h5", hdf5::image(old));
   CHECK_NE(resume("old.h5").find("has result format 0"), std::string::npos);
+  CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);  // no list of those that are only read
 }
 
 TEST_CASE("a run is resumed with the scene it was started with") {

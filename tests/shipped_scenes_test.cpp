@@ -32,7 +32,8 @@ const fs::path table_path = source / "tests" / "shipped_scenes.json";
 json table() { return json::parse(text_of(table_path)); }
 
 /// Of what happens or does not: no rounding makes a contact as long as the motion is not chaotic.
-const std::set<std::string> counted{"branch_points", "connected", "contacts", "endpoints", "loops", "rattlers"};
+const std::set<std::string> counted{"branch_points", "collisions", "connected", "contacts",
+                                    "endpoints",     "loops",      "rattlers"};
 
 /// Of work: where the residual comes down to the tolerance, rounding may add an iteration to a solve, and a solve where
 /// a step's error estimate comes up to its tolerance.
@@ -73,9 +74,26 @@ json of_result(const std::string& path) {
   const hdf5::Handle file = hdf5::load(path);
   const hsize_t last = hdf5::shape(file, "particles/conductors/position/value").at(0) - 1;
   json values;
-  for (const char* name :
-       {"energy", "charge_held", "charge_fed", "charge_drained", "field_solves", "iterations", "connected", "endpoints",
-        "branch_points", "energy_by_supplies", "heat_series_resistors", "heat_contacts", "heat_sparks", "heat_drag"})
+  for (const char* name : {"energy",
+                           "charge_held",
+                           "charge_fed",
+                           "charge_drained",
+                           "field_solves",
+                           "iterations",
+                           "connected",
+                           "endpoints",
+                           "branch_points",
+                           "energy_by_supplies",
+                           "heat_series_resistors",
+                           "heat_contacts",
+                           "heat_sparks",
+                           "heat_drag",
+                           "kinetic_energy",
+                           "contact_energy",
+                           "potential_energy",
+                           "dissipated_energy",
+                           "exchanged_energy",
+                           "collisions"})
     if (const std::string value = fmt::format("observables/{}/value", name); hdf5::exists(file, value))
       values[name] = hdf5::get_rows<double>(file, value, last, 1).at(0);
   for (const char* name : {"loops", "iterations", "evaluations", "energy", "largest_force", "contacts", "rattlers",

@@ -35,7 +35,7 @@ void NeighbourList::search(const Spheres<d>& spheres, parallel::Team& team) {
 
 template <int d>
 bool NeighbourList::covers(const Spheres<d>& spheres, int first, int end) const {
-  if (searches_ == 0) return false;
+  if (searches_ == 0 || searched_at_.size() != spheres.position.size()) return false;
   for (int i = first; i < end; ++i)
     if (norm2(moved(spheres, searched_at_, i)) > 0.25 * skin_ * skin_) return false;
   return true;

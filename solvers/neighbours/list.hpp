@@ -19,7 +19,7 @@ class NeighbourList {
   template <int d>
   void update(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
   /// The two halves of `update`: whether these places of the particles from `first` on up to before `end` leave pairs()
-  /// complete, and the search that makes it so.
+  /// complete (those of another number of particles never do), and the search that makes it so.
   template <int d>
   bool covers(const Spheres<d>& spheres, int first, int end) const;
   template <int d>

@@ -94,7 +94,7 @@ double relative_error(const Mesh& mesh, const Cloud& cloud, double contact) {
   return std::sqrt((cloud.lost + mesh_error(mesh, cloud)) / force2(contact));
 }
 
-MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact) {
+MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {
   require_consistent({.lengths = lengths});
   if (!(contact > 0))
     throw InputError(fmt::format("Charges come as near as {} to each other: it must be positive.", contact));
@@ -108,7 +108,7 @@ MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contac
   for (double cutoff = 0.5 * shortest; cutoff > contact; cutoff /= 1.1) {
     const double band_limit = band_limit_for(most, cutoff);
     const Cloud cloud = prolate_cloud(band_limit, cutoff);
-    for (int order = 4; order <= 7; ++order) {
+    for (int order = lowest_order; order <= 7; ++order) {
       const auto mesh = coarsest(cloud, most, numbers, lengths, order);
       if (!mesh || work(charges, *mesh, cutoff) >= least) continue;
       least = work(charges, *mesh, cutoff);

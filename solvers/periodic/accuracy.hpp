@@ -21,7 +21,7 @@ struct MeshChoice {
 
 /// The parameters that reach `accuracy`, 1e-8 to 0.1, as a relative_error with least work, which is estimated for
 /// `charges` of them: a larger cutoff is more pairs, a smaller one more points. Throws InputError if no cutoff up to
-/// half of the box does.
-MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact);
+/// half of the box does. With `lowest_order` at least lowest_dipole_order it is good for dipoles.
+MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order = 4);
 
 }  // namespace lichtenberg::periodic

@@ -19,6 +19,7 @@ Cloud gauss_cloud(double alpha, double cutoff) {
   of.transform = [alpha](double k) { return std::exp(-k * k / (4 * alpha * alpha)); };
   of.band_limit = INFINITY;
   of.background = M_PI / (alpha * alpha);
+  of.dipole_field = 4 * alpha * alpha * alpha / (3 * std::sqrt(M_PI));
   of.lost = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
   return of;
 }
@@ -41,6 +42,7 @@ class ProlateFunction {
     }
     Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
     solver.computeFromTridiagonal(diagonal, beside);
+    eigenvalue_ = solver.eigenvalues()[0];
     const Eigen::VectorXd vector = solver.eigenvectors().col(0);
     for (int n = 0; n < terms; ++n) a_.push_back(vector[n] / vector[0] * std::sqrt(4 * n + 1.0));
     while (std::abs(a_.back()) < 1e-18) a_.pop_back();
@@ -57,6 +59,8 @@ class ProlateFunction {
     visit(x, [&](int n, double, double before, double after) { sum += a_[n] * (after - before) / (4 * n + 1); });
     return sum;
   }
+  /// chi of ((1 - x^2) psi')' + (chi - band_limit^2 x^2) psi = 0.
+  double eigenvalue() const { return eigenvalue_; }
   /// Of x^2 times the function, from 0 to 1.
   double second_moment() const { return a_[0] / 3 + 2 * a_[1] / 15; }
   /// From 0 to 1.
@@ -80,6 +84,7 @@ class ProlateFunction {
     }
   }
   std::vector<double> a_;
+  double eigenvalue_ = 0;
 };
 
 }  // namespace
@@ -101,6 +106,8 @@ Cloud prolate_cloud(double band_limit, double cutoff) {
   of.transform = [psi, middle, limit = of.band_limit](double k) { return k <= limit ? psi(k / limit) / middle : 0; };
   // Twice by parts: 4 pi times the integral of r (1 - Phi).
   of.background = 2 * M_PI * cutoff * cutoff * psi.second_moment();
+  // The potential begins as psi(0) / cutoff + psi''(0) r^2 / (6 cutoff^3), and psi''(0) = -chi psi(0).
+  of.dipole_field = psi.eigenvalue() * middle / (3 * cutoff * cutoff * cutoff);
   // (1/V) sum over k of (4 pi w / k)^2 is 8 times the integral of w^2 from the band limit on; of the integral of psi^2
   // over all numbers, 4 sqrt(pi c) exp(-2c) lies outside of [-1, 1] (Fuchs 1964), half of it on this side.
   of.lost = 8 * of.band_limit * 4 * std::sqrt(M_PI * band_limit) * std::exp(-2 * band_limit) * psi.square() /

@@ -12,6 +12,7 @@ struct Cloud {
   std::function<double(double)> transform;  ///< of a unit cloud, at wave number k: 1 at k = 0
   double band_limit = 0;                    ///< the transform is taken for 0 where k is larger; infinite if it never is
   double background = 0;                    ///< integral of the near rest over all space
+  double dipole_field = 0;                  ///< in the middle of its own cloud, against it, by moment: -potential''(0)
   double lost = 0;  ///< integral over space of the square of the force between unit charges that is left out
 };
 

@@ -96,10 +96,8 @@ std::vector<double> predictor_weights(int n) {
 }  // namespace
 
 DipoleField field_by(Sum& sum, const Sources& places, std::span<const Pair> pairs, parallel::Team& team) {
-  return [&sum, places, pairs, &team, none = std::vector<double>(places.size()), response = Response()](
-             std::span<const double> dipole, std::span<double> field) mutable {
-    sum.evaluate({places.lengths, places.position, none, dipole}, pairs, team, response);
-    std::copy(response.field.begin(), response.field.end(), field.begin());
+  return [&sum, places, pairs, &team](std::span<const double> dipole, std::span<double> field) {
+    sum.dipole_field({places.lengths, places.position, places.charge, dipole}, pairs, team, field);
   };
 }
 
@@ -188,6 +186,11 @@ std::vector<double> DipolePredictor::predict() const {
   for (std::size_t j = 0; j < history_.size(); ++j)
     for (std::size_t k = 0; k < result.size(); ++k) result[k] += weight[j] * history_[j][k];
   return result;
+}
+
+void DipolePredictor::replace(std::vector<double> dipole) {
+  if (!history_.empty()) history_.erase(history_.begin());
+  keep(std::move(dipole));
 }
 
 void DipolePredictor::keep(std::vector<double> dipole) {

@@ -69,6 +69,8 @@ class DipolePredictor {
   /// A start for solve_dipoles; empty if nothing is kept.
   std::vector<double> predict() const;
   void keep(std::vector<double> dipole);
+  /// In place of the last that was kept, if any: the same step, with other charges.
+  void replace(std::vector<double> dipole);
 
   /// The last step first. Part of a run's state: without it a resumed run differs by the tolerance.
   const std::vector<std::vector<double>>& history() const { return history_; }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "solvers/periodic/felt.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -21,12 +22,37 @@ void ParticleMesh::require_usable(const Sources& sources) const {
     throw InputError(fmt::format("The box is {} x {} x {} long, but the mesh was made for {} x {} x {}.",
                                  sources.lengths.x, sources.lengths.y, sources.lengths.z, lengths_.x, lengths_.y,
                                  lengths_.z));
-  if (!sources.dipole.empty()) throw InputError("The particle-mesh sum takes charges only, not dipoles.");
+  if (!sources.dipole.empty() && mesh_.order() < lowest_dipole_order)
+    throw InputError(fmt::format("Dipoles on a mesh need splines of order {} at least: these are of order {}.",
+                                 lowest_dipole_order, mesh_.order()));
+}
+
+void ParticleMesh::sum(const Sources& sources, std::span<const Pair> pairs, Kind kind, parallel::Team& team) {
+  require_usable(sources);
+  field_.resize(4 * sources.charge.size());
+  force_.resize(kind == Kind::multipoles ? field_.size() : 0);
+  const FeltSums sums{field_, force_};
+  tiles_.sort(sources);
+  near_.compute(tiles_, pairs, kind, sums, team);
+  mesh_.spread(tiles_, kind, team);
+  mesh_.solve(team);
+  mesh_.add(tiles_, kind, sums, team);
 }
 
 namespace {
 
-/// The mean force of the mesh, taken off the field with the least change of it that does.
+/// Potential and field, by number.
+void fill_fields(const Tiles& tiles, FieldAndPotential sum, Response& response) {
+  const int n = tiles.size();
+  resize(response, n);
+  for (int i = 0; i < n; ++i) {
+    const double* of = &sum[4 * tiles.sorted(i)];
+    std::copy_n(of, 3, &response.field[3 * i]);
+    response.potential[i] = of[3];
+  }
+}
+
+/// The mean force of the mesh, to be taken off with the least change of the field that does.
 Vec3 net_force_per_charge2(const Tiles& tiles, FieldAndPotential sum) {
   Vec3 net;
   double charge2 = 0;
@@ -38,38 +64,55 @@ Vec3 net_force_per_charge2(const Tiles& tiles, FieldAndPotential sum) {
   return charge2 > 0 ? net / charge2 : Vec3{};
 }
 
-void fill(const Sources& sources, const Tiles& tiles, FieldAndPotential sum, Response& response) {
-  const std::size_t n = sources.size();
-  response.potential.resize(n);
-  response.field.resize(3 * n);
-  response.force.resize(3 * n);
+void fill_forces_of_charges(const Sources& sources, const Tiles& tiles, FieldAndPotential sum, Response& response) {
   const Vec3 off = net_force_per_charge2(tiles, sum);
   response.energy = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double charge = sources.charge[i], *of = &sum[4 * tiles.sorted(static_cast<int>(i))];
-    for (int k = 0; k < 3; ++k) {
-      response.field[3 * i + k] = of[k] - charge * off[k];
-      response.force[3 * i + k] = charge * response.field[3 * i + k];
-    }
-    response.potential[i] = of[3];
-    response.energy += 0.5 * charge * of[3];
+  for (int i = 0; i < sources.size(); ++i) {
+    const double charge = sources.charge[i];
+    for (int k = 0; k < 3; ++k) response.force[3 * i + k] = charge * (response.field[3 * i + k] - charge * off[k]);
+    response.energy += 0.5 * charge * response.potential[i];
   }
+}
+
+/// The same of charges with dipoles, which are as two charges `apart`.
+void fill_forces_of_multipoles(const Sources& sources, const Tiles& tiles, const std::vector<double>& force,
+                               double apart, Response& response) {
+  const auto strength = [&](int i) {
+    const Multipole source = multipole(sources, i);
+    return source.charge * source.charge + norm2(source.dipole) / (apart * apart);
+  };
+  Vec3 net;
+  double strengths = 0;
+  for (int i = 0; i < sources.size(); ++i) {
+    const double* of = &force[4 * tiles.sorted(i)];
+    net += {of[0], of[1], of[2]};
+    strengths += strength(i);
+  }
+  const Vec3 off = strengths > 0 ? net / strengths : Vec3{};
+  for (int i = 0; i < sources.size(); ++i)
+    for (int k = 0; k < 3; ++k) response.force[3 * i + k] = force[4 * tiles.sorted(i) + k] - strength(i) * off[k];
+  response.energy = energy_of(sources, all_of(sources), response);
 }
 
 }  // namespace
 
 void ParticleMesh::evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                             Response& response) {
-  require_usable(sources);
-  sum_.resize(4 * sources.charge.size());
-  tiles_.sort(sources);
-  near_.compute(tiles_, pairs, sum_, team);
-  mesh_.spread(tiles_, team);
-  mesh_.solve(team);
-  mesh_.add(tiles_, sum_, team);
-  fill(sources, tiles_, sum_, response);
+  const bool dipoles = !sources.dipole.empty();
+  sum(sources, pairs, dipoles ? Kind::multipoles : Kind::charges, team);
+  fill_fields(tiles_, field_, response);
+  if (dipoles)
+    fill_forces_of_multipoles(sources, tiles_, force_, mesh_.reach(), response);
+  else
+    fill_forces_of_charges(sources, tiles_, field_, response);
   if (!std::isfinite(response.energy))
     throw InputError("The energy of the charges is no finite number: two of them lie at the same place.");
+}
+
+void ParticleMesh::dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
+                                std::span<double> field) {
+  sum(sources, pairs, Kind::dipoles, team);
+  for (int i = 0; i < sources.size(); ++i) std::copy_n(&field_[4 * tiles_.sorted(i)], 3, &field[3 * i]);
 }
 
 }  // namespace lichtenberg::periodic

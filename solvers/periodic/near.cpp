@@ -29,15 +29,28 @@ std::vector<double> chebyshev_series(const Cloud& cloud) {
   return series;
 }
 
+/// The largest change of the force between two charges that a Chebyshev polynomial of degree n makes, times a quarter
+/// of the cutoff: the force is 4 r / cutoff^2 times its slope, which is n^2 at most.
+double force_of_charges(double n) { return n * n; }
+
+/// The same of the derivatives of that force, which act between dipoles, in units of the charges' potential and its
+/// curvature in the middle: a dipole is as two charges so far apart. Second and third derivatives of the polynomial are
+/// n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15 at most, each with 4 r / cutoff^2 more.
+double force_of_dipoles(double n, const Cloud& cloud) {
+  const double apart = std::sqrt(cloud.potential(0) / (3 * cloud.dipole_field)) / cloud.cutoff;
+  const double n2 = n * n, second = 4 * n2 * (n2 - 1) / 3, third = 16 * n2 * (n2 - 1) * (n2 - 4) / 15;
+  return std::max({n2, apart * (n2 + second), apart * apart * (3 * second + third)});
+}
+
 /// The first degree from which on the terms left out change the force by less than a tenth of the root mean square,
-/// over the ball of the cutoff, of what the cloud itself loses. The force is 4 r / cutoff^2 times the polynomial's
-/// slope, and a Chebyshev polynomial's slope is n^2 at most.
-int sufficient_degree(const std::vector<double>& series, const Cloud& cloud) {
+/// over the ball of the cutoff, of what the cloud itself loses.
+int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, const auto& force) {
   const double volume = 4 * M_PI / 3 * std::pow(cloud.cutoff, 3);
   const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;
   int degree = highest_degree;
   for (double left = 0; degree > lowest_degree; --degree) {
-    left += std::abs(series[degree]) * degree * degree;
+    // Terms of rounding alone, of which derivatives would make much, are no better kept than left.
+    if (std::abs(series[degree]) > 5e-15 * std::abs(series[0])) left += std::abs(series[degree]) * force(degree);
     if (left > most) break;
   }
   return std::min(highest_degree, (degree + 1) / 2 * 2);
@@ -79,18 +92,22 @@ Box<3> periodic_box(Vec3 lengths) {
 NearPart::NearPart(Vec3 lengths, const Cloud& cloud)
     : cutoff_(checked_cutoff(lengths, cloud.cutoff)), nearest_(periodic_box(lengths)) {
   const auto series = chebyshev_series(cloud);
-  coefficients_ = powers_of(series, sufficient_degree(series, cloud));
+  of_charges_ = powers_of(series, sufficient_degree(series, cloud, force_of_charges));
+  const auto of_dipoles = [&](double n) { return force_of_dipoles(n, cloud); };
+  of_dipoles_ = powers_of(series, sufficient_degree(series, cloud, of_dipoles));
 }
 
 /// Pairs within the cutoff, some hundred: what they do to each other is computed many at a time.
+template <Kind kind>
 class NearPart::Batch {
  public:
-  Batch(const NearPart& near, const Tiles& tiles, double* sum)
+  Batch(const NearPart& near, const Tiles& tiles, const FeltSums& sums)
       : tiles_(tiles),
-        coefficients_(near.coefficients_.data()),
-        degree_(near.degree()),
+        coefficients_(near.coefficients(kind).data()),
+        degree_(near.degree(kind)),
         cutoff2_(near.cutoff_ * near.cutoff_),
-        sum_(sum) {
+        sum_(sums.field.data()),
+        force_(sums.force.data()) {
     for (int k = 0; k < 3; ++k) length_[k] = near.nearest_.length[k], turns_[k] = near.nearest_.turns_a_metre[k];
   }
 
@@ -114,10 +131,17 @@ class NearPart::Batch {
 
  private:
   static constexpr int most = 256, many = 8;
+  /// B_0, ... of screened.hpp that are needed.
+  static constexpr int kernels = kind == Kind::charges ? 2 : kind == Kind::dipoles ? 3 : 4;
   using Four = Lanes<4>;  ///< a vector and one number more
   using Many = Lanes<many>;
 
   const Four& charge(int s) const { return lanes<4>(tiles_.place_and_charge(s)); }
+  const Four& dipole(int s) const { return lanes<4>(tiles_.dipole(s)); }
+  static double product(const Four& a, const Four& b) {
+    const Four product = a * b;
+    return product[0] + product[1] + product[2];
+  }
 
   void gather(int first, std::span<const Pair> pairs) {
     // To round a number below 2^51 to a whole one.
@@ -154,31 +178,44 @@ class NearPart::Batch {
     const double turn = 2 / cutoff2_;
     for (int c = 0; c < count_; c += many) {
       const Many squared = lanes<many>(&squared_[c]), x = squared * turn - 1;
-      Many cloud = Many{} + coefficients[degree], slope{};
+      Many cloud = Many{} + coefficients[degree], slope{}, second{}, third{};  // those over 2! and 3!
       for (int k = degree - 1; k >= 0; --k) {
+        if constexpr (kernels > 3) third = third * x + second;
+        if constexpr (kernels > 2) second = second * x + slope;
         slope = slope * x + cloud;
         cloud = cloud * x + coefficients[k];
       }
       const Many over_squared = 1 / squared;
       Many over_distance;
       for (int k = 0; k < many; ++k) over_distance[k] = std::sqrt(over_squared[k]);
-      lanes<many>(&field_[c]) = over_distance * over_squared + 2 * turn * slope;
-      lanes<many>(&potential_[c]) = over_distance - cloud;
+      const Many b1 = over_distance * over_squared;
+      lanes<many>(&kernel_[1][c]) = over_distance * over_squared + 2 * turn * slope;
+      lanes<many>(&kernel_[0][c]) = over_distance - cloud;
+      // Each is -2 d/d(r^2) of the one before.
+      if constexpr (kernels > 2) lanes<many>(&kernel_[2][c]) = 3 * b1 * over_squared - 8 * turn * turn * second;
+      if constexpr (kernels > 3)
+        lanes<many>(&kernel_[3][c]) = 15 * b1 * over_squared * over_squared + 48 * turn * turn * turn * third;
     }
   }
 
   /// Pairs from the c-th on that have one first charge, to both charges; returns where the next begin. One by one:
   /// where a batch ends must not show in the sums.
   int add_run(int c) {
+    if constexpr (kind == Kind::charges) return add_charges(c);
+    if constexpr (kind == Kind::dipoles) return add_dipoles(c);
+    if constexpr (kind == Kind::multipoles) return add_multipoles(c);
+  }
+
+  int add_charges(int c) {
     const int i = pair_[c].i;
     const double q = charge(i)[3];
     const Four on_others{-q, -q, -q, q};
     Four on_first = lanes<4>(&sum_[4 * i]);
     for (; c < count_ && pair_[c].i == i; ++c) {
       const int j = pair_[c].j;
-      const double field = field_[c];
+      const double field = kernel_[1][c];
       Four unit = lanes<4>(&apart_[4 * c]) * field;
-      unit[3] = potential_[c];
+      unit[3] = kernel_[0][c];
       on_first += charge(j)[3] * unit;
       lanes<4>(&sum_[4 * j]) += on_others * unit;
     }
@@ -186,16 +223,59 @@ class NearPart::Batch {
     return c;
   }
 
+  int add_dipoles(int c) {
+    const int i = pair_[c].i;
+    const Four first = dipole(i);
+    Four on_first = lanes<4>(&sum_[4 * i]);
+    for (; c < count_ && pair_[c].i == i; ++c) {
+      const int j = pair_[c].j;
+      const Four apart = lanes<4>(&apart_[4 * c]), second = dipole(j);
+      const double b1 = kernel_[1][c], b2 = kernel_[2][c];
+      on_first += b2 * product(second, apart) * apart - b1 * second;
+      lanes<4>(&sum_[4 * j]) += b2 * product(first, apart) * apart - b1 * first;
+    }
+    lanes<4>(&sum_[4 * i]) = on_first;
+    return c;
+  }
+
+  /// As felt() of screened.hpp, which has the distance the other way round, for both at a time.
+  int add_multipoles(int c) {
+    const int i = pair_[c].i;
+    const double qi = charge(i)[3];
+    const Four first = dipole(i);
+    Four on_first = lanes<4>(&sum_[4 * i]), force_on_first = lanes<4>(&force_[4 * i]);
+    for (; c < count_ && pair_[c].i == i; ++c) {
+      const int j = pair_[c].j;
+      const Four apart = lanes<4>(&apart_[4 * c]), second = dipole(j);
+      const double b0 = kernel_[0][c], b1 = kernel_[1][c], b2 = kernel_[2][c], b3 = kernel_[3][c];
+      const double qj = charge(j)[3], along_i = product(first, apart), along_j = product(second, apart);
+      const double radial_i = qj * b1 + along_j * b2, radial_j = qi * b1 - along_i * b2;
+      Four on_i = radial_i * apart - b1 * second, on_j = -radial_j * apart - b1 * first;
+      on_i[3] = qj * b0 + along_j * b1;
+      on_j[3] = qi * b0 - along_i * b1;
+      const double along = qi * radial_i - along_i * (qj * b2 + along_j * b3) + b2 * product(first, second);
+      const Four force = along * apart + radial_i * first - radial_j * second;
+      on_first += on_i;
+      force_on_first += force;
+      lanes<4>(&sum_[4 * j]) += on_j;
+      lanes<4>(&force_[4 * j]) -= force;
+    }
+    lanes<4>(&sum_[4 * i]) = on_first;
+    lanes<4>(&force_[4 * i]) = force_on_first;
+    return c;
+  }
+
   const Tiles& tiles_;
   const double* coefficients_;
   int degree_;
   double cutoff2_;
-  double* sum_;
+  double *sum_, *force_;
   Four length_{}, turns_{};
   int count_ = 0;
-  std::array<Pair, most> pair_;                                              ///< as they are sorted
-  alignas(64) std::array<double, most + many> squared_, potential_, field_;  ///< field: over the distance
-  alignas(64) std::array<double, 4 * most> apart_;                           ///< from j to i
+  std::array<Pair, most> pair_;  ///< as they are sorted
+  alignas(64) std::array<double, most + many> squared_;
+  alignas(64) std::array<std::array<double, most + many>, kernels> kernel_;
+  alignas(64) std::array<double, 4 * most> apart_;  ///< from j to i
 };
 
 /// Where the pairs of each first charge begin.
@@ -212,11 +292,13 @@ void NearPart::index(int charges, std::span<const Pair> pairs, parallel::Team& t
   });
 }
 
-void NearPart::compute(const Tiles& tiles, std::span<const Pair> pairs, FieldAndPotential sum, parallel::Team& team) {
+template <Kind kind>
+void NearPart::compute_as(const Tiles& tiles, std::span<const Pair> pairs, const FeltSums& sums, parallel::Team& team) {
   index(tiles.size(), pairs, team);
-  std::ranges::fill(sum, 0.0);
+  std::ranges::fill(sums.field, 0.0);
+  std::ranges::fill(sums.force, 0.0);
   tiles.for_each_apart(team, [&](int first, int end) {
-    Batch batch(*this, tiles, sum.data());
+    Batch<kind> batch(*this, tiles, sums);
     const auto pairs_of = [&](int s) {
       const int i = tiles.number(s);
       return pairs.subspan(first_pair_[i], first_pair_[i + 1] - first_pair_[i]);
@@ -231,6 +313,18 @@ void NearPart::compute(const Tiles& tiles, std::span<const Pair> pairs, FieldAnd
     }
     batch.finish();
   });
+}
+
+void NearPart::compute(const Tiles& tiles, std::span<const Pair> pairs, Kind kind, const FeltSums& sums,
+                       parallel::Team& team) {
+  switch (kind) {
+    case Kind::charges:
+      return compute_as<Kind::charges>(tiles, pairs, sums, team);
+    case Kind::dipoles:
+      return compute_as<Kind::dipoles>(tiles, pairs, sums, team);
+    case Kind::multipoles:
+      return compute_as<Kind::multipoles>(tiles, pairs, sums, team);
+  }
 }
 
 }  // namespace lichtenberg::periodic

@@ -13,7 +13,7 @@ namespace lichtenberg::periodic {
 /// should: no sum that is spread and taken with the same weights can tell.
 template <int order>
 struct Spline {
-  static_assert(order >= 2 && order <= 8);
+  static_assert(order >= 3 && order <= 8);
   /// A row of weights, zeros behind the last: as wide as a vector of numbers that processors have.
   static constexpr int lanes = order <= 4 ? 4 : 8;
   using Row = Lanes<lanes>;
@@ -48,10 +48,13 @@ struct Spline {
   }
   alignas(64) static constexpr Coefficients coefficients = weights_of();
   alignas(64) static constexpr Coefficients slope_coefficients = slopes_of(coefficients);
+  alignas(64) static constexpr Coefficients curvature_coefficients = slopes_of(slope_coefficients);
 
   static void weights(double t, Row& row) { polynomial<order>(coefficients, t, row); }
   /// Derivatives of the weights by t.
   static void slopes(double t, Row& row) { polynomial<order - 1>(slope_coefficients, t, row); }
+  /// Second derivatives.
+  static void curvatures(double t, Row& row) { polynomial<order - 2>(curvature_coefficients, t, row); }
 
  private:
   template <int terms>

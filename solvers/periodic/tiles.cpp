@@ -44,6 +44,12 @@ void Tiles::sort(const Sources& sources) {
     }
     charges_[4 * s + 3] = sources.charge[i];
   }
+  if (!sources.dipole.empty()) sort_dipoles(sources.dipole);
+}
+
+void Tiles::sort_dipoles(std::span<const double> dipole) {
+  dipoles_.resize(charges_.size());
+  for (int i = 0; i < size(); ++i) std::copy_n(&dipole[3 * i], 3, &dipoles_[4 * sorted_[i]]);
 }
 
 }  // namespace lichtenberg::periodic

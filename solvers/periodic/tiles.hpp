@@ -10,19 +10,22 @@
 
 namespace lichtenberg::periodic {
 
-/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile is
-/// a column of the box along z, at least twice the `reach` wide along x and y, so that what reaches no further than that
-/// from its charges reaches half of each tile around it. In a tile charges go up z by half a reach at a time, and by
-/// number.
+/// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile
+/// is a column of the box along z, at least twice the `reach` wide along x and y, so that what reaches no further than
+/// that from its charges reaches half of each tile around it. In a tile charges go up z by half a reach at a time, and
+/// by number.
 class Tiles {
  public:
   Tiles(Vec3 lengths, double reach);
 
+  /// With their dipoles, if there are any.
   void sort(const Sources& sources);
 
   int size() const { return static_cast<int>(order_.size()); }
   /// Of a sorted charge: its place in the box and its charge, four numbers; its number.
   const double* place_and_charge(int s) const { return &charges_[4 * s]; }
+  /// Of a sorted charge, if the sources have dipoles: four numbers, the last 0.
+  const double* dipole(int s) const { return &dipoles_[4 * s]; }
   int number(int s) const { return order_[s]; }
   /// Of a charge by its number: where it is sorted.
   int sorted(int i) const { return sorted_[i]; }
@@ -43,12 +46,14 @@ class Tiles {
   }
 
  private:
+  void sort_dipoles(std::span<const double> dipole);
+
   Vec3 lengths_;
   std::array<int, 3> tiles_;       ///< along x and y: one, or an even number; pieces of a tile along z
   std::vector<int> piece_;         ///< that a charge is in, by number
   std::vector<int> first_, next_;  ///< sorted charge of a piece
   std::vector<int> order_, sorted_;
-  std::vector<double> charges_;
+  std::vector<double> charges_, dipoles_;
 };
 
 }  // namespace lichtenberg::periodic

@@ -197,9 +197,8 @@ void explain_cost(const Scene& scene, double size, const std::string& refusal_of
 }
 
 bool is_for_a_run(const Scene& scene) {
-  const Effects& e = scene.effects;
-  return e.has("current_source") || e.has("stokes_drag") || e.has("hertz_contact") || e.has("wall_contact") ||
-         e.has("contact_discharge");
+  const EffectKind* field = &effects::FloatingConductorsOptions::kind();
+  return std::ranges::any_of(scene.effects, [&](const Effects::Entry& entry) { return entry.kind != field; });
 }
 
 /// Chosen for a run if the scene has more than a field, else for `solve`.

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize, to_rgba
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 import drawing
 
@@ -151,8 +151,7 @@ def draw_in_space(axes, gas, colours):
     draw_box(axes, gas, eye)
     depth = eye.depth(gas.position)
     order = np.argsort(-depth)
-    near, far = eye.depth(corners(gas.box)).min(), eye.depth(corners(gas.box)).max()
-    fog = 0.75 * np.clip((depth - near) / (far - near), 0, 1)[order]
+    fog = 0.75 * (depth - depth.min())[order] / np.ptp(eye.depth(corners(gas.box)))  # none before the nearest
     face = faces_of(gas, colours)[order]
     diameter = 2 * gas.radius * eye.scale(gas.position)
     draw_discs(axes, eye.project(gas.position)[order], diameter[order], in_fog(face, fog), in_fog(edges_of(face), fog))
@@ -239,31 +238,37 @@ def panels_of(series):
 def set_scale(axes):
     """Logarithmic where the points span more than a factor of three: else its ticks have no round numbers."""
     shown = np.concatenate([line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2] or [[1]])
-    if shown.max() > 3 * shown.min():
-        axes.set_yscale("log")
-    else:
-        axes.yaxis.set_major_locator(MaxNLocator(5))
+    if shown.max() <= 3 * shown.min():
+        return axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.set_yscale("log")
+    if shown.max() < 30 * shown.min():  # too few powers of ten to go by
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("")
+    return None
 
 
 def draw_series(gas, marked):
-    """Over the time after the warm-up, on logarithmic scales where they reach far; a line at the frame's time if that is marked."""
+    """Over the time after the warm-up, if the run went on so far, on logarithmic scales where they reach far; a line at
+    the frame's time if that is marked."""
     drawing.set_style()
-    time = gas.series["time"] - gas.warm_up
+    warm_up = gas.warm_up if gas.series["time"].max() > gas.warm_up else 0
+    time = gas.series["time"] - warm_up
     after = time > 0
     panels = panels_of(gas.series)
-    figure, all_axes = plt.subplots(len(panels), 1, figsize=(6, 0.8 + 2.4 * len(panels)), sharex=True, layout="constrained")
+    size = (6, 0.8 + 2.4 * len(panels))
+    figure, all_axes = plt.subplots(len(panels), 1, figsize=size, sharex=True, layout="constrained")
     for axes, (label, points, (line, line_label)) in zip(all_axes, panels):
         for name, point_label, marker, colour in points:
             draw_points(axes, time[after], gas.series[name][after], point_label, marker, colour)
         if line in gas.series:
             draw_theory(axes, time[after], gas.series[line][after], line_label)
-        if marked and gas.time > gas.warm_up:
-            axes.axvline(gas.time - gas.warm_up, color=EDGE, linewidth=0.6, linestyle=":")
+        if marked and gas.time > warm_up:
+            axes.axvline(gas.time - warm_up, color=EDGE, linewidth=0.6, linestyle=":")
         axes.set(xscale="log", ylabel=label)
         set_scale(axes)
         axes.legend(frameon=False, fontsize=7)
-    warm_up = f" after the warm-up of {gas.warm_up:g}" if gas.warm_up > 0 else ""
-    all_axes[-1].set_xlabel(f"time{warm_up} ($t_0$)")
+    all_axes[-1].set_xlabel((f"time after the warm-up of {warm_up:g}" if warm_up > 0 else "time") + " ($t_0$)")
     all_axes[0].set_title(gas.title)
     return figure
 

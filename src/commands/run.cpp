@@ -173,10 +173,7 @@ class Run {
     Interruption::obey();
   }
 
-  std::string instant(double time) const {
-    const std::string unit = motion_->time_unit();
-    return unit == "1" ? fmt::format("iteration {:.0f}", time) : fmt::format("t = {:.6g} {}", time, unit);
-  }
+  std::string instant(double time) const { return instant_in_words(time, motion_->time_unit()); }
 
   std::map<std::string, double> seconds() const {
     std::map<std::string, double> all = motion_->seconds();

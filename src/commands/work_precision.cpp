@@ -91,8 +91,8 @@ void draw_picture(const std::string& picture, const nlohmann::ordered_json& json
 }
 
 auto sweep_for(const Scene& scene, bool time) {
-  if (time) return work_precision::sweep_time;
-  return scene.reference ? work_precision::sweep_charges : work_precision::sweep_field;
+  if (scene.reference) return time ? work_precision::sweep_grains : work_precision::sweep_charges;
+  return time ? work_precision::sweep_time : work_precision::sweep_field;
 }
 
 void sweep(Arguments arguments) {
@@ -100,8 +100,6 @@ void sweep(Arguments arguments) {
   check(arguments);
   arguments.request.progress = show_progress;
   const Scene scene = read_scene(arguments.scene);
-  if (scene.reference && arguments.time)
-    throw InputError(scene.path + " is a scene of grains, with [reference]: --time compares integrators of conductors");
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
   work_precision::print(diagram, circumstances);

@@ -97,6 +97,10 @@ Diagram sweep_time(const Scene& scene, const Request& request);
 /// charges and for unknown methods.
 Diagram sweep_charges(const Scene& scene, const Request& request);
 
+/// The motion of a scene of grains over half a unit of time, stages left out, by every integrator. Quantities: places,
+/// energy book. Throws InputError for unknown methods.
+Diagram sweep_grains(const Scene& scene, const Request& request);
+
 /// Those of `all` that were asked for. Throws InputError for names that are none of theirs.
 std::vector<Method> choose(std::vector<Method> all, const std::vector<std::string>& names);
 /// Measures the methods' candidates into diagram.points and diagram.left_out.

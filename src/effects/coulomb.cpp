@@ -35,8 +35,9 @@ double default_cutoff(const Scene& scene) {
 periodic::MeshChoice mesh_for(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   try {
+    const int lowest_order = scene.effects.has("induced_dipoles") ? periodic::lowest_dipole_order : 4;
     return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), lengths_of(scene),
-                                 2 * smallest_radius(scene));
+                                 2 * smallest_radius(scene), lowest_order);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: effects.coulomb.accuracy: {}", scene.path, error.what()));
   }
@@ -147,9 +148,11 @@ struct Coulomb::Implementation {
     if (bodies.position == position && bodies.charge == charge) return response;
     const periodic::Sources sources{bodies.box.lengths, bodies.position, bodies.charge};
     if (induced) {
-      dipole = predictor.predict();
+      // Charges also change at places that stay: that is no step to predict from.
+      const bool moved = bodies.position != position;
+      if (moved) dipole = predictor.predict();
       iterations += induced->evaluate(sources, state.neighbours, state.team, dipole, response);
-      predictor.keep(dipole);
+      moved ? predictor.keep(dipole) : predictor.replace(dipole);
     } else {
       sum->evaluate(sources, state.neighbours, state.team, response);
     }

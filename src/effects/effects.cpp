@@ -92,6 +92,8 @@ Model make_model(const Scene& scene, EffectList made) {
     if (!effect && kind->check_run) kind->check_run(scene);
     effects.push_back(effect ? std::move(effect) : kind->make(scene));
   }
+  if (!made.empty() && scene.effects.has(made.front()->name()))
+    throw InputError(fmt::format("{}: is given two effects \"{}\": it can have one", scene.path, made.front()->name()));
   if (!made.empty())
     throw InputError(fmt::format("{}: the scene has no table [effects.{}], but is given that effect", scene.path,
                                  made.front()->name()));

@@ -55,21 +55,17 @@ Gas::Gas(const Scene& scene)
       team_(std::make_unique<parallel::Team>(threads_for(scene))),
       model_(effects::make_model(scene)),
       law_(contact_law(scene, model_)),
-      list_(0) {
+      list_(0, 0.5) {
+  std::optional<double> range;
+  for (const auto& effect : model_.effects)
+    if (const std::optional<double> needed = effect->needs().neighbour_range)
+      range = std::max(*needed, range.value_or(*needed));
+  if (range) smooth_list_.emplace(*range, 1);
   model_.team = team_.get();
   set_law();
 }
 
-double Gas::fastest() const {
-  const Bodies& b = model_.bodies;
-  double most = 0;
-  for (int i = 0; i < b.size(); ++i) {
-    double sum = 0;
-    for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) sum += b.momentum[k] * b.momentum[k];
-    most = std::max(most, std::sqrt(sum) / b.mass[i]);
-  }
-  return most;
-}
+double Gas::fastest() const { return granular::fastest(model_.bodies); }
 
 EnergyBook Gas::energy() {
   EnergyBook book = book_;
@@ -85,7 +81,9 @@ double Gas::mechanical_energy() const {
 
 State Gas::state() {
   const Stopwatch stopwatch(seconds_.lists);
-  return model_.state(time_);
+  std::span<const Pair> pairs;
+  if (smooth_list_) pairs = smooth_list_->pairs(model_.bodies, 0, *team_);
+  return {time_, model_.bodies, pairs, *team_};
 }
 
 double Gas::potential_energy() {
@@ -143,6 +141,17 @@ double Gas::fastest_impact() const {
   return speed;
 }
 
+ContactRecord Gas::advance_contacts(std::span<const Pair> pairs, const std::vector<double>& held, double dt,
+                                    int steps_of_contacts) {
+  const Stopwatch stopwatch(seconds_.contacts);
+  const std::vector<double> from = model_.bodies.position;
+  const double before = mechanical_energy();
+  ContactRecord record =
+      contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, steps_of_contacts, *team_);
+  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
+  return record;
+}
+
 void Gas::follow_contacts(double end) {
   const double dt = end - time_;
   std::vector<double> held;
@@ -151,11 +160,7 @@ void Gas::follow_contacts(double end) {
   const double step = effects::shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   const std::span<const Pair> pairs = near(dt, gain);
-  const Stopwatch stopwatch(seconds_.contacts);
-  const std::vector<double> from = model_.bodies.position;
-  const double before = mechanical_energy();
-  ContactRecord record = contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, count, *team_);
-  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
+  ContactRecord record = advance_contacts(pairs, held, dt, count);
   wrap(model_.bodies);
   time_ = end;
   smooth_force_.clear();

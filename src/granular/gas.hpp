@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,8 @@ class Gas {
   const GasSeconds& seconds() const { return seconds_; }
 
  private:
+  ContactRecord advance_contacts(std::span<const Pair> pairs, const std::vector<double>& held, double dt,
+                                 int steps_of_contacts);
   void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.
@@ -98,8 +101,9 @@ class Gas {
   Model model_;
   effects::GrainContactLaw law_;
   std::unique_ptr<ContactMotion> contact_motion_;
-  PairList list_;
-  std::vector<GrainContact> contacts_;  ///< in ascending order of pairs
+  PairList list_;                        ///< of those that may touch
+  std::optional<PairList> smooth_list_;  ///< of those that smooth forces need; empty: none
+  std::vector<GrainContact> contacts_;   ///< in ascending order of pairs
   ContactRecord record_;
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   EnergyBook book_;                   ///< the flows

@@ -12,7 +12,7 @@ namespace lichtenberg::granular {
 /// too. Collisions last: a grain that is in one does not meet the next, omega / (1 + omega t_c).
 class HomogeneousGas {
  public:
-  /// Empty where the theory does not hold: in the plane, of grains that differ, that are driven or at rest.
+  /// Empty where the theory does not hold: in the plane, of grains that are few, that differ, are driven or at rest.
   static std::optional<HomogeneousGas> of(const Gas& gas);
 
   /// Temperature and charges are from now on those of the gas as it is: a stage has begun.

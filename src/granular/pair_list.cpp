@@ -24,28 +24,52 @@ bool PairList::holds(const Bodies& bodies, double travel) const {
   });
 }
 
-/// A list lives as long as its grains stay within their reaches: a part of a radius for all, and for each as far as it
-/// flies while a typical one moves by half a radius.
-void PairList::search(const Bodies& bodies, double travel, parallel::Team& team) {
-  const int d = bodies.dimension;
-  const auto speed = [&](int i) {
-    double sum = 0;
-    for (int k = i * d; k < (i + 1) * d; ++k) sum += bodies.momentum[k] * bodies.momentum[k];
-    return std::sqrt(sum) / bodies.mass[i];
-  };
-  double squares = 0;
-  for (int i = 0; i < bodies.size(); ++i) squares += speed(i) * speed(i);
-  const double typical = std::sqrt(squares / std::max(1, bodies.size()));
-  const double radius = *std::ranges::max_element(bodies.radius);
-  const double lifetime = typical > 0 ? 0.5 * radius / typical : 0;
-  // Far below half a box, beyond which a search would meet two images of one grain.
+namespace {
+
+/// Speeds of the grains, and beyond which a grain is so much faster than the others that it has a reach of its own: in
+/// a Maxwellian gas hardly one of 1e5 is four times as fast as their root mean square.
+struct Speeds {
+  explicit Speeds(const Bodies& bodies) {
+    double squares = 0;
+    for (int i = 0; i < bodies.size(); ++i) {
+      double sum = 0;
+      for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
+        sum += bodies.momentum[k] * bodies.momentum[k];
+      of.push_back(std::sqrt(sum) / bodies.mass[i]);
+      squares += of.back() * of.back();
+      fastest = std::max(fastest, of.back());
+    }
+    usual = 4 * std::sqrt(squares / std::max(1, bodies.size()));
+  }
+
+  std::vector<double> of;
+  double fastest = 0, usual = 0;
+};
+
+double shortest_period(const Bodies& bodies) {
   double shortest = INFINITY;
-  for (int k = 0; k < d; ++k)
+  for (int k = 0; k < bodies.dimension; ++k)
     if (bodies.box.periodic(k)) shortest = std::min(shortest, bodies.box.lengths[k]);
-  const double most = std::max(0.1 * shortest, travel);
-  reach_.resize(bodies.size());
-  for (int i = 0; i < bodies.size(); ++i) reach_[i] = std::min(travel + 0.1 * radius + speed(i) * lifetime, most);
-  pairs_ = pairs_within_reach(bodies, range_, reach_, team);
+  return shortest;
+}
+
+}  // namespace
+
+/// A list lives as long as its grains stay within their reaches. A grain that a collision makes fast has no larger one,
+/// so that all have the same, but for those that are far faster than the others.
+void PairList::search(const Bodies& bodies, double travel, parallel::Team& team) {
+  const Speeds speeds(bodies);
+  // Far below half a box, beyond which a search would meet two images of one grain.
+  const double most = std::max(0.1 * shortest_period(bodies), travel);
+  const double reach = std::min(travel + move_ * *std::ranges::max_element(bodies.radius), most);
+  reach_.assign(bodies.size(), reach);
+  if (speeds.fastest > speeds.usual) {
+    for (int i = 0; i < bodies.size(); ++i)
+      reach_[i] = std::min(reach * std::max(1.0, speeds.of[i] / speeds.usual), most);
+    pairs_ = pairs_within_reach(bodies, range_, reach_, team);
+  } else {
+    pairs_ = pairs_closer_than(bodies, range_ + 2 * reach, team);
+  }
   searched_at_ = bodies.position;
   ++searches_;
 }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "solvers/geometry/vec.hpp"
 #include "src/model/neighbours.hpp"
 
@@ -22,6 +25,17 @@ double closing(const PairState<d>& s) {
 template <int d>
 double speed_across(const PairState<d>& s) {
   return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
+}
+
+/// The largest speed of a grain.
+inline double fastest(const Bodies& b) {
+  double most = 0;
+  for (int i = 0; i < b.size(); ++i) {
+    double sum = 0;
+    for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) sum += b.momentum[k] * b.momentum[k];
+    most = std::max(most, std::sqrt(sum) / b.mass[i]);
+  }
+  return most;
 }
 
 inline double reach(const Bodies& b, Pair p) { return b.radius[p.i] + b.radius[p.j]; }

@@ -27,13 +27,14 @@ std::string temperature_line(const Note& now) {
 
 std::string charge_line(const Gas& gas, const Note& now) {
   const analysis::ChargeMoments& q = now.gas.charge;
-  return fmt::format("{:.3g} in all; mean |q| {:.4g}, rms {:.4g}, kurtosis {:.3g}", total_charge(gas), q.magnitude,
-                     std::sqrt(q.square), q.kurtosis);
+  std::string text =
+      fmt::format("{:.3g} in all; mean |q| {:.4g}, rms {:.4g}", total_charge(gas), q.magnitude, std::sqrt(q.square));
+  return std::isnan(q.kurtosis) ? text : text + fmt::format(", kurtosis {:.3g}", q.kurtosis);
 }
 
 std::string clusters_line(const Gas& gas, const Note& now) {
   const analysis::ClusterSizes& c = now.gas.contact;
-  std::string text = fmt::format("{} of {} grains by {} contacts, the largest of {}", c.number, gas.bodies().size(),
+  std::string text = fmt::format("{} of {} grains, {} contacts, the largest of {}", c.number, gas.bodies().size(),
                                  now.contacts, c.largest);
   if (!std::isnan(c.aggregate)) text += fmt::format("; those of two and more have {:.3g} on average", c.aggregate);
   return text;

@@ -117,7 +117,7 @@ class Effect {
   /// Puts its state into a checkpoint of its own, and takes it from there. Throws Failure for what is no state of it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
-  /// Adds the columns that it shows in a frame; their names begin with its own.
+  /// Adds the columns that it shows in a frame. The recorder refuses a name that another column has.
   virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
   /// Adds what it has to say to the summary of a run.
   virtual void summarize(const State& state, Summary& summary) const { (void)state, (void)summary; }

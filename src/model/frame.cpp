@@ -1,5 +1,7 @@
 #include "src/model/frame.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace lichtenberg {
@@ -19,6 +21,10 @@ std::vector<Number> converted(const Column* column) {
 }
 
 }  // namespace
+
+std::string instant_in_words(double time, const std::string& time_unit) {
+  return time_unit == "1" ? fmt::format("iteration {:.0f}", time) : fmt::format("t = {:.6g} {}", time, time_unit);
+}
 
 void Frame::add_labelled(std::string name, std::string unit, std::vector<double> values,
                          std::vector<std::string> labels) {

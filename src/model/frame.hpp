@@ -11,6 +11,9 @@
 
 namespace lichtenberg {
 
+/// "t = 0.5 s"; where the unit is "1", "iteration 12".
+std::string instant_in_words(double time, const std::string& time_unit);
+
 /// What a run shows of itself at one instant, as named columns: who moves the scene and the effects add them, the
 /// recorder writes them, analysis and pictures ask for them by name.
 struct Frame {

@@ -1,9 +1,13 @@
 #include "src/model/model.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
+#include "solvers/error.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -22,15 +26,35 @@ void ForceJacobian::add_drag(int i, double rate) {
   for (int k = 0; k < dimension_; ++k) by_momentum.push_back({i * dimension_ + k, i * dimension_ + k, rate});
 }
 
+namespace {
+
+void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
+  std::set<std::string_view> names;
+  for (const auto& effect : effects)
+    if (!names.insert(effect->name()).second)
+      throw InputError(fmt::format(
+          "two effects are named \"{}\": their names must differ, since a checkpoint tells them apart by them",
+          effect->name()));
+}
+
+void check_one_a_body(const std::vector<double>& charge, const Bodies& bodies, const Effect& effect) {
+  if (charge.size() != static_cast<std::size_t>(bodies.size()))
+    throw InputError(fmt::format("effects.{} needs {} charges, one a body, but is given {}", effect.name(),
+                                 bodies.size(), charge.size()));
+}
+
+}  // namespace
+
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
     : bodies(std::move(b)), effects(std::move(e)) {
+  refuse_namesakes(effects);
   const bool periodic = visit_spheres(bodies, [](const auto& s) { return s.box.any_periodic(); });
   std::optional<double> range;
   for (const auto& effect : effects) {
     effect->kind().check_dimension(bodies.dimension);
     if (periodic) effect->kind().check_periodic();
     const Needs needs = effect->needs();
-    if (needs.charges) bodies.charge = charge;
+    if (needs.charges) check_one_a_body(charge, bodies, *effect), bodies.charge = charge;
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
   }
   // The skin trades the number of searches against the number of pairs looked at in vain.

@@ -12,7 +12,8 @@ namespace lichtenberg {
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
   /// `charge`: C, [N]; taken over only if an effect needs charges. Throws InputError for an effect that cannot do the
-  /// bodies' dimension or their box's periodic sides.
+  /// bodies' dimension or their box's periodic sides, for two of one name, and
+  /// for charges that are needed and are not one a body.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;

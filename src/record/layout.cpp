@@ -133,7 +133,7 @@ std::map<std::string, std::vector<Number>> get_arrays(hid_t file, const std::str
 
 }  // namespace
 
-void put_header(const hdf5::Handle& file, const Provenance& provenance) {
+void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& provenance) {
   hdf5::put_attribute(file, "lichtenberg_result", result_format);
   const hdf5::Handle h5md = hdf5::open_group(file, "h5md");
   hdf5::put_attribute<std::int32_t>(h5md, "version", std::array{1, 1}, {2});
@@ -143,7 +143,8 @@ void put_header(const hdf5::Handle& file, const Provenance& provenance) {
   hdf5::put_attribute(creator, "version", lichtenberg_version().number);
   const hdf5::Handle units = hdf5::open_group(h5md, "modules/units");
   hdf5::put_attribute<std::int32_t>(units, "version", std::array{1, 0}, {2});
-  hdf5::put_attribute(units, "system", "SI");
+  // H5MD asks for a name of the system, and says what symbols mean for "SI" alone.
+  hdf5::put_attribute(units, "system", scene.reference ? "reduced" : "SI");
 }
 
 void put_scene(const hdf5::Handle& file, const Scene& scene) {

@@ -15,8 +15,8 @@ namespace lichtenberg {
 /// Changes when a reader of the files has to change.
 constexpr int result_format = 2;
 
-/// Root attributes, and /h5md (H5MD 1.1): who wrote the file.
-void put_header(const hdf5::Handle& file, const Provenance& provenance);
+/// Root attributes, and /h5md (H5MD 1.1): who wrote the file, in which units.
+void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& provenance);
 
 /// /scene: the text, and the geometry that a picture needs.
 void put_scene(const hdf5::Handle& file, const Scene& scene);

@@ -141,7 +141,7 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
   recorder.particles_ = mass.size();
   recorder.put_constants([&](const hdf5::Handle& file) {
     const Provenance here = provenance();
-    put_header(file, here);
+    put_header(file, scene, here);
     put_scene(file, scene);
     put_conductors(file, scene, mass);
     put_session(file, 0, here, scene);
@@ -190,7 +190,7 @@ void Recorder::put_constants(Put put) {
 
 void Recorder::take_over(const ResultFile& result) {
   put_constants([&](const hdf5::Handle& file) {
-    copy_all_but_frames(result.file(), file, {"h5md", "scene", "parameters", "particles", "provenance"});
+    copy_all_but_frames(result.file(), file, {"h5md", "scene", "reference", "parameters", "particles", "provenance"});
   });
   particles_ = hdf5::shape(result.file(), "particles/conductors/radius").at(0);
   checkpoint_ = get_checkpoint(result.file());
@@ -387,13 +387,12 @@ void Recorder::put_together(const Milestone& milestone) {
     hdf5::Pages rest = all_but_frames(milestone);
     constexpr std::uint64_t spare = 16u << 20;
     std::uint64_t needed = rest.size() + tail_bytes_ + spare;
-    std::vector<OpenFile> files;
-    std::vector<const OpenFile*> before;
+    std::vector<StoredFrames> before;
     for (const Segment& segment : segments_) needed += segment.seal.bytes;
     if (free_bytes(path_) < needed)
       throw Failure(fmt::format("that takes {:.3g} GB on the disk", 1e-9 * static_cast<double>(needed)));
-    for (const Segment& segment : segments_) files.push_back(open_segment(path_, segment));
-    for (const OpenFile& file : files) before.push_back(&file);
+    for (const Segment& segment : segments_)
+      before.push_back({segment.rows, [&] { return std::make_shared<const OpenFile>(open_segment(path_, segment)); }});
     write_with_frames(path_, std::move(rest), series_, before, tail_);
     remove_other_segments(path_, {});
     segments_.clear();
@@ -408,7 +407,8 @@ void Recorder::put_together(const Milestone& milestone) {
 
 std::string Recorder::what_stands() const {
   if (saved_time_)
-    return fmt::format("what was saved up to t = {:.6g} s stands, and --resume goes on from there", *saved_time_);
+    return fmt::format("what was saved up to {} stands, and --resume goes on from there",
+                       instant_in_words(*saved_time_, series_.empty() ? Frame{}.time_unit : series_[1].unit));
   return std::filesystem::exists(path_) ? "the file that was to be overwritten stands" : "nothing was saved";
 }
 

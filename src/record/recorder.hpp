@@ -51,7 +51,7 @@ class Recorder {
 
   /// The checkpoint to go on from; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
-  /// s, of the last frame on disk; empty for a new run.
+  /// Of the last frame on disk, in its unit of time; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
   /// Of the run on disk, without units; none unless it is over.
   const std::vector<Quantity>& summary() const { return summary_; }

@@ -78,9 +78,8 @@ void ResultFile::open_index(const std::string& used) {
         fmt::format("{} was not written by `lichtenberg run`: only its result files can be {}", path_, used));
   format_ = *format;
   if (format_ != result_format && format_ != 1)
-    throw InputError(
-        fmt::format("{} has result format {}, but with this version of lichtenberg only formats 1 and {} can be {}",
-                    path_, format_, result_format, used));
+    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg reads only formats 1 and {}",
+                                 path_, format_, result_format));
 }
 
 void ResultFile::open_segments() {
@@ -186,9 +185,10 @@ void store_beside_frames(const ResultFile& opened, const std::function<void(cons
     copy_all_but_frames(opened.file(), file, hdf5::names(opened.file()));
     put(file);
   }
-  const OpenFile* const frames[] = {&opened.opened()};
-  write_with_frames(opened.path(), std::move(*pages), series_in(opened.file()), frames, {},
-                    [&] { refuse_another(opened); });
+  const std::vector<Series> series = series_in(opened.file());
+  const std::shared_ptr<const OpenFile> itself(&opened.opened(), [](const OpenFile*) {});  // which outlives this
+  const StoredFrames frames{rows_in(opened.file(), series), [&] { return itself; }};
+  write_with_frames(opened.path(), std::move(*pages), series, {&frames, 1}, {}, [&] { refuse_another(opened); });
 }
 
 void store_in_memory(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {

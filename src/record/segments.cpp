@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 constexpr const char* segments_group = "segments";
 constexpr const char* segment_prefix = "segment-";
 constexpr const char* segment_suffix = ".h5";
+constexpr std::uint64_t block_bytes = 4u << 20;
 
 std::string name_of(std::int64_t number) { return fmt::format("{}{:06}{}", segment_prefix, number, segment_suffix); }
 
@@ -37,7 +38,7 @@ std::vector<fs::path> files_in(const std::string& folder) {
 }
 
 void copy_bytes(const OpenFile& from, std::uint64_t offset, std::uint64_t bytes, NewFile& to, std::uint64_t target) {
-  std::vector<std::byte> block(std::min<std::uint64_t>(bytes, 4u << 20));
+  std::vector<std::byte> block(std::min<std::uint64_t>(bytes, block_bytes));
   for (std::uint64_t done = 0; done < bytes; done += block.size()) {
     block.resize(std::min<std::uint64_t>(block.size(), bytes - done));
     from.read(offset + done, block);
@@ -45,29 +46,38 @@ void copy_bytes(const OpenFile& from, std::uint64_t offset, std::uint64_t bytes,
   }
 }
 
+/// The same of rows that are compressed, and so in no one piece.
+void copy_chunks(const hdf5::Handle& from, const Series& series, hsize_t rows, NewFile& to, std::uint64_t target) {
+  const hsize_t together = std::max<hsize_t>(block_bytes / series.row_bytes(), 1);
+  for (hsize_t first = 0; first < rows; first += together) {
+    const Values block = read_rows(from, series.dataset, series, first, std::min(together, rows - first));
+    to.write(target + first * series.row_bytes(), bytes_of(block));
+  }
+}
+
 /// The rows of all series of a file go to `target`, one offset a series, which moves on.
-void copy_rows(const OpenFile& from, const std::vector<Series>& series, NewFile& to,
+void copy_rows(const StoredFrames& stored, const std::vector<Series>& series, NewFile& to,
                std::vector<std::uint64_t>& target) {
-  const hdf5::Handle file = hdf5::open(from);
-  const std::vector<hsize_t> rows = rows_in(file, series);
+  const std::shared_ptr<const OpenFile> from = stored.open();
+  const hdf5::Handle file = hdf5::open(*from);
   for (std::size_t k = 0; k < series.size(); ++k) {
-    const std::uint64_t bytes = rows[k] * series[k].row_bytes();
+    const std::uint64_t bytes = stored.rows[k] * series[k].row_bytes();
     if (bytes == 0) continue;
     const hdf5::Handle dataset(H5Dopen2(file, series[k].dataset.c_str(), H5P_DEFAULT));
     const haddr_t offset = H5Dget_offset(dataset);
-    if (offset == HADDR_UNDEF) throw hdf5::Error(series[k].dataset + " is not stored in one piece");
-    copy_bytes(from, offset, bytes, to, target[k]);
+    if (offset == HADDR_UNDEF)
+      copy_chunks(file, series[k], stored.rows[k], to, target[k]);
+    else
+      copy_bytes(*from, offset, bytes, to, target[k]);
     target[k] += bytes;
   }
 }
 
-std::vector<hsize_t> rows_of_all(const std::vector<Series>& series, std::span<const OpenFile* const> before,
+std::vector<hsize_t> rows_of_all(const std::vector<Series>& series, std::span<const StoredFrames> before,
                                  std::span<const Rows> frames) {
   std::vector<hsize_t> rows(series.size(), 0);
-  for (const OpenFile* file : before) {
-    const std::vector<hsize_t> more = rows_in(hdf5::open(*file), series);
-    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] += more[k];
-  }
+  for (const StoredFrames& stored : before)
+    for (std::size_t k = 0; k < rows.size(); ++k) rows[k] += stored.rows[k];
   for (const Rows& frame : frames)
     for (std::size_t k = 0; k < rows.size(); ++k) rows[k] += rows_in(frame[k], series[k]);
   return rows;
@@ -149,7 +159,7 @@ std::vector<hsize_t> rows_in(const hdf5::Handle& file, const std::vector<Series>
 }
 
 Seal write_with_frames(const std::string& path, hdf5::Pages rest, const std::vector<Series>& series,
-                       std::span<const OpenFile* const> before, std::span<const Rows> frames,
+                       std::span<const StoredFrames> before, std::span<const Rows> frames,
                        const std::function<void()>& check) {
   const auto pages = std::make_shared<hdf5::Pages>(std::move(rest));
   std::vector<std::uint64_t> target = [&] {
@@ -158,7 +168,7 @@ Seal write_with_frames(const std::string& path, hdf5::Pages rest, const std::vec
   }();
   NewFile file(path);
   pages->for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });
-  for (const OpenFile* source : before) copy_rows(*source, series, file, target);
+  for (const StoredFrames& stored : before) copy_rows(stored, series, file, target);
   for (const Rows& rows : frames)
     for (std::size_t k = 0; k < series.size(); ++k) {
       const std::span<const std::byte> bytes = bytes_of(rows[k]);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,10 +41,16 @@ void remove_other_segments(const std::string& path, const std::vector<Segment>& 
 /// How many rows of each series stand in a file.
 std::vector<hsize_t> rows_in(const hdf5::Handle& file, const std::vector<Series>& series);
 
-/// Writes a file of all that stands in `rest`, and of frames: those of the files `before`, whose datasets are
-/// contiguous, then `frames`. The rows go to the disk by a few megabytes at a time. Throws Failure.
+/// Frames that stand in a file, which is open only while they are copied: there may be more than a process may open.
+struct StoredFrames {
+  std::vector<hsize_t> rows;  ///< of each series
+  std::function<std::shared_ptr<const OpenFile>()> open;
+};
+
+/// Writes a file of all that stands in `rest`, and of frames: those that stand `before`, then `frames`. The rows go
+/// to the disk by a few megabytes at a time. Throws Failure.
 Seal write_with_frames(
-    const std::string& path, hdf5::Pages rest, const std::vector<Series>& series,
-    std::span<const OpenFile* const> before, std::span<const Rows> frames, const std::function<void()>& check = [] {});
+    const std::string& path, hdf5::Pages rest, const std::vector<Series>& series, std::span<const StoredFrames> before,
+    std::span<const Rows> frames, const std::function<void()>& check = [] {});
 
 }  // namespace lichtenberg

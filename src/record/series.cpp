@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -50,10 +51,22 @@ void check_shape(const Column& column, std::size_t particles) {
     refuse(column.name, fmt::format("it has {} labels for rows of {} numbers", column.labels.size(), width));
 }
 
+/// What stands beside columns of particles and lists and is none of them.
+void check_free(const Column& column) {
+  constexpr std::array constants{"mass", "radius", "species", "box"}, networks{"particle", "contact"};
+  if (column.of == Column::Of::particles && std::ranges::count(constants, column.name) > 0)
+    refuse(column.name, "the name is that of something of the particles that does not change");
+  if (column.of == Column::Of::list && (std::ranges::count(networks, column.name) > 0 ||
+                                        column.name.ends_with(end_of_list) || column.name.ends_with(of_all_frames)))
+    refuse(column.name, fmt::format("a list's name must not be `particle` or `contact` nor end in `{}` or `{}`",
+                                    end_of_list, of_all_frames));
+}
+
 void check(const Column& column, std::size_t particles) {
   if (column.name.empty() || column.name.find_first_of("/.") != std::string::npos)
     refuse(column.name, "a name must not be empty and not contain `/` or `.`");
   if (column.name == step_name || column.name == time_name) refuse(column.name, "the name is that of the frame's own");
+  check_free(column);
   if (column.unit.empty()) refuse(column.name, "it has no unit; that of a pure number is \"1\"");
   check_shape(column, particles);
 }

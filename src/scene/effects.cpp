@@ -15,8 +15,19 @@ bool Effects::has(std::string_view name) const {
   return std::ranges::any_of(entries_, [&](const Entry& entry) { return entry.kind->name == name; });
 }
 
+namespace {
+
+[[noreturn]] void refuse_namesakes(const std::string& name) {
+  throw InputError(fmt::format(
+      "two kinds of effects are named \"{}\": their names must differ, since a scene's tables are told apart by them",
+      name));
+}
+
+}  // namespace
+
 std::any& Effects::add(const EffectKind& kind, std::any options) {
   const auto found = std::ranges::find(entries_, kind.name, [](const Entry& entry) { return entry.kind->name; });
+  if (found != entries_.end() && found->kind != &kind) refuse_namesakes(kind.name);
   Entry& entry = found != entries_.end() ? *found : entries_.emplace_back();
   entry = {&kind, std::move(options)};
   return entry.options;
@@ -50,11 +61,7 @@ void refuse_effect(const Draft& draft, const std::string& name, const std::strin
 void check_names(const EffectKinds& kinds) {
   std::set<std::string> names;
   for (const EffectKind* kind : kinds)
-    if (!names.insert(kind->name).second)
-      throw InputError(
-          fmt::format("two kinds of effects are named \"{}\": their names must differ, since a scene's tables are "
-                      "told apart by them",
-                      kind->name));
+    if (!names.insert(kind->name).second) refuse_namesakes(kind->name);
 }
 
 }  // namespace lichtenberg

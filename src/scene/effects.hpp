@@ -44,6 +44,7 @@ class Effects {
     return *std::any_cast<O>(&add(O::kind(), std::any(std::move(options))));
   }
   /// Puts an effect of that kind into the scene, or gives it other options; they are of the type that `kind` has.
+  /// Throws InputError if the scene has another kind of the same name.
   std::any& add(const EffectKind& kind, std::any options);
   void remove(std::string_view name);
   template <class O>

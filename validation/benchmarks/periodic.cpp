@@ -1,15 +1,18 @@
 // Coulomb sums of charges +1 and -1 at random places in a periodic cube: what an evaluation on a mesh costs, part by
-// part, beside Ewald's sum; the error that is asked for, estimated and found.
+// part, beside Ewald's sum; the error that is asked for, estimated and found. With --dipoles: what it costs that they
+// polarize each other.
 #include "solvers/periodic/accuracy.hpp"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
 #include <random>
 
+#include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
 #include "validation/benchmarks/machine.hpp"
@@ -27,6 +30,7 @@ struct Options {
   double skin = 0;          // of the list of pairs
   int sample = 300;         // charges whose force is compared with Ewald's
   int repeats = 5;
+  double polarizability = 0.075, tolerance = 1e-4;  // of induced dipoles
 };
 
 /// Least milliseconds of several: of the clock on the wall, and of all threads' processors together.
@@ -58,6 +62,7 @@ struct Gas {
   std::vector<double> position, charge;
 
   operator Sources() const { return {lengths, position, charge}; }
+  Sources with(std::span<const double> dipole) const { return {lengths, position, charge, dipole}; }
   std::vector<Pair> pairs(double within, parallel::Team& team) const {
     const std::vector<double> radius(charge.size());
     return pairs_closer_than(Spheres<3>{position, radius, periodic_box(lengths)}, within, team);
@@ -129,21 +134,93 @@ void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_
     ChargeMesh charges(mesh, cloud);
     Tiles tiles(mesh.lengths, std::max(cloud.cutoff, charges.reach()));
     std::vector<double> parts(4 * sources.charge.size());
+    const FeltSums sums{parts};
     Response response;
     const Milliseconds all = milliseconds(options.repeats, [&] { sum.evaluate(sources, pairs, team, response); });
     const double made = milliseconds(1, [&] { ParticleMesh(mesh, cloud); }).processors;
     const double sorted = milliseconds(options.repeats, [&] { tiles.sort(sources); }).processors;
-    const double by_pairs = milliseconds(options.repeats, [&] { near.compute(tiles, pairs, parts, team); }).processors;
-    const double spread = milliseconds(options.repeats, [&] { charges.spread(tiles, team); }).processors;
+    const double by_pairs =
+        milliseconds(options.repeats, [&] { near.compute(tiles, pairs, Kind::charges, sums, team); }).processors;
+    const double spread = milliseconds(options.repeats, [&] { charges.spread(tiles, Kind::charges, team); }).processors;
     const double solved = milliseconds(options.repeats, [&] { charges.solve(team); }).processors;
-    const double taken = milliseconds(options.repeats, [&] { charges.add(tiles, parts, team); }).processors;
+    const double taken =
+        milliseconds(options.repeats, [&] { charges.add(tiles, Kind::charges, sums, team); }).processors;
     fmt::print(
         "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
         "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e}\n",
-        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(), threads, made, sorted, by_pairs, spread, solved,
-        taken, all.processors, all.wall, relative_error(mesh, cloud, 1), force_error(response, now.exact, now.sample),
-        net_force(response));
+        name, cloud.cutoff, mesh.order, mesh.points[0], near.degree(Kind::charges), threads, made, sorted, by_pairs,
+        spread, solved, taken, all.processors, all.wall, relative_error(mesh, cloud, 1),
+        force_error(response, now.exact, now.sample), net_force(response));
   }
+}
+
+/// Fields of dipoles computed without a start, and with the predictor's from its fifth step on, as charges fly freely:
+/// a random step of .005 along each axis, rms, which is that of grains at temperature 1.
+struct Iterations {
+  int cold = 0;
+  double predicted = 0;
+  std::vector<double> dipole;
+};
+
+Iterations iterations(Gas moving, const InducedDipoles& induced, double cutoff, parallel::Team& team) {
+  constexpr int steps = 10, first = 4;
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal(0, 0.005);
+  std::vector<double> step(moving.position.size());
+  std::ranges::generate(step, [&] { return normal(random); });
+  DipolePredictor predictor;
+  Iterations found;
+  Response response;
+  for (int n = 0; n < steps; ++n) {
+    std::vector<double> dipole = predictor.predict();
+    const int fields = induced.evaluate(moving, moving.pairs(cutoff, team), team, dipole, response);
+    if (n == 0) found.cold = fields, found.dipole = dipole;
+    if (n >= first) found.predicted += static_cast<double>(fields) / (steps - first);
+    predictor.keep(std::move(dipole));
+    for (std::size_t k = 0; k < step.size(); ++k) moving.position[k] += step[k];
+  }
+  return found;
+}
+
+void measure_dipoles(const Gas& gas, double accuracy, const Options& options) {
+  const int size = static_cast<int>(gas.charge.size());
+  const MeshChoice choice = choose_mesh(accuracy, size, gas.lengths, 1, lowest_dipole_order);
+  const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
+  ParticleMesh sum(choice.mesh, cloud);
+  const InducedDipoles induced(sum, DipoleSum::ewald, options.polarizability, options.tolerance);
+  std::vector<int> sample;
+  for (int s = 0; s < std::min(options.sample, size); ++s)
+    sample.push_back(static_cast<int>(static_cast<long>(s) * size / std::min(options.sample, size)));
+  for (const int threads : options.threads) {
+    parallel::Team team(threads);
+    const auto pairs = gas.pairs(choice.cutoff + options.skin, team);
+    const Iterations found = iterations(gas, induced, choice.cutoff, team);
+    const Sources polarized = gas.with(found.dipole);
+    Response response, exact;
+    std::vector<double> field(gas.position.size()), dipole;
+    const auto time = [&](auto&& work) { return milliseconds(options.repeats, work); };
+    const Milliseconds of_charges = time([&] { sum.evaluate(gas, pairs, team, response); });
+    const Milliseconds of_dipoles = time([&] { sum.dipole_field(polarized, pairs, team, field); });
+    const Milliseconds cold = time([&] {
+      dipole.clear();
+      induced.evaluate(gas, pairs, team, dipole, response);
+    });
+    const Milliseconds both = time([&] { sum.evaluate(polarized, pairs, team, response); });
+    Ewald(splitting_for(gas, 1e-9)).evaluate_at(sample, polarized, team, exact);
+    fmt::print(
+        "{:>8} {:>8.0e} {:>7.3f} {:>3} {:>4} {:>8} {:>8.2f} {:>8.2f} {:>8.2f} {:>8} {:>9.2f} {:>9.2f} {:>9.1e}\n", size,
+        accuracy, choice.cutoff, choice.mesh.order, choice.mesh.points[0], threads, of_charges.processors,
+        of_dipoles.processors, both.processors, found.cold, found.predicted, cold.wall,
+        force_error(response, exact, sample));
+  }
+}
+
+void measure_dipoles(const Options& options) {
+  fmt::print("A = {}, tolerance {}; ms of processors of a field\n", options.polarizability, options.tolerance);
+  fmt::print("{:>8} {:>8} {:>7} {:>3} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9}\n", "charges", "asked",
+             "cutoff", "p", "mesh", "threads", "charges", "dipoles", "both", "cold", "predicted", "cold, ms", "error");
+  for (const int size : options.sizes)
+    for (const double accuracy : options.accuracies) measure_dipoles(gas(size, options.density), accuracy, options);
 }
 
 void header() {
@@ -167,8 +244,14 @@ int main(int argc, char** argv) {
   program.add_option("--repeats", options.repeats);
   program.add_option("--gauss", gauss, "alpha, with --mesh");
   program.add_option("--mesh", by_hand, "cutoff, order, points a side, band limit")->delimiter(',');
+  bool dipoles = false;
+  program.add_flag("--dipoles", dipoles, "induced dipoles instead of charges alone");
   CLI11_PARSE(program, argc, argv);
   fmt::print("{}\n", benchmarks::machine());
+  if (dipoles) {
+    measure_dipoles(options);
+    return 0;
+  }
   for (const int size : options.sizes) {
     const Case now = prepare(size, options);
     header();

@@ -1,0 +1,310 @@
+// Dipoles on a mesh, given and induced: against Ewald's sum, and against what they must be whatever the mesh.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/dipoles.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/screened.hpp"
+#include "tests/periodic_sources.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+
+namespace {
+
+parallel::Team& alone = parallel::Team::single();
+
+/// 300 charges and dipoles at the density of GRANULAR's gas.
+Crowd gas(unsigned seed) { return random_crowd(300, {12.8, 12.8, 12.8}, 1, true, seed); }
+
+Crowd without_charges(Crowd crowd) {
+  std::ranges::fill(crowd.charge, 0);
+  return crowd;
+}
+Crowd without_dipoles(Crowd crowd) {
+  crowd.dipole.clear();
+  return crowd;
+}
+Crowd with_dipoles(Crowd crowd, double factor) {
+  for (double& mu : crowd.dipole) mu *= factor;
+  return crowd;
+}
+
+ParticleMesh mesh_for(const MeshChoice& choice) {
+  return {choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff)};
+}
+
+std::vector<double> dipole_field(ParticleMesh& sum, const Crowd& crowd, parallel::Team& team = alone) {
+  std::vector<double> field(crowd.dipole.size());
+  sum.dipole_field(crowd, pairs_of(crowd, sum.cutoff()), team, field);
+  return field;
+}
+
+double product(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+/// Minus its slope by every coordinate of `x`, a part of the crowd.
+std::vector<double> slopes(ParticleMesh& sum, const Crowd& crowd, std::vector<double>& x, double step) {
+  std::vector<double> result;
+  for (double& coordinate : x)
+    result.push_back(-energy_slope(coordinate, step, [&] { return evaluated_on(sum, crowd).energy; }));
+  return result;
+}
+
+/// Eight grains of diameter 1 or nearly.
+Crowd grains() { return random_crowd(8, {4, 4.5, 5}, 0.9, false, 8); }
+
+ParticleMesh mesh_for_grains() { return mesh_for(choose_mesh(1e-6, 8, grains().lengths, 0.9, lowest_dipole_order)); }
+
+Response with_induced(Sum& far, const Crowd& crowd, DipoleSum variant, std::vector<double>& dipole) {
+  Response response;
+  InducedDipoles(far, variant, 0.075, 1e-13).evaluate(crowd, pairs_of(crowd, far.cutoff()), alone, dipole, response);
+  return response;
+}
+
+constexpr DipoleSum variants[] = {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image,
+                                  DipoleSum::source};
+
+}  // namespace
+
+// Errors are waves, and a dipole on either side multiplies them by k / sqrt(3). They are no longer than the cloud's
+// band limit, where the transform is cut off, and no shorter than the mesh's first alias, 2 pi over its spacing. At
+// places that are 1 or more apart, squared forces add up to 4 pi between charges, 8 pi / 3 from charges to dipoles and
+// 8 pi between dipoles. Charges' errors are 1.25 of what is estimated at most (README).
+TEST_CASE("random dipoles: errors are those of charges times their waves' numbers") {
+  const Crowd crowd = gas(1), dipoles = without_charges(crowd);
+  const Response exact = by_ewald(crowd, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);
+  for (const auto& [band_limit, cutoff, points] : {std::tuple{6.3, 1.8, 16}, {9.0, 3.0, 18}, {15.4, 5.3, 24}})
+    for (int order = lowest_dipole_order; order <= 7; ++order) {
+      const Mesh mesh{crowd.lengths, {points, points, points}, order};
+      const Cloud cloud = prolate_cloud(band_limit, cutoff);
+      ParticleMesh sum(mesh, cloud);
+      const double charges = relative_error(mesh, cloud, 1);
+      const double longest = 0.5 * band_limit / cutoff / std::sqrt(3);
+      const double shortest = 1.25 * 2 * M_PI / mesh.spacing().x / std::sqrt(3);
+      const Response response = evaluated_on(sum, dipoles);
+      CAPTURE(order);
+      CAPTURE(points);
+      const double field = relative_difference(response.field, exact_of_dipoles.field);
+      CHECK(field < shortest * std::sqrt(1.5) * charges);
+      CHECK(field > longest * std::sqrt(1.5) * charges);
+      const double force = relative_difference(response.force, exact_of_dipoles.force);
+      CHECK(force < shortest * shortest * std::sqrt(0.5) * charges);
+      CHECK(force > longest * longest * std::sqrt(0.5) * charges);
+      // Here charges do a fourth of what dipoles do, and their errors less than that.
+      const Response both = evaluated_on(sum, crowd);
+      CHECK(relative_difference(both.field, exact.field) < field);
+      CHECK(relative_difference(both.force, exact.force) < force);
+      CHECK(relative_difference(both.potential, exact.potential) < field);
+      CHECK(both.energy == doctest::Approx(exact.energy).epsilon(field));
+    }
+}
+
+TEST_CASE("dipoles of a tenth of the charges, as induced ones are, leave forces what is asked for") {
+  const Crowd crowd = with_dipoles(gas(2), 0.1);
+  const Response exact = by_ewald(crowd, 1e-11);
+  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
+    ParticleMesh sum = mesh_for(choose_mesh(accuracy, crowd.size(), crowd.lengths, 1, lowest_dipole_order));
+    const Response response = evaluated_on(sum, crowd);
+    // Squares of charges are 1/3 here, of dipoles .01. With waves of 2 pi / .8 the error's square grows by 1 + .03 * 62
+    // / 3, once more for the dipoles that feel it; 1.25 as above.
+    CHECK(relative_difference(response.field, exact.field) < 1.25 * 1.27 * accuracy);
+    CHECK(relative_difference(response.force, exact.force) < 1.25 * 1.62 * accuracy);
+  }
+}
+
+TEST_CASE("the near part of dipoles is that of the cloud's derivatives, to what the cloud itself loses") {
+  const double alpha = 0.75, cutoff = 4.5;
+  const Vec3 lengths{12, 12, 12}, direction{2.0 / 3, -1.0 / 3, 2.0 / 3};
+  const Cloud cloud = gauss_cloud(alpha, cutoff);
+  NearPart near(lengths, cloud);
+  Tiles tiles(lengths, cutoff);
+  // Of a force between charges; and k of the cloud for each dipole more.
+  const double bound = 0.1 * std::sqrt(cloud.lost / (4 * M_PI / 3 * std::pow(cutoff, 3))), k = std::sqrt(2) * alpha;
+  for (double distance = 0.5; distance < cutoff; distance += 0.01) {
+    Crowd crowd{.lengths = lengths, .position = {1, 1, 1}, .charge = {1, 1}, .dipole = {1, 0, 0, 0, 0.6, -0.8}};
+    for (int c = 0; c < 3; ++c) crowd.position.push_back(1 + distance * direction[c]);
+    for (const Kind kind : {Kind::charges, Kind::dipoles, Kind::multipoles}) {
+      if (kind == Kind::dipoles) crowd = without_charges(crowd);
+      if (kind == Kind::multipoles) crowd.charge = {1, 1};
+      tiles.sort(crowd);
+      std::vector<double> field(8), force(kind == Kind::multipoles ? 8 : 0);
+      near.compute(tiles, std::vector<Pair>{{0, 1}}, kind, {field, force}, alone);
+      Multipole on = multipole(crowd, 0), from = multipole(crowd, 1);
+      if (kind == Kind::charges) from.dipole = on.dipole = {};
+      const Felt exact = felt(screened(distance * distance, alpha), distance * direction, on, from);
+      const double* found = &field[4 * tiles.sorted(0)];
+      const double most = bound * (kind == Kind::charges ? 1 : kind == Kind::dipoles ? k : 1 + k);
+      CHECK(norm(Vec3{found[0], found[1], found[2]} - exact.field) < most);
+      if (kind != Kind::multipoles) continue;
+      const double* felt_force = &force[4 * tiles.sorted(0)];
+      CHECK(norm(Vec3{felt_force[0], felt_force[1], felt_force[2]} - exact.force) < bound * (1 + k) * (1 + k));
+      CHECK(std::abs(found[3] - exact.potential) < bound * (1 + 1 / k));
+    }
+  }
+}
+
+TEST_CASE("a lone dipole in a cube feels 4 pi / (3 L^3) times itself, wherever it is on the mesh") {
+  const double length = 6, own = 4 * M_PI / 3 / (length * length * length);
+  const Cloud cloud = prolate_cloud(18, 3);
+  ParticleMesh sum({{length, length, length}, {32, 32, 32}, 7}, cloud);
+  for (const double x : {0.0, 0.05, 0.1, 2.9}) {
+    Crowd lone{{length, length, length}, {x, 1 - x, 0.5 * x}, {0}, {0.3, -0.4, 0.5}};
+    const Response response = evaluated_on(sum, lone);
+    // Splines of order 7 mistake (1.1 / (2 pi - 1.1))^7 = 2e-5 of the waves at the band limit, 1.1 a spacing, for
+    // others, and less of all others.
+    for (int k = 0; k < 3; ++k) CHECK(std::abs(response.field[k] / lone.dipole[k] - own) < 1e-6 * cloud.dipole_field);
+    CHECK(largest(response.force) < 1e-16);
+  }
+}
+
+TEST_CASE(
+    "fields and forces are the energy's slopes, but for the mean force of the mesh, and forces add up to nothing") {
+  Crowd crowd = random_crowd(20, {6, 7, 8}, 0.8, true, 4);
+  // A mesh so coarse that its own error is seen.
+  const Mesh mesh{crowd.lengths, {12, 12, 12}, 5};
+  ParticleMesh sum(mesh, prolate_cloud(8, 2.9));
+  const Response at = evaluated_on(sum, crowd);
+  // The energy is a square in the dipoles: no more than rounding.
+  const std::vector<double> field = slopes(sum, crowd, crowd.dipole, 0.1);
+  CHECK(largest_difference(field, at.field) < 1e-12 * largest(at.field));
+
+  const double apart = 0.5 * mesh.order * mesh.spacing().z;
+  std::vector<double> strength, missing(3), net(3);
+  for (int i = 0; i < crowd.size(); ++i) {
+    const Multipole source = multipole(crowd, i);
+    strength.push_back(source.charge * source.charge + norm2(source.dipole) / (apart * apart));
+  }
+  // Third derivatives of splines of order 5 jump: step / 4 of that, 1e-7 of what waves of the mesh's make of forces.
+  std::vector<double> force = slopes(sum, crowd, crowd.position, 1e-5);
+  double all = 0;
+  for (const double s : strength) all += s;
+  for (std::size_t k = 0; k < force.size(); ++k) missing[k % 3] += force[k] / all, net[k % 3] += at.force[k];
+  for (std::size_t k = 0; k < force.size(); ++k) force[k] -= strength[k / 3] * missing[k % 3];
+  CHECK(largest(missing) > 1e-5);  // there is something to take off
+  CHECK(largest(net) < 1e-14 * crowd.size() * largest(at.force));
+  CHECK(largest_difference(force, at.force) < 1e-6 * largest(at.force));
+}
+
+TEST_CASE("the field of dipoles is linear and symmetric to rounding, however coarse the mesh") {
+  Crowd a = random_crowd(200, {10, 11, 12}, 0.8, true, 5), b = a, both = a;
+  std::ranges::rotate(b.dipole, b.dipole.begin() + 100);
+  for (std::size_t k = 0; k < a.dipole.size(); ++k) both.dipole[k] = 0.5 * a.dipole[k] - 4 * b.dipole[k];
+  ParticleMesh sum({a.lengths, {14, 14, 14}, 5}, prolate_cloud(6, 2.5));
+  const std::vector<double> of_a = dipole_field(sum, a), of_b = dipole_field(sum, b), of_both = dipole_field(sum, both);
+  std::vector<double> expected(of_a.size());
+  for (std::size_t k = 0; k < of_a.size(); ++k) expected[k] = 0.5 * of_a[k] - 4 * of_b[k];
+  CHECK(largest_difference(of_both, expected) < 1e-14 * largest(expected));
+  const double magnitude = std::sqrt(product(of_a, of_a) * product(b.dipole, b.dipole));
+  CHECK(std::abs(product(of_a, b.dipole) - product(of_b, a.dipole)) < 1e-15 * magnitude);
+  // And it is the one that comes with forces.
+  CHECK(largest_difference(of_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(of_a));
+}
+
+TEST_CASE("dipoles of nothing change nothing, and what is neither charged nor polarized feels no force") {
+  Crowd crowd = gas(3);
+  std::fill_n(crowd.dipole.begin(), 30, 0.0);
+  std::fill_n(crowd.charge.begin(), 10, 0.0);
+  ParticleMesh sum({crowd.lengths, {16, 16, 16}, 6}, prolate_cloud(20, 5));
+  const Response response = evaluated_on(sum, crowd);
+  for (int k = 0; k < 30; ++k) CHECK(response.force[k] == 0);
+  const Response none = evaluated_on(sum, with_dipoles(crowd, 0)), charges = evaluated_on(sum, without_dipoles(crowd));
+  // Polynomials of other degrees, 1e-8 of what the cloud loses.
+  CHECK(relative_difference(none.force, charges.force) < 1e-8);
+  CHECK(relative_difference(none.field, charges.field) < 1e-8);
+  CHECK(relative_difference(none.potential, charges.potential) < 1e-8);
+}
+
+TEST_CASE("with dipoles, any number of threads gives the same bits") {
+  const Crowd crowd = random_crowd(2000, {30, 24, 21}, 0.5, true, 5);
+  ParticleMesh sum({crowd.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
+  const Response expected = evaluated_on(sum, crowd);
+  const std::vector<double> field = dipole_field(sum, crowd);
+  for (const int threads : {1, 2, 4}) {
+    parallel::Team team(threads);
+    const Response response = evaluated_on(sum, crowd, 0.7, team);
+    CHECK(response.potential == expected.potential);
+    CHECK(response.field == expected.field);
+    CHECK(response.force == expected.force);
+    CHECK(response.energy == expected.energy);
+    CHECK(dipole_field(sum, crowd, team) == field);
+  }
+}
+
+TEST_CASE("powers of two in lengths, charges and dipoles come out exactly") {
+  const Crowd crowd = gas(6);
+  Crowd scaled = with_dipoles(crowd, 0.5);
+  for (double& x : scaled.position) x *= 2;
+  for (int k = 0; k < 3; ++k) scaled.lengths[k] *= 2;
+  for (double& q : scaled.charge) q *= 0.25;
+  ParticleMesh sum({crowd.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 4)),
+      scaled_sum({scaled.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 8));
+  const Response expected = evaluated_on(sum, crowd), response = evaluated_on(scaled_sum, scaled);
+  CHECK(response.energy == expected.energy / 32);
+  const std::vector<double> field = dipole_field(sum, crowd), scaled_field = dipole_field(scaled_sum, scaled);
+  for (int i = 0; i < crowd.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
+  for (int k = 0; k < 3 * crowd.size(); ++k) {
+    CHECK(response.field[k] == expected.field[k] / 16);
+    CHECK(response.force[k] == expected.force[k] / 64);
+    CHECK(scaled_field[k] == field[k] / 16);
+  }
+}
+
+TEST_CASE("induced dipoles on a mesh: the largest polarizability is Ewald's") {
+  const Crowd crowd = grains();
+  Ewald ewald(1e-14);
+  ParticleMesh mesh = mesh_for_grains();
+  const auto largest_by = [&](Sum& sum) {
+    const auto pairs = pairs_of(crowd, sum.cutoff());
+    return largest_polarizability(field_by(sum, crowd, pairs, alone), crowd.size());
+  };
+  // An accuracy of 1e-6 of charges, times waves of 2 pi / .2 over sqrt(3).
+  CHECK(largest_by(mesh) == doctest::Approx(largest_by(ewald)).epsilon(2e-5));
+}
+
+TEST_CASE("induced dipoles on a mesh: four variants as by Ewald's sum") {
+  const Crowd crowd = grains();
+  Ewald ewald(1e-14);
+  ParticleMesh mesh = mesh_for_grains();
+  for (const DipoleSum variant : variants) {
+    std::vector<double> dipole, exact_dipole;
+    const Response response = with_induced(mesh, crowd, variant, dipole);
+    const Response exact = with_induced(ewald, crowd, variant, exact_dipole);
+    // Eight charges are few for an estimate of random ones; waves as above.
+    CHECK(relative_difference(dipole, exact_dipole) < 1e-5);
+    CHECK(relative_difference(response.force, exact.force) < 1e-5);
+    CHECK(relative_difference(response.field, exact.field) < 1e-5);
+    CHECK(relative_difference(response.potential, exact.potential) < 1e-5);
+    CHECK(response.energy == doctest::Approx(exact.energy).epsilon(1e-5));
+    // The near part's polynomials of charges and of multipoles differ by less than a tenth of the accuracy.
+    for (std::size_t k = 0; k < dipole.size(); ++k)
+      CHECK(std::abs(0.075 * response.field[k] - dipole[k]) < 1e-7 * largest(dipole));
+  }
+}
+
+TEST_CASE("induced dipoles on a mesh: forces are the slopes of the energy, where there is one") {
+  Crowd crowd = grains();
+  ParticleMesh mesh = mesh_for_grains();
+  for (const DipoleSum variant : variants) {
+    std::vector<double> dipole;
+    const Response at = with_induced(mesh, crowd, variant, dipole);
+    double worst = 0;
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double slope =
+          energy_slope(crowd.position[k], 1e-3, [&] { return with_induced(mesh, crowd, variant, dipole).energy; });
+      worst = std::max(worst, std::abs(slope + at.force[k]));
+    }
+    // The mean force that is taken off, and what pairs lose at the cutoff, are errors of the mesh.
+    if (variant == DipoleSum::source)
+      CHECK(worst > 1e-3);
+    else
+      CHECK(worst < 1e-5 * largest(at.force));
+  }
+}

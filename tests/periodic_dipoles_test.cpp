@@ -351,6 +351,10 @@ TEST_CASE("the predictor has Kolafa's weights, follows what changes steadily, an
   CHECK(predictor.history().size() == 4);
   CHECK(predictor.predict()[0] == doctest::Approx(6).epsilon(1e-15));
   CHECK(predictor.predict()[1] == doctest::Approx(-10).epsilon(1e-15));
+  DipolePredictor corrected = predictor;
+  corrected.replace({4, -2});  // in place of 5, -8: of which 2.8 were taken
+  CHECK(corrected.history().size() == 4);
+  CHECK(corrected.predict()[0] == doctest::Approx(3.2).epsilon(1e-15));
   resumed.restore(predictor.history());
   CHECK(resumed.predict() == predictor.predict());
 }

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "solvers/ode/ode.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/monopolar.hpp"
-#include "src/theory/ode.hpp"
 #include "src/theory/restitution.hpp"
 #include "src/theory/two_grains.hpp"
 #include "tests/message.hpp"

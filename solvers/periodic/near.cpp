@@ -153,6 +153,8 @@ class NearPart::Batch {
     for (const Pair pair : pairs) {  // no branch: which pairs are within reach is hard to guess
       const int second = tiles_.sorted(pair.j);
       __builtin_prefetch(&sum_[4 * second]);
+      if constexpr (kind != Kind::charges) __builtin_prefetch(tiles_.dipole(second));
+      if constexpr (kind == Kind::multipoles) __builtin_prefetch(&force_[4 * second]);
       Four apart = at - charge(second);
       apart -= length * ((apart * turns + whole) - whole);
       const Four square = apart * apart;

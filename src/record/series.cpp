@@ -53,7 +53,8 @@ void check_shape(const Column& column, std::size_t particles) {
 
 /// What stands beside columns of particles and lists and is none of them.
 void check_free(const Column& column) {
-  constexpr std::array constants{"mass", "radius", "species", "box"}, networks{"particle", "contact"};
+  constexpr std::array constants{"mass", "radius", "species", "box"};
+  constexpr std::array networks{"particle", "contact"};
   if (column.of == Column::Of::particles && std::ranges::count(constants, column.name) > 0)
     refuse(column.name, "the name is that of something of the particles that does not change");
   if (column.of == Column::Of::list && (std::ranges::count(networks, column.name) > 0 ||

@@ -210,15 +210,18 @@ void measure_dipoles(const Gas& gas, double accuracy, const Options& options) {
     fmt::print(
         "{:>8} {:>8.0e} {:>7.3f} {:>3} {:>4} {:>8} {:>8.2f} {:>8.2f} {:>8.2f} {:>8} {:>9.2f} {:>9.2f} {:>9.1e}\n", size,
         accuracy, choice.cutoff, choice.mesh.order, choice.mesh.points[0], threads, of_charges.processors,
-        of_dipoles.processors, both.processors, found.cold, found.predicted, cold.wall,
+        of_dipoles.processors, both.processors, found.cold, found.predicted, cold.processors,
         force_error(response, exact, sample));
   }
 }
 
 void measure_dipoles(const Options& options) {
-  fmt::print("A = {}, tolerance {}; ms of processors of a field\n", options.polarizability, options.tolerance);
+  fmt::print(
+      "A = {}, tolerance {}; ms of processors: a field of charges, of dipoles, of both with forces; fields of "
+      "dipoles without a start and with the predictor's; all without a start\n",
+      options.polarizability, options.tolerance);
   fmt::print("{:>8} {:>8} {:>7} {:>3} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>9}\n", "charges", "asked",
-             "cutoff", "p", "mesh", "threads", "charges", "dipoles", "both", "cold", "predicted", "cold, ms", "error");
+             "cutoff", "p", "mesh", "threads", "charges", "dipoles", "both", "cold", "predicted", "all, ms", "error");
   for (const int size : options.sizes)
     for (const double accuracy : options.accuracies) measure_dipoles(gas(size, options.density), accuracy, options);
 }

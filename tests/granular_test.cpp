@@ -7,6 +7,7 @@
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/coulomb.hpp"
 #include "src/effects/gas_drag.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/effects/uniform_force.hpp"
 #include "src/theory/restitution.hpp"
@@ -36,6 +37,15 @@ Scene charged(double edge, Integrator integrator, double strength = 1, double ex
   scene.effects.add(effects::CoulombOptions{.strength = strength, .sum = effects::CoulombSum::minimum_image});
   scene.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
   if (integrator == Integrator::gear || integrator == Integrator::gear_printed) scene.mechanics.step = 0.0025;
+  return scene;
+}
+
+/// Charges polarize each other, by the mesh.
+Scene polarized(double edge, double strength = 1, double exchange = 0.25) {
+  Scene scene = viscoelastic(edge);
+  scene.effects.add(effects::CoulombOptions{.strength = strength, .accuracy = 1e-2});
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.075, .tolerance = 1e-4});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
   return scene;
 }
 
@@ -224,6 +234,23 @@ TEST_CASE("a gas restored from a checkpoint goes on with the same bits") {
   }
 }
 
+TEST_CASE("a polarized gas, restored or on more threads, has the same bits") {
+  Scene scene = polarized(9);
+  add_gas(scene, 100, 8.9, 1);
+  Run whole(scene);
+  whole.to(0.6);
+  Checkpoint checkpoint = whole.gas.save();
+  whole.integrator->save(checkpoint);
+  whole.to(1);
+  CHECK(whole.gas.collisions > 20);
+  scene.mechanics.threads = 2;
+  Run resumed(scene);
+  resumed.gas.restore(checkpoint);
+  resumed.integrator->restore(checkpoint);
+  resumed.to(1);
+  check_same_bits(end_of(whole), end_of(resumed));
+}
+
 // K Q^2 is all that counts, and both are changed by powers of two.
 TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
   for (const Integrator integrator : all) {
@@ -241,6 +268,21 @@ TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
     CHECK(one.energy.potential != 0);
     for (std::size_t i = 0; i < one.charge.size(); ++i) CHECK(one.charge[i] == 2 * other.charge[i]);
   }
+}
+
+TEST_CASE("dipoles are as charges: (K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
+  const auto end = [](double strength, double exchange) {
+    Scene scene = polarized(9, strength, exchange);
+    add_gas(scene, 100, 8.9, 1);
+    Run run(scene);
+    run.to(1);
+    return end_of(run);
+  };
+  const End one = end(1, 0.25), other = end(4, 0.125);
+  CHECK(one.position == other.position);
+  CHECK(one.momentum == other.momentum);
+  CHECK(one.energy.potential == other.energy.potential);
+  CHECK(one.energy.potential != 0);
 }
 
 TEST_CASE("the sum of charges is 0, as a number, after any number of exchanges") {

@@ -201,7 +201,7 @@ TEST_CASE("a compensated sum keeps what a plain one loses") {
   const double step = 1e-11 / 3;
   CompensatedSum sum(1.0);
   double plain = 1.0;
-  for (int k = 0; k < 1000000; ++k) sum.add(step), plain += step;
+  for (int k = 0; k < 1000000; ++k) sum += step, plain += step;
   const double exact = 1.0 + 1e6 * step;
   CHECK(std::abs(sum.total() - exact) < 3e-16);
   CHECK(std::abs(plain - exact) > 1e-13);
@@ -221,7 +221,7 @@ TEST_CASE("the ledger conserves charge through any history of merges, splits, fe
   for (double& q : initial) q = 1e-10 * noise(random);
   const double start = [&] {
     CompensatedSum sum;
-    for (const double q : initial) sum.add(q);
+    for (const double q : initial) sum += q;
     return sum.total();
   }();
   ChargeLedger ledger(initial, 1);

@@ -115,7 +115,7 @@ class Evaluation {
         amplitude_(waves_.size) {
     CompensatedSum charge;
     for (const double q : sources.charge) charge += q;
-    background_ = -pi * charge.value() / (splitting.alpha * splitting.alpha * sources.volume());
+    background_ = -pi * charge.total() / (splitting.alpha * splitting.alpha * sources.volume());
   }
 
   int columns() const { return static_cast<int>(waves_.columns.size()); }
@@ -141,7 +141,7 @@ class Evaluation {
     add_near(i, on, sum);
     for (const Column& column : waves_.columns) sum += felt_of(column, i, on);
     sum += {background_ - 2 * inv_sqrtpi * splitting_.alpha * on.charge, self_field() * on.dipole};
-    return sum.value();
+    return sum.total();
   }
 
  private:
@@ -159,7 +159,7 @@ class Evaluation {
       real += term.c;
       imaginary += term.s;
     }
-    return {real.value(), imaginary.value()};
+    return {real.total(), imaginary.total()};
   }
 
   void add_near(int i, const Multipole& on, CompensatedFelt& sum) const {

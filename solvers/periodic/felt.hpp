@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "solvers/periodic/compensated.hpp"
+#include "solvers/compensated.hpp"
 #include "solvers/periodic/screened.hpp"
 
 // How the sums that go from one source to the next add up and write down what each feels.
@@ -18,7 +18,7 @@ struct CompensatedFelt {
     force += part.force;
     return *this;
   }
-  Felt value() const { return {potential.value(), field.value(), force.value()}; }
+  Felt total() const { return {potential.total(), field.total(), force.total()}; }
 };
 
 inline void resize(Response& response, int size) {
@@ -49,7 +49,7 @@ inline double energy_of(const Sources& sources, std::span<const int> sample, con
     const Vec3 field{response.field[3 * k], response.field[3 * k + 1], response.field[3 * k + 2]};
     energy += 0.5 * (on.charge * response.potential[k] - dot(on.dipole, field));
   }
-  return energy.value();
+  return energy.total();
 }
 
 }  // namespace lichtenberg::periodic

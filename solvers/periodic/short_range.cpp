@@ -17,7 +17,7 @@ Felt felt_within(const Sources& sources, int i, double reach2) {
     const double r2 = norm2(r);
     if (r2 < reach2) sum += felt(unscreened(r2), r, on, multipole(sources, j));
   }
-  return sum.value();
+  return sum.total();
 }
 
 /// What a unit charge does at some distance: its potential, and its field over that distance.

@@ -9,17 +9,11 @@
 
 namespace lichtenberg::effects {
 
-void CompensatedSum::add(double term) {
-  const double sum = value_ + term;
-  lost_ += std::abs(value_) >= std::abs(term) ? (value_ - sum) + term : (term - sum) + value_;
-  value_ = sum;
-}
-
 namespace {
 
 double total(std::span<const CompensatedSum> terms) {
   CompensatedSum sum;
-  for (const CompensatedSum& term : terms) sum.add(term);
+  for (const CompensatedSum& term : terms) sum += term;
   return sum.total();
 }
 
@@ -31,7 +25,7 @@ ChargeLedger::ChargeLedger(std::span<const double> initial, std::size_t supplies
 }
 
 void ChargeLedger::leak(int node, double charge) {
-  leaked_.add(charge);
+  leaked_ += charge;
   leaked_in_step_[node] += charge;
 }
 
@@ -42,27 +36,27 @@ void ChargeLedger::feed(std::span<const double> current, double dt, double relax
   for (std::size_t i = 0; i < charge_.size(); ++i) {
     const double fed = i < current.size() ? current[i] * dt : 0;
     before_[i] = charge_[i].total();
-    charge_[i].add(fed);
-    fed_.add(fed);
+    charge_[i] += fed;
+    fed_ += fed;
     if (step_ == 0) continue;
     const double leaked = charge_[i].total() - step.decay * before_[i] - (fed == 0 ? 0 : current[i] * step.fed);
-    charge_[i].add(-leaked);
+    charge_[i] += -leaked;
     leak(static_cast<int>(i), leaked);
   }
 }
 
 void ChargeLedger::carry(const Resistor& resistor, double remaining, double plain) {
-  charge_[resistor.a].add(-remaining);
+  charge_[resistor.a] += -remaining;
   if (resistor.b >= 0) {
-    charge_[resistor.b].add(remaining);
+    charge_[resistor.b] += remaining;
     leaked_in_step_[resistor.a] -= plain - remaining;
     leaked_in_step_[resistor.b] += plain - remaining;
   } else {
     // To the last digit: what a loses, and what leaks of it.
     CompensatedSum missing(plain);
-    missing.add(-remaining);
-    drained_[resistor.supply].add(plain);
-    leaked_.subtract(missing);
+    missing += -remaining;
+    drained_[resistor.supply] += plain;
+    leaked_ -= missing;
     leaked_in_step_[resistor.a] -= missing.total();
   }
 }
@@ -74,12 +68,12 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
       // Its charge went smoothly to the field's, and leaked as the mean of both.
       if (step_ > 0) {
         const double more = 0.5 * step_ * (before_[i] + by_field[i]) - leaked_in_step_[i];
-        charge_[i].add(-more);
+        charge_[i] += -more;
         leak(i, more);
       }
-      drained_[supply].add(charge_[i]);
+      drained_[supply] += charge_[i];
       charge_[i] = CompensatedSum(by_field[i]);
-      drained_[supply].subtract(charge_[i]);
+      drained_[supply] -= charge_[i];
     } else {
       members[groups.id[i]].push_back(i);
     }
@@ -88,13 +82,13 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
   for (const std::vector<int>& group : members) {
     if (group.empty()) continue;
     CompensatedSum rest;  // what is left to give out of what the group holds
-    for (const int i : group) rest.add(charge_[i]);
+    for (const int i : group) rest += charge_[i];
     CompensatedSum missing = rest;
-    for (const int i : group) missing.add(-by_field[i]);
+    for (const int i : group) missing += -by_field[i];
     const double share = missing.total() / static_cast<double>(group.size());
     for (std::size_t m = 0; m + 1 < group.size(); ++m) {
       charge_[group[m]] = CompensatedSum(by_field[group[m]] + share);
-      rest.subtract(charge_[group[m]]);
+      rest -= charge_[group[m]];
     }
     charge_[group.back()] = rest;
   }

@@ -4,27 +4,10 @@
 #include <span>
 #include <vector>
 
+#include "solvers/compensated.hpp"
 #include "src/effects/circuit.hpp"
 
 namespace lichtenberg::effects {
-
-/// A sum that keeps what rounding cuts off (Neumaier 1974): adding the same small current a hundred thousand times
-/// loses the same fraction of it each time, and a plain sum would drift by up to 1e-11 of itself.
-class CompensatedSum {
- public:
-  CompensatedSum() = default;
-  explicit CompensatedSum(double value, double lost = 0) : value_(value), lost_(lost) {}
-
-  void add(double term);
-  void add(const CompensatedSum& sum) { add(sum.value_), add(sum.lost_); }
-  void subtract(const CompensatedSum& sum) { add(-sum.value_), add(-sum.lost_); }
-  double total() const { return value_ + lost_; }
-  double value() const { return value_; }  ///< the two parts, for checkpoints
-  double lost() const { return lost_; }
-
- private:
-  double value_ = 0, lost_ = 0;
-};
 
 /// Who holds how much charge, and what came and went. held + drained + leaked - fed stays what it was at the start, to
 /// rounding of the last digit, whatever the field solver's accuracy is: the field only says how a group's charge is

@@ -124,11 +124,13 @@ class Run {
     last_state_ = motion_->snapshot();
   }
 
+  static void warn(const std::string& warning, Progress& progress) {
+    progress.end_line();
+    fmt::print(stderr, "lichtenberg: {}\n", warning);
+  }
+
   void save(Progress& progress) {
-    for (const std::string& warning : motion_->warnings()) {
-      progress.end_line();
-      fmt::print(stderr, "lichtenberg: {}\n", warning);
-    }
+    for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
     Milestone milestone;
     milestone.field = motion_->field();
@@ -140,7 +142,7 @@ class Run {
     milestone.checkpoint = motion_->checkpoint();
     milestone.history = motion_->take_history();
     milestone.seconds = seconds();
-    recorder_.save(milestone);
+    if (const std::string warning = recorder_.save(milestone); !warning.empty()) warn(warning, progress);
     last_state_.reset();
     saved_ = true;
     end_saved_ = over_;

@@ -312,7 +312,7 @@ void Recorder::whole_file_becomes_segment() {
   whole_file_ = false;
 }
 
-void Recorder::save(const Milestone& milestone) {
+std::string Recorder::save(const Milestone& milestone) {
   const bool first = !saved_time_;
   try {
     if (whole_file_) whole_file_becomes_segment();
@@ -327,7 +327,7 @@ void Recorder::save(const Milestone& milestone) {
   }
   saved_time_ = last_time_;
   if (first) remove_other_segments(path_, segments_);  // of a run that was overwritten
-  if (!milestone.summary.empty() && !segments_.empty()) put_together(milestone);
+  return milestone.summary.empty() || segments_.empty() ? "" : put_together(milestone);
 }
 
 void Recorder::lengthen_history(const ColumnGroup& added) {
@@ -381,8 +381,8 @@ void Recorder::put_frames_into(const hdf5::Handle& file) const {
   put_segments(file, segments_);
 }
 
-/// One file in place of index and segments, which stay if that cannot be done.
-void Recorder::put_together(const Milestone& milestone) {
+/// One file in place of index and segments, which stay if that cannot be done: then why.
+std::string Recorder::put_together(const Milestone& milestone) {
   try {
     hdf5::Pages rest = all_but_frames(milestone);
     constexpr std::uint64_t spare = 16u << 20;
@@ -399,9 +399,10 @@ void Recorder::put_together(const Milestone& milestone) {
     tail_.clear();
     tail_bytes_ = 0;
     whole_file_ = true;
+    return "";
   } catch (const std::exception& error) {
-    fmt::print(stderr, "lichtenberg: {} stays beside {} and belongs to it: they were not put together ({})\n",
-               segments_folder(path_), path_, error.what());
+    return fmt::format("{} stays beside {} and belongs to it: they were not put together ({})", segments_folder(path_),
+                       path_, error.what());
   }
 }
 

@@ -64,8 +64,9 @@ class Recorder {
   void add(Frame frame);
 
   /// Makes all frames added so far part of the result, and puts them together into one file if there is a summary.
-  /// Throws Failure (a full disk, say), which leaves the result as it was.
-  void save(const Milestone& milestone);
+  /// Returns what the user should be told if they stay apart, else nothing. Throws Failure (a full disk, say), which
+  /// leaves the result as it was.
+  std::string save(const Milestone& milestone);
 
  private:
   Recorder(const std::string& path, std::uint64_t tail_bytes);
@@ -79,7 +80,7 @@ class Recorder {
   hdf5::Pages all_but_frames(const Milestone& milestone) const;
   void write_index(const Milestone& milestone) const;
   void put_frames_into(const hdf5::Handle& file) const;
-  void put_together(const Milestone& milestone);
+  std::string put_together(const Milestone& milestone);
   void lengthen_history(const ColumnGroup& added);
   std::string what_stands() const;
 

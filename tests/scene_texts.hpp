@@ -9,6 +9,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "solvers/neighbours/pairs.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/source_folder.hpp"
@@ -66,6 +67,16 @@ inline double least_gap(const Scene& scene) {
                       size.y - a.centre.y - a.radius});
   }
   return least;
+}
+
+/// Pairs of spheres that overlap, through periodic sides too.
+inline std::size_t overlaps_in_space(const Scene& scene) {
+  std::vector<double> position, radius;
+  for (const Conductor& c : scene.conductors) {
+    position.insert(position.end(), {c.position.x, c.position.y, c.position.z});
+    radius.push_back(c.radius);
+  }
+  return pairs_closer_than(Spheres<3>{position, radius, scene.domain.box()}, 0).size();
 }
 
 }  // namespace lichtenberg::scene_texts

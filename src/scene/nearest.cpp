@@ -39,9 +39,11 @@ std::string nearest(std::string_view word, const std::vector<std::string>& words
 
 std::string nearest_path(std::string_view path, const std::vector<std::string>& known) {
   constexpr int in_another_table = 3;
+  // What stands in [effects] itself is meant to be an effect, and no key of one.
+  const bool is_effect = path.starts_with("effects.") && std::ranges::count(path, '.') == 1;
   return closest(known, [&](const std::string& candidate) {
     const int distance = edit_distance(path, candidate);
-    return last_name(path) == last_name(candidate) ? std::min(distance, in_another_table) : distance;
+    return !is_effect && last_name(path) == last_name(candidate) ? std::min(distance, in_another_table) : distance;
   });
 }
 

@@ -60,7 +60,7 @@ struct Gas {
     for (double& each : charge) each = number(random);
     for (std::int32_t& each : contacts) each = static_cast<std::int32_t>(random() % particles);
   }
-  FrameColumns frame(double time) const {
+  Frame frame(double time) const {
     return {.time = time,
             .columns = {{"position", "m", Of::particles, 3, position},
                         {"velocity", "m s-1", Of::particles, 3, velocity},
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   std::vector<Cost> costs;
   const double before = status("VmRSS");
   for (int k = 0; k < frames; ++k) {
-    FrameColumns frame = gas.frame(k);  // not counted: the caller makes it
+    Frame frame = gas.frame(k);  // not counted: the caller makes it
     costs.push_back(cost_of([&] {
       recorder.add(std::move(frame));
       recorder.save(milestone);

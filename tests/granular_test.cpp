@@ -82,6 +82,21 @@ int grains_for(Integrator integrator) { return integrator == Integrator::cvode ?
 // What each integrator's errors may be: GRANULAR's table of the worst errors at dt = .005 (here a tenth more: phases
 // are others), and what they fall by. Multirate takes 30 steps of the shortest contact at twice the fastest speed,
 // .0086 at v = 1, where the table has 2.5e-5 for .01. CVODE: 1e-13 a step, of some hundred.
+TEST_CASE("a touch at the very end of a step, later by rounding than the next one begins") {
+  Scene scene = grains::cube(10);
+  grains::add(scene, {4.5 + 1e-7, 5, 5}, {1, 0, 0});
+  grains::add(scene, {5.5, 5, 5}, {-1, 0, 0});
+  Bodies bodies = make_bodies(scene);
+  const double time = 1;
+  std::vector<GrainContact> contacts{{{0, 1}, std::nextafter(time, 2), 2}};
+  const std::vector<Pair> pairs{{0, 1}};
+  const auto motion = granular::make_contact_motion(effects::ViscoelasticLaw{278.6, 27.7}, 3);
+  motion->advance(bodies, contacts, pairs, {}, time, 0.005, 1, parallel::Team::single());
+  CHECK(bodies.momentum[0] + bodies.momentum[3] == doctest::Approx(0));
+  CHECK(bodies.momentum[0] < 1);  // they have braked each other
+  CHECK(bodies.momentum[0] > 0);
+}
+
 TEST_CASE("a pair alone has the restitution of its law by every integrator, whenever it touches") {
   struct Row {
     Integrator integrator;

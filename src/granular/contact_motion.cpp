@@ -169,7 +169,9 @@ class Motion final : public ContactMotion {
     const Vec<d> middle = relative(halfway_, bodies, a.pair) - a.halfway / mass;
     const Outside<d> outside{first, (2 / dt) * (middle - first)};
     const auto pair = motion(bodies, a.pair, outside);
-    a.step = a.contact ? pair.in_contact(a.start, time - a.contact->since, dt) : pair.approaching(a.start, dt);
+    // One that touched at the end of the step before may, by rounding, have done so later than now.
+    a.step = a.contact ? pair.in_contact(a.start, std::max(time - a.contact->since, 0.0), dt)
+                       : pair.approaching(a.start, dt);
     if (!a.contact && a.step.touched < 0) return;  // no impulse, not even one of rounding
     a.impulse = mass * (a.step.end.velocity - a.start.velocity - outside.velocity(dt));
     a.shift = mass * (a.step.end.apart - a.start.apart - dt * a.start.velocity - outside.path(dt));

@@ -1,5 +1,7 @@
 #include "src/granular/gas.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <thread>
@@ -149,6 +151,8 @@ ContactRecord Gas::advance_contacts(std::span<const Pair> pairs, const std::vect
   ContactRecord record =
       contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, steps_of_contacts, *team_);
   book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
+  if (!std::isfinite(book_.contact_error))
+    throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' places are no numbers", scene_.path, time_));
   return record;
 }
 

@@ -119,15 +119,16 @@ void explain_stages(const Scene& scene) {
 }
 
 void explain_cost(const Scene& scene, const Steps& steps) {
-  // Measured on one core of an AMD EPYC (validation/benchmarks/README.md).
-  constexpr double contact_step = 1.5e-8, charges = 8e-7, dipoles = 4e-6;  // s a grain
+  // One core of an AMD EPYC (validation/benchmarks/README.md).
+  constexpr double contact_step = 1e-7, lists = 1.5e-7, charges = 3.2e-7, dipoles = 1.2e-6;  // s a grain
   const double n = static_cast<double>(scene.conductors.size());
   const bool charged = scene.effects.has("coulomb");
   const double evaluation = scene.effects.has("induced_dipoles") ? dipoles : charged ? charges : 0;
   const double evaluations = scene.effects.has("charge_exchange") ? 2 * steps.outer : steps.outer;
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", steps.outer, steps.contact);
-  fmt::print("  a run                {:.2g} s\n", n * (steps.contact * contact_step + evaluations * evaluation));
+  fmt::print("  a run                {:.2g} s\n",
+             n * (steps.contact * contact_step + steps.outer * lists + evaluations * evaluation));
 }
 
 }  // namespace

@@ -87,5 +87,8 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   refused("plot gas.h5 --frame 5", "frame 5 is not in gas.h5: it has frames 0 to 4");
   refused("analyse gas.h5 --frame -1", "--frame -1 is not in gas.h5: it has frames 0 to 4");
   refused("network gas.h5", "has a periodic side");
+  folder.write("large.toml", replaced(scene, "count = 60", "count = 1\nradius = 1.6"));
+  refused("run large.toml",
+          "large.toml:5: domain.size = 6 d0 along its shortest side is not allowed with a grain of diameter 3.2 d0");
   refused("solve gas.toml", "no table [effects.floating_conductors]");
 }

@@ -1,5 +1,6 @@
 #include "src/scene/grains.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -160,6 +161,18 @@ void fill_in_grains(Draft& draft) {
 
 namespace {
 
+/// A grain must not meet two images of another.
+void check_sizes(const Draft& draft, const Scene& scene) {
+  double shortest = INFINITY, largest = 0;
+  for (int k = 0; k < scene.dimension(); ++k) shortest = std::min(shortest, scene.domain.size[k]);
+  for (const Conductor& grain : scene.conductors) largest = std::max(largest, 2 * grain.radius);
+  if (largest > shortest / 2)
+    refuse(scene.path, draft.line("domain.size"),
+           fmt::format("domain.size = {:g} d0 along its shortest side is not allowed with a grain of diameter {:g} d0: "
+                       "at least twice that is needed, or it would meet two images of another",
+                       shortest, largest));
+}
+
 /// Gaussian velocities whose momenta add up to 0, scaled to have the temperature exactly.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
@@ -186,6 +199,7 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 }  // namespace
 
 void complete_grains(const Draft& draft, Scene& scene) {
+  check_sizes(draft, scene);
   constexpr std::size_t few = 64;  // the work of cvode's events grows with their square
   if (scene.mechanics.integrator == Integrator::cvode && scene.conductors.size() > few)
     refuse(scene.path, draft.line("mechanics.integrator"),

@@ -213,6 +213,16 @@ TEST_CASE("a cluster cools to rest: energy falls at each instant, and forces bal
   CHECK(momentum(run.gas.bodies()) < 1e-12);
 }
 
+TEST_CASE("a box hardly longer than twice the cut-off of its charges is long enough") {
+  Scene scene = viscoelastic(4);
+  scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
+  add(scene, {1, 1, 1}, {0.3, 0, 0}, 1);
+  add(scene, {3, 3, 2}, {0, 0.2, 0}, -1);
+  Run run(scene);
+  run.to(0.5);
+  CHECK(run.gas.steps > 0);
+}
+
 TEST_CASE("any number of threads gives the same bits") {
   Scene scene = charged(9, Integrator::multirate);
   add_gas(scene, 200, 8.9, 1);

@@ -59,9 +59,10 @@ double shortest_period(const Bodies& bodies) {
 /// so that all have the same, but for those that are far faster than the others.
 void PairList::search(const Bodies& bodies, double travel, parallel::Team& team) {
   const Speeds speeds(bodies);
-  // Far below half a box, beyond which a search would meet two images of one grain.
-  const double most = std::max(0.1 * shortest_period(bodies), travel);
-  const double reach = std::min(travel + move_ * *std::ranges::max_element(bodies.radius), most);
+  // Beyond half a box a search would meet two images of one grain.
+  const double radius = *std::ranges::max_element(bodies.radius), half = 0.5 * shortest_period(bodies) * (1 - 1e-9);
+  const double most = std::max(0.5 * (half - range_) - radius, travel);
+  const double reach = std::min(travel + move_ * radius, most);
   reach_.assign(bodies.size(), reach);
   if (speeds.fastest > speeds.usual) {
     for (int i = 0; i < bodies.size(); ++i)

@@ -151,7 +151,7 @@ struct Coulomb::Implementation {
       // Charges also change at places that stay: that is no step to predict from.
       const bool moved = bodies.position != position;
       if (moved) dipole = predictor.predict();
-      iterations += induced->evaluate(sources, state.neighbours, state.team, dipole, response);
+      iterations += polarize(sources, state);
       moved ? predictor.keep(dipole) : predictor.replace(dipole);
     } else {
       sum->evaluate(sources, state.neighbours, state.team, response);
@@ -159,6 +159,17 @@ struct Coulomb::Implementation {
     position = bodies.position, charge = bodies.charge;
     ++evaluations;
     return response;
+  }
+
+  /// Returns how often the dipoles' field was computed.
+  int polarize(const periodic::Sources& sources, const State& state) {
+    try {
+      return induced->evaluate(sources, state.neighbours, state.team, dipole, response);
+    } catch (const InputError& error) {
+      const std::string sentence = std::string("effects.induced_dipoles: ") + error.what();
+      if (evaluations == 0) throw InputError(sentence);
+      throw Failure(sentence + " A lower temperature or a stiffer contact keeps grains from overlapping so deeply.");
+    }
   }
 
   CoulombOptions options;

@@ -1,6 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,6 +9,7 @@
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/network_factors.hpp"
+#include "tests/dense_algebra.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -112,7 +113,7 @@ Eigen::VectorXd by_dense_algebra(const LaplaceProblem& problem) {
     matrix.row(g).setZero();
     matrix(g, g) = eps;
   }
-  return (matrix / eps).fullPivLu().solve(charge / eps);
+  return solve_dense(matrix / eps, charge / eps);
 }
 
 void check_potentials(const LaplaceSolution& solution, const std::vector<double>& expected, double error) {

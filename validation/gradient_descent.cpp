@@ -12,11 +12,12 @@
 //   gradient_descent         N = 2 ... 32 floating disks, S = 96
 //   gradient_descent long    N = 2 ... 128, S = 192
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <random>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
+#include "tests/dense_algebra.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -83,7 +84,7 @@ struct Steps {
 
 Steps critical_steps(const Eigen::MatrixXd& c) {
   Steps steps;
-  const Eigen::VectorXd lambda = c.eigenvalues().real();
+  const Eigen::VectorXd lambda = real_parts_of_eigenvalues(c);
   steps.fastest = lambda.maxCoeff();
   steps.slowest = lambda.minCoeff();
   steps.diverges = 2 / steps.fastest;

@@ -1,7 +1,7 @@
 // Resistor networks against exact answers: ladders, lattices and polyhedra, infinite lattices by extrapolation, a dense
 // pseudo-inverse, and five networks of a reference packing. Seconds.
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -13,6 +13,7 @@
 #include "solvers/network/conduction.hpp"
 #include "solvers/network/resistor.hpp"
 #include "tests/conductance_matrix.hpp"
+#include "tests/dense_algebra.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
@@ -31,7 +32,7 @@ double resistance(const Network& network, int low, int high) { return network::c
 /// By the Moore-Penrose inverse of the dense conductance matrix: (e_a - e_b)^T S^+ (e_a - e_b).
 double pseudo_inverse_resistance(const Network& network, int low, int high) {
   const Eigen::MatrixXd dense = network::conductance_matrix(network);
-  const Eigen::MatrixXd inverse = dense.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd inverse = pseudo_inverse(dense);
   return inverse(low, low) + inverse(high, high) - 2 * inverse(low, high);
 }
 

@@ -7,13 +7,14 @@
 // maps the unit disk to a square, the rim's points exp(i theta) at odd multiples of pi / 4 to the middles of its sides.
 // So an insulated box with electrodes at the middles of two or three sides is a disk with as many contacts.
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <numbers>
 
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/network/conduction.hpp"
 #include "solvers/network/resistor.hpp"
+#include "tests/dense_algebra.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -82,7 +83,7 @@ Eigen::MatrixXd spectral(const ContactedDisk& disk, int terms) {
     system(n + i, i * terms) = pi;
     currents(n + i, i) = 1;
   }
-  return network::links_of_terminals(system.partialPivLu().solve(currents).bottomRows(contacts));
+  return network::links_of_terminals(solve_dense(system, currents).bottomRows(contacts));
 }
 
 /// Half-angle of the contact that the map makes of a strip of half-width w at the middle of a side of length 1. The

@@ -1,5 +1,5 @@
 // Static packings: an exact case, a packing computed independently, and what holds for every one.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,6 +13,7 @@
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/statics/minimization.hpp"
+#include "tests/dense_algebra.hpp"
 #include "tests/source_folder.hpp"
 #include "validation/harness.hpp"
 
@@ -155,7 +156,7 @@ double smallest_eigenvalue(const Result& r) {
     const int i = place[e.row / d], j = place[e.column / d];
     if (i >= 0 && j >= 0) hessian(i * d + e.row % d, j * d + e.column % d) -= e.value;
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(hessian, Eigen::EigenvaluesOnly).eigenvalues()(0);
+  return symmetric_eigenvalues(hessian)(0);
 }
 
 std::vector<std::array<int, 2>> edges_of(const Result& r) {

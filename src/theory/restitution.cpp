@@ -13,7 +13,7 @@
 namespace lichtenberg::theory {
 namespace {
 
-constexpr int points = 40;
+constexpr int nodes = 40;
 
 /// s, s', and the work of the dashpot over k, by sigma = sqrt(t), in which sqrt(s) is smooth.
 Ode universal_ode(double k) {
@@ -48,13 +48,13 @@ UniversalCollision universal_collision(double k) {
 double first_loss() { return 0.8 * std::pow(1.25, 0.6) * boost::math::beta(0.6, 1.5); }
 
 RestitutionCurve::RestitutionCurve() {
-  for (int n = 0; n <= points; ++n) {
-    node_.push_back(to_u(largest) * (1 - std::cos(std::numbers::pi * n / points)) / 2);
+  for (int n = 0; n <= nodes; ++n) {
+    node_.push_back(to_u(largest) * (1 - std::cos(std::numbers::pi * n / nodes)) / 2);
     at_.push_back(universal_collision(to_k(node_.back())));
   }
 }
 
-/// The barycentric formula with the weights of Chebyshev points of the second kind (Berrut and Trefethen 2004,
+/// The barycentric formula with the weights of Chebyshev nodes of the second kind (Berrut and Trefethen 2004,
 /// eq. 5.4).
 UniversalCollision RestitutionCurve::operator()(double k) const {
   if (!(k >= 0 && k <= largest))
@@ -62,9 +62,9 @@ UniversalCollision RestitutionCurve::operator()(double k) const {
   const double u = to_u(k);
   UniversalCollision sum;
   double weights = 0;
-  for (int n = 0; n <= points; ++n) {
+  for (int n = 0; n <= nodes; ++n) {
     if (u == node_[n]) return at_[n];
-    const double weight = (n % 2 ? -1.0 : 1.0) * (n == 0 || n == points ? 0.5 : 1.0) / (u - node_[n]);
+    const double weight = (n % 2 ? -1.0 : 1.0) * (n == 0 || n == nodes ? 0.5 : 1.0) / (u - node_[n]);
     weights += weight;
     sum.loss += weight * at_[n].loss;
     sum.duration += weight * at_[n].duration;

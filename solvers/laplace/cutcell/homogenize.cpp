@@ -44,7 +44,7 @@ Sets strongly_coupled(const LaplaceProblem& problem) {
 
 /// More than that is the same in single precision, and what a Cholesky factorization in double keeps of the rest is
 /// enough for a preconditioner.
-constexpr double largest_coupling = 1e9;
+constexpr double largest_coarse_coupling = 1e9;
 
 std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
   std::array<bool, 4> result;
@@ -63,7 +63,7 @@ void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, con
   choose_resolved(problem, sets);
   absorb_groups(problem, sets, finer);
   discretize(problem, formula, team);
-  couple(problem, largest_coupling);
+  couple(problem, largest_coarse_coupling);
   if (!is_resolved_.empty()) fill_fluid(effective_permittivity(problem), team);
 }
 

@@ -362,6 +362,21 @@ TEST_CASE("a team does every task once, however often it is called, and hands on
   CHECK_THROWS_AS(team.finish(), Failure);
 }
 
+[[gnu::noinline]] const void* call_site() { return __builtin_return_address(0); }
+
+TEST_CASE("a task is compiled once, so that it rounds alike alone and shared") {
+  // Where in the program the task calls, which tells its compilations apart at any optimization that inlines it.
+  std::vector<const void*> site(8);
+  const auto run = [&](parallel::Team& team, int count) {
+    team.for_each(count, [&](int k) { site[k] = call_site(); });
+    return site[0];
+  };
+  parallel::Team one(1), four(4);
+  const void* alone = run(one, 8);
+  CHECK(run(four, 8) == alone);
+  CHECK(run(four, 1) == alone);
+}
+
 TEST_CASE("work is counted in residual evaluations on the whole grid") {
   // Two grids of 16 x 16 and 8 x 8 cells, so that all can be counted by hand. A V-cycle: red cells from zero (no
   // stencil), black cells 1/2, residual in the red 1/2, its restriction 1/2, interpolation to the red 1/2, black cells

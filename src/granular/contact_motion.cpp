@@ -163,8 +163,7 @@ class Motion final : public ContactMotion {
     });
   }
 
-  /// Never inlined: the compiler would round differently where a team shares the loop and where it does not.
-  [[gnu::noinline]] void integrate(const Bodies& bodies, Active& a, double time, double dt) const {
+  void integrate(const Bodies& bodies, Active& a, double time, double dt) const {
     const double mass = reduced_mass(bodies, a.pair);
     const Vec<d> first = relative(start_, bodies, a.pair) - a.force / mass;
     const Vec<d> middle = relative(halfway_, bodies, a.pair) - a.halfway / mass;

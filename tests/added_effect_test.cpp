@@ -14,6 +14,7 @@
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/model/checkpoint.hpp"
+#include "src/record/hdf5.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/result.hpp"
 #include "tests/folder.hpp"
@@ -202,6 +203,24 @@ TEST_CASE("an added effect's columns are recorded") {
   CHECK(result.observable("tether_age", 1) == std::vector<double>{0.1});
   CHECK(result.scene(kinds()).effects.find<TetherOptions>()->stiffness == 2e-4);
   CHECK_THROWS_WITH_AS(result.scene(), doctest::Contains("unknown key effects.tether"), InputError);
+}
+
+TEST_CASE("what others want to know of an added effect they take from what it declares") {
+  const Folder folder;
+  const EffectKind arcs = {
+      .name = "arcs", .description = "", .help = "", .field = true, .contact_gap = [](const Scene& scene) {
+        return 2 * scene.conductors[0].radius;
+      }};
+  Scene scene = tethered("stiffness = 1.0\n");
+  CHECK(!scene.effects.has(&EffectKind::field));
+  CHECK(!number_in(scene, &EffectKind::contact_gap));
+  scene.effects.add(arcs, std::any(1));
+  CHECK(scene.effects.has(&EffectKind::field));
+  const std::string path = (folder / "arcs.h5").string();
+  Recorder::start(path, scene, make_bodies(scene).mass, false).save({});
+  const hdf5::Handle file = hdf5::load(path);
+  CHECK(hdf5::get<double>(file, "scene/contact_gap") == std::vector<double>{2e-3});
+  CHECK(hdf5::exists(file, "provenance/session-0/field"));
 }
 
 TEST_CASE("an added effect's state is in the checkpoint: a run goes on bit for bit") {

@@ -7,9 +7,9 @@
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
 #include "src/effects/hertz.hpp"
-#include "src/effects/linear_spring.hpp"
-#include "src/effects/viscoelastic.hpp"
+#include "src/model/linear_spring.hpp"
 #include "src/model/pair_loop.hpp"
+#include "src/model/viscoelastic.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::effects;

@@ -75,7 +75,7 @@ TEST_CASE("restitution is compared with the law's by decade, for lone and centra
   Bodies bodies{.dimension = 3};
   bodies.mass = {1, 1};
   bodies.radius = {0.5, 0.5};
-  const effects::GrainContactLaw law = effects::ViscoelasticLaw{278.6, 27.7};
+  const GrainContactLaw law = ViscoelasticLaw{278.6, 27.7};
   const double at_02 = theory::collision({278.6, 27.7}, 0.2).restitution;
   const double at_03 = theory::collision({278.6, 27.7}, 0.3).restitution;
   std::vector<Collision> ended = {collision(0.2, 0.2 * (at_02 + 0.01)), collision(0.3, 0.3 * (at_03 - 0.03)),
@@ -112,7 +112,7 @@ TEST_CASE("restitution is compared with the law's by decade, for lone and centra
   of_heavy.count(std::vector{collision(0.2, 0.2 * heavy)}, bodies, law, 0);
   CHECK(of_heavy.all().worst < 1e-12);  // rounding
   // A linear contact's does not depend on the speed: G 3.6 with A = 278.6, B = 10 (GRANULAR's table, 10 digits).
-  CHECK(expected_collision(effects::LinearSpringLaw{278.6, 10}, 0.5, 1, 3).restitution ==
+  CHECK(expected_collision(LinearSpringLaw{278.6, 10}, 0.5, 1, 3).restitution ==
         Approx(0.3464297011).epsilon(2e-10).scale(0));
 }
 
@@ -135,7 +135,7 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   std::optional<HomogeneousGas> theory = HomogeneousGas::of(gas);
   REQUIRE(theory);
   const double density = 120 / 512.0;
-  const effects::GrainContactLaw law = gas.law();
+  const GrainContactLaw law = gas.law();
   const double omega = theory::collision_frequency(density, 1);
   const double duration =
       theory::impact_mean(1, [&](double speed, double) { return expected_collision(law, 0.5, 1, speed).duration; });

@@ -49,7 +49,7 @@ Result relaxed(const std::string& text) {
   result.largest_force = minimization.largest_force();
   result.iterations = minimization.iteration();
   result.evaluations = minimization.evaluations();
-  result.packing = analysis::packing(result.bodies, result.scene);
+  result.packing = analysis::packing(result.bodies, result.scene, effects::ContactPotential(result.scene));
   return result;
 }
 

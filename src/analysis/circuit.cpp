@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "solvers/laplace/accuracy/gaps.hpp"
-#include "src/effects/contact_discharge.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::analysis {
 namespace {
@@ -62,8 +62,7 @@ double allowed_energy_imbalance(const Scene& scene) {
   const double steps = std::pow(2 * scene.mechanics.position_tolerance / radius, 2.0 / 3);
   if (scene.field().method == FieldMethod::multipole) return steps;
   const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / scene.field().cells;
-  const auto* discharge = scene.effects.find<effects::ContactDischargeOptions>();
-  const double gap = discharge ? discharge->gap : 0;
+  const double gap = number_in(scene, &EffectKind::contact_gap).value_or(0);
   return steps + laplace::likely_error * laplace::difficulty({.gap = gap, .radius = radius}, cell);
 }
 

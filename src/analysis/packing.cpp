@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "src/effects/contact_law.hpp"
-#include "src/effects/contact_potential.hpp"
 
 namespace lichtenberg::analysis {
 namespace {
@@ -72,16 +71,14 @@ void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, d
 
 }  // namespace
 
-Packing packing(const Bodies& bodies, const Scene& scene) {
+Packing packing(const Bodies& bodies, const Scene& scene, const effects::ContactPotential& potential) {
   const int n = bodies.size();
-  const double stiffness = scene.effects.find<effects::ContactPotentialOptions>()->stiffness;
-  const effects::ContactPotential potential(stiffness, scene.walls);
   const std::vector<Pair> pairs = pairs_closer_than(bodies, 0);
   Packing packing;
   packing.wall_force.resize(scene.walls.size());
   double virial = 0;
   for (const effects::Overlap& o : potential.overlaps({0, bodies, pairs})) {
-    const double force = -stiffness * effects::contact_law(o.q).slope / o.reach;
+    const double force = -potential.stiffness() * effects::contact_law(o.q).slope / o.reach;
     virial += force * o.distance;
     if (o.partner >= n) packing.wall_force[o.partner - n] += force;
     packing.smallest_q = std::min(packing.smallest_q, o.q);

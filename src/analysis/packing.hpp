@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "src/effects/contact_potential.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/motion.hpp"
 #include "src/scene/scene.hpp"
@@ -38,7 +39,7 @@ struct Packing {
 };
 
 /// A particle held by fewer than dimension + 1 contacts can move freely; without it, others may become rattlers.
-Packing packing(const Bodies& bodies, const Scene& scene);
+Packing packing(const Bodies& bodies, const Scene& scene, const effects::ContactPotential& potential);
 
 /// What of it a result file keeps, as the group "packing".
 ColumnGroup columns_of(const Packing& packing);

@@ -1,13 +1,8 @@
 #include "src/analysis/power.hpp"
 
 #include <algorithm>
-#include <numbers>
 
-#include "src/effects/current_source.hpp"
 #include "src/effects/effects.hpp"
-#include "src/effects/hertz_contact.hpp"
-#include "src/effects/stokes_drag.hpp"
-#include "src/effects/wall_contact.hpp"
 
 namespace lichtenberg::analysis {
 namespace {
@@ -21,30 +16,27 @@ bool all_at_zero(const Scene& scene) {
                               [](const PrescribedGroup& group) { return group.potential.value_or(0) != 0; });
 }
 
-double elastic_energy(const Scene& scene, const std::vector<Vec2>& position) {
-  Scene contacts = scene;
-  contacts.effects = {};
-  if (const auto* spheres = scene.effects.find<effects::HertzContactOptions>()) contacts.effects.add(*spheres);
-  if (const auto* walls = scene.effects.find<effects::WallContactOptions>()) contacts.effects.add(*walls);
-  for (std::size_t i = 0; i < position.size(); ++i) contacts.conductors[i].position = in_space(position[i]);
-  return effects::make_model(contacts).stored_energy(0);
+/// The scene at a frame's instant, without its field, of which the frame has the results.
+Model model_at(const Scene& scene, const ConductorFrame& frame) {
+  Scene now = scene;
+  for (std::size_t i = 0; i < frame.position.size(); ++i) now.conductors[i].position = in_space(frame.position[i]);
+  return effects::make_model_without_field(now);
 }
 
 }  // namespace
 
 Power power(const Scene& scene, const ConductorFrame& frame, std::span<const double> mass) {
-  const auto* source = scene.effects.find<effects::CurrentSourceOptions>();
-  const double current = source ? source->current : 0;
-  const double drag =
-      scene.effects.has<effects::StokesDragOptions>() ? 6 * std::numbers::pi * scene.medium.viscosity : 0;
+  Model model = model_at(scene, frame);
+  std::vector<double> current(model.bodies.size());
+  model.currents(frame.time, current);
   Power result;
-  for (const double potential : frame.potential) result.source += current * potential;
+  for (std::size_t i = 0; i < frame.potential.size(); ++i) result.source += current[i] * frame.potential[i];
   for (std::size_t i = 0; i < frame.velocity.size(); ++i) {
-    result.drag += drag * scene.conductors[i].radius * norm2(frame.velocity[i]);
+    result.drag += model.drag_coefficient(scene.conductors[i].radius) * norm2(frame.velocity[i]);
     result.field += dot(frame.force[i], frame.velocity[i]);
     result.kinetic += 0.5 * mass[i] * norm2(frame.velocity[i]);
   }
-  result.elastic = elastic_energy(scene, frame.position);
+  result.elastic = model.stored_energy(frame.time);
   return result;
 }
 

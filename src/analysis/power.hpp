@@ -11,13 +11,12 @@ namespace lichtenberg::analysis {
 
 /// Where the energy goes at an instant (W, J), as far as a frame and its scene tell.
 struct Power {
-  /// Of the current source: it brings each conductor its current at that conductor's potential, sum_i J phi_i. 0
-  /// without a source.
+  /// Of what feeds currents into conductors: each brings its current at the conductor's potential, sum_i J_i phi_i.
   double source = 0;
-  double drag = 0;     ///< dissipated by Stokes drag, sum_i 6 pi eta R_i v_i^2; 0 without drag
+  double drag = 0;     ///< dissipated by drag, sum_i 6 pi eta R_i v_i^2 of Stokes's
   double field = 0;    ///< what the field's forces do, sum_i F_i . v_i
   double kinetic = 0;  ///< J, energy of motion
-  double elastic = 0;  ///< J, stored in contacts of conductors with each other and with walls (Hertz); 0 without them
+  double elastic = 0;  ///< J, stored by effects, in contacts of conductors with each other and with walls for example
 };
 
 /// `mass`: kg, [N].

@@ -10,8 +10,8 @@
 #include "solvers/error.hpp"
 #include "src/commands/analyse_gas.hpp"
 #include "src/commands/commands.hpp"
-#include "src/effects/contact_discharge.hpp"
 #include "src/record/atomic_file.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -86,8 +86,8 @@ class Analyser {
   std::vector<analysis::Contact> contacts(int index, const ConductorFrame& frame,
                                           const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
-    auto found = analysis::contacts(frame.position, radius_,
-                                    scene_.effects.find<effects::ContactDischargeOptions>()->gap, ground);
+    auto found =
+        analysis::contacts(frame.position, radius_, number_in(scene_, &EffectKind::contact_gap).value_or(0), ground);
     const std::vector<int> successor = result_.successor(index);
     for (int i = 0; i < static_cast<int>(successor.size()); ++i) {
       if (successor[i] == analysis::to_ground) found.emplace_back(i, analysis::to_ground);

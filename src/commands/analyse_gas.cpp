@@ -7,7 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/analyse_columns.hpp"
-#include "src/effects/coulomb.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -146,8 +146,8 @@ GasFrame GasAnalyser::one(int index) const {
       .charges = analysis::histogram(analysis::scaled_charges(now.charge), -most, most, charge_bins),
       .contact = state_of(now, analysis::cluster_numbers(now.size(), contacts)),
       .bound = {}};
-  if (const auto* coulomb = scene_.effects.find<effects::CoulombOptions>())
-    found.bound = state_of(now, analysis::cluster_numbers(now.size(), analysis::bound_pairs(now, coulomb->strength)));
+  if (const auto strength = number_in(scene_, &EffectKind::charge_strength))
+    found.bound = state_of(now, analysis::cluster_numbers(now.size(), analysis::bound_pairs(now, *strength)));
   return found;
 }
 

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "solvers/laplace/accuracy/price.hpp"
+#include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
 
 namespace lichtenberg {
@@ -32,6 +33,14 @@ double share_of_area(const Scene& scene) {
   return area / (scene.domain.size.x * scene.domain.size.y);
 }
 
+bool is_fed_dragged_and_discharged(const Scene& scene) {
+  Model model = effects::make_model_without_field(scene);
+  std::vector<double> current(model.bodies.size());
+  model.currents(0, current);
+  return current.front() != 0 && model.drag_coefficient(scene.conductors.front().radius) > 0 &&
+         number_in(scene, &EffectKind::contact_gap);
+}
+
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
 constexpr double share_in_motion = 0.8;  // of the iterations: earlier solutions are a good first guess
 
@@ -46,8 +55,7 @@ FieldCost estimate_field_cost(const FieldOptions& options, double size) {
 
 std::optional<double> estimate_field_solves(const Scene& scene) {
   if (scene.mechanics.integrator == Integrator::euler) return scene.stop.time / scene.mechanics.euler_field_step;
-  for (const char* name : {"current_source", "stokes_drag", "contact_discharge"})
-    if (!scene.effects.has(name)) return std::nullopt;
+  if (!is_fed_dragged_and_discharged(scene)) return std::nullopt;
   return 0.65 * std::pow(floating_groups(scene) / share_of_area(scene), 1.5);
 }
 

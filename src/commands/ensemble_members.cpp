@@ -10,9 +10,9 @@
 #include "solvers/error.hpp"
 #include "src/commands/cost.hpp"
 #include "src/commands/ensemble.hpp"
-#include "src/effects/floating_conductors.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::ensemble {
@@ -61,7 +61,7 @@ std::vector<std::vector<Setting>> product(const std::vector<Variation>& variatio
 /// Members share the machine by running side by side, and hundreds of pictures are nobody's wish.
 std::vector<Setting> settings_of_a_member(const Scene& scene, const std::vector<Setting>& varied) {
   std::vector<Setting> settings{{"output.picture", "false"}};
-  if (scene.effects.has<effects::FloatingConductorsOptions>()) settings.push_back({"field.threads", "1"});
+  if (scene.effects.has(&EffectKind::field)) settings.push_back({"field.threads", "1"});
   settings.insert(settings.end(), varied.begin(), varied.end());
   return settings;
 }

@@ -8,12 +8,12 @@
 #include "src/analysis/network.hpp"
 #include "src/analysis/strahler.hpp"
 #include "src/commands/ensemble.hpp"
-#include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/result.hpp"
 #include "src/record/result_file.hpp"
 #include "src/record/scene_change.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::ensemble {
@@ -67,7 +67,7 @@ void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& 
   analysis::ContactGraph graph = analysis::contact_graph(static_cast<int>(position.size()), network.contacts);
   graph.grounded.assign(position.size(), false);
   add_fractions(quantities, "_without_ground", analysis::degree_distribution(graph, network.successor));
-  const auto near = analysis::contacts(position, radius, scene.effects.find<effects::ContactDischargeOptions>()->gap,
+  const auto near = analysis::contacts(position, radius, number_in(scene, &EffectKind::contact_gap).value_or(0),
                                        analysis::ground_of(scene));
   graph = analysis::contact_graph(static_cast<int>(position.size()), near);
   add_fractions(quantities, "_without_hysteresis", analysis::degree_distribution(graph, network.successor));
@@ -111,7 +111,7 @@ Quantities quantities_of(const ResultFile& from) {
 void refuse_past(const std::string& path, const ResultFile& file, const Scene& now, bool just_ended) {
   // The "time" of a scene that comes to rest counts its iterations.
   const bool later =
-      !now.effects.has("contact_potential") && file.rows<double>(times, file.frames() - 1, 1).at(0) > now.stop.time;
+      !now.effects.has(&EffectKind::packing) && file.rows<double>(times, file.frames() - 1, 1).at(0) > now.stop.time;
   if (just_ended || later)
     throw InputError(
         fmt::format("{} is already past this [stop]: move it away, or name another folder with --out", path));

@@ -197,8 +197,7 @@ void explain_cost(const Scene& scene, double size, const std::string& refusal_of
 }
 
 bool is_for_a_run(const Scene& scene) {
-  const EffectKind* field = &effects::FloatingConductorsOptions::kind();
-  return std::ranges::any_of(scene.effects, [&](const Effects::Entry& entry) { return entry.kind != field; });
+  return std::ranges::any_of(scene.effects, [](const Effects::Entry& entry) { return !entry.kind->field; });
 }
 
 /// Chosen for a run if the scene has more than a field, else for `solve`.
@@ -212,7 +211,7 @@ void explain(Scene scene) {
   // there.
   std::optional<FieldProblem> field;
   const std::string refusal = refusal_of_run(scene);  // before a method is foreseen, which may be one for `solve` alone
-  if (scene.effects.has<effects::FloatingConductorsOptions>()) {
+  if (scene.effects.has(&EffectKind::field)) {
     field = make_field_problem(scene);
     field->problem.check();
     if (scene.field_request()) scene.field_table = foreseen_field(scene, field->problem);

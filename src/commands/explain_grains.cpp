@@ -9,7 +9,8 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
-#include "src/effects/grain_contact_law.hpp"
+#include "src/granular/contacts.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 
@@ -40,21 +41,16 @@ double initial_temperature(const Scene& scene) {
   return sum / (scene.dimension() * static_cast<double>(scene.conductors.size()));
 }
 
-effects::GrainContactLaw law_of(const Scene& scene) {
-  const Model model = effects::make_model(scene);
-  for (const auto& effect : model.effects)
-    if (effect->grain_contact()) return *effect->grain_contact();
-  throw InputError(scene.path + ": a scene of grains needs effects.viscoelastic_contact or effects.linear_contact");
+double restitution_of(const ViscoelasticLaw& law, double speed) {
+  if (law.dissipative == 0) return 1;
+  const theory::ViscoelasticPair pair{law.elastic, law.dissipative};
+  const double k = std::min(theory::dissipation_number(pair, speed), theory::RestitutionCurve::largest);
+  return 1 - k * theory::restitution_curve()(k).loss;
 }
+double restitution_of(const LinearSpringLaw& law, double) { return linear_collision(law, 0.5).restitution; }
 
-double restitution(const effects::GrainContactLaw& law, double speed) {
-  if (const auto* soft = std::get_if<effects::ViscoelasticLaw>(&law)) {
-    if (soft->dissipative == 0) return 1;
-    const theory::ViscoelasticPair pair{soft->elastic, soft->dissipative};
-    const double k = std::min(theory::dissipation_number(pair, speed), theory::RestitutionCurve::largest);
-    return 1 - k * theory::restitution_curve()(k).loss;
-  }
-  return effects::linear_collision(std::get<effects::LinearSpringLaw>(law), 0.5).restitution;
+double restitution(const GrainContactLaw& law, double speed) {
+  return std::visit([&](const auto& one) { return restitution_of(one, speed); }, law);
 }
 
 /// Temperatures of a homogeneous gas without charges at equal intervals, the stages' part taken as at the start.
@@ -63,7 +59,7 @@ struct Foreseen {
   double collisions = 0;  ///< of a grain
 };
 
-Foreseen foresee(const Scene& scene, const effects::GrainContactLaw& law) {
+Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
   double warm = 0;
   for (const Stage& stage : scene.stages) warm += stage.duration;
   const double left = std::max(scene.stop.time - warm, 0.0), initial = initial_temperature(scene);
@@ -94,18 +90,18 @@ struct Steps {
   double outer = 0, contact = 0;
 };
 
-Steps count_steps(const Scene& scene, const effects::GrainContactLaw& law, const Foreseen& foreseen) {
+Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
   constexpr double path = 0.2;  // granular::Multirate's
   Steps steps;
-  const auto add = [&](double duration, double temperature, const effects::GrainContactLaw& then) {
+  const auto add = [&](double duration, double temperature, const GrainContactLaw& then) {
     const double speed = fastest(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));
     const double outer = std::min(scene.mechanics.step, path / speed);
-    const double inner = effects::shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
+    const double inner = shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
     steps.outer += duration / outer;
     steps.contact += duration / outer * std::ceil(outer / inner);
   };
   for (const Stage& stage : scene.stages)
-    add(stage.duration, initial_temperature(scene), stage.elastic ? effects::elastic(law, stage.stiffness) : law);
+    add(stage.duration, initial_temperature(scene), stage.elastic ? elastic(law, stage.stiffness) : law);
   for (std::size_t k = 1; k < foreseen.time.size(); ++k)
     add(foreseen.time[k] - foreseen.time[k - 1], foreseen.temperature[k], law);
   return steps;
@@ -120,11 +116,11 @@ void explain_stages(const Scene& scene) {
 
 void explain_cost(const Scene& scene, const Steps& steps) {
   // One core of an AMD EPYC (validation/benchmarks/README.md).
-  constexpr double contact_step = 1e-7, lists = 1.5e-7, charges = 3.2e-7, dipoles = 1.2e-6;  // s a grain
+  constexpr double contact_step = 1e-7, lists = 1.5e-7;  // s a grain
   const double n = static_cast<double>(scene.conductors.size());
-  const bool charged = scene.effects.has("coulomb");
-  const double evaluation = scene.effects.has("induced_dipoles") ? dipoles : charged ? charges : 0;
-  const double evaluations = scene.effects.has("charge_exchange") ? 2 * steps.outer : steps.outer;
+  double evaluation = 0;
+  for (const Effects::Entry& effect : scene.effects) evaluation += effect.kind->seconds;
+  const double evaluations = scene.effects.has(&EffectKind::exchanges_charge) ? 2 * steps.outer : steps.outer;
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", steps.outer, steps.contact);
   fmt::print("  a run                {:.2g} s\n",
@@ -134,7 +130,7 @@ void explain_cost(const Scene& scene, const Steps& steps) {
 }  // namespace
 
 void explain_grains(const Scene& scene) {
-  const effects::GrainContactLaw law = law_of(scene);
+  const GrainContactLaw law = granular::contact_law(scene, effects::make_model(scene));
   const Foreseen foreseen = foresee(scene, law);
   const double initial = initial_temperature(scene);
   const auto [length, mass, velocity, charge] = *scene.reference;
@@ -148,7 +144,7 @@ void explain_grains(const Scene& scene) {
   if (initial > 0) {
     const double speed = 2 * fastest(scene.conductors.size()) * std::sqrt(initial);
     fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps\n",
-               effects::shortest_contact(law, speed), scene.mechanics.contact_steps);
+               shortest_contact(law, speed), scene.mechanics.contact_steps);
     fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n",
                restitution(law, 0.01), restitution(law, 1), restitution(law, 2 * std::sqrt(initial)),
                2 * std::sqrt(initial));

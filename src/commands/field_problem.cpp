@@ -51,7 +51,7 @@ std::string choice_in_words(const FieldOptions& field) {
 }
 
 FieldProblem make_field_problem(const Scene& scene) {
-  if (!scene.effects.has<effects::FloatingConductorsOptions>())
+  if (!scene.effects.has(&EffectKind::field))
     throw InputError(
         fmt::format("{} has no table [effects.floating_conductors], so there is no field to solve", scene.path));
   Bodies bodies = make_bodies(scene);

@@ -18,6 +18,7 @@
 #include "src/mechanics/simulation.hpp"
 #include "src/model/stopwatch.hpp"
 #include "src/record/recorder.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 #include "src/statics/minimization.hpp"
 
@@ -32,13 +33,13 @@ struct RunArguments {
 Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device);
   if (!request.file.empty()) scene.output.file = request.file;
-  effects::check_processes(scene.effects.has<effects::FloatingConductorsOptions>() ? &scene.field_table : nullptr);
+  effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
   return effects::with_field_chosen(std::move(scene));
 }
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
-  if (scene.effects.has("contact_potential")) return std::make_unique<Minimization>(scene);
+  if (scene.effects.has(&EffectKind::packing)) return std::make_unique<Minimization>(scene);
   if (scene.reference) return std::make_unique<GranularMotion>(scene);
   return std::make_unique<Simulation>(scene);
 }

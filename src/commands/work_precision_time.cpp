@@ -24,7 +24,7 @@ struct MovingSubject {
 };
 
 std::unique_ptr<laplace::LaplaceSolver> make_solver(const MovingSubject& subject) {
-  if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return nullptr;
+  if (!subject.scene.effects.has(&EffectKind::field)) return nullptr;
   if (subject.multipole)
     return std::make_unique<laplace::MultipoleSolver>(laplace::MultipoleOptions{.tolerance = subject.field_tolerance});
   FieldOptions options = subject.scene.field();
@@ -152,7 +152,7 @@ void choose_field(MovingSubject& subject, Diagram& diagram) {
 }
 
 std::string describe_field(const MovingSubject& subject) {
-  if (!subject.scene.effects.has<effects::FloatingConductorsOptions>()) return "no field";
+  if (!subject.scene.effects.has(&EffectKind::field)) return "no field";
   if (subject.multipole) return fmt::format("field by the multipole method at tolerance {:g}", subject.field_tolerance);
   const FieldOptions& field = subject.scene.field();
   return fmt::format("field by the {} method on S = {} at tolerance {:g}", name_of(field.method), field.cells,

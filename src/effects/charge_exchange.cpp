@@ -89,6 +89,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
+      .exchanges_charge = true,
       .check = check,
       .complete = check_capacity,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {

@@ -35,7 +35,7 @@ bool has_circuit(const Scene& scene) {
   const std::vector<Supply> supplies = supplies_of(scene);
   const bool difference = std::ranges::any_of(
       supplies, [&](const Supply& supply) { return supply.potential != supplies.front().potential; });
-  return scene.effects.has("floating_conductors") &&
+  return scene.effects.has(&EffectKind::field) &&
          (difference || scene.effects.has<LeakageOptions>() || has_resistors(scene));
 }
 

@@ -92,6 +92,7 @@ const EffectKind& ContactPotentialOptions::kind() {
                 .help = "the sides of the domain are walls; without them every [[wall]] must be given"}},
       .alone = "under which nothing else acts",
       .dimensions = {2, 3},
+      .packing = true,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<ContactPotential>(scene); }};
   return kind;
 }

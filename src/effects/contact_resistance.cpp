@@ -47,7 +47,11 @@ const EffectKind& ContactResistanceOptions::kind() {
       .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<ContactResistance>(); },
       .explain = [](const Scene& scene) -> std::vector<Remark> {
         return {{"a contact", fmt::format("{:.4g} ohm", scene.effects.find<ContactResistanceOptions>()->ohms())}};
-      }};
+      },
+      .energy_advice =
+          "conductors are pressed together before they share their charge, unless a contact's resistance times its "
+          "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "
+          "or widen effects.contact_discharge.gap"};
   return kind;
 }
 

@@ -129,7 +129,9 @@ const EffectKind& CoulombOptions::kind() {
       .grains = true,
       .check = check,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Coulomb>(scene); },
-      .explain = explain};
+      .explain = explain,
+      .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
+      .seconds = 3.2e-7};
   return kind;
 }
 

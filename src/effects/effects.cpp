@@ -102,6 +102,14 @@ Model make_model(const Scene& scene, EffectList made) {
   return model;
 }
 
+Model make_model_without_field(const Scene& scene) {
+  Scene rest = scene;
+  rest.effects = {};
+  for (const Effects::Entry& entry : scene.effects)
+    if (!entry.kind->field) rest.effects.add(*entry.kind, entry.options);
+  return make_model(rest);
+}
+
 std::vector<EffectSummary> summarize_effects(const Scene& scene) {
   EffectKinds kinds;
   std::ranges::copy_if(all_kinds(), std::back_inserter(kinds),

@@ -32,6 +32,9 @@ void check_can_run(const Scene& scene);
 /// not in the scene, and for a periodic box that is too short for the neighbours of a particle.
 Model make_model(const Scene& scene, EffectList made = {});
 
+/// The same without what solves a field: for who has the field's results, or asks about the rest.
+Model make_model_without_field(const Scene& scene);
+
 struct EffectSummary {
   std::string_view name;         ///< of its table in the scene
   std::string_view description;  ///< one line

@@ -289,6 +289,7 @@ const EffectKind& FloatingConductorsOptions::kind() {
       .description = "the electric field between conductors with given charges, and its forces",
       .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
       .options = FloatingConductorsOptions{},
+      .field = true,
       .check = check,
       .complete = complete,
       .check_run = [](const Scene& scene) { check_device(scene), check_can_move(scene); },

@@ -31,6 +31,7 @@ const EffectKind& GasDragOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
+      .drives = true,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
         return std::make_unique<GasDrag>(*scene.effects.find<GasDragOptions>(), scene.seed);
       }};

@@ -1,6 +1,6 @@
 #include "src/effects/linear_contact.hpp"
 
-#include "src/effects/grain_contact.hpp"
+#include "src/effects/grain_contact_effect.hpp"
 
 namespace lichtenberg::effects {
 namespace {

@@ -16,6 +16,7 @@ const EffectKind& UniformForceOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
+      .drives = true,
       .check =
           [](const Draft& draft) {
             const auto& options = *draft.scene.effects.find<UniformForceOptions>();

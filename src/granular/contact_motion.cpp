@@ -15,7 +15,7 @@ struct OfPair {
   const Law& law;
   double scale;
 
-  effects::ContactParts operator()(double overlap) const { return law.parts(overlap, scale); }
+  ContactParts operator()(double overlap) const { return law.parts(overlap, scale); }
 };
 
 template <int d, class Law>
@@ -219,7 +219,7 @@ class Motion final : public ContactMotion {
 
 }  // namespace
 
-std::unique_ptr<ContactMotion> make_contact_motion(const effects::GrainContactLaw& law, int dimension) {
+std::unique_ptr<ContactMotion> make_contact_motion(const GrainContactLaw& law, int dimension) {
   return std::visit(
       [&](const auto& one) -> std::unique_ptr<ContactMotion> {
         using Law = std::decay_t<decltype(one)>;

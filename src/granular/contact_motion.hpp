@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "src/effects/grain_contact_law.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/grain_contact.hpp"
+#include "src/model/grain_contact_law.hpp"
 
 namespace lichtenberg::granular {
 
@@ -29,6 +29,6 @@ class ContactMotion {
 };
 
 /// For bodies of `dimension` 2 or 3.
-std::unique_ptr<ContactMotion> make_contact_motion(const effects::GrainContactLaw& law, int dimension);
+std::unique_ptr<ContactMotion> make_contact_motion(const GrainContactLaw& law, int dimension);
 
 }  // namespace lichtenberg::granular

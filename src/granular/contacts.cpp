@@ -41,15 +41,28 @@ GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double 
 
 }  // namespace
 
-ContactLoad contact_load(const effects::GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs) {
+GrainContactLaw contact_law(const Scene& scene, const Model& model) {
+  const GrainContactLaw* law = nullptr;
+  for (const auto& effect : model.effects)
+    if (effect->grain_contact()) {
+      if (law) throw InputError(scene.path + ": two effects say how grains in contact push each other: one is allowed");
+      law = effect->grain_contact();
+    }
+  if (!law)
+    throw InputError(scene.path +
+                     ": a scene of grains needs effects.viscoelastic_contact or effects.linear_contact: without it "
+                     "they would fly through each other");
+  return *law;
+}
+
+ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs) {
   ContactLoad load{.force = std::vector<double>(bodies.momentum.size())};
   const auto add = [&]<int d>(const auto& one, const Spheres<d>& grains, Pair pair) {
     const auto [i, j] = pair;
     const PairState<d> state = seen(bodies, grains, pair);
     const double distance = norm(state.apart), overlap = reach(bodies, pair) - distance;
     if (overlap <= 0) return;
-    const effects::ContactForce contact =
-        one.at(overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
+    const ContactForce contact = one.at(overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
     load.dissipation += contact.dissipated;
     const Vec<d> push = (contact.force / distance) * state.apart;
     for (int k = 0; k < d; ++k) load.force[i * d + k] -= push[k], load.force[j * d + k] += push[k];
@@ -64,8 +77,7 @@ ContactLoad contact_load(const effects::GrainContactLaw& law, const Bodies& bodi
   return load;
 }
 
-double stored_energy(const effects::GrainContactLaw& law, const Bodies& bodies,
-                     std::span<const GrainContact> contacts) {
+double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts) {
   double energy = 0;
   const auto add = [&](const auto& one, const auto& grains, Pair pair) {
     const double overlap = reach(bodies, pair) - norm(apart(grains, pair));

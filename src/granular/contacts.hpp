@@ -3,11 +3,16 @@
 #include <span>
 #include <vector>
 
-#include "src/effects/grain_contact_law.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/grain_contact.hpp"
+#include "src/model/grain_contact_law.hpp"
+#include "src/model/model.hpp"
+#include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular {
+
+/// How the grains of that model push each other. Throws InputError unless one of its effects says so, and one alone.
+GrainContactLaw contact_law(const Scene& scene, const Model& model);
 
 /// What the contacts of grains do at one instant.
 struct ContactLoad {
@@ -16,10 +21,10 @@ struct ContactLoad {
 };
 
 /// Of those of the pairs that overlap.
-ContactLoad contact_load(const effects::GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs);
+ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs);
 
 /// The elastic energy of contacts.
-double stored_energy(const effects::GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
+double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
 /// A pair that was in contact at the beginning of a step or has touched within it.
 struct Touch {

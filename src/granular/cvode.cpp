@@ -112,7 +112,7 @@ class Cvode final : public Integrator {
     Push push(Pair pair, const PairState<d>& state) const {
       return std::visit(
           [&](const auto& law) -> Push {
-            const effects::ContactParts parts =
+            const ContactParts parts =
                 law.parts(overlap(pair, state), law.scale(start_.radius[pair.i], start_.radius[pair.j]));
             return {parts.elastic, parts.elastic + parts.damping * closing(state)};
           },

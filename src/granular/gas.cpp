@@ -20,20 +20,6 @@ int threads_for(const Scene& scene) {
   return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-const effects::GrainContactLaw& contact_law(const Scene& scene, const Model& model) {
-  const effects::GrainContactLaw* law = nullptr;
-  for (const auto& effect : model.effects)
-    if (effect->grain_contact()) {
-      if (law) throw InputError(scene.path + ": two effects say how grains in contact push each other: one is allowed");
-      law = effect->grain_contact();
-    }
-  if (!law)
-    throw InputError(scene.path +
-                     ": a scene of grains needs effects.viscoelastic_contact or effects.linear_contact: without it "
-                     "they would fly through each other");
-  return *law;
-}
-
 double largest_acceleration(const Bodies& bodies, std::span<const double> force) {
   double largest = 0;
   for (std::size_t k = 0; k < force.size(); k += bodies.dimension) {
@@ -161,7 +147,7 @@ void Gas::follow_contacts(double end) {
   std::vector<double> held;
   if (has_smooth_forces()) held = smooth_forces();
   const double gain = largest_acceleration(model_.bodies, held) * dt;
-  const double step = effects::shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
+  const double step = shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   const std::span<const Pair> pairs = near(dt, gain);
   ContactRecord record = advance_contacts(pairs, held, dt, count);
@@ -228,11 +214,11 @@ double Gas::stage_end() const {
 }
 
 void Gas::set_law() {
-  const effects::GrainContactLaw& given = contact_law(scene_, model_);
+  const GrainContactLaw given = contact_law(scene_, model_);
   law_ = given;
   if (stage_ < scene_.stages.size()) {
     const Stage& stage = scene_.stages[stage_];
-    law_ = stage.elastic ? effects::elastic(given, stage.stiffness) : given;
+    law_ = stage.elastic ? elastic(given, stage.stiffness) : given;
   }
   contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
 }

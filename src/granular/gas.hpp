@@ -36,7 +36,7 @@ class Gas {
   double time() const { return time_; }
   const std::vector<GrainContact>& contacts() const { return contacts_; }
   /// The law of contacts in the stage that the scene is in.
-  const effects::GrainContactLaw& law() const { return law_; }
+  const GrainContactLaw& law() const { return law_; }
   parallel::Team& team() { return *team_; }
 
   /// The energy as it is, with what has been booked so far.
@@ -99,7 +99,7 @@ class Gas {
   Scene scene_;
   std::unique_ptr<parallel::Team> team_;
   Model model_;
-  effects::GrainContactLaw law_;
+  GrainContactLaw law_;
   std::unique_ptr<ContactMotion> contact_motion_;
   PairList list_;                        ///< of those that may touch
   std::optional<PairList> smooth_list_;  ///< of those that smooth forces need; empty: none

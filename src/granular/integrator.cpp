@@ -24,7 +24,7 @@ std::unique_ptr<Integrator> make_integrator(lichtenberg::Integrator which) {
 
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact) {
   const MechanicsOptions& mechanics = gas.scene().mechanics;
-  const double contact = effects::shortest_contact(gas.law(), gas.fastest_impact());
+  const double contact = shortest_contact(gas.law(), gas.fastest_impact());
   if (mechanics.step * steps_a_contact > contact)
     throw InputError(fmt::format(
         "{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": the shortest contact that there "

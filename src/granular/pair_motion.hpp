@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "solvers/geometry/vec.hpp"
-#include "src/effects/contact_force.hpp"
 #include "src/granular/pair_state.hpp"
+#include "src/model/contact_force.hpp"
 
 namespace lichtenberg::granular {
 
@@ -36,7 +36,7 @@ struct PairStep {
 /// sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is smooth, and four evaluations a
 /// step leave an error hundreds of times smaller (src/granular/README.md).
 ///
-/// `Law` gives effects::ContactParts for the overlap of this pair; none at 0 and below.
+/// `Law` gives ContactParts for the overlap of this pair; none at 0 and below.
 template <int d, class Law>
 class PairMotion {
  public:
@@ -63,7 +63,7 @@ class PairMotion {
 
   /// The repulsive force; negative where the damping would have it attract, and the contact lets go.
   double unclamped(const PairState<d>& s) const {
-    const effects::ContactParts parts = law_(overlap(s));
+    const ContactParts parts = law_(overlap(s));
     return parts.elastic + parts.damping * closing(s);
   }
   double force(const PairState<d>& s) const { return std::max(unclamped(s), 0.0); }
@@ -150,7 +150,7 @@ class PairMotion {
   };
   Load load(const PairState<d>& s) const {
     const double distance = norm(s.apart), speed = closing(s);
-    const effects::ContactParts parts = law_(overlap(s));
+    const ContactParts parts = law_(overlap(s));
     const double repulsion = std::max(parts.elastic + parts.damping * speed, 0.0);
     return {(repulsion / (mass_ * distance)) * s.apart, (repulsion - parts.elastic) * speed};
   }

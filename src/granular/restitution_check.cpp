@@ -8,15 +8,15 @@
 namespace lichtenberg::granular {
 namespace {
 
-ExpectedCollision collision_by(const effects::ViscoelasticLaw& law, double effective_mass, double scale, double speed) {
+ExpectedCollision collision_by(const ViscoelasticLaw& law, double effective_mass, double scale, double speed) {
   const theory::ViscoelasticPair pair{scale * law.elastic, scale * law.dissipative, effective_mass};
   if (theory::dissipation_number(pair, speed) > theory::RestitutionCurve::largest) return {};
   const theory::PairCollision found = theory::collision(pair, speed);
   return {found.restitution, found.duration};
 }
 
-ExpectedCollision collision_by(const effects::LinearSpringLaw& law, double effective_mass, double, double) {
-  const effects::LinearCollision found = effects::linear_collision(law, effective_mass);
+ExpectedCollision collision_by(const LinearSpringLaw& law, double effective_mass, double, double) {
+  const LinearCollision found = linear_collision(law, effective_mass);
   return {found.restitution, found.duration};
 }
 
@@ -28,13 +28,12 @@ bool is_central(const Collision& collision, double reach) {
 
 }  // namespace
 
-ExpectedCollision expected_collision(const effects::GrainContactLaw& law, double effective_mass, double scale,
-                                     double speed) {
+ExpectedCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed) {
   return std::visit([&](const auto& one) { return collision_by(one, effective_mass, scale, speed); }, law);
 }
 
-void RestitutionCheck::count(std::span<const Collision> ended, const Bodies& bodies,
-                             const effects::GrainContactLaw& law, double since) {
+void RestitutionCheck::count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law,
+                             double since) {
   for (const Collision& collision : ended) {
     const auto [i, j] = collision.contact.pair;
     const double speed = collision.contact.impact_speed;

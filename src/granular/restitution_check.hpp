@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <span>
 
-#include "src/effects/grain_contact_law.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/grain_contact.hpp"
+#include "src/model/grain_contact_law.hpp"
 
 namespace lichtenberg::granular {
 
@@ -17,8 +17,7 @@ struct ExpectedCollision {
 };
 /// `scale`: of E and D, by the radii (ViscoelasticLaw::scale). Speed > 0. Where grains lose all but a thousandth the
 /// restitution is 0 (theory::RestitutionCurve ends there).
-ExpectedCollision expected_collision(const effects::GrainContactLaw& law, double effective_mass, double scale,
-                                     double speed);
+ExpectedCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 
 /// How far restitution in a run is from that of its law, by decade of the speed of impact. Of contacts that no third
 /// grain disturbed, and central ones: a pair that goes by with tangential speed u gains about u^2 t / d along its
@@ -34,7 +33,7 @@ class RestitutionCheck {
   };
 
   /// Contacts that began before `since`, under another law, do not count.
-  void count(std::span<const Collision> ended, const Bodies& bodies, const effects::GrainContactLaw& law, double since);
+  void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);
   const std::array<Decade, decades>& by_speed() const { return decade_; }
   Decade all() const;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "src/analysis/circuit.hpp"
-#include "src/effects/contact_resistance.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::mechanics {
 namespace {
@@ -170,11 +170,8 @@ std::string energy_warning(const Scene& scene, const Outcome& outcome) {
       "the energy balance is off by {:.2g} % of what was supplied or became heat, where steps and grid account for "
       "{:.2g} %",
       100 * found, 100 * allowed);
-  if (scene.effects.has<effects::ContactResistanceOptions>())
-    return what +
-           ": conductors are pressed together before they share their charge, unless a contact's resistance times its "
-           "capacitance is less than the time to cross its gap: lower the resistance in [effects.contact_resistance] "
-           "or widen effects.contact_discharge.gap";
+  for (const Effects::Entry& effect : scene.effects)
+    if (!effect.kind->energy_advice.empty()) return what + ": " + effect.kind->energy_advice;
   return fmt::format("{}: take more field.cells or a smaller mechanics.{}", what,
                      scene.mechanics.integrator == Integrator::euler ? "euler_field_step" : "position_tolerance");
 }

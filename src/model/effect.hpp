@@ -15,10 +15,8 @@ struct Checkpoint;
 struct ContactRecord;
 struct EffectKind;
 struct Frame;
-struct Summary;
-namespace effects {
 struct GrainContactLaw;
-}
+struct Summary;
 
 /// What an effect must be given. Only what some effect of the scene needs is allocated and computed.
 struct Needs {
@@ -97,7 +95,7 @@ class Effect {
   // What follows is for grains, which src/granular moves.
 
   /// The law of their contacts, of the effect that makes them; null of all others.
-  virtual const effects::GrainContactLaw* grain_contact() const { return nullptr; }
+  virtual const GrainContactLaw* grain_contact() const { return nullptr; }
   /// True if its forces follow from places and charges alone and change little while a grain moves by a small part of
   /// its size: then they may act as impulses between the steps in which contacts are followed.
   virtual bool is_smooth() const { return false; }

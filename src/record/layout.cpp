@@ -5,7 +5,7 @@
 #include <set>
 #include <variant>
 
-#include "src/effects/contact_discharge.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
@@ -158,8 +158,7 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   hdf5::put(group, "permittivity", scene.medium.permittivity, "F m-1");
   hdf5::put(group, "viscosity", scene.medium.viscosity, "Pa s");
   hdf5::put(group, "depth", scene.medium.depth, "m");
-  if (const auto* discharge = scene.effects.find<effects::ContactDischargeOptions>())
-    hdf5::put(group, "contact_gap", discharge->gap, "m");
+  if (const auto gap = number_in(scene, &EffectKind::contact_gap)) hdf5::put(group, "contact_gap", *gap, "m");
   put_electrodes(group, scene);
   if (!scene.walls.empty()) put_walls(group, scene);
 }

@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "src/effects/floating_conductors.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/layout.hpp"
 #include "src/record/provenance.hpp"
 #include "src/record/scene_change.hpp"
 #include "src/record/vtkhdf.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
@@ -70,7 +70,7 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
 
 void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene) {
   put_program(hdf5::open_group(file, session_group(session)), provenance);
-  if (scene.effects.has<effects::FloatingConductorsOptions>())
+  if (scene.effects.has(&EffectKind::field))
     put_field_options(hdf5::open_group(file, session_group(session) + "/field"), scene.field());
 }
 

@@ -48,7 +48,7 @@ void check_effects(const Draft& draft) {
 void check_resistors(const Draft& draft) {
   const auto behind_resistor =
       std::ranges::find_if(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
-  if (behind_resistor != draft.electrodes.end() && !draft.scene.effects.has("floating_conductors"))
+  if (behind_resistor != draft.electrodes.end() && !draft.scene.effects.has(&EffectKind::field))
     refuse(draft.scene.path, behind_resistor->line,
            "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
 }
@@ -274,7 +274,7 @@ Scene complete(const Draft& draft) {
   check_resistors(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;
-  const bool packing = scene.effects.has("contact_potential");
+  const bool packing = scene.effects.has(&EffectKind::packing);
   scene.seed = static_cast<std::uint64_t>(draft.seed);
   scene.electrodes = build_electrodes(draft);
   scene.walls = build_walls(draft);

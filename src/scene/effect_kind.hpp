@@ -2,6 +2,7 @@
 
 #include <any>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,13 @@ struct EffectKind {
   std::string alone{};                ///< why no other effect may stand beside it; empty: others may
   std::vector<int> dimensions = {2};  ///< of the space in which it knows what to do
   bool periodic = false;              ///< whether it knows what to do where a side of the domain is periodic
-  bool grains =
-      false;  ///< whether it is one of a scene of grains, with [reference] and reduced units; others are in SI
+
+  // What its presence makes of a scene.
+  bool grains = false;   ///< one of grains, with [reference] and reduced units; others are in SI
+  bool packing = false;  ///< one that [minimize] brings to rest: nothing happens in time
+  bool field = false;    ///< one with Laplace's equation, of which [field] says how it is solved
+  bool drives = false;   ///< of grains: one whose gas is not left alone, so that no theory of free cooling holds
+  bool exchanges_charge = false;  ///< of grains: forces of charges are computed again after each exchange
 
   /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
   /// (refuse()). This and what follows may be null.
@@ -49,12 +55,23 @@ struct EffectKind {
   /// Never null. The table stands in the scene.
   std::unique_ptr<Effect> (*make)(const Scene&) = nullptr;
   std::vector<Remark> (*explain)(const Scene&) = nullptr;
+  /// m: conductors with surfaces closer than that are in electrical contact.
+  double (*contact_gap)(const Scene&) = nullptr;
+  /// K of the energy K q_i q_j / r of two charged grains.
+  double (*charge_strength)(const Scene&) = nullptr;
+
+  double seconds = 0;           ///< that its forces on a grain take on one core, measured; for an estimate of the cost
+  std::string energy_advice{};  ///< what to change if a run's energy does not balance; empty: steps and grid
 
   /// Throws InputError if it cannot do that dimension: a sentence, after `where` ("scene.toml:3: ", say).
   void check_dimension(int dimension, const std::string& where = "") const;
   /// Throws InputError if it cannot do with a periodic side: a sentence, after `where`.
   void check_periodic(const std::string& where = "") const;
 };
+
+/// What the scene's first effect that says such a number says, &EffectKind::contact_gap for example; empty if none
+/// does.
+std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
 
 /// Refuses an effect that lacks something: "effects.NAME needs WHAT: add it, or leave the effect out".
 [[noreturn]] void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed);

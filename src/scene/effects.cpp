@@ -15,6 +15,16 @@ bool Effects::has(std::string_view name) const {
   return std::ranges::any_of(entries_, [&](const Entry& entry) { return entry.kind->name == name; });
 }
 
+bool Effects::has(bool EffectKind::*flag) const {
+  return std::ranges::any_of(entries_, [&](const Entry& entry) { return entry.kind->*flag; });
+}
+
+std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&)) {
+  for (const Effects::Entry& entry : scene.effects)
+    if (const auto say = entry.kind->*number) return say(scene);
+  return {};
+}
+
 namespace {
 
 [[noreturn]] void refuse_namesakes(const std::string& name) {

@@ -33,6 +33,8 @@ class Effects {
     return const_cast<O*>(std::as_const(*this).find<O>());
   }
   bool has(std::string_view name) const;  ///< by the name of its table
+  /// Whether one is of a kind for which that is true: has(&EffectKind::field).
+  bool has(bool EffectKind::*flag) const;
   template <class O>
   bool has() const {
     return find<O>() != nullptr;

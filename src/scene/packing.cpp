@@ -129,7 +129,7 @@ void check_idle_keys(const Draft& draft) {
 
 void check_packing_keys(const Draft& draft) {
   const auto refuse_it = [&](int line, const std::string& sentence) { refuse(draft.scene.path, line, sentence); };
-  if (!draft.scene.effects.has("contact_potential")) {
+  if (!draft.scene.effects.has(&EffectKind::packing)) {
     const std::string needs = " needs the table [effects.contact_potential]: add it, or leave this out";
     if (!draft.walls.empty()) refuse_it(draft.walls.front().line, "[[wall]]" + needs);
     if (const int line = draft.line("minimize")) refuse_it(line, "[minimize]" + needs);
@@ -151,7 +151,7 @@ void check_packing_keys(const Draft& draft) {
 
 std::vector<Wall> build_walls(const Draft& draft) {
   const Scene& scene = draft.scene;
-  if (!scene.effects.has("contact_potential")) return {};
+  if (!scene.effects.has(&EffectKind::packing)) return {};
   std::vector<Wall> walls;
   if (scene.domain.walled) walls = sides_of_box(scene.domain, scene.dimension());
   for (std::size_t k = 0; k < draft.walls.size(); ++k) walls.push_back(build_wall(draft, draft.walls[k], k + 1));

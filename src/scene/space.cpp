@@ -76,7 +76,7 @@ void settle_dimension(Draft& draft) {
   domain.size = draft.domain_size.value;
   check_sides(draft, dimension);
   check_effects(draft, dimension);
-  if (!draft.scene.effects.has("contact_potential") && !draft.scene.reference) {
+  if (!draft.scene.effects.has(&EffectKind::packing) && !draft.scene.reference) {
     if (dimension == 3) check_plane_only(draft, "in three dimensions");
     if (periodic_side(domain) >= 0) check_plane_only(draft, "with a periodic side");
     if (const int line = draft.line("network"); line > 0 && periodic_side(domain) >= 0)

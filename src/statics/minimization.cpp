@@ -14,7 +14,6 @@
 #include "solvers/minimize/gradient_descent.hpp"
 #include "solvers/minimize/lbfgs.hpp"
 #include "solvers/minimize/newton_cg.hpp"
-#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/model/stopwatch.hpp"
 #include "src/statics/potential_energy.hpp"
@@ -88,10 +87,10 @@ double longest(std::span<const double> vectors, int dimension) {
 struct Minimization::Implementation {
   explicit Implementation(const Scene& s)
       : scene(s),
-        stiffness(s.effects.find<effects::ContactPotentialOptions>()->stiffness),
         diameter(mean_diameter(s)),
         order(spatial_order(s, diameter)),
         energy(reordered(s, order), threads_for(s)),
+        stiffness(energy.potential().stiffness()),
         method(scene.minimize.method == MinimizeMethod::lbfgs_newton ? MinimizeMethod::lbfgs : scene.minimize.method) {
     start(energy.model().bodies.position);
   }
@@ -161,10 +160,10 @@ struct Minimization::Implementation {
   }
 
   Scene scene;
-  double stiffness;        ///< J
   double diameter;         ///< m, mean
   std::vector<int> order;  ///< what is particle k here is particle order[k] of the scene
   statics::PotentialEnergy energy;
+  double stiffness;       ///< J
   MinimizeMethod method;  ///< the one in use
   double settled = 1e-4;  ///< the force (stiffness / diameter) from which on the contacts are taken to have settled
   std::unique_ptr<minimize::Minimizer> minimizer;
@@ -261,7 +260,9 @@ ColumnGroup Minimization::take_history() {
 }
 
 const analysis::Packing& Minimization::packing() {
-  if (!packing_ || packed_at_ != iteration()) packing_ = analysis::packing(bodies(), implementation_->scene);
+  const Implementation& self = *implementation_;
+  if (!packing_ || packed_at_ != iteration())
+    packing_ = analysis::packing(bodies(), self.scene, self.energy.potential());
   packed_at_ = iteration();
   return *packing_;
 }

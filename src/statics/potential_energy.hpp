@@ -25,6 +25,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
   void precondition(std::span<const double> r, std::span<double> z) const override;
 
   const Model& model() const { return model_; }
+  const effects::ContactPotential& potential() const { return potential_; }
 
  private:
   PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads);

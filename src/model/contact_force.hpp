@@ -2,7 +2,7 @@
 
 #include "solvers/geometry/host_device.hpp"
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 
 /// A damped contact of two grains at one instant, in reduced units (m = d0 = v = 1: pure numbers).
 struct ContactForce {
@@ -29,4 +29,4 @@ LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& pa
           parts.damping};
 }
 
-}  // namespace lichtenberg::effects
+}  // namespace lichtenberg

@@ -2,10 +2,10 @@
 
 #include <variant>
 
-#include "src/effects/linear_spring.hpp"
-#include "src/effects/viscoelastic.hpp"
+#include "src/model/linear_spring.hpp"
+#include "src/model/viscoelastic.hpp"
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 
 /// How grains in contact push each other.
 struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
@@ -19,4 +19,4 @@ GrainContactLaw elastic(const GrainContactLaw& law, double stiffness);
 /// of theirs is shorter. Hertz: 3.21806 (m_eff^2 / (E^2 speed))^(1/5); linear: pi sqrt(m_eff / A).
 double shortest_contact(const GrainContactLaw& law, double speed);
 
-}  // namespace lichtenberg::effects
+}  // namespace lichtenberg

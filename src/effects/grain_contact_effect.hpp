@@ -1,7 +1,7 @@
 #pragma once
 
-#include "src/effects/grain_contact_law.hpp"
 #include "src/model/effect.hpp"
+#include "src/model/grain_contact_law.hpp"
 
 namespace lichtenberg::effects {
 

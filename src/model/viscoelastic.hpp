@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "src/effects/contact_force.hpp"
+#include "src/model/contact_force.hpp"
 #include "src/model/pair_law.hpp"
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 
 /// Viscoelastic spheres, F = max(E xi^(3/2) + D sqrt(xi) xi', 0), xi the overlap (Brilliantov, Spahn, Hertzsch and
 /// Poeschel 1996), in reduced units. Two grains of diameter d0 = 1 have E and D as given; those of other radii have
@@ -42,4 +42,4 @@ struct ViscoelasticLaw {
   }
 };
 
-}  // namespace lichtenberg::effects
+}  // namespace lichtenberg

@@ -1,4 +1,4 @@
-#include "src/effects/linear_spring.hpp"
+#include "src/model/linear_spring.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 #include "solvers/error.hpp"
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 namespace {
 
 /// acos(z) / sqrt(1 - z^2), and what it goes on as beyond 1.
@@ -42,4 +42,4 @@ double linear_damping(double stiffness, double restitution, double effective_mas
   return (low + high) * std::sqrt(stiffness * effective_mass);
 }
 
-}  // namespace lichtenberg::effects
+}  // namespace lichtenberg

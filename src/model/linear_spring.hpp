@@ -1,9 +1,9 @@
 #pragma once
 
-#include "src/effects/contact_force.hpp"
+#include "src/model/contact_force.hpp"
 #include "src/model/pair_law.hpp"
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 
 /// Linear spring and dashpot, F = max(A xi + B xi', 0), xi the overlap (Cundall and Strack 1979), in reduced units. A
 /// spring of no geometry: all pairs have the same A and B whatever their radii, so that the restitution of a pair
@@ -50,4 +50,4 @@ LinearCollision linear_collision(const LinearSpringLaw& law, double effective_ma
 /// 0 < restitution <= 1.
 double linear_damping(double stiffness, double restitution, double effective_mass);
 
-}  // namespace lichtenberg::effects
+}  // namespace lichtenberg

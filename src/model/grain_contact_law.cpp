@@ -1,9 +1,9 @@
-#include "src/effects/grain_contact_law.hpp"
+#include "src/model/grain_contact_law.hpp"
 
 #include <cmath>
 #include <numbers>
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 namespace {
 
 ViscoelasticLaw elastic(ViscoelasticLaw law, double stiffness) { return {law.elastic * stiffness, 0}; }
@@ -28,4 +28,4 @@ double shortest_contact(const GrainContactLaw& law, double speed) {
   return std::visit([&](const auto& one) { return shortest(one, speed); }, law);
 }
 
-}  // namespace lichtenberg::effects
+}  // namespace lichtenberg

@@ -83,8 +83,8 @@ ConductorFrame second_frame() {
   return frame;
 }
 
-const std::vector<analysis::Contact> first_contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}};
-const std::vector<analysis::Contact> second_contacts{{0, analysis::to_ground}, {0, 1}, {0, 3}, {1, 2}, {1, 3}};
+const std::vector<analysis::Edge> first_contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}};
+const std::vector<analysis::Edge> second_contacts{{0, analysis::to_ground}, {0, 1}, {0, 3}, {1, 2}, {1, 3}};
 
 /// The run of both frames.
 Recorder saved_run(const std::string& path, const std::string& text = scene_text) {
@@ -226,7 +226,7 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
   const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
   pressed.position[0].y = 1e-3 - overlap;
   pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
-  const std::vector<analysis::Contact> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
+  const std::vector<analysis::Edge> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
   {
     const Scene scene = parse_scene(scene_text + elastic, "four.toml");
     Recorder recorder = Recorder::start(folder / "four.h5", scene, masses, false);

@@ -31,7 +31,7 @@ TEST_CASE("conductors are in contact when the gap between their surfaces is less
   const Ground none{{30, 30}, {}, {}};
   const auto in_contact = [&](double distance, double r1, double r2, double gap) {
     const std::vector<Vec2> position{{5, 5}, {5 + distance, 5}};
-    return contacts(position, std::vector<double>{r1, r2}, gap, none) == std::vector<Contact>{{0, 1}};
+    return contacts(position, std::vector<double>{r1, r2}, gap, none) == std::vector<Edge>{{0, 1}};
   };
   CHECK(in_contact(2.999, 1, 1, 1));
   CHECK_FALSE(in_contact(3.001, 1, 1, 1));
@@ -42,11 +42,11 @@ TEST_CASE("conductors are in contact when the gap between their surfaces is less
 
 TEST_CASE("contacts are listed once, in ascending order, the ground before conductors") {
   const std::vector<Vec2> position{{5, 4}, {5, 1.5}, {20, 1.5}};
-  CHECK_EQ(contacts(position, ones(3), 1, bottom), std::vector<Contact>{{0, 1}, {1, to_ground}, {2, to_ground}});
+  CHECK_EQ(contacts(position, ones(3), 1, bottom), std::vector<Edge>{{0, 1}, {1, to_ground}, {2, to_ground}});
 }
 
 TEST_CASE("a graph can be made from contacts that somebody else found") {
-  const ContactGraph graph = contact_graph(3, std::vector<Contact>{{0, 2}, {2, to_ground}});
+  const ContactGraph graph = contact_graph(3, std::vector<Edge>{{0, 2}, {2, to_ground}});
   CHECK_EQ(graph.neighbours, std::vector<std::vector<int>>{{2}, {}, {0}});
   CHECK_EQ(graph.grounded, std::vector<bool>{false, false, true});
 }

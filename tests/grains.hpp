@@ -73,7 +73,7 @@ struct Run {
   }
 
   granular::Gas gas;
-  std::unique_ptr<granular::Integrator> integrator;
+  std::unique_ptr<granular::GasIntegrator> integrator;
 };
 
 /// Two grains that meet along x at this relative speed, their surfaces `gap` apart, in the middle of the box.

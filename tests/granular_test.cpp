@@ -16,8 +16,8 @@
 
 using namespace lichtenberg;
 using granular::ContactLoad;
-using granular::EnergyBook;
 using granular::Gas;
+using granular::GasEnergy;
 using namespace lichtenberg::grains;
 
 namespace {
@@ -51,7 +51,7 @@ Scene polarized(double edge, double strength = 1, double exchange = 0.25) {
 
 struct End {
   std::vector<double> position, momentum, charge;
-  EnergyBook energy;
+  GasEnergy energy;
   std::int64_t collisions = 0;
 };
 
@@ -160,7 +160,7 @@ TEST_CASE("grains in several contacts: second order, energy falls, momentum stay
     double before = INFINITY;
     for (int n = 1; n <= 32; ++n) {
       run.to(0.05 * n);
-      const EnergyBook now = run.gas.energy();
+      const GasEnergy now = run.gas.energy();
       CHECK(now.kinetic + now.contact < before + 1e-3);
       before = now.kinetic + now.contact;
     }
@@ -193,7 +193,7 @@ TEST_CASE("a cluster cools to rest: energy falls at each instant, and forces bal
   const double dissipated = [&] {
     for (int n = 1; n <= 2000; ++n) {
       run.to(0.1 * n);
-      const EnergyBook now = run.gas.energy();
+      const GasEnergy now = run.gas.energy();
       const double left = now.kinetic + now.contact + now.potential;
       CHECK(left < before + 1e-4);
       before = left;
@@ -337,7 +337,7 @@ TEST_CASE("an elastic stage keeps energy and charges, and ends at its temperatur
     Run run(scene);
     const double before = run.gas.energy().kinetic;
     run.to(0.9);
-    const EnergyBook during = run.gas.energy();
+    const GasEnergy during = run.gas.energy();
     CHECK(run.gas.collisions > 100);
     CHECK(during.dissipated == 0);
     CHECK(during.driven == 0);
@@ -424,7 +424,7 @@ TEST_CASE("a gas that blows at random drives grains to its temperature") {
     run.to(5 * k);
     temperature += 2 * run.gas.energy().kinetic / (3 * n) / 10;
   }
-  const EnergyBook book = run.gas.energy();
+  const GasEnergy book = run.gas.energy();
   CHECK(temperature == doctest::Approx(0.01 * std::tanh(0.5)).epsilon(4 * std::sqrt(2.0 / (30 * n))));
   CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
 }

@@ -120,7 +120,7 @@ ParticlePacking column() {
           .radius = {1, 1, 1, 0.5},
           .walls = {{"bottom", {}, {0, 1, 0}}, {"top", {0, 5.4, 0}, {0, -1, 0}}}};
 }
-const std::vector<Electrode> walls = {{true, 0}, {true, 1}};
+const std::vector<PackingElectrode> walls = {{true, 0}, {true, 1}};
 
 }  // namespace
 

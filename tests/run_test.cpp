@@ -200,7 +200,7 @@ TEST_CASE("the recorded contacts are those of D 7.1 but for the hysteresis") {
   const auto inner = analysis::contacts(position, radius, discharge.gap, ground);
   const auto outer = analysis::contacts(position, radius, 1.001 * discharge.gap * (1 + discharge.hysteresis), ground);
   const std::vector<std::int32_t> pairs = hdf5::get<std::int32_t>(file, "network/contacts");
-  std::vector<analysis::Contact> recorded;
+  std::vector<analysis::Edge> recorded;
   for (size_t k = 0; k < pairs.size(); k += 2) recorded.emplace_back(pairs[k], pairs[k + 1]);
   std::sort(recorded.begin(), recorded.end());
   CHECK_GT(recorded.size(), 0);

@@ -165,9 +165,9 @@ Book charged_run(double end, double accuracy, double step, int contact_steps) {
   Run run(scene);
   const double start = run.gas.energy().total();
   run.to(2);
-  const granular::EnergyBook warm = run.gas.energy();
+  const granular::GasEnergy warm = run.gas.energy();
   run.to(2 + end);
-  const granular::EnergyBook last = run.gas.energy();
+  const granular::GasEnergy last = run.gas.energy();
   return {std::abs(warm.total() - start) / warm.kinetic, (last.total() - warm.total()) / last.dissipated,
           momentum(run.gas.bodies()) / std::sqrt(2 * grains_of_a_gas * last.kinetic)};
 }

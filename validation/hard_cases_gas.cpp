@@ -194,10 +194,10 @@ void elastic_gas(Report& report, bool all) {
     add_gas(scene, n, edge, 1);
     Run run(scene);
     run.to(1);  // forgets that no two were closer than 1.05
-    const granular::EnergyBook before = run.gas.energy();
+    const granular::GasEnergy before = run.gas.energy();
     const std::int64_t first = run.gas.collisions;
     run.to(1 + time);
-    const granular::EnergyBook after = run.gas.energy();
+    const granular::GasEnergy after = run.gas.energy();
     const double temperature = 2 * after.kinetic / (3 * n);
     const double expected = 0.5 * theory::collision_frequency(0.05, temperature) * n * time;
     const auto found = static_cast<double>(run.gas.collisions - first);
@@ -227,12 +227,12 @@ void cluster_at_rest(Report& report) {
   double before = INFINITY, rise = 0;
   for (int n = 1; n <= 1000; ++n) {
     run.to(0.1 * n);
-    const granular::EnergyBook now = run.gas.energy();
+    const granular::GasEnergy now = run.gas.energy();
     const double left = now.kinetic + now.contact + now.potential;
     rise = std::max(rise, left - before);
     before = left;
   }
-  const granular::EnergyBook end = run.gas.energy();
+  const granular::GasEnergy end = run.gas.energy();
   // Forces held for h = .01 are wrong by h F'/2 at its end, in ways h v: h^2 F' v / 2 a grain and step, of F' = 2 F
   // = 2.4 and v = 3 at the most 4e-4 of energies of 1, of either sign; twice that for twelve.
   report.at_most("largest rise of the energy between two looks", rise, 1e-3);

@@ -152,7 +152,7 @@ network::ParticlePacking reference_packing() {
   return packing;
 }
 
-const std::vector<network::Electrode> bottom_and_top = {{true, 2}, {true, 3}};
+const std::vector<network::PackingElectrode> bottom_and_top = {{true, 2}, {true, 3}};
 
 /// Contact points on the radical line: they differ from the program's where radii do.
 Network radical_network(const network::ParticlePacking& packing, const network::Contacts& contacts) {

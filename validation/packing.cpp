@@ -43,7 +43,7 @@ Result relaxed(const std::string& text) {
   Minimization minimization(result.scene);
   while (!minimization.at_rest() && minimization.iterate()) {
   }
-  if (!minimization.at_rest()) throw Failure("the relaxation found no rest");
+  if (!minimization.at_rest()) throw Failure("the minimization found no rest");
   result.bodies = minimization.bodies();
   result.energy = minimization.energy();
   result.largest_force = minimization.largest_force();

@@ -120,7 +120,7 @@ struct TreeFractions {
   /// A spanning tree, with its first node as the root.
   void add(const std::vector<analysis::Edge>& tree, std::span<const Vec2> point) {
     const int nodes = static_cast<int>(point.size());
-    std::vector<analysis::Contact> contacts(tree.begin(), tree.end());
+    std::vector<analysis::Edge> contacts(tree.begin(), tree.end());
     contacts.emplace_back(0, analysis::to_ground);
     const std::vector<int> next = analysis::successors(analysis::contact_graph(nodes, contacts), point);
     add(analysis::degree_numbers(nodes, tree), analysis::strahler_distribution(next, analysis::strahler_numbers(next)),

@@ -110,7 +110,7 @@ struct Checks {
 
   void add_degrees(const std::vector<Vec2>& point, const std::vector<Edge>& tree) {
     const int n = static_cast<int>(point.size());
-    const ContactGraph graph = contact_graph(n, std::vector<Contact>(tree.begin(), tree.end()));
+    const ContactGraph graph = contact_graph(n, std::vector<Edge>(tree.begin(), tree.end()));
     double degrees = 0;
     for (int i = 0; i < n; ++i) {
       const std::vector<int>& next = graph.neighbours[i];
@@ -294,7 +294,7 @@ Scene small_dendrite(int seed) {
 /// As the run made its contacts.
 Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, const Scene& scene) {
   const int n = static_cast<int>(frame.position.size());
-  std::vector<Contact> contacts;
+  std::vector<Edge> contacts;
   for (const auto& [conductor, partner] : simulation.contacts())
     contacts.emplace_back(conductor, partner < n ? partner : to_ground);
   return topology(analysis::network(std::move(contacts), frame.position), frame.position,

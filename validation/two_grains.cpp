@@ -74,7 +74,7 @@ void captured(Report& report, const Bound& bound, double speed) {
   Run run(scene_with(bound.integrator, speed));
   const double before = run.gas.energy().total();
   run.to(60);
-  const granular::EnergyBook end = run.gas.energy();
+  const granular::GasEnergy end = run.gas.energy();
   const double exact = before - theory::static_energy(free_pair);
   report.at_most(fmt::format("{}, {:g}: dissipated in all", name_of(bound.integrator), speed),
                  std::abs(end.dissipated - exact) / exact, std::max(2 * bound.speed, 1e-9));

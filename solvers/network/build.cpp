@@ -14,7 +14,7 @@ namespace {
 struct ElectrodeOf {
   std::vector<int> wall, particle;
 
-  ElectrodeOf(const ParticlePacking& packing, const std::vector<Electrode>& electrodes)
+  ElectrodeOf(const ParticlePacking& packing, const std::vector<PackingElectrode>& electrodes)
       : wall(packing.walls.size(), -1), particle(packing.size(), -1) {
     for (std::size_t e = 0; e < electrodes.size(); ++e)
       (electrodes[e].wall ? wall : particle)[electrodes[e].index] = static_cast<int>(e);
@@ -22,7 +22,7 @@ struct ElectrodeOf {
 };
 
 /// Where a wall that is an electrode is drawn, and cut by the dissection: it is not eliminated, so it does not matter.
-Point place(const ParticlePacking& packing, const Electrode& electrode) {
+Point place(const ParticlePacking& packing, const PackingElectrode& electrode) {
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
 }
 
@@ -41,7 +41,7 @@ struct Touching {
 }  // namespace
 
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                                const Parameters& parameters, const std::vector<Electrode>& electrodes) {
+                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {
   if (model.path == nullptr)
     throw InputError(
         fmt::format("the resistor model \"{}\" is one of contacts on a particle: a contact-centred network "
@@ -51,7 +51,7 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
   PackingNetwork result;
   Network& network = result.network;
   network.position = packing.position;
-  for (const Electrode& electrode : electrodes) {
+  for (const PackingElectrode& electrode : electrodes) {
     result.electrode.push_back(electrode.wall ? static_cast<int>(network.position.size()) : electrode.index);
     if (electrode.wall) network.position.push_back(place(packing, electrode));
   }
@@ -86,7 +86,8 @@ namespace {
 /// The nodes of a contact-centred network, and what touches each particle.
 class ContactNodes {
  public:
-  ContactNodes(const ParticlePacking& packing, const Contacts& contacts, const std::vector<Electrode>& electrodes)
+  ContactNodes(const ParticlePacking& packing, const Contacts& contacts,
+               const std::vector<PackingElectrode>& electrodes)
       : packing_(packing),
         contacts_(contacts),
         electrodes_(electrodes),
@@ -120,7 +121,7 @@ class ContactNodes {
       node_[k] = static_cast<int>(position.size());
       position.push_back(contact_point(packing_, contacts_.pairs[k]));
     }
-    for (const Electrode& electrode : electrodes_) {
+    for (const PackingElectrode& electrode : electrodes_) {
       electrode_node.push_back(static_cast<int>(position.size()));
       position.push_back(place(packing_, electrode));
     }
@@ -151,7 +152,7 @@ class ContactNodes {
 
   const ParticlePacking& packing_;
   const Contacts& contacts_;
-  const std::vector<Electrode>& electrodes_;
+  const std::vector<PackingElectrode>& electrodes_;
   ElectrodeOf electrode_of_;
   std::vector<int> node_;  // by pair
 
@@ -164,7 +165,7 @@ class ContactNodes {
 }  // namespace
 
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                               const Parameters& parameters, const std::vector<Electrode>& electrodes) {
+                               const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {
   check_particles(model, parameters, packing.radius, dimension(packing));
   ContactNodes nodes(packing, contacts, electrodes);
   const Touching& touching = nodes.touching;

@@ -23,13 +23,13 @@ struct PackingNetwork {
 /// the walls that are electrodes.
 /// Throws InputError if the model has no resistor for that, or as check_particles does.
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                                const Parameters& parameters, const std::vector<Electrode>& electrodes);
+                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 
 /// A node a contact, links between all contacts of a particle. Nodes are the contacts between particles that are no
 /// electrodes, in their order, then the electrodes: contacts with one of those belong to it.
 /// Throws InputError if two electrodes touch each other: their contact would have to be at two potentials; and as
 /// check_particles does.
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                               const Parameters& parameters, const std::vector<Electrode>& electrodes);
+                               const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 
 }  // namespace lichtenberg::network

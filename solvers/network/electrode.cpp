@@ -24,7 +24,7 @@ std::optional<int> number(const std::string& text) {
   return value;
 }
 
-Electrode read_electrode(const std::string& name, const std::vector<std::string>& walls, int particles) {
+PackingElectrode read_electrode(const std::string& name, const std::vector<std::string>& walls, int particles) {
   if (const auto wall = std::ranges::find(walls, name); wall != walls.end())
     return {.wall = true, .index = static_cast<int>(wall - walls.begin())};
   const std::optional<int> particle = number(name);
@@ -38,12 +38,12 @@ Electrode read_electrode(const std::string& name, const std::vector<std::string>
 
 }  // namespace
 
-std::vector<Electrode> read_electrodes(const std::string& between, const std::vector<std::string>& walls,
-                                       int particles) {
+std::vector<PackingElectrode> read_electrodes(const std::string& between, const std::vector<std::string>& walls,
+                                              int particles) {
   const std::size_t comma = between.find(',');
   if (comma == std::string::npos || between.find(',', comma + 1) != std::string::npos)
     throw InputError(fmt::format("\"{}\" is not allowed: two electrodes are needed, as in bottom,top", between));
-  const std::vector<Electrode> electrodes = {
+  const std::vector<PackingElectrode> electrodes = {
       read_electrode(without_blanks(between.substr(0, comma)), walls, particles),
       read_electrode(without_blanks(between.substr(comma + 1)), walls, particles)};
   if (electrodes[0] == electrodes[1])

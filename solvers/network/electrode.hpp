@@ -6,17 +6,17 @@
 namespace lichtenberg::network {
 
 /// A wall or a particle that is held at a potential; it is one node of the network. Other walls insulate.
-struct Electrode {
+struct PackingElectrode {
   bool wall = false;
   int index = 0;
 
-  friend bool operator==(const Electrode&, const Electrode&) = default;
+  friend bool operator==(const PackingElectrode&, const PackingElectrode&) = default;
 };
 
 /// The two electrodes of a text such as "bottom,top" or "0, top": walls by name, particles by number. Throws InputError
 /// unless it names two of them, different ones.
-std::vector<Electrode> read_electrodes(const std::string& between, const std::vector<std::string>& walls,
-                                       int particles);
+std::vector<PackingElectrode> read_electrodes(const std::string& between, const std::vector<std::string>& walls,
+                                              int particles);
 
 /// Whether an electrode can be called so: not empty, no number, no comma in it and no blank at its ends.
 bool is_electrode_name(const std::string& name);

@@ -11,7 +11,7 @@
 namespace lichtenberg::network {
 namespace {
 
-double height(const Point& p, const Wall& wall) {
+double height(const Point& p, const PackingWall& wall) {
   return (p[0] - wall.point[0]) * wall.normal[0] + (p[1] - wall.point[1]) * wall.normal[1] +
          (p[2] - wall.point[2]) * wall.normal[2];
 }
@@ -136,7 +136,7 @@ Point contact_point(const ParticlePacking& packing, const ParticleContact& conta
 
 Point contact_point(const ParticlePacking& packing, const ParticleWallContact& contact) {
   const Point& p = packing.position[contact.particle];
-  const Wall& wall = packing.walls[contact.wall];
+  const PackingWall& wall = packing.walls[contact.wall];
   const double h = height(p, wall);
   return {p[0] - h * wall.normal[0], p[1] - h * wall.normal[1], p[2] - h * wall.normal[2]};
 }

@@ -8,7 +8,7 @@
 namespace lichtenberg::network {
 
 /// A flat wall: the packing lies on the side to which the normal points.
-struct Wall {
+struct PackingWall {
   std::string name;
   Point point{}, normal{};  ///< m; of length 1
 };
@@ -17,7 +17,7 @@ struct Wall {
 struct ParticlePacking {
   std::vector<Point> position;
   std::vector<double> radius;  ///< m
-  std::vector<Wall> walls;
+  std::vector<PackingWall> walls;
   /// [N], or empty for all alike: by what a particle's material resists more than the model's parameters say.
   std::vector<double> resistivity;
 

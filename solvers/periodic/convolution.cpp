@@ -19,12 +19,9 @@ Convolution::Convolution(std::array<int, 3> points, int halo)
       halo_(halo),
       row_(whole_vectors(points[2] + halo)),
       column_(whole_vectors(2 * (points[2] / 2 + 1)) / 2) {
-  const auto numbers = [](std::ptrdiff_t count) {
-    return Numbers(static_cast<double*>(::operator new[](count * sizeof(double), std::align_val_t{64})));
-  };
   const auto [nx, ny, nz] = points_;
-  mesh_ = numbers(plane() * nx);
-  modes_ = numbers(2 * column_ * nx * ny);
+  mesh_ = make_fftw_numbers(plane() * nx);
+  modes_ = make_fftw_numbers(2 * column_ * nx * ny);
   const std::array plane_points{ny, nz}, rows{ny, static_cast<int>(row_)}, columns{ny, static_cast<int>(row_ / 2)};
   auto* transformed = reinterpret_cast<fftw_complex*>(data());
   forward_.reset(fftw_plan_many_dft_r2c(2, plane_points.data(), 1, data(), rows.data(), 1, 0, transformed,
@@ -32,8 +29,8 @@ Convolution::Convolution(std::array<int, 3> points, int halo)
   backward_.reset(fftw_plan_many_dft_c2r(2, plane_points.data(), 1, transformed, columns.data(), 1, 0, data(),
                                          rows.data(), 1, 0, plan_flags));
   const auto sheet = [&](int direction) {
-    return Plan(fftw_plan_many_dft(1, &points_[0], nz / 2 + 1, modes(0, 0), nullptr, static_cast<int>(column_), 1,
-                                   modes(0, 0), nullptr, static_cast<int>(column_), 1, direction, plan_flags));
+    return FftwPlan(fftw_plan_many_dft(1, &points_[0], nz / 2 + 1, modes(0, 0), nullptr, static_cast<int>(column_), 1,
+                                       modes(0, 0), nullptr, static_cast<int>(column_), 1, direction, plan_flags));
   };
   sheet_forward_ = sheet(FFTW_FORWARD);
   sheet_backward_ = sheet(FFTW_BACKWARD);

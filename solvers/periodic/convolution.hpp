@@ -1,13 +1,10 @@
 #pragma once
 
-#include <fftw3.h>
-
 #include <array>
-#include <memory>
-#include <new>
+#include <cstddef>
 #include <span>
-#include <type_traits>
 
+#include "solvers/fftw.hpp"
 #include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::periodic {
@@ -33,15 +30,6 @@ class Convolution {
   void apply(std::span<const double> factor, parallel::Team& team);
 
  private:
-  struct PlanDeleter {
-    void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
-  };
-  using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
-  struct Free {
-    void operator()(double* p) const { ::operator delete[](p, std::align_val_t{64}); }
-  };
-  using Numbers = std::unique_ptr<double[], Free>;
-
   fftw_complex* modes(int x, int y) {
     return reinterpret_cast<fftw_complex*>(modes_.get()) + (static_cast<std::ptrdiff_t>(y) * points_[0] + x) * column_;
   }
@@ -52,10 +40,10 @@ class Convolution {
   std::array<int, 3> points_;
   int halo_;
   std::ptrdiff_t row_, column_;  ///< numbers in a row of the mesh, modes in one of the transform
-  Numbers mesh_;                 ///< [x][y][row_]
-  Numbers modes_;            ///< complex, [y][x][column_]: the sheet of one y is together, for the transform along x
-  Plan forward_, backward_;  ///< of one plane, from the mesh to the modes and back
-  Plan sheet_forward_, sheet_backward_;  ///< of one sheet, in place
+  FftwNumbers mesh_;             ///< [x][y][row_]
+  FftwNumbers modes_;  ///< complex, [y][x][column_]: the sheet of one y is together, for the transform along x
+  FftwPlan forward_, backward_;              ///< of one plane, from the mesh to the modes and back
+  FftwPlan sheet_forward_, sheet_backward_;  ///< of one sheet, in place
 };
 
 }  // namespace lichtenberg::periodic

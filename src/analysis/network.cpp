@@ -27,12 +27,12 @@ double gap(const Disk& disk, const Ground& ground) {
   return smallest;
 }
 
-std::vector<Contact> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
-                              const Ground& ground) {
+std::vector<Edge> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                           const Ground& ground) {
   Bodies bodies;
   for (const Vec2 p : position) bodies.position.insert(bodies.position.end(), {p.x, p.y});
   bodies.radius.assign(radius.begin(), radius.end());
-  std::vector<Contact> found;
+  std::vector<Edge> found;
   for (int i = 0; i < bodies.size(); ++i)
     if (gap(Disk{position[i], radius[i]}, ground) < contact_gap) found.emplace_back(i, to_ground);
   for (const auto [i, j] : pairs_closer_than(bodies, contact_gap)) found.emplace_back(i, j);
@@ -40,7 +40,7 @@ std::vector<Contact> contacts(std::span<const Vec2> position, std::span<const do
   return found;
 }
 
-ContactGraph contact_graph(int conductors, std::span<const Contact> contacts) {
+ContactGraph contact_graph(int conductors, std::span<const Edge> contacts) {
   ContactGraph graph{std::vector<std::vector<int>>(conductors), std::vector<bool>(conductors)};
   for (const auto& [i, j] : contacts) {
     if (j == to_ground) {
@@ -134,7 +134,7 @@ DegreeRelations degree_relations(const DegreeDistribution& degrees, int conducto
           .f4_printed = f4 - (f1 - b)};
 }
 
-ContactNetwork network(std::vector<Contact> contacts, std::span<const Vec2> position) {
+ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec2> position) {
   ContactNetwork result;
   result.contacts = std::move(contacts);
   const ContactGraph graph = contact_graph(static_cast<int>(position.size()), result.contacts);

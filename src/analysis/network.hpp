@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/geometry/shape.hpp"
+#include "src/analysis/edge.hpp"
 #include "src/model/frame.hpp"
 #include "src/scene/scene.hpp"
 
@@ -26,14 +27,11 @@ double gap(const Disk& disk, const Ground& ground);
 constexpr int to_ground = -1;    ///< in place of a conductor's index: the ground
 constexpr int unconnected = -2;  ///< in place of a successor: no path to the ground
 
-/// A conductor, and what it is in direct electrical contact with: a conductor of larger index, or `to_ground`.
-using Contact = std::pair<int, int>;
-
-/// All contacts, in ascending order, by the criterion D 7.1: those whose surface-to-surface gap is less than
-/// `contact_gap` (m). D asks for centres closer than 3R, which for equal radii is a contact gap of R. A run also
-/// remembers which contacts it made; its own list is the better one.
-std::vector<Contact> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
-                              const Ground& ground);
+/// All contacts as edges (`to_ground` is the ground), in ascending order, by the criterion D 7.1: those whose
+/// surface-to-surface gap is less than `contact_gap` (m). D asks for centres closer than 3R, which for equal radii is a
+/// contact gap of R. A run also remembers which contacts it made; its own list is the better one.
+std::vector<Edge> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
+                           const Ground& ground);
 
 /// The undirected network G of contacts.
 struct ContactGraph {
@@ -41,7 +39,7 @@ struct ContactGraph {
   std::vector<bool> grounded;                ///< in contact with the ground
 };
 
-ContactGraph contact_graph(int conductors, std::span<const Contact> contacts);
+ContactGraph contact_graph(int conductors, std::span<const Edge> contacts);
 
 /// Direct successors, the anti-arborescence A rooted at the ground (D 7.2): conductors in contact with the ground have
 /// it as successor; then, round by round, each conductor without one takes the nearest (centre to centre; of equally
@@ -90,13 +88,13 @@ DegreeRelations degree_relations(const DegreeDistribution& degrees, int conducto
 
 /// The network at one instant: what a run records and a picture shows.
 struct ContactNetwork {
-  std::vector<Contact> contacts;
+  std::vector<Edge> contacts;
   std::vector<int> successor;  ///< see successors()
   DegreeDistribution degrees;
 };
 
 /// Successors and degrees in one go.
-ContactNetwork network(std::vector<Contact> contacts, std::span<const Vec2> position);
+ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec2> position);
 
 /// Its contacts (a list), the successors and the counts of connected conductors, endpoints and branch points.
 void add_columns(const ContactNetwork& network, Frame& frame);

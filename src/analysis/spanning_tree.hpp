@@ -1,15 +1,12 @@
 #pragma once
 
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "solvers/geometry/vec.hpp"
+#include "src/analysis/edge.hpp"
 
 namespace lichtenberg::analysis {
-
-/// Two points, the smaller index first.
-using Edge = std::pair<int, int>;
 
 /// The edges of a Delaunay triangulation, in ascending order, each once. They hold a Euclidean minimum spanning tree.
 ///

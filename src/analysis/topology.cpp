@@ -24,7 +24,7 @@ int nearest_to_ground(std::span<const Vec2> position, std::span<const double> ra
 
 /// The tree with all edges leading to `root`, whose successor is the ground.
 std::vector<int> directed_to(int root, std::span<const Edge> edges, std::span<const Vec2> position) {
-  std::vector<Contact> contacts(edges.begin(), edges.end());
+  std::vector<Edge> contacts(edges.begin(), edges.end());
   contacts.emplace_back(root, to_ground);
   return successors(contact_graph(static_cast<int>(position.size()), contacts), position);
 }

@@ -83,8 +83,7 @@ class Analyser {
 
   /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
   /// contacts that close a loop and are kept by hysteresis alone are missing.
-  std::vector<analysis::Contact> contacts(int index, const ConductorFrame& frame,
-                                          const analysis::Ground& ground) const {
+  std::vector<analysis::Edge> contacts(int index, const ConductorFrame& frame, const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
     auto found =
         analysis::contacts(frame.position, radius_, number_in(scene_, &EffectKind::contact_gap).value_or(0), ground);

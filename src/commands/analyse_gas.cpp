@@ -38,7 +38,7 @@ ClusterState state_of(const Bodies& bodies, std::span<const std::int32_t> number
   return state;
 }
 
-std::vector<Pair> pairs_of(const std::optional<std::vector<analysis::Contact>>& contacts) {
+std::vector<Pair> pairs_of(const std::optional<std::vector<analysis::Edge>>& contacts) {
   std::vector<Pair> pairs;
   if (contacts)
     for (const auto& [i, j] : *contacts) pairs.push_back({i, j});

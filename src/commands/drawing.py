@@ -19,7 +19,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
 
 TO_GROUND, UNCONNECTED = -1, -2
-STEEL, INK, LOOSE, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
+STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 MM = 1e3  # millimetres a metre: all drawings are in millimetres
 
 
@@ -227,7 +227,7 @@ def draw_disks(axes, snapshot, chosen, **style):
 def draw_conductors(axes, snapshot):
     """Connected ones as steel, the others in a colour that no potential has."""
     draw_disks(axes, snapshot, snapshot.connected, facecolor=STEEL)
-    draw_disks(axes, snapshot, ~snapshot.connected, facecolor=LOOSE)
+    draw_disks(axes, snapshot, ~snapshot.connected, facecolor=ISOLATED)
 
 
 def draw_potential(axes, snapshot):
@@ -301,7 +301,7 @@ def draw_legend(axes, snapshot):
     style = {"linestyle": "", "marker": "o", "markersize": 6, "markeredgecolor": INK, "markeredgewidth": 0.6}
     handles = [
         Line2D([], [], markerfacecolor=colour, label=label, **style)
-        for colour, label in [(STEEL, "connected to the ground"), (LOOSE, "not connected")]
+        for colour, label in [(STEEL, "connected to the ground"), (ISOLATED, "not connected")]
     ]
     where = {"loc": "upper right", "bbox_to_anchor": (1, 0), "ncols": 2, "borderaxespad": 0.5, "handletextpad": 0}
     axes.legend(handles=handles, frameon=False, **where)

@@ -57,7 +57,7 @@ void add_fractions(Quantities& quantities, const std::string& suffix, const anal
 /// only contact with the ground is kept by hysteresis, none would be left).
 void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& network, const Scene& scene,
                         const std::vector<Vec2>& position, const std::vector<double>& radius) {
-  std::vector<analysis::Contact> tree;
+  std::vector<analysis::Edge> tree;
   for (int i = 0; i < static_cast<int>(position.size()); ++i) {
     const int next = network.successor[i];
     if (next == analysis::to_ground) tree.emplace_back(i, next);

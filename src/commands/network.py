@@ -18,7 +18,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize
 
 COLOURS = "viridis"
-LOOSE = "#f2d7d5"  # particles that no path joins to an electrode
+ISOLATED = "#f2d7d5"  # particles that no path joins to an electrode
 PALE = "#f0f0f0"
 
 
@@ -127,7 +127,7 @@ def read_network(file, model):
 def draw_particles(axes, network):
     diameter = 2 * network.radius
     colours = np.full(len(diameter), PALE, dtype="U7")
-    colours[network.isolated] = LOOSE
+    colours[network.isolated] = ISOLATED
     place = {"units": "xy", "offsets": network.position, "offset_transform": axes.transData}
     style = {"facecolor": colours, "edgecolor": "#b0b0b0", "linewidth": 0.3, "zorder": 1}
     axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))

@@ -24,13 +24,13 @@ std::vector<network::Point> points(const std::vector<double>& numbers) {
 }
 
 /// Those of the file, or the sides of its domain.
-std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
+std::vector<network::PackingWall> read_walls(const hdf5::Handle& file) {
   if (!hdf5::exists(file, "scene/walls")) {
     const std::vector<double> size = hdf5::get<double>(file, "scene/domain/size");
-    std::vector<network::Wall> sides = {{"left", {}, {1, 0, 0}},
-                                        {"right", {size[0], 0, 0}, {-1, 0, 0}},
-                                        {"bottom", {}, {0, 1, 0}},
-                                        {"top", {0, size[1], 0}, {0, -1, 0}}};
+    std::vector<network::PackingWall> sides = {{"left", {}, {1, 0, 0}},
+                                               {"right", {size[0], 0, 0}, {-1, 0, 0}},
+                                               {"bottom", {}, {0, 1, 0}},
+                                               {"top", {0, size[1], 0}, {0, -1, 0}}};
     if (!hdf5::exists(file, "scene/domain/height")) return sides;
     const double height = hdf5::get<double>(file, "scene/domain/height").at(0);
     sides.push_back({"front", {}, {0, 0, 1}});
@@ -42,7 +42,7 @@ std::vector<network::Wall> read_walls(const hdf5::Handle& file) {
   const auto point = points(hdf5::get<double>(group, "point")), normal = points(hdf5::get<double>(group, "normal"));
   if (point.size() != names.size() || normal.size() != names.size())
     throw hdf5::Error("scene/walls has not one point and one normal for each name");
-  std::vector<network::Wall> walls;
+  std::vector<network::PackingWall> walls;
   for (std::size_t k = 0; k < names.size(); ++k) walls.push_back({names[k], point[k], normal[k]});
   return walls;
 }
@@ -55,9 +55,9 @@ network::ParticlePacking read_frame(const ResultFile& result, int frame) {
   return packing;
 }
 
-std::vector<network::Electrode> electrodes_of(const PackingFrame& frame, const std::string& between) {
+std::vector<network::PackingElectrode> electrodes_of(const PackingFrame& frame, const std::string& between) {
   std::vector<std::string> walls;
-  for (const network::Wall& wall : frame.packing.walls) walls.push_back(wall.name);
+  for (const network::PackingWall& wall : frame.packing.walls) walls.push_back(wall.name);
   try {
     return network::read_electrodes(between, walls, frame.packing.size());
   } catch (const InputError& error) {
@@ -66,7 +66,7 @@ std::vector<network::Electrode> electrodes_of(const PackingFrame& frame, const s
 }
 
 /// Which particles a path of contacts joins to one of the electrodes.
-std::vector<char> joined(const PackingFrame& frame, const std::vector<network::Electrode>& electrodes) {
+std::vector<char> joined(const PackingFrame& frame, const std::vector<network::PackingElectrode>& electrodes) {
   const network::PackingNetwork paths = particle_network(
       frame.packing, frame.contacts, network::resistor_model("constant"), {.resistance = 1}, electrodes);
   const std::vector<int> piece = network::components(paths.network).of;
@@ -76,7 +76,7 @@ std::vector<char> joined(const PackingFrame& frame, const std::vector<network::E
   return result;
 }
 
-void sort_particles(const PackingFrame& frame, const std::vector<network::Electrode>& electrodes,
+void sort_particles(const PackingFrame& frame, const std::vector<network::PackingElectrode>& electrodes,
                     SolvedNetwork& solved) {
   std::vector<char> carries(frame.packing.size(), 0);
   for (std::size_t k = 0; k < solved.network.network.links.size(); ++k) {
@@ -85,7 +85,7 @@ void sort_particles(const PackingFrame& frame, const std::vector<network::Electr
     if (const int second = solved.network.second_particle[k]; second >= 0) carries[second] = 1;
   }
   // A contact-centred network has no links in these: their contacts are one node.
-  for (const network::Electrode& electrode : electrodes)
+  for (const network::PackingElectrode& electrode : electrodes)
     if (!electrode.wall && solved.conduction.connected) carries[electrode.index] = 1;
   const std::vector<char> has_path = joined(frame, electrodes);
   for (int i = 0; i < frame.packing.size(); ++i)

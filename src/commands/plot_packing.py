@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 import drawing
 
-FORCE, RATTLER, BEHIND = "#0c7bdc", drawing.LOOSE, "#7a7a7a"
+FORCE, RATTLER, BEHIND = "#0c7bdc", drawing.ISOLATED, "#7a7a7a"
 
 
 def is_packing(path):
@@ -53,7 +53,7 @@ class DrawnPacking:
 
 def draw_particles(axes, packing):
     order = np.argsort(-packing.depth) if packing.spatial else np.arange(len(packing.radius))
-    face = np.array([RATTLER if loose else drawing.STEEL for loose in packing.rattler], dtype=object)
+    face = np.array([RATTLER if rattler else drawing.STEEL for rattler in packing.rattler], dtype=object)
     if packing.spatial:
         near = np.clip(1 - packing.depth / max(packing.depth.max(), 1e-300), 0, 1)
         low, high = (np.array(plt.matplotlib.colors.to_rgb(c)) for c in (BEHIND, drawing.STEEL))

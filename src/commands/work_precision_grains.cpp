@@ -40,7 +40,7 @@ class GasTrial : public Trial {
       integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
     }
     places_ = unwrapped(gas.bodies());
-    const granular::EnergyBook book = gas.energy();
+    const granular::GasEnergy book = gas.energy();
     left_over_ = std::abs(book.total() - energy) / (book.kinetic + book.dissipated);
     steps_ = gas.contact_steps;
   }

@@ -12,7 +12,7 @@ constexpr double tolerance = 1e-13;  ///< of a step, in each component
 
 /// From one event of a contact - touch, clamp, release - to the next by CVODE's Adams formulas, with the square root of
 /// the time since the last touch in place of time: a contact is smooth in it. Charges move at the instant of touch.
-class Cvode final : public Integrator {
+class Cvode final : public GasIntegrator {
  public:
   double longest_step(const Gas& gas) const override { return gas.scene().mechanics.step; }
 
@@ -147,6 +147,6 @@ class Cvode final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_cvode() { return std::make_unique<Cvode>(); }
+std::unique_ptr<GasIntegrator> make_cvode() { return std::make_unique<Cvode>(); }
 
 }  // namespace lichtenberg::granular

@@ -55,8 +55,8 @@ Gas::Gas(const Scene& scene)
 
 double Gas::fastest() const { return granular::fastest(model_.bodies); }
 
-EnergyBook Gas::energy() {
-  EnergyBook book = book_;
+GasEnergy Gas::energy() {
+  GasEnergy book = book_;
   book.kinetic = model_.kinetic_energy();
   book.contact = stored_energy(law_, model_.bodies, contacts_);
   book.potential = potential_energy();

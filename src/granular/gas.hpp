@@ -7,7 +7,7 @@
 
 #include "src/granular/contact_motion.hpp"
 #include "src/granular/contacts.hpp"
-#include "src/granular/energy_book.hpp"
+#include "src/granular/gas_energy.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/granular/restitution_check.hpp"
 #include "src/model/checkpoint.hpp"
@@ -40,7 +40,7 @@ class Gas {
   parallel::Team& team() { return *team_; }
 
   /// The energy as it is, with what has been booked so far.
-  EnergyBook energy();
+  GasEnergy energy();
   double fastest() const;  ///< the largest speed
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
@@ -106,7 +106,7 @@ class Gas {
   std::vector<GrainContact> contacts_;   ///< in ascending order of pairs
   ContactRecord record_;
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
-  EnergyBook book_;                   ///< the flows
+  GasEnergy book_;                    ///< the flows
   GasSeconds seconds_;
   double time_ = 0;
   std::size_t stage_ = 0;

@@ -17,7 +17,7 @@ constexpr Corrector as_printed = {3.0 / 16, 251.0 / 360, 1, 11.0 / 18, 1.0 / 6, 
 /// Gear's method for second-order equations: places and their first five derivatives are carried on as polynomials and
 /// corrected by the forces found there (G 3.37 to 3.41, with the powers of dt that 3.37 lacks). It is of order 6 where
 /// forces are smooth, which contacts are not at either end.
-class Gear final : public Integrator {
+class Gear final : public GasIntegrator {
  public:
   explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
 
@@ -113,6 +113,8 @@ class Gear final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_gear(bool printed) { return std::make_unique<Gear>(printed ? as_printed : corrected); }
+std::unique_ptr<GasIntegrator> make_gear(bool printed) {
+  return std::make_unique<Gear>(printed ? as_printed : corrected);
+}
 
 }  // namespace lichtenberg::granular

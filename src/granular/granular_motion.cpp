@@ -47,7 +47,7 @@ struct GranularMotion::Implementation {
 
   static constexpr int notes_a_frame = 10;
   Gas gas;
-  std::unique_ptr<granular::Integrator> integrator;
+  std::unique_ptr<granular::GasIntegrator> integrator;
   double energy_at_start;
   std::optional<HomogeneousGas> theory;
   std::vector<Note> notes;
@@ -102,7 +102,7 @@ Frame GranularMotion::frame() {
   std::vector<std::int32_t> pairs;
   for (const auto& [i, j] : pairs_in_contact(self.gas)) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);
-  const EnergyBook energy = self.gas.energy();
+  const GasEnergy energy = self.gas.energy();
   for (const auto& [name, value] : {std::pair{"kinetic_energy", energy.kinetic},
                                     {"contact_energy", energy.contact},
                                     {"potential_energy", energy.potential},

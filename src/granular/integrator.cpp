@@ -6,8 +6,8 @@
 
 namespace lichtenberg::granular {
 
-std::unique_ptr<Integrator> make_integrator(lichtenberg::Integrator which) {
-  using enum lichtenberg::Integrator;
+std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
+  using enum Integrator;
   switch (which) {
     case verlet:
       return make_verlet();

@@ -7,9 +7,9 @@
 namespace lichtenberg::granular {
 
 /// A way to carry a gas on by one step.
-class Integrator {
+class GasIntegrator {
  public:
-  virtual ~Integrator() = default;
+  virtual ~GasIntegrator() = default;
   /// The longest step that it may take from here. Throws InputError if the scene's is too long.
   virtual double longest_step(const Gas& gas) const = 0;
   /// Carries the gas on to `end`, at most a longest step away.
@@ -25,16 +25,16 @@ class Integrator {
 };
 
 /// Smooth forces held over steps, in which contacts are followed by ContactMotion.
-std::unique_ptr<Integrator> make_multirate();
+std::unique_ptr<GasIntegrator> make_multirate();
 /// Velocity Verlet with predicted velocities, all forces at once.
-std::unique_ptr<Integrator> make_verlet();
+std::unique_ptr<GasIntegrator> make_verlet();
 /// Gear's predictor and corrector of order 6, all forces at once; `printed`: with G 3.41's coefficients as they are
 /// printed.
-std::unique_ptr<Integrator> make_gear(bool printed);
+std::unique_ptr<GasIntegrator> make_gear(bool printed);
 /// CVODE at 1e-13, from one event of a contact to the next: the reference, for few grains.
-std::unique_ptr<Integrator> make_cvode();
+std::unique_ptr<GasIntegrator> make_cvode();
 
-std::unique_ptr<Integrator> make_integrator(lichtenberg::Integrator which);
+std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
 /// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many.
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact);

@@ -7,7 +7,7 @@ namespace {
 /// right: velocity Verlet for the charges. Where nothing touches it is the same as impulses at both ends of a step
 /// (Tuckerman, Berne and Martyna 1992); but impulses shake contacts that hold a bound pair, which dissipate what they
 /// gain by it, step after step. Charges move from grain to grain between two steps, each with its own charges.
-class Multirate final : public Integrator {
+class Multirate final : public GasIntegrator {
  public:
   double longest_step(const Gas& gas) const override {
     const double speed = gas.fastest(), most = gas.scene().mechanics.step;
@@ -29,6 +29,6 @@ class Multirate final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_multirate() { return std::make_unique<Multirate>(); }
+std::unique_ptr<GasIntegrator> make_multirate() { return std::make_unique<Multirate>(); }
 
 }  // namespace lichtenberg::granular

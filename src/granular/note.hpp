@@ -20,7 +20,7 @@ struct Note {
     std::optional<double> charge_square;
   };
   double time = 0;
-  EnergyBook energy;
+  GasEnergy energy;
   analysis::GasState gas;
   std::int64_t contacts = 0, collisions = 0;
   std::optional<Expected> expected;

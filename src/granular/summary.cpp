@@ -55,7 +55,7 @@ std::string collisions_line(const Gas& gas, const Note& now) {
   return text + fmt::format("; largest overlap {:.3g} of a diameter", gas.largest_overlap);
 }
 
-std::string energy_line(const EnergyBook& e, double error) {
+std::string energy_line(const GasEnergy& e, double error) {
   std::string text = fmt::format("{:.6g} kinetic, {:.4g} in contacts", e.kinetic, e.contact);
   if (e.potential != 0) text += fmt::format(", {:.4g} of charges", e.potential);
   text += fmt::format("; {:.6g} dissipated", e.dissipated);

@@ -8,7 +8,7 @@ constexpr double steps_a_contact = 10;  ///< with fewer, restitutions are off by
 /// Velocity Verlet. Contacts are damped: their forces at the end of a step ask for the velocities there, which follow
 /// from these forces. With those of the middle, as G 3.44 has it, the method is of first order; predicted with the
 /// contacts' forces at the beginning it is of second.
-class Verlet final : public Integrator {
+class Verlet final : public GasIntegrator {
  public:
   double longest_step(const Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
 
@@ -71,6 +71,6 @@ class Verlet final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_verlet() { return std::make_unique<Verlet>(); }
+std::unique_ptr<GasIntegrator> make_verlet() { return std::make_unique<Verlet>(); }
 
 }  // namespace lichtenberg::granular

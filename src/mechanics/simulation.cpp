@@ -188,7 +188,7 @@ ConductorFrame Simulation::Implementation::now() {
 namespace {
 
 /// [N * 3]; of bodies in the plane the third is 0.
-std::vector<std::int32_t> in_space(const std::vector<int>& image, int dimension) {
+std::vector<std::int32_t> turns_around(const std::vector<int>& image, int dimension) {
   std::vector<std::int32_t> turns;
   for (std::size_t i = 0; i < image.size(); i += dimension)
     for (int k = 0; k < 3; ++k) turns.push_back(k < dimension ? image[i + k] : 0);
@@ -206,13 +206,13 @@ Frame Simulation::Implementation::motion() const {
   Frame frame{.time = time};
   frame.add_vectors("position", "m", bodies.position, bodies.dimension);
   frame.add_vectors("velocity", "m s-1", velocity, bodies.dimension);
-  if (!bodies.image.empty()) frame.add_particles("image", "1", in_space(bodies.image, bodies.dimension), 3);
+  if (!bodies.image.empty()) frame.add_particles("image", "1", turns_around(bodies.image, bodies.dimension), 3);
   return frame;
 }
 
 std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec2> position) const {
   if (!electrics || !electrics->has_contacts()) return {};
-  std::vector<analysis::Contact> contacts;
+  std::vector<analysis::Edge> contacts;
   for (const auto& [conductor, partner] : electrics->contacts())
     contacts.emplace_back(conductor, partner < static_cast<int>(position.size()) ? partner : analysis::to_ground);
   return analysis::network(std::move(contacts), position);

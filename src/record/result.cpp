@@ -134,11 +134,11 @@ std::vector<int> Result::successor(int index) const {
   });
 }
 
-std::optional<std::vector<analysis::Contact>> Result::contacts(int index) const {
-  return guarded([&]() -> std::optional<std::vector<analysis::Contact>> {
+std::optional<std::vector<analysis::Edge>> Result::contacts(int index) const {
+  return guarded([&]() -> std::optional<std::vector<analysis::Edge>> {
     if (contact_ends_.empty()) return {};
     const std::vector<std::int32_t> pairs = file_->list<std::int32_t>("contacts", contact_ends_, index);
-    std::vector<analysis::Contact> contacts;
+    std::vector<analysis::Edge> contacts;
     for (std::size_t k = 0; k + 1 < pairs.size(); k += 2) {
       const int i = pairs[k], j = pairs[k + 1];
       if (i < 0 || std::max(i, j) >= static_cast<int>(conductors_) || j < analysis::to_ground)

@@ -42,7 +42,7 @@ class Result {
   std::vector<int> successor(int index) const;
   /// The contacts that the run had made; empty if an earlier version wrote the file, which kept those of the last frame
   /// only.
-  std::optional<std::vector<analysis::Contact>> contacts(int index) const;
+  std::optional<std::vector<analysis::Edge>> contacts(int index) const;
 
   /// Writes /analysis, over that of an earlier time; everything else in the file stays as it is. The columns are lists
   /// with a row for each frame. Throws Failure, and leaves the file alone, if it cannot be written, its run writes it,

@@ -44,8 +44,8 @@ void check_effects(const Draft& draft) {
     if (entry.kind->check) entry.kind->check(draft);
 }
 
-/// A body of its own charge behind a resistor.
-void check_resistors(const Draft& draft) {
+/// An electrode behind a resistor is a body of its own charge.
+void check_series_resistances(const Draft& draft) {
   const auto behind_resistor =
       std::ranges::find_if(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
   if (behind_resistor != draft.electrodes.end() && !draft.scene.effects.has(&EffectKind::field))
@@ -271,7 +271,7 @@ Scene complete(const Draft& draft) {
   check_grains(draft);
   check_packing_keys(draft);
   check_effects(draft);
-  check_resistors(draft);
+  check_series_resistances(draft);
   check_accuracy(draft);
   Scene scene = draft.scene;
   const bool packing = scene.effects.has(&EffectKind::packing);

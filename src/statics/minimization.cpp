@@ -253,7 +253,7 @@ ColumnGroup Minimization::take_history() {
     force.push_back(note.largest_force);
   }
   notes_.clear();
-  return {"relaxation",
+  return {"relaxation",  // its name in result files
           {{"iteration", "1", Column::Of::list, 0, std::move(iteration)},
            {"energy", "J", Column::Of::list, 0, std::move(energy)},
            {"largest_force", "N", Column::Of::list, 0, std::move(force)}}};
@@ -277,7 +277,7 @@ Summary Minimization::summary() {
   };
   summary.goal = "at_rest";
   summary.title =
-      fmt::format("holds the relaxation: {} after {} iterations of {}, {} evaluations",
+      fmt::format("holds the packing: {} after {} iterations of {}, {} evaluations",
                   at_rest() ? "at rest" : "not at rest", iteration(), name_of(scene.minimize.method), evaluations());
   summary.lines.insert(summary.lines.begin(),
                        {line("energy", fmt::format("{:.10g} J", energy())),
@@ -300,7 +300,7 @@ std::vector<std::string> Minimization::final_warnings() {
       stuck_ ? "the energy goes no lower with the digits that there are" : "minimize.max_iterations allows no more")};
 }
 
-std::map<std::string, double> Minimization::seconds() const { return {{"relaxation", seconds_}}; }
+std::map<std::string, double> Minimization::seconds() const { return {{"minimization", seconds_}}; }
 
 Checkpoint Minimization::checkpoint() {
   const Implementation& self = *implementation_;
@@ -319,7 +319,7 @@ void Minimization::restore(const Checkpoint& checkpoint) {
   const auto counters = checkpoint.integers.find("counters");
   if (position == checkpoint.reals.end() || counters == checkpoint.integers.end() || counters->second.size() != 3 ||
       position->second.size() != self.minimizer->point().x.size())
-    throw Failure("the checkpoint is not one of this scene's relaxation");
+    throw Failure("the checkpoint is not one of this scene's minimization");
   const std::vector<std::int64_t>& method = checkpoint.integers.at("method");
   if (method.at(0)) self.method = MinimizeMethod::newton_cg;
   self.changed_at = method.at(1);

@@ -32,7 +32,7 @@ FarField::FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cell
       local_(source_.size()),
       twist_x_(twists(columns_, mirrors.period_sign_x())),
       twist_y_(twists(rows_, mirrors.period_sign_y())) {
-  data_.reset(fftw_alloc_real(2 * grid() * (2 * order_ + 1)));
+  data_ = make_fftw_numbers(2 * grid() * (2 * order_ + 1));
   forward_ = plan(order_ + 1, FFTW_FORWARD);
   backward_ = plan(order_ + 1, FFTW_BACKWARD);
   make_kernel(lattice, cells);
@@ -46,12 +46,12 @@ bool FarField::fits(const Mirrors& mirrors, const Cells& cells, int order) const
 
 /// Plan for the two-dimensional transforms, in place, of the first `count` planes. ESTIMATE: measuring would choose by
 /// the clock, and results would differ in their last bits.
-FarField::Plan FarField::plan(int count, int direction) {
+FftwPlan FarField::plan(int count, int direction) {
   auto* data = reinterpret_cast<fftw_complex*>(data_.get());
   const std::array<int, 2> size{rows_, columns_};
   const int distance = static_cast<int>(grid());
-  return Plan(fftw_plan_many_dft(2, size.data(), count, data, nullptr, 1, distance, data, nullptr, 1, distance,
-                                 direction, FFTW_ESTIMATE));
+  return FftwPlan(fftw_plan_many_dft(2, size.data(), count, data, nullptr, 1, distance, data, nullptr, 1, distance,
+                                     direction, FFTW_ESTIMATE));
 }
 
 /// G_0 ... G_(2 order) for two cells (di, dj) apart, less than half a period, where the lattice's Taylor series holds.
@@ -90,7 +90,7 @@ void FarField::make_kernel(const LatticeSum& lattice, const Cells& cells) {
       cell_interaction(lattice, cells, di, dj, value);
       for (int n = 0; n < count; ++n) plane(n)[at(i, j)] = sign * multiply(value[n], twist(i, j));
     }
-  const Plan transform = plan(count, FFTW_FORWARD);
+  const FftwPlan transform = plan(count, FFTW_FORWARD);
   fftw_execute(transform.get());
   const double normalization = 1.0 / static_cast<double>(grid());
   kernel_re_.resize(count * grid());

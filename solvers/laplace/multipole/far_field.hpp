@@ -1,9 +1,6 @@
 #pragma once
 
-#include <fftw3.h>
-
-#include <memory>
-
+#include "solvers/fftw.hpp"
 #include "solvers/laplace/multipole/cells.hpp"
 #include "solvers/laplace/multipole/lattice.hpp"
 
@@ -30,15 +27,7 @@ class FarField {
   void apply();
 
  private:
-  struct PlanDeleter {
-    void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
-  };
-  using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
-  struct Free {
-    void operator()(double* p) const { fftw_free(p); }
-  };
-
-  Plan plan(int count, int direction);
+  FftwPlan plan(int count, int direction);
   void cell_interaction(const LatticeSum& lattice, const Cells& cells, int di, int dj,
                         std::vector<Complex>& value) const;
   void make_kernel(const LatticeSum& lattice, const Cells& cells);
@@ -54,8 +43,8 @@ class FarField {
   int nx_, ny_, window_, order_, columns_, rows_;
   double width_, height_, scale_;
   std::vector<Complex> source_, local_;
-  std::unique_ptr<double, Free> data_;
-  Plan forward_, backward_;
+  FftwNumbers data_;
+  FftwPlan forward_, backward_;
   std::vector<double> kernel_re_, kernel_im_;  ///< spectra of G_0 ... G_(2 order), each of grid() values
   std::vector<Complex> twist_x_, twist_y_;     ///< make what changes sign from period to period periodic
 };

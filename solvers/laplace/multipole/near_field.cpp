@@ -26,7 +26,7 @@ NearField::NearField(const Arrangement& arrangement, double accuracy) {
       const Source& source = arrangement.sources[j];
       const Complex d = disk.centre - image.centre(source.centre) - shift;
       const double distance = std::abs(d);
-      Pair pair{i, j, 0, 0, image.conjugates(), image.sign, 0, power_.size()};
+      NearSource pair{i, j, 0, 0, image.conjugates(), image.sign, 0, power_.size()};
       pair.minus_log = -image.sign * std::log(std::max(distance, disk.radius));
       const auto is_here = [&](Complex centre) {
         return std::abs(image.centre(centre) + shift - disk.centre) < 1e-9 * disk.radius;
@@ -43,7 +43,8 @@ NearField::NearField(const Arrangement& arrangement, double accuracy) {
   make_binomials();
 }
 
-void NearField::append(const Source& disk, const Source& source, const Image& image, Complex d, const Pair& pair) {
+void NearField::append(const Source& disk, const Source& source, const Image& image, Complex d,
+                       const NearSource& pair) {
   const Complex u = 2 * source.radius / d, v = -2 * disk.radius / d;
   Complex power = 1;
   for (int k = 1; k <= pair.source_order; ++k) {
@@ -71,11 +72,11 @@ void NearField::make_binomials() {
 }
 
 void NearField::add(const Layout& layout, const Complex* coefficients, Complex* local) const {
-  for (const Pair& pair : pairs_)
+  for (const NearSource& pair : pairs_)
     add_pair(pair, coefficients + layout.start[pair.source], local + layout.start[pair.disk]);
 }
 
-void NearField::add_pair(const Pair& pair, const Complex* coefficients, Complex* local) const {
+void NearField::add_pair(const NearSource& pair, const Complex* coefficients, Complex* local) const {
   const Complex* source_power = power_.data() + pair.power;
   const Complex* disk_power = source_power + pair.source_order;
   std::array<double, largest_order + 1> re, im;  // (2 R_c/d)^k a_k

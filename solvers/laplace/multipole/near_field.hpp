@@ -19,7 +19,7 @@ class NearField {
   void add(const Layout& layout, const Complex* coefficients, Complex* local) const;
 
  private:
-  struct Pair {
+  struct NearSource {
     int disk = 0, source = 0;
     int source_order = 0, disk_order = 0;
     bool conjugates = false;
@@ -27,12 +27,12 @@ class NearField {
     double minus_log = 0;      ///< minus the mean of ln |z - c| over the circle, with that sign
     std::size_t power = 0;     ///< where its powers begin
   };
-  void append(const Source& disk, const Source& source, const Image& image, Complex d, const Pair& pair);
+  void append(const Source& disk, const Source& source, const Image& image, Complex d, const NearSource& pair);
   void make_binomials();
-  void add_pair(const Pair& pair, const Complex* coefficients, Complex* local) const;
+  void add_pair(const NearSource& pair, const Complex* coefficients, Complex* local) const;
 
   int largest_order_ = 0, stride_ = 0;
-  std::vector<Pair> pairs_;
+  std::vector<NearSource> pairs_;
   /// Of each pair: (2 R_c/d)^k, k = 1 ... source_order, then (-2 R/d)^m, m = 1 ... disk_order.
   std::vector<Complex> power_;
   /// Row k, column m: C(k+m-1, m) / 2^(k+m), row 0: 1 / (m 2^m). The powers of two keep both factors in range.

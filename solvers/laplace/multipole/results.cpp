@@ -1,9 +1,9 @@
 #include "solvers/laplace/multipole/results.hpp"
 
-#include <fftw3.h>
-
 #include <limits>
 #include <numbers>
+
+#include "solvers/fftw.hpp"
 
 namespace lichtenberg::laplace::multipole {
 
@@ -108,9 +108,8 @@ std::vector<Complex> square(const std::vector<Complex>& c) {
   for (int n = -order; n <= order; ++n) data[(n + points) % points] = c[n + order];
   auto* values = reinterpret_cast<fftw_complex*>(data.data());
   const auto transform = [&](int direction) {
-    fftw_plan plan = fftw_plan_dft_1d(points, values, values, direction, FFTW_ESTIMATE);
-    fftw_execute(plan);
-    fftw_destroy_plan(plan);
+    const FftwPlan plan(fftw_plan_dft_1d(points, values, values, direction, FFTW_ESTIMATE));
+    fftw_execute(plan.get());
   };
   transform(FFTW_BACKWARD);
   for (Complex& value : data) value = multiply(value, value) / static_cast<double>(points);

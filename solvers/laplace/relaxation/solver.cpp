@@ -15,7 +15,7 @@ namespace {
 
 constexpr int electrode_site = -2;
 
-class Stopwatch {
+class LapTimer {
  public:
   double lap() {
     const auto now = std::chrono::steady_clock::now();
@@ -96,10 +96,10 @@ void RelaxationSolver::forget() {
 
 LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
   LaplaceSolution solution;
-  Stopwatch watch;
+  LapTimer timer;
   place(problem);
   first_potentials();
-  solution.seconds.setup = watch.lap();
+  solution.seconds.setup = timer.lap();
 
   Estimate now;
   do {
@@ -111,7 +111,7 @@ LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
     now = estimate();
     ++solution.iterations;
   } while (now.charge_error > options_.tolerance || now.leftover > options_.tolerance);
-  solution.seconds.solve = watch.lap();
+  solution.seconds.solve = timer.lap();
 
   solution.group_potential = group_potential_;
   solution.residual = std::max(now.charge_error, now.leftover);
@@ -126,7 +126,7 @@ LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
     if (is_electrode(problem.sides[side]))
       solution.side_charge[side] = problem.permittivity * lattice_.flux_through(side);
   solution.energy = 0.5 * problem.permittivity * lattice_.dirichlet_integral();
-  solution.seconds.forces = watch.lap();
+  solution.seconds.forces = timer.lap();
   return solution;
 }
 

@@ -4,7 +4,7 @@ namespace lichtenberg::granular {
 
 /// Where the energy of a gas of grains is, and where it went. What `total` has lost since the start is the error of
 /// the run. In units of m0 v0^2.
-struct EnergyBook {
+struct GasEnergy {
   double kinetic = 0;
   double contact = 0;     ///< stored in contacts
   double potential = 0;   ///< of charges and dipoles, and of uniform forces

@@ -17,6 +17,7 @@
 #include "src/record/result.hpp"
 #include "tests/frames.hpp"
 #include "tests/program.hpp"
+#include "tests/source_folder.hpp"
 
 using namespace lichtenberg;
 using nlohmann::json;
@@ -351,6 +352,23 @@ TEST_CASE("a file that holds the contacts of its last frame only: those of D 7.1
   // 3 has 0 as its successor, by hysteresis: known from the tree. 1 and 3 are 3.2 mm apart: unknown.
   CHECK_EQ(second["connected"], 4);
   CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));
+}
+
+TEST_CASE("a result of format 1, as its own program wrote it, is read like one of today, and not resumed") {
+  const Folder now, earlier;
+  saved_run(now / "four.h5");
+  fs::copy_file(source_folder() + "/tests/format-1.h5", earlier / "four.h5");
+  const json old = analysed(earlier, "four.h5");
+  CHECK_EQ(old["contacts_recorded"], true);
+  CHECK_EQ(old["frames"], analysed(now, "four.h5")["frames"]);
+  CHECK_EQ(run_program(earlier, "plot four.h5 --frame 0").status, 0);
+  CHECK(fs::exists(earlier / "four.png"));
+  earlier.write("four.toml", scene_text);
+  const Ended resumed = run_program(earlier, "run --resume four.toml");
+  CHECK_EQ(resumed.status, 2);
+  CHECK_NE(resumed.err.find(
+               "four.h5 has result format 1, but with this version of lichtenberg only format 2 can be resumed"),
+           std::string::npos);
 }
 
 TEST_CASE("a run that goes on takes what was found of fewer frames out of its file") {

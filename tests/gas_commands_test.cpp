@@ -6,6 +6,7 @@
 
 #include "src/record/hdf5.hpp"
 #include "src/record/result_file.hpp"
+#include "tests/gas_text.hpp"
 #include "tests/program.hpp"
 
 using namespace lichtenberg;
@@ -14,29 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-const std::string scene = R"(
-title = "Few grains"
-[reference]
-[domain]
-size = [6, 6, 6]
-left = "periodic"
-right = "periodic"
-bottom = "periodic"
-top = "periodic"
-front = "periodic"
-back = "periodic"
-[[population]]
-count = 60
-temperature = 1
-[effects.viscoelastic_contact]
-[effects.charge_exchange]
-[effects.coulomb]
-sum = "minimum-image"
-[stop]
-time = 1
-[output]
-every = 0.25
-)";
+const std::string scene = gas_text(60, 6, 1, 0.25);
 
 }  // namespace
 

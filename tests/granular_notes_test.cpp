@@ -9,6 +9,7 @@
 #include "src/granular/note.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/folder.hpp"
+#include "tests/gas_text.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::granular;
@@ -17,34 +18,7 @@ using doctest::Approx;
 namespace {
 
 /// 120 grains that exchange charge and fill .13 of their box.
-const std::string text = R"(
-[reference]
-[domain]
-size = [8, 8, 8]
-left = "periodic"
-right = "periodic"
-bottom = "periodic"
-top = "periodic"
-front = "periodic"
-back = "periodic"
-[[population]]
-count = 120
-temperature = 1
-[[stage]]
-duration = 1
-stiffness = 10
-temperature = 1
-[effects.viscoelastic_contact]
-elastic = 278.6
-dissipative = 27.7
-[effects.charge_exchange]
-[effects.coulomb]
-sum = "minimum-image"
-[stop]
-time = 4
-[output]
-every = 0.5
-)";
+const std::string text = gas_text(120, 8, 4, 0.5, "[[stage]]\nduration = 1\nstiffness = 10\ntemperature = 1\n");
 
 Scene scene() { return parse_scene(text, "gas.toml"); }
 

@@ -69,6 +69,23 @@ void check_same_bits(const End& a, const End& b) {
   CHECK(a.collisions == b.collisions);
 }
 
+/// Runs to time 1 have the same bits, one from its start and one restored at 0.6 to so many threads. Returns the
+/// collisions of each.
+std::int64_t check_restored(Scene scene, int threads = 1) {
+  Run whole(scene);
+  whole.to(0.6);
+  Checkpoint checkpoint = whole.gas.save();
+  whole.integrator->save(checkpoint);
+  whole.to(1);
+  scene.mechanics.threads = threads;
+  Run resumed(scene);
+  resumed.gas.restore(checkpoint);
+  resumed.integrator->restore(checkpoint);
+  resumed.to(1);
+  check_same_bits(end_of(whole), end_of(resumed));
+  return whole.gas.collisions;
+}
+
 double sum(const std::vector<double>& values) {
   double all_of_them = 0;
   for (const double v : values) all_of_them += v;
@@ -79,9 +96,6 @@ int grains_for(Integrator integrator) { return integrator == Integrator::cvode ?
 
 }  // namespace
 
-// What each integrator's errors may be: GRANULAR's table of the worst errors at dt = .005 (here a tenth more: phases
-// are others), and what they fall by. Multirate takes 30 steps of the shortest contact at twice the fastest speed,
-// .0086 at v = 1, where the table has 2.5e-5 for .01. CVODE: 1e-13 a step, of some hundred.
 TEST_CASE("a touch at the very end of a step, later by rounding than the next one begins") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4.5 + 1e-7, 5, 5}, {1, 0, 0});
@@ -97,6 +111,9 @@ TEST_CASE("a touch at the very end of a step, later by rounding than the next on
   CHECK(bodies.momentum[0] > 0);
 }
 
+// What each integrator's errors may be: GRANULAR's table of the worst errors at dt = .005 (here a tenth more: phases
+// are others), and what they fall by. Multirate takes 30 steps of the shortest contact at twice the fastest speed,
+// .0086 at v = 1, where the table has 2.5e-5 for .01. CVODE: 1e-13 a step, of some hundred.
 TEST_CASE("a pair alone has the restitution of its law by every integrator, whenever it touches") {
   struct Row {
     Integrator integrator;
@@ -245,35 +262,14 @@ TEST_CASE("a gas restored from a checkpoint goes on with the same bits") {
     scene.effects.add(effects::GasDragOptions{.stokes = 0.1, .speed = 1, .hold = 0.13});
     scene.stages = {{.duration = 0.1, .stiffness = 4, .temperature = 1}};
     add_gas(scene, grains_for(integrator), integrator == Integrator::cvode ? 3.5 : 5.9, 1);
-    Run whole(scene);
-    whole.to(0.6);
-    Checkpoint checkpoint = whole.gas.save();
-    whole.integrator->save(checkpoint);
-    whole.to(1);
-    CHECK(whole.gas.collisions > 0);
-    Run resumed(scene);
-    resumed.gas.restore(checkpoint);
-    resumed.integrator->restore(checkpoint);
-    resumed.to(1);
-    check_same_bits(end_of(whole), end_of(resumed));
+    CHECK(check_restored(scene) > 0);
   }
 }
 
 TEST_CASE("a polarized gas, restored or on more threads, has the same bits") {
   Scene scene = polarized(9);
   add_gas(scene, 100, 8.9, 1);
-  Run whole(scene);
-  whole.to(0.6);
-  Checkpoint checkpoint = whole.gas.save();
-  whole.integrator->save(checkpoint);
-  whole.to(1);
-  CHECK(whole.gas.collisions > 20);
-  scene.mechanics.threads = 2;
-  Run resumed(scene);
-  resumed.gas.restore(checkpoint);
-  resumed.integrator->restore(checkpoint);
-  resumed.to(1);
-  check_same_bits(end_of(whole), end_of(resumed));
+  CHECK(check_restored(scene, 2) > 20);
 }
 
 // K Q^2 is all that counts, and both are changed by powers of two.

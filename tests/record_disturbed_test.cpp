@@ -1,0 +1,189 @@
+// Results of many frames that are killed while they are written, read, written by several, and changed by others.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <chrono>
+#include <fstream>
+#include <optional>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "src/record/writer_lock.hpp"
+#include "tests/many_frames.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::many_frames;
+
+// A child saves, makes segments and puts them together, again and again, and is killed anywhere in it.
+TEST_CASE("killed at any moment the result so far is readable, and the resumed run ends with the same numbers") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  const auto start_of_one = std::chrono::steady_clock::now();
+  REQUIRE_EQ(status_of(in_child([&] { run(path, 30, true); })), 0);
+  const auto whole =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start_of_one);
+  std::mt19937 random(5);
+  int killed = 0, none = 0, over = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    fs::remove_all(segments_folder(path));
+    fs::remove(path);
+    const pid_t child = in_child([&] { run(path, 30, true); });
+    usleep(std::uniform_int_distribution<useconds_t>(0, static_cast<useconds_t>(whole.count()))(random));
+    kill(child, SIGKILL);
+    killed += status_of(child) == 128 + SIGKILL;
+    none += !fs::exists(path);
+    if (fs::exists(path)) {
+      const Numbers found = numbers(path);
+      const int frames = static_cast<int>(found.at("mark")[0]);
+      over += frames == 30;
+      CHECK(found == expected(frames));
+    }
+    Recorder recorder = fs::exists(path) ? Recorder::resume(path, some_scene(), few) : start(path);
+    add_until(recorder, 30);
+    recorder.save(milestone(30, true));
+    CHECK(numbers(path) == expected(30));
+    CHECK_FALSE(fs::exists(segments_folder(path)));
+  }
+  CHECK_GT(killed, 10);
+  MESSAGE("killed ", killed, ", before the first save ", none, ", after the last frame ", over);
+}
+
+TEST_CASE("a second writer is refused at once and told who the first is") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  std::optional<Recorder> first = start(path);
+  const auto refused = [&](bool overwrite) {
+    CHECK_THROWS_AS(start(path, few, overwrite), InputError);
+    return message_of([&] { start(path, few, overwrite); });
+  };
+  CHECK(contains(refused(false), fmt::format("run.h5 is being written by process {}", getpid())));
+  first->add(frame(0));
+  first->save(milestone(1));
+  CHECK(contains(refused(true), "is being written by"));
+  CHECK(contains(message_of([&] { Recorder::resume(path, some_scene()); }), "is being written by"));
+  CHECK(fs::exists(folder / "run.h5.lock"));
+  first.reset();
+  CHECK_FALSE(fs::exists(folder / "run.h5.lock"));
+  CHECK(message_of([&] { Recorder::resume(path, some_scene()); }) == "");
+}
+
+TEST_CASE("a process that is killed locks nobody out") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  const pid_t child = in_child([&] {
+    Recorder recorder = start(path);
+    recorder.add(frame(0));
+    recorder.save(milestone(1));
+    pause();
+  });
+  while (!fs::exists(path)) usleep(1000);
+  kill(child, SIGKILL);
+  status_of(child);
+  CHECK(fs::exists(folder / "run.h5.lock"));
+  CHECK_EQ(Recorder::resume(path, some_scene()).frames(), 1);
+}
+
+// All of them at once, over and over: of those that got the lock none may have met another.
+TEST_CASE("of many that want to write at the same time, one at a time does") {
+  const Folder folder;
+  const std::string path = folder / "run.h5", inside = folder / "inside";
+  std::vector<pid_t> children;
+  for (int c = 0; c < 4; ++c)
+    children.push_back(in_child([&] {
+      for (int k = 0; k < 150; ++k) {
+        const std::optional<WriterLock> lock = WriterLock::if_free(path);
+        if (!lock) continue;
+        if (!fs::create_directory(inside)) throw Failure("two have the lock");
+        fs::remove(inside);
+      }
+    }));
+  for (const pid_t child : children) CHECK_EQ(status_of(child), 0);
+}
+
+TEST_CASE("who reads while a run writes sees a complete state and disturbs nothing") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 3, false);
+  const pid_t reader = in_child([&] {
+    for (int last = 0; last < 200;) {
+      const Numbers found = numbers(path);
+      const int frames = static_cast<int>(found.at("mark")[0]);
+      if (found != expected(frames) || frames < last) throw Failure(fmt::format("a wrong state of {} frames", frames));
+      last = frames;
+    }
+  });
+  Recorder recorder = Recorder::resume(path, some_scene(), few);
+  add_until(recorder, 200);
+  recorder.save(milestone(200, true));
+  CHECK_EQ(status_of(reader), 0);
+}
+
+TEST_CASE("h5py may hold a result open, with HDF5's lock on it, while its run goes on") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 10, false);
+  const pid_t reader = in_child([&] {
+    if (python(folder, R"(
+import h5py, pathlib, time
+file = h5py.File("run.h5")
+before = file["observables/energy/value"][()]
+pathlib.Path("open").touch()
+while not pathlib.Path("saved").exists():
+    time.sleep(0.01)
+assert (file["observables/energy/value"][()] == before).all() and len(before) == 10
+)") != 0)
+      throw Failure("python failed");
+  });
+  while (!fs::exists(folder / "open")) usleep(1000);
+  Recorder recorder = Recorder::resume(path, some_scene(), few);
+  add_until(recorder, 20);
+  recorder.save(milestone(20));
+  folder.write("saved", "");
+  CHECK_EQ(status_of(reader), 0);
+  CHECK(numbers(path) == expected(20));
+}
+
+// Of every file of a result a bit is flipped, anywhere: what is read then is either refused or what was written.
+TEST_CASE("a flipped bit is refused in a sentence or changes nothing") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  std::mt19937 random(7);
+  int refused = 0, harmless = 0, resumed = 0;
+  const auto flip_bits = [&](const std::string& file, int frames, int times) {
+    const std::string whole = text_of(file);
+    for (int trial = 0; trial < times; ++trial) {
+      std::string flipped = whole;
+      // one in ten of the bits in the seal at the end
+      const std::size_t from = trial % 10 == 0 ? whole.size() - 24 : 0;
+      flipped[std::uniform_int_distribution<std::size_t>(from, whole.size() - 1)(random)] ^= 1 << (random() % 8);
+      std::ofstream(file, std::ios::binary) << flipped;
+      bool same = false;
+      const std::string sentence = message_of([&] { same = numbers(path) == expected(frames); });
+      INFO(sentence);
+      CHECK((same || contains(sentence, "checksum") || contains(sentence, "segment-") || contains(sentence, "HDF5")));
+      ++(sentence.empty() ? harmless : refused);
+      resumed += message_of([&] { Recorder::resume(path, some_scene(), few); }).empty();
+    }
+    std::ofstream(file, std::ios::binary) << whole;
+  };
+  run(path, 11, false);
+  flip_bits(path, 11, 200);
+  flip_bits(segment_file(path, 1), 11, 200);
+  fs::remove_all(segments_folder(path));
+  fs::remove(path);
+  run(path, 11, true);
+  flip_bits(path, 11, 200);
+  CHECK_EQ(resumed, 0);
+  CHECK_GT(refused, 500);
+  MESSAGE(refused, " refused, ", harmless, " harmless");
+}
+
+TEST_CASE("a result that another program has changed can be read, and not resumed") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  run(path, 3, false);
+  REQUIRE(python(folder, "import h5py\nh5py.File('run.h5', 'r+').attrs['mine'] = 1") == 0);
+  CHECK(numbers(path) == expected(3));
+  CHECK(contains(message_of([&] { Recorder::resume(path, some_scene()); }), "was changed by another program"));
+}

@@ -1,0 +1,276 @@
+// Result files that are gone on with, and that neither a kill, a full disk nor a damaged file costs more than one
+// sentence.
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "src/analysis/packing.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/scene_change.hpp"
+#include "src/record/vtkhdf.hpp"
+#include "tests/recorded_pair.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::recorded_pair;
+
+namespace {
+
+/// Exit status of a child process that runs the action: 99 if it throws, 128 and the signal's number if it crashes.
+int in_child(const std::function<int()>& action) {
+  const pid_t child = fork();
+  if (child == 0) {
+    int result = 99;
+    if (const std::string message = message_of([&] { result = action(); }); !message.empty())
+      std::fprintf(stderr, "%s\n", message.c_str());
+    _exit(result);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+TEST_CASE("a resumed run goes on where the file ends and adds its own provenance") {
+  const Folder folder;
+  saved_run(folder / "run.h5", 2);
+  Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
+  CHECK_EQ(resumed.saved_time(), 1);
+  CHECK_EQ(resumed.frames(), 2);
+  resumed.add(columns(frame(2)));
+  Milestone last = milestone(2);
+  last.summary = {{"energy", 2.5, "J"}};
+  resumed.save(last);
+  const hdf5::Handle file = hdf5::load(folder / "run.h5");
+  CHECK_EQ(hdf5::get<std::int64_t>(file, "observables/connected/step"), std::vector<std::int64_t>{0, 1, 2});
+  CHECK_EQ(hdf5::get<double>(file, "provenance/session-1/seconds/field"), std::vector<double>{0.5});
+  CHECK_FALSE(hdf5::exists(file, "provenance/session-2"));
+  CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
+}
+
+TEST_CASE("a resumed run's file holds what an uninterrupted one's does, what grains' units are among it") {
+  const Folder folder;
+  Scene grains = two_conductors();
+  grains.reference = Reference{};
+  const auto run = [&](const std::string& path, bool resumed) {
+    std::optional<Recorder> recorder = Recorder::start(path, grains, masses, false);
+    for (const int k : {0, 1}) {
+      if (resumed && k == 1) {
+        recorder.reset();
+        recorder.emplace(Recorder::resume(path, grains));
+      }
+      recorder->add(columns(frame(k)));
+      recorder->save(milestone(k));
+    }
+    return hdf5::load(path);
+  };
+  const hdf5::Handle whole = run(folder / "whole.h5", false), cut = run(folder / "cut.h5", true);
+  CHECK_EQ(hdf5::names(cut), hdf5::names(whole));
+  REQUIRE(hdf5::exists(cut, "reference"));
+  CHECK_EQ(hdf5::get<double>(cut, "reference/d0"), std::vector<double>{Reference{}.length});
+}
+
+TEST_CASE("contacts of a packing that was at rest do not stand beside the frames of one that goes on") {
+  const Folder folder;
+  Milestone last = milestone(1);
+  last.findings = {
+      analysis::columns_of(analysis::Packing{.contacts = {{.particle = 0, .partner = 1}}, .rattler = {false, false}})};
+  saved_run(folder / "run.h5", 2).save(last);
+  CHECK(hdf5::exists(hdf5::load(folder / "run.h5"), "packing/contacts"));
+  Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
+  resumed.add(columns(frame(2)));
+  resumed.save(milestone(2));
+  CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "packing"));
+}
+
+TEST_CASE("saving the same again does not let the file grow") {
+  const Folder folder;
+  Recorder recorder = saved_run(folder / "run.h5", 2);
+  Milestone m = milestone(1);
+  m.field = laplace::Field{8, 8, 0.01, std::vector<double>(64, 1), std::vector<int>(64, -1)};
+  recorder.save(m);
+  const auto size = fs::file_size(folder / "run.h5");
+  for (int k = 0; k < 20; ++k) recorder.save(m);
+  CHECK_EQ(fs::file_size(folder / "run.h5"), size);
+}
+
+TEST_CASE("an existing file is refused, and overwritten only by the first save") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  write_bytes(path, {'o', 'l', 'd'});
+  CHECK_THROWS_AS(Recorder::start(path, two_conductors(), masses, false), InputError);
+  Recorder recorder = Recorder::start(path, two_conductors(), masses, true);
+  recorder.add(columns_of(frame(0), {}));
+  CHECK_EQ(bytes_of(path), std::vector<char>{'o', 'l', 'd'});
+  recorder.save(milestone(0));
+  CHECK_EQ(hdf5::shape(hdf5::load(path), "observables/energy/value"), hdf5::Shape{1});
+}
+
+TEST_CASE("a place that cannot be written is refused before any work starts") {
+  const Folder folder;
+  CHECK_THROWS_AS(Recorder::start(folder / "missing/run.h5", two_conductors(), masses, false), InputError);
+  fs::create_directory(folder / "run.h5");
+  CHECK_THROWS_AS(Recorder::start(folder / "run.h5", two_conductors(), masses, true), InputError);
+}
+
+// A file-size limit fails a write just as a full disk does, only with another error number. The limit is set so low
+// that nothing fits, that half of the new version fits, and that all but its last byte fits.
+TEST_CASE("a full disk costs one sentence and leaves the last good version") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  saved_run(path, 2);
+  const std::vector<char> before = bytes_of(path);
+  const auto save_more = [&](rlim_t limit) {
+    return in_child([&] {
+      Recorder recorder = Recorder::resume(path, two_conductors());
+      for (int k = 2; k < 40; ++k) recorder.add(columns(frame(k)));
+      signal(SIGXFSZ, SIG_IGN);
+      const rlimit at_most{limit, limit};
+      setrlimit(RLIMIT_FSIZE, &at_most);
+      const std::string message = message_of([&] { recorder.save(milestone(39)); });
+      if (message.empty()) return 0;
+      return message.find("run.h5 cannot be written (File too large); what was saved up to t = 1 s stands") !=
+                     std::string::npos
+                 ? 3
+                 : 4;
+    });
+  };
+  REQUIRE_EQ(save_more(RLIM_INFINITY), 0);
+  const auto size = fs::file_size(path);
+  write_bytes(path, before);
+  for (const rlim_t limit : {rlim_t{0}, size / 2, size - 1}) {
+    CHECK_EQ(save_more(limit), 3);
+    CHECK_EQ(bytes_of(path), before);
+    CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);  // no partial file
+  }
+}
+
+TEST_CASE("two writers of one file do not mix") {
+  const Folder folder;
+  const std::string path = folder / "shared";
+  constexpr std::size_t size = 1 << 16;
+  const auto write_often = [&](std::byte letter) {
+    const pid_t child = fork();
+    if (child != 0) return child;
+    const std::vector<std::byte> bytes(size, letter);
+    const bool failed = !message_of([&] {
+                           for (int k = 0; k < 40; ++k) write_atomically(path, bytes);
+                         }).empty();
+    _exit(failed ? 1 : 0);
+  };
+  for (const pid_t child : {write_often(std::byte{'a'}), write_often(std::byte{'b'})}) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    const std::vector<char> found = bytes_of(path);
+    CHECK(found.size() == size);
+    CHECK(std::ranges::count(found, found.front()) == size);
+  }
+  CHECK(std::distance(fs::directory_iterator(fs::path(path).parent_path()), {}) == 1);
+}
+
+// Each version's checkpoint says how many frames it was written with: a mixture of two versions would not agree.
+TEST_CASE("a kill at any moment leaves a whole version") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 20; ++trial) {
+    fs::remove(path);
+    saved_run(path, 1);
+    const pid_t child = fork();
+    if (child == 0) {
+      message_of([&] {
+        Recorder recorder = Recorder::resume(path, two_conductors());
+        for (int k = 1;; ++k) {
+          recorder.add(columns(frame(k)));
+          recorder.save(milestone(k));
+        }
+      });
+      _exit(99);
+    }
+    usleep(std::uniform_int_distribution<useconds_t>(0, 40000)(random));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    CHECK(WIFSIGNALED(status));  // it was still saving
+    const Recorder resumed = Recorder::resume(path, two_conductors());
+    CHECK_EQ(resumed.checkpoint()->reals.at("mark")[0], *resumed.saved_time());
+  }
+}
+
+TEST_CASE("a truncated file is damaged, wherever it was cut") {
+  const Folder folder;
+  saved_run(folder / "run.h5", 3);
+  const std::vector<char> whole = bytes_of(folder / "run.h5");
+  for (size_t length = 100; length < whole.size(); length += 997) {
+    write_bytes(folder / "cut.h5", {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)});
+    CHECK_THROWS_AS(Recorder::resume(folder / "cut.h5", two_conductors()), Failure);
+  }
+  CHECK_NE(message_of([&] { Recorder::resume(folder / "cut.h5", two_conductors()); }).find("cut.h5 is damaged"),
+           std::string::npos);
+}
+
+TEST_CASE("what is no result file of this format cannot be resumed") {
+  const Folder folder;
+  const auto resume = [&](const std::string& name) {
+    const std::string path = folder / name;
+    CHECK_THROWS_AS(Recorder::resume(path, two_conductors()), InputError);
+    return message_of([&] { Recorder::resume(path, two_conductors()); });
+  };
+  CHECK_NE(resume("missing.h5").find("does not exist"), std::string::npos);
+  write_bytes(folder / "text.h5", {'t', 'e', 'x', 't'});
+  CHECK_NE(resume("text.h5").find("is no HDF5 file"), std::string::npos);
+  write_field_vtkhdf(folder / "field.h5", laplace::Field{1, 1, 1, {0}, {-1}});
+  CHECK_NE(resume("field.h5").find("was not written by"), std::string::npos);
+  const hdf5::Handle old = hdf5::create_in_memory();
+  hdf5::put_attribute(old, "lichtenberg_result", 0);
+  write_atomically(folder / "old.h5", hdf5::image(old));
+  CHECK_NE(resume("old.h5").find("has result format 0"), std::string::npos);
+  CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);  // no list of those that are only read
+}
+
+TEST_CASE("a run is resumed with the scene it was started with") {
+  const Folder folder;
+  saved_run(folder / "run.h5", 1);
+  Scene other = two_conductors();
+  other.text = "title = \"another pair\"\n";
+  CHECK_THROWS_AS(Recorder::resume(folder / "run.h5", other), InputError);
+  CHECK_NE(message_of([&] { Recorder::resume(folder / "run.h5", other); }).find("pair.toml: key `title` is not what"),
+           std::string::npos);
+  other.text = "title = \"a pair\"\n[stop]\ntime = 2.0\n";
+  CHECK_EQ(Recorder::resume(folder / "run.h5", other).saved_time(), 0);
+}
+
+TEST_CASE("the first change of a scene is named; comments, order, [stop], [output] and [network] do not count") {
+  const std::string scene = "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[stop]\ntime = 1\n";
+  CHECK_EQ(first_change(scene, scene), "");
+  CHECK_EQ(first_change(scene,
+                        "# new\n[output]\nevery = 3\n[medium]\nviscosity = 0.7 # same\n[[conductor]]\nx = 1\n"
+                        "[stop]\ntime = 2\n"),
+           "a");
+  CHECK_EQ(first_change(scene, "a = 1\n[output]\nevery = 3\n[[conductor]]\nx = 1\n[medium]\nviscosity = 0.7 # same\n"),
+           "");
+  CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.8\n[[conductor]]\nx = 1\n"), "medium.viscosity");
+  CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[[conductor]]\nx = 2\n"),
+           "conductor");
+  CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
+}
+
+TEST_CASE("a minimization may go on with more iterations, another tolerance and other threads, and with nothing else") {
+  const std::string now = "[minimize]\nmax_iterations = 9\nforce_tolerance = 1e-9\nthreads = 2\n";
+  CHECK_EQ(first_change("", now), "");
+  CHECK_EQ(first_change("[minimize]\nmax_iterations = 5\n", now), "");
+  CHECK_EQ(first_change(now, now + "method = \"fire\"\n"), "minimize");
+  CHECK_EQ(first_change("[minimize]\nmethod = \"lbfgs\"\n", now + "method = \"fire\"\n"), "minimize.method");
+  CHECK_EQ(first_change("[minimize]\nmethod = \"fire\"\n", now + "method = \"fire\"\nstep = 1e-3\n"), "minimize.step");
+}

@@ -107,7 +107,7 @@ TEST_CASE("a periodic box shorter than twice the range is refused") {
   Box<2> box = periodic_box<2>(4, 1);
   CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // 2 apart: half of 4
   CHECK_THROWS_WITH_AS(pairs_closer_than(Spheres<2>{position, radius, box}, 1.1),
-                       doctest::Contains("4 m from left to right, but particles up to 2.1 m apart"), InputError);
+                       doctest::Contains("4 long from left to right, but particles up to 2.1 apart"), InputError);
   CHECK(pairs_closer_than(Spheres<2>{position, radius, periodic_box<2>(4, 0)}, 1.1).size() == 1);
 }
 

@@ -151,7 +151,7 @@ void check_box(const Box<d>& box, double within) {
   for (int k = 0; k < d; ++k)
     if (box.periodic(k) && !(box.lengths[k] >= 2 * within))
       throw InputError(
-          fmt::format("the periodic box is {:g} m from {} to {}, but particles up to {:g} m apart are neighbours: at "
+          fmt::format("the periodic box is {:g} long from {} to {}, but particles up to {:g} apart are neighbours: at "
                       "least twice that is needed, or a particle would meet two images of one other",
                       box.lengths[k], side_names[2 * k], side_names[2 * k + 1], within));
 }

@@ -15,7 +15,7 @@ namespace {
 
 void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ChargeExchangeOptions>();
-  const bool impact = options.model == ExchangeModel::impact;
+  const bool impact = options.model == ExchangeModel::impact, none = options.model == ExchangeModel::none;
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& models) {
     const std::string path = "effects.charge_exchange." + key;
     if (const int line = draft.line(path); line > 0 && !allowed)
@@ -25,7 +25,8 @@ void check(const Draft& draft) {
   };
   only_with("exponent", impact, "\"impact\"");
   only_with("each_step", impact, "\"impact\"");
-  only_with("rate", !impact, "\"random-walk\" and \"contact-area\"");
+  only_with("rate", !impact && !none, "\"random-walk\" and \"contact-area\"");
+  for (const char* key : {"strength", "capacity", "over_capacity"}) only_with(key, !none, "the others");
   if (draft.line("effects.charge_exchange.over_capacity") > 0 && !options.capacity)
     refuse(
         draft.scene.path, draft.line("effects.charge_exchange.over_capacity"),
@@ -57,7 +58,9 @@ const EffectKind& ChargeExchangeOptions::kind() {
                 .place = place<&ChargeExchangeOptions::model>,
                 .help =
                     "impact: once a collision, Q (energy of the impact)^eta with random factors; random-walk: white "
-                    "noise while in contact; contact-area: that times the area of the contact"},
+                    "noise while in contact; contact-area: that times the area of the contact; none: charges stay "
+                    "where they "
+                    "are"},
                {.name = "strength",
                 .place = place<&ChargeExchangeOptions::strength>,
                 .unit = "q0",
@@ -104,6 +107,7 @@ ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64
 /// Random numbers are those of a pair and of how many collisions its first grain has had: no two collisions have the
 /// same, and none depends on threads or on when a list of pairs was made.
 void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
+  if (options_.model == ExchangeModel::none) return;
   collisions_.resize(bodies.size());
   if (is_once_a_collision()) {
     for (const GrainContact& contact : contacts.begun) {
@@ -125,7 +129,7 @@ double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bo
     }
     case ExchangeModel::random_walk:
       return RandomWalkExchange{options_.strength, options_.rate}(dt, random);
-    case ExchangeModel::contact_area:
+    default:
       break;
   }
   const double distance =
@@ -166,6 +170,7 @@ void ChargeExchange::restore(const Checkpoint& checkpoint) {
 }
 
 void ChargeExchange::summarize(const State&, Summary& summary) const {
+  if (options_.model == ExchangeModel::none) return;
   std::string text = fmt::format("{} transfers", transfers_);
   if (options_.capacity) text += fmt::format(", {} refused by the capacity", refused_);
   if (lost_ != 0) text += fmt::format(", a charge of {:.4g} lost beyond it", lost_);

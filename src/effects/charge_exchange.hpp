@@ -11,7 +11,7 @@
 namespace lichtenberg::effects {
 
 /// How much charge a contact moves (G table 3.1).
-enum class ExchangeModel { impact, random_walk, contact_area };
+enum class ExchangeModel { impact, random_walk, contact_area, none };
 
 }  // namespace lichtenberg::effects
 
@@ -20,7 +20,8 @@ template <>
 inline constexpr Named<effects::ExchangeModel> values_named<effects::ExchangeModel>[] = {
     {effects::ExchangeModel::impact, "impact"},
     {effects::ExchangeModel::random_walk, "random-walk"},
-    {effects::ExchangeModel::contact_area, "contact-area"}};
+    {effects::ExchangeModel::contact_area, "contact-area"},
+    {effects::ExchangeModel::none, "none"}};
 template <>
 inline constexpr Named<effects::OverCapacity> values_named<effects::OverCapacity>[] = {
     {effects::OverCapacity::refuse, "refuse"}, {effects::OverCapacity::reset, "reset"}};

@@ -1,8 +1,44 @@
 #include "src/effects/viscoelastic_contact.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "src/effects/grain_contact_effect.hpp"
 
 namespace lichtenberg::effects {
+namespace {
+
+/// Either the pure numbers or all of what they follow from.
+void check(const Draft& draft) {
+  const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
+  const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
+  const bool some = options.young || options.poisson || options.viscosity;
+  for (const char* pure : {"elastic", "dissipative"})
+    if (const int line = draft.line(path(pure)); line > 0 && some)
+      refuse(
+          draft.scene.path, line,
+          fmt::format("{} is given, and so are young, poisson or viscosity in SI, from which it follows: leave one of "
+                      "the two out",
+                      path(pure)));
+  for (const auto& [key, value] :
+       {std::pair{"young", options.young}, {"poisson", options.poisson}, {"viscosity", options.viscosity}})
+    if (some && !value)
+      refuse(draft.scene.path, draft.line("effects.viscoelastic_contact"),
+             fmt::format("{} is missing: young, poisson and viscosity are given together, or none of them", path(key)));
+}
+
+/// E and D of the scene's scales (G 3.11, 3.12, 3.36).
+void take_from_SI(const Draft& draft, Scene& scene) {
+  auto& options = *scene.effects.find<ViscoelasticContactOptions>();
+  if (!options.young || !draft.scene.reference) return;
+  const auto [d0, m0, v0, q0] = *draft.scene.reference;
+  const double nu = *options.poisson, alpha = 2 * *options.young * std::sqrt(d0 / 4) / (3 * (1 - nu * nu));
+  options.elastic = alpha * std::pow(d0, 2.5) / (m0 * v0 * v0);
+  options.dissipative = *options.viscosity * v0 / d0 * options.elastic;
+}
+
+}  // namespace
 
 const EffectKind& ViscoelasticContactOptions::kind() {
   static const EffectKind kind = {
@@ -19,14 +55,39 @@ const EffectKind& ViscoelasticContactOptions::kind() {
                {.name = "dissipative",
                 .place = place<&ViscoelasticContactOptions::dissipative>,
                 .range = ranges::not_negative,
-                .help = "D = gamma alpha d0^(3/2) / (m0 v0) (G 3.12)"}},
+                .help = "D = gamma alpha d0^(3/2) / (m0 v0) (G 3.12)"},
+               {.name = "young",
+                .place = place<&ViscoelasticContactOptions::young>,
+                .unit = "Pa",
+                .range = ranges::positive,
+                .computed_default = "none",
+                .help =
+                    "Y, Young's modulus in SI: with poisson and viscosity in place of elastic and dissipative, which "
+                    "follow by the scales of [reference]"},
+               {.name = "poisson",
+                .place = place<&ViscoelasticContactOptions::poisson>,
+                .range = {.low = -1, .high = 0.5, .low_itself = false},
+                .computed_default = "none",
+                .help = "nu, Poisson's ratio"},
+               {.name = "viscosity",
+                .place = place<&ViscoelasticContactOptions::viscosity>,
+                .unit = "s",
+                .range = ranges::not_negative,
+                .computed_default = "none",
+                .help = "gamma, of the grains' material, in SI: D = gamma v0 / d0 E"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
+      .check = check,
+      .complete = take_from_SI,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
         const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
         return std::make_unique<GrainContactEffect>(ViscoelasticContactOptions::kind(),
                                                     ViscoelasticLaw{options.elastic, options.dissipative});
+      },
+      .explain = [](const Scene& scene) -> std::vector<Remark> {
+        const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
+        return {{"contact", fmt::format("E = {:.6g}, D = {:.6g}", options.elastic, options.dissipative)}};
       }};
   return kind;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -7,6 +9,10 @@ namespace lichtenberg::effects {
 struct ViscoelasticContactOptions {
   double elastic = 278.6;     ///< E
   double dissipative = 27.7;  ///< D
+  // In their place, in SI:
+  std::optional<double> young;      ///< Y, Pa
+  std::optional<double> poisson;    ///< nu
+  std::optional<double> viscosity;  ///< gamma, s
 
   static const EffectKind& kind();
 };

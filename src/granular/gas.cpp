@@ -218,7 +218,7 @@ void Gas::set_law() {
   law_ = given;
   if (stage_ < scene_.stages.size()) {
     const Stage& stage = scene_.stages[stage_];
-    law_ = stage.elastic ? elastic(given, stage.stiffness) : given;
+    law_ = stage.elastic ? elastic(given, stage.stiffness) : stiffer(given, stage.stiffness);
   }
   contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
 }

@@ -71,6 +71,14 @@ inline constexpr Named<RadiusDistribution> values_named<RadiusDistribution>[] = 
     {RadiusDistribution::normal, "normal"},
     {RadiusDistribution::lognormal, "lognormal"}};
 
+/// How the grains of a population share out charge: all the same, or at random about 0 (charge_distribution.hpp).
+enum class ChargeDistribution { equal, gaussian, exponential_power };
+template <>
+inline constexpr Named<ChargeDistribution> values_named<ChargeDistribution>[] = {
+    {ChargeDistribution::equal, "equal"},
+    {ChargeDistribution::gaussian, "gaussian"},
+    {ChargeDistribution::exponential_power, "exponential-power"}};
+
 /// `count` conductors at random places of `region`, wholly inside it.
 struct PopulationDraft {
   int line = 0;
@@ -80,7 +88,9 @@ struct PopulationDraft {
   RadiusDistribution distribution = RadiusDistribution::uniform;
   std::optional<double> mean{}, deviation{};
   bool overlapping = false;
-  double charge = 0;
+  double charge = 0;  ///< of each, or what those drawn are in units of
+  ChargeDistribution charge_distribution = ChargeDistribution::equal;
+  std::optional<double> charge_exponent{};
   double relative_resistivity = 1;
   std::optional<double> temperature{};  ///< of grains, m0 v0^2
   double min_gap = 0;                   ///< m, to every other conductor, electrode and side of the domain

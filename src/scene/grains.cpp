@@ -8,6 +8,7 @@
 
 #include "solvers/geometry/box.hpp"
 #include "solvers/random.hpp"
+#include "src/scene/charge_distribution.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/schema.hpp"
 
@@ -22,7 +23,8 @@ Table reference() {
           .help =
               "Makes the scene one of grains in reduced units: its numbers are in units of these scales, whatever "
               "unit their keys name: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
-              "/ v0, energies and temperatures in m0 v0^2. The defaults are those of G table 5.3.",
+              "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The defaults are "
+              "those of G table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
           .keys = {
               {.name = "length",
@@ -67,7 +69,8 @@ Table stage() {
           {.name = "stiffness",
            .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
            .range = {.low = 1},
-           .help = "by what elastic contacts are stiffer, so that the fastest grains do not fly through each other"},
+           .help = "by what contacts are stiffer, so that the fastest grains do not overlap too deeply or fly through "
+                   "each other; those that lose something keep their restitution"},
           {.name = "temperature",
            .place = [](Draft& d) { return &d.scene.stages.back().temperature; },
            .unit = "m0 v0^2",
@@ -99,7 +102,8 @@ void check_conductors(const Draft& draft) {
     if (entry.kind->grains)
       refuse_effect(draft, entry.kind->name, "the table [reference], which makes the scene one of grains");
   for (const char* key :
-       {"stage", "population.temperature", "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
+       {"stage", "population.temperature", "population.charge_distribution", "population.charge_exponent",
+        "mechanics.step", "mechanics.contact_steps", "mechanics.threads"})
     refuse_it(key);
   if (!is_of_conductors(draft.scene.mechanics.integrator))
     refuse(
@@ -161,6 +165,21 @@ void fill_in_grains(Draft& draft) {
 
 namespace {
 
+void check_charges(const Draft& draft, const PopulationDraft& population) {
+  const bool drawn = population.charge_distribution != ChargeDistribution::equal;
+  const bool exponential = population.charge_distribution == ChargeDistribution::exponential_power;
+  const auto refuse_it = [&](const std::string& sentence) {
+    refuse(
+        draft.scene.path, population.line,
+        fmt::format("population.charge_distribution = \"{}\" {}", name_of(population.charge_distribution), sentence));
+  };
+  if (drawn && !(population.charge > 0)) refuse_it("needs population.charge, the width, greater than 0: add it");
+  if (drawn && population.count == 1) refuse_it("needs more than one grain: the charges of all add up to 0");
+  if (exponential && !population.charge_exponent) refuse_it("needs population.charge_exponent: add it");
+  if (!exponential && population.charge_exponent)
+    refuse_it("has no use for population.charge_exponent, which is for \"exponential-power\": leave it out");
+}
+
 /// A grain must not meet two images of another.
 void check_sizes(const Draft& draft, const Scene& scene) {
   double shortest = INFINITY, largest = 0;
@@ -200,6 +219,7 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 
 void complete_grains(const Draft& draft, Scene& scene) {
   check_sizes(draft, scene);
+  for (const PopulationDraft& population : draft.populations) check_charges(draft, population);
   constexpr std::size_t few = 64;  // the work of cvode's events grows with their square
   if (scene.mechanics.integrator == Integrator::cvode && scene.conductors.size() > few)
     refuse(scene.path, draft.line("mechanics.integrator"),
@@ -209,6 +229,8 @@ void complete_grains(const Draft& draft, Scene& scene) {
   std::size_t first = draft.conductors.size();
   for (const PopulationDraft& population : draft.populations) {
     const std::size_t end = first + population.count;
+    const std::vector<double> charges = charges_of(population, scene.seed, first);
+    for (std::size_t i = first; i < end; ++i) scene.conductors[i].charge = charges[i - first];
     if (population.temperature) set_temperature(scene, first, end, *population.temperature);
     first = end;
   }

@@ -10,7 +10,7 @@ void check_grains(const Draft& draft);
 /// Defaults of a scene of grains that are not those of conductors. Called before populations are drawn.
 void fill_in_grains(Draft& draft);
 
-/// Velocities of the populations that have a temperature.
+/// Charges of the populations, and velocities of those that have a temperature. Throws InputError.
 void complete_grains(const Draft& draft, Scene& scene);
 
 }  // namespace lichtenberg

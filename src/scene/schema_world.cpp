@@ -303,7 +303,18 @@ Table population() {
               {.name = "charge",
                .place = [](Draft& d) { return &d.populations.back().charge; },
                .unit = "C",
-               .help = "of each at the start"},
+               .help = "of each at the start; of those drawn (charge_distribution) the width"},
+              {.name = "charge_distribution",
+               .place = [](Draft& d) { return &d.populations.back().charge_distribution; },
+               .help = "of grains: all have the same charge; gaussian, with the standard deviation charge; or "
+                       "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
+                       "3.49). Those drawn add up to exactly 0"},
+              {.name = "charge_exponent",
+               .place = [](Draft& d) { return &d.populations.back().charge_exponent; },
+               .range = {.low = 0.25},
+               .computed_default = "none; needed for exponential-power",
+               .help = "z: 1 is Laplace's distribution, 2 Gaussian, and from 8 on it is nearly uniform between -charge "
+                       "and charge; below .25 tails are so heavy that sums of charges round"},
               {.name = "temperature",
                .place = [](Draft& d) { return &d.populations.back().temperature; },
                .unit = "m0 v0^2",

@@ -1,0 +1,204 @@
+// What scenes of grains may say: charges that populations draw, contacts in SI, and what is refused, in one sentence
+// each.
+#include <doctest/doctest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/effects/viscoelastic_contact.hpp"
+#include "src/granular/gas.hpp"
+#include "src/granular/granular_motion.hpp"
+#include "src/granular/restitution_check.hpp"
+#include "tests/folder.hpp"
+
+using namespace lichtenberg;
+using doctest::Approx;
+
+namespace {
+
+const std::string periodic = R"(
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+)";
+const std::string box = "[reference]\n[domain]\nsize = [12, 12, 12]" + periodic + R"(
+front = "periodic"
+back = "periodic"
+)";
+const std::string grains = "[[population]]\ncount = 200\ntemperature = 1\n";
+const std::string contact = "[effects.viscoelastic_contact]\n";
+const std::string coulomb = "[effects.coulomb]\n";
+
+Scene parse(const std::string& text) { return parse_scene(text, "gas.toml"); }
+
+/// What a run of the scene up to its end is refused or ended with; empty if it is not.
+std::string sentence_of(const std::string& text) {
+  try {
+    GranularMotion motion(parse(text));
+    while (!motion.finished()) motion.advance_to(motion.next_frame(), {});
+  } catch (const InputError& error) {
+    return error.what();
+  } catch (const Failure& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::vector<double> charges_of(const std::string& keys, int count) {
+  const std::string population = "[[population]]\nmin_gap = 0\ncount = " + std::to_string(count) + "\n" + keys;
+  std::vector<double> charges;
+  for (const Conductor& grain : parse(replaced(box, "[12, 12, 12]", "[30, 30, 30]") + population + contact).conductors)
+    charges.push_back(grain.charge);
+  return charges;
+}
+
+double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+/// <q^2> and <q^4> / <q^2>^2.
+std::pair<double, double> moments(const std::vector<double>& charges) {
+  double square = 0, fourth = 0;
+  for (const double q : charges) square += q * q, fourth += q * q * q * q;
+  const auto n = static_cast<double>(charges.size());
+  return {square / n, fourth * n / (square * square)};
+}
+
+}  // namespace
+
+TEST_CASE("populations have charges that are equal, Gaussian or of the density exp(-|q|^z)") {
+  CHECK(sum(charges_of("charge = 0.5\n", 100)) == 50);
+  constexpr int n = 4000;
+  struct Drawn {
+    std::string keys;
+    double square, kurtosis;
+  };
+  // Gamma(3/z) / Gamma(1/z) and Gamma(5/z) Gamma(1/z) / Gamma(3/z)^2.
+  const auto shape = [](double z) {
+    return std::pair{std::tgamma(3 / z) / std::tgamma(1 / z),
+                     std::tgamma(5 / z) * std::tgamma(1 / z) / std::pow(std::tgamma(3 / z), 2)};
+  };
+  const std::string power = "charge_distribution = \"exponential-power\"\ncharge_exponent = ";
+  for (const auto& [keys, square, kurtosis] :
+       {Drawn{"charge_distribution = \"gaussian\"\n", 1, 3}, Drawn{power + "1\n", shape(1).first, shape(1).second},
+        Drawn{power + "2\n", shape(2).first, shape(2).second}, Drawn{power + "8\n", shape(8).first, shape(8).second}}) {
+    const std::vector<double> one = charges_of("charge = 1\n" + keys, n), two = charges_of("charge = 2\n" + keys, n);
+    CHECK(sum(one) == 0);
+    const auto [found, fourth] = moments(one);
+    // The mean of n squares varies by the root of (kurtosis - 1) / n; four of them.
+    CHECK(found == Approx(square).epsilon(4 * std::sqrt((kurtosis - 1) / n)).scale(0));
+    CHECK(fourth == Approx(kurtosis).epsilon(kurtosis > 5 ? 0.5 : 0.2).scale(0));
+    for (std::size_t k = 0; k < one.size(); ++k) REQUIRE(two[k] == 2 * one[k]);
+  }
+}
+
+TEST_CASE("charges that a population draws stay as they are without an exchange") {
+  const std::string charged =
+      "[[population]]\ncount = 60\ntemperature = 1\ncharge = 1\ncharge_distribution = \"gaussian\"\n";
+  const Scene scene =
+      parse(box + charged + contact + "[effects.charge_exchange]\nmodel = \"none\"\n[stop]\ntime = 1\n");
+  GranularMotion motion(scene);
+  motion.advance_to(1, {});
+  const std::vector<double> after = motion.frame().reals("charge");
+  for (std::size_t k = 0; k < after.size(); ++k) REQUIRE(after[k] == scene.conductors[k].charge);
+}
+
+TEST_CASE("a viscoelastic contact in SI has the numbers of the scales") {
+  // G table 5.3: alpha = 2.67e4, beta = 12.8 with d0 = 4.78e-3, m0 = 1.52e-4, v0 = 1 give E = 277.5, D = 27.83. With
+  // nu = .25 alpha is Y = alpha 3 (1 - nu^2) / (2 sqrt(d0/4)), gamma = beta / alpha.
+  const double young = 2.67e4 * 3 * (1 - 0.0625) / (2 * std::sqrt(4.78e-3 / 4));
+  const Scene scene =
+      parse(box + grains + contact +
+            fmt::format("young = {:.17g}\npoisson = 0.25\nviscosity = {:.17g}\n", young, 12.8 / 2.67e4));
+  const auto& options = *scene.effects.find<effects::ViscoelasticContactOptions>();
+  CHECK(options.elastic == Approx(277.5).epsilon(2e-4).scale(0));  // four digits
+  CHECK(options.dissipative == Approx(27.83).epsilon(2e-4).scale(0));
+}
+
+TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows when it ends") {
+  for (const std::string law : {"[effects.viscoelastic_contact]\n", "[effects.linear_contact]\nrestitution = 0.6\n"}) {
+    const std::string stage = "[[stage]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";
+    granular::Gas gas(parse(box + grains + law + stage)), plain(parse(box + grains + law));
+    for (const double speed : {0.1, 5.0}) {
+      const auto stiff = granular::expected_collision(gas.law(), 0.5, 1, speed);
+      const auto soft = granular::expected_collision(plain.law(), 0.5, 1, speed);
+      // As exact as the table in k is smooth: the same k is looked up.
+      CHECK(stiff.restitution == Approx(soft.restitution).epsilon(1e-12).scale(0));
+      CHECK(stiff.duration < 0.5 * soft.duration);  // by 10^(2/5) and 10^(1/2)
+    }
+    const double before = gas.energy().total();
+    CHECK_FALSE(gas.in_elastic_stage());
+    gas.follow_contacts(0.2);
+    REQUIRE(!gas.contacts().empty());
+    const double followed = gas.energy().total();
+    const double stored = gas.energy().contact;
+    gas.leave_stage();
+    CHECK(gas.energy().contact < 0.2 * stored);  // a tenth
+    CHECK(gas.energy().total() == Approx(followed).epsilon(1e-12).scale(before));
+  }
+}
+
+TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
+  struct Refused {
+    std::string scene, sentence;
+  };
+  const std::string plane = "[reference]\n[domain]\nsize = [12, 12]" + periodic;
+  const std::string few = "[[population]]\ncount = 20\ntemperature = 1\n";
+  const std::string si = "young = 1e6\npoisson = 0.2\n";
+  std::string chain;
+  for (const char* grain : {"[5, 6, 6]\ncharge = 1", "[6, 6, 6]", "[7, 6, 6]\ncharge = -1"})
+    chain += fmt::format("[[conductor]]\nradius = 0.5\nposition = {}\n", grain);
+  const std::string fast =
+      "[[conductor]]\nposition = [4, 6, 6]\nradius = 0.5\nvelocity = [25, 0, 0]\n"
+      "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\nvelocity = [-25, 0, 0]\n";
+  const std::vector<Refused> table = {
+      {plane + few + contact + "[effects.wall_contact]\n", "effects.wall_contact is not allowed with a periodic side"},
+      {replaced(plane, "[reference]\n", "") + "[[population]]\ncount = 2\nradius = 0.5\n[effects.wall_contact]\n",
+       "effects.wall_contact is not allowed with a periodic side"},
+      {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
+       "domain.left must be \"periodic\" in a scene of grains"},
+      {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},
+      {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
+       "at least twice that is needed, or it would meet two images of another"},
+      {box + few + contact + coulomb + "sum = \"shifted-force\"\ncutoff = 7\n", "at least twice that is needed"},
+      {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
+      {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
+      {box + few + contact + "[effects.induced_dipoles]\n",
+       "effects.induced_dipoles needs the table [effects.coulomb]"},
+      {box + few + "[effects.charge_exchange]\n", "needs effects.viscoelastic_contact or effects.linear_contact"},
+      {box + few + contact + "[effects.linear_contact]\n", "one is allowed"},
+      {box + few + "charge = 2\n" + contact + "[effects.charge_exchange]\ncapacity = 1\n",
+       "a grain has the charge 2 at the start"},
+      {box + "[[population]]\ncount = 3000\n" + contact, "3000"},
+      {box + few + contact + coulomb + "strength = -1\n", "effects.coulomb.strength"},
+      {box + few + contact + "[effects.charge_exchange]\nstrength = -1\n", "effects.charge_exchange.strength"},
+      {box + few + contact + "dissipative = -1\n", "effects.viscoelastic_contact.dissipative"},
+      {box + few + contact + "[effects.gas_drag]\nstokes = -1\n", "effects.gas_drag.stokes"},
+      {box + few + contact + coulomb + "accuracy = 1e-11\n", "effects.coulomb.accuracy"},
+      {box + few + contact + coulomb + "accuracy = 1e-13\n", "at least 1e-12 and at most 0.1"},
+      {box + few + contact + "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n", "would do"},
+      {box + few + contact + "[mechanics]\nintegrator = \"gear\"\nstep = 0.1\n", "would do"},
+      {box + fast + contact + "[stop]\ntime = 1\n", "fly through each other"},
+      {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\nstrength = 1\n",
+       "effects.charge_exchange.strength is not allowed with effects.charge_exchange.model = \"none\""},
+      {box + few + contact + "elastic = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
+      {box + few + contact + si, "effects.viscoelastic_contact.viscosity is missing"},
+      {box + few + "charge_distribution = \"gaussian\"\n" + contact, "needs population.charge, the width"},
+      {box + few + "charge = 1\ncharge_distribution = \"exponential-power\"\n" + contact,
+       "needs population.charge_exponent"},
+      {box + few + "charge = 1\ncharge_exponent = 2\n" + contact, "has no use for population.charge_exponent"},
+      {box + few + "charge = 1\ncharge_distribution = \"exponential-power\"\ncharge_exponent = 0.1\n" + contact,
+       "population.charge_exponent"},
+      {box + "[[population]]\ncount = 1\ncharge = 1\ncharge_distribution = \"gaussian\"\n" + contact,
+       "needs more than one grain"},
+  };
+  for (const auto& [scene, part] : table) {
+    const std::string sentence = sentence_of(scene);
+    CHECK_MESSAGE(contains(sentence, part), scene << "\n=> " << sentence);
+    CHECK_MESSAGE(sentence.find('\n') == std::string::npos, sentence);
+  }
+}

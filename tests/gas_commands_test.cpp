@@ -54,6 +54,51 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(std::filesystem::exists(folder / "other-series.png"));
 }
 
+TEST_CASE("grains are coloured by charge or cluster, as asked for") {
+  const Folder folder;
+  folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  for (const char* colour : {"charge", "cluster"})
+    CHECK(run_program(folder, fmt::format("plot gas.h5 --colour {0} --out {0}.png", colour)).status == 0);
+  CHECK(text_of(folder / "charge.png") != text_of(folder / "cluster.png"));
+  CHECK(run_program(folder, "plot gas.h5 --colour size").status == 2);
+}
+
+TEST_CASE("an ensemble of gases has the means of what their summaries say") {
+  const Folder folder;
+  folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
+  const Ended ended = run_program(folder, "ensemble gas.toml --seeds 3 --out gases --quiet");
+  REQUIRE_MESSAGE(ended.status == 0, ended.err);
+  for (const char* heading : {"T with flow", "<q^2>", "largest", "dissipated", "collisions", "time (t0)"})
+    CHECK_MESSAGE(contains(ended.out, heading), ended.out);
+  const json found = json::parse(text_of(folder / "gases" / "ensemble.json"));
+  const json& point = found["points"][0]["quantities"];
+  for (const char* name :
+       {"temperature", "mean_square_charge", "clusters", "largest_cluster", "dissipated_energy", "collisions"}) {
+    double sum = 0;
+    for (const int seed : {1, 2, 3}) {
+      const ResultFile file((folder / fmt::format("gases/seed-{}.h5", seed)).string(), "read");
+      sum += hdf5::get<double>(file.file(), std::string("summary/") + name).back();
+    }
+    CHECK(point[name]["value"].get<double>() == Approx(sum / 3).epsilon(1e-14).scale(0));
+    CHECK(point[name]["half_width"].get<double>() > 0);
+  }
+}
+
+TEST_CASE("explain says what a gas starts with, and how warm polarized grains may be") {
+  const Folder folder;
+  folder.write("gas.toml",
+               replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2\ncharge_distribution = \"gaussian\"") +
+                   "[effects.induced_dipoles]\npolarizability = 0.075\n");
+  const Ended ended = run_program(folder, "explain gas.toml");
+  REQUIRE_MESSAGE(ended.status == 0, ended.err);
+  CHECK_MESSAGE(contains(ended.out, "charges              0 q0 in all, rms "), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "m0 v0 in all"), ended.out);
+  // sqrt(4 * .4 * 278.6) .4687^(5/4) = 8.19, and that squared over 4 ln 60: 4.1.
+  CHECK_MESSAGE(contains(ended.out, "closer than 0.53 d0, which impacts at 8.19 v0"), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "safe below T = 4.1"), ended.out);
+}
+
 TEST_CASE("what cannot be done with grains is refused with a sentence") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));

@@ -16,10 +16,14 @@ namespace {
 
 constexpr const char* conductors_key = "population.count";
 
-/// The interval with two digits, and the value to the same place.
+/// The interval with two digits, and the value to the same place; both small in units of a power of ten.
 std::string shown(const analysis::Estimate& estimate) {
   const double half_width = estimate.half_width.value_or(0);
   if (half_width == 0) return fmt::format("{:.4g}{}", estimate.value, estimate.half_width ? " ± 0" : "");
+  if (const double largest = std::max(std::abs(estimate.value), half_width); largest < 1e-3) {
+    const double power = std::floor(std::log10(largest)), unit = std::pow(10, power);
+    return fmt::format("({})e{:g}", shown({.value = estimate.value / unit, .half_width = half_width / unit}), power);
+  }
   const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(half_width))));
   return fmt::format("{:.{}f} ± {:.{}f}", estimate.value, decimals, half_width, decimals);
 }
@@ -55,7 +59,8 @@ std::vector<std::vector<const Member*>> groups_apart_from(const std::vector<std:
 std::vector<double> values_of(const std::vector<const Member*>& members, const std::string& quantity) {
   std::vector<double> values;
   for (const Member* member : members)
-    if (const auto found = member->quantities.find(quantity); found != member->quantities.end())
+    if (const auto found = member->quantities.find(quantity);
+        found != member->quantities.end() && std::isfinite(found->second))
       values.push_back(found->second);
   return values;
 }
@@ -82,6 +87,17 @@ constexpr std::array topology = {
     Column{"degree_fraction_2", "f2"},           Column{"degree_fraction_3", "f3"},
     Column{"degree_fraction_4", "f4"},           Column{"strahler_fraction_1", "Strahler 1"},
     Column{"strahler_fraction_2", "Strahler 2"}, Column{"strahler_fraction_3", "Strahler 3"}};
+
+constexpr std::array gas = {Column{"temperature", "T with flow"},  Column{"local_temperature", "T"},
+                            Column{"mean_square_charge", "<q^2>"}, Column{"clusters", "clusters"},
+                            Column{"largest_cluster", "largest"},  Column{"mean_aggregate", "mean of 2 and more"}};
+constexpr std::array gas_events = {Column{"dissipated_energy", "dissipated"},
+                                   Column{"energy_error", "energy off by"},
+                                   Column{"collisions", "collisions"},
+                                   Column{"transfers", "transfers of charge"},
+                                   Column{"largest_overlap", "largest overlap"},
+                                   Column{"time", "time (t0)"},
+                                   Column{"seconds", "wall time (s)"}};
 
 /// A count that D holds to be proportional to the number of conductors.
 struct Law {
@@ -190,8 +206,16 @@ Summary summarize(const std::vector<Member>& members) {
 void print(const Summary& summary) {
   if (summary.points.empty()) return;
   fmt::print("means over the runs of different seeds, with 95 % confidence intervals (Student's t)\n\n");
-  print_table(cells_of(summary.points, course));
-  print_table(cells_of(summary.points, topology));
+  const bool of_grains = summary.points.front().quantities.contains("dissipated_energy") &&
+                         summary.points.front().quantities.contains("collisions");
+  if (of_grains) {
+    fmt::print("at the end, in units of the scene's scales; T relative to the flow in cells, and with it\n\n");
+    print_table(cells_of(summary.points, gas));
+    print_table(cells_of(summary.points, gas_events));
+  } else {
+    print_table(cells_of(summary.points, course));
+    print_table(cells_of(summary.points, topology));
+  }
   if (!summary.proportions.empty()) fmt::print("least squares through the origin over all runs, N conductors\n\n");
   for (const auto& [settings, quantity, slope] : summary.proportions) {
     std::string with;

@@ -9,7 +9,9 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/granular/contacts.hpp"
+#include "src/granular/restitution_check.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
@@ -41,6 +43,20 @@ double initial_temperature(const Scene& scene) {
   return sum / (scene.dimension() * static_cast<double>(scene.conductors.size()));
 }
 
+void explain_sums(const Scene& scene) {
+  Vec3 momentum{};
+  double charge = 0, squares = 0, largest = 0;
+  for (const Conductor& grain : scene.conductors) {
+    momentum += (4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(grain.radius, 3)) * grain.velocity;
+    charge += grain.charge, squares += grain.charge * grain.charge;
+    largest = std::max(largest, std::abs(grain.charge));
+  }
+  fmt::print("  momentum             {:.1e} m0 v0 in all\n", norm(momentum));
+  if (largest > 0)
+    fmt::print("  charges              {:.4g} q0 in all, rms {:.4g}, at most {:.4g}\n", charge,
+               std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
+}
+
 double restitution_of(const ViscoelasticLaw& law, double speed) {
   if (law.dissipative == 0) return 1;
   const theory::ViscoelasticPair pair{law.elastic, law.dissipative};
@@ -53,6 +69,51 @@ double restitution(const GrainContactLaw& law, double speed) {
   return std::visit([&](const auto& one) { return restitution_of(one, speed); }, law);
 }
 
+/// Speed of the fastest of so many Maxwellian grains over sqrt(T): the tail sqrt(2/pi) u exp(-u^2/2) holds one of them.
+double fastest(std::size_t grains) {
+  double u = 3;
+  for (int k = 0; k < 20; ++k) u = std::sqrt(2 * std::log(static_cast<double>(grains) * std::max(u, 1.0) * 0.8));
+  return u;
+}
+
+/// The part of the time between two collisions that one lasts, at this temperature.
+double crowding(const Scene& scene, const GrainContactLaw& law, double temperature) {
+  const auto duration = [&](double speed, double) { return granular::expected_collision(law, 0.5, 1, speed).duration; };
+  return theory::collision_frequency(density(scene), temperature) * theory::impact_mean(temperature, duration);
+}
+
+void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
+  const double speed = 2 * fastest(scene.conductors.size()) * std::sqrt(temperature);
+  fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps\n",
+             shortest_contact(law, speed), scene.mechanics.contact_steps);
+  fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
+             restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
+  if (scene.dimension() == 2) return;
+  const double part = crowding(scene, law, temperature);
+  fmt::print("  crowding             a contact lasts {:.2g} of the time between two{}\n", part,
+             part > 0.05 ? ": three meet often, and charge more at first than theory expects of two" : "");
+}
+
+/// The speed from which on two elastic grains of mass 1 overlap so deeply: what they store is m_eff v^2 / 2.
+double speed_of_overlap(const GrainContactLaw& law, double overlap) {
+  const auto stored = [&](const auto& one) { return one.parts(overlap).stored; };
+  return 2 * std::sqrt(std::visit(stored, law));
+}
+
+/// How warm a gas may be whose grains must not come closer than (2 A)^(1/3), where two polarize each other without end.
+void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
+  const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
+  if (!dipoles) return;
+  const double closest = std::cbrt(2 * dipoles->polarizability), speed = speed_of_overlap(law, 1 - closest);
+  // One of N impacts is faster than v_n^2 = 4 T ln N.
+  const double limit = speed * speed / (4 * std::log(std::max<double>(2, scene.conductors.size())));
+  fmt::print(
+      "  polarization         two grains polarize each other without end closer than {:.2g} d0, which impacts at "
+      "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, a [[stage]] of stiffer contacts "
+      "helps\n",
+      closest, speed, limit);
+}
+
 /// Temperatures of a homogeneous gas without charges at equal intervals, the stages' part taken as at the start.
 struct Foreseen {
   std::vector<double> time, temperature;
@@ -61,7 +122,7 @@ struct Foreseen {
 
 Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
   double warm = 0;
-  for (const Stage& stage : scene.stages) warm += stage.duration;
+  for (const Stage& stage : scene.stages) warm += stage.elastic ? stage.duration : 0;
   const double left = std::max(scene.stop.time - warm, 0.0), initial = initial_temperature(scene);
   constexpr int intervals = 200;
   Foreseen result;
@@ -79,13 +140,6 @@ Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
   return result;
 }
 
-/// Speed of the fastest of so many Maxwellian grains over sqrt(T): the tail sqrt(2/pi) u exp(-u^2/2) holds one of them.
-double fastest(std::size_t grains) {
-  double u = 3;
-  for (int k = 0; k < 20; ++k) u = std::sqrt(2 * std::log(static_cast<double>(grains) * std::max(u, 1.0) * 0.8));
-  return u;
-}
-
 struct Steps {
   double outer = 0, contact = 0;
 };
@@ -101,7 +155,7 @@ Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen
     steps.contact += duration / outer * std::ceil(outer / inner);
   };
   for (const Stage& stage : scene.stages)
-    add(stage.duration, initial_temperature(scene), stage.elastic ? elastic(law, stage.stiffness) : law);
+    if (stage.elastic) add(stage.duration, initial_temperature(scene), elastic(law, stage.stiffness));
   for (std::size_t k = 1; k < foreseen.time.size(); ++k)
     add(foreseen.time[k] - foreseen.time[k - 1], foreseen.temperature[k], law);
   return steps;
@@ -110,7 +164,7 @@ Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen
 void explain_stages(const Scene& scene) {
   for (const Stage& stage : scene.stages)
     fmt::print("  stage                {:g} t0{}{}\n", stage.duration,
-               stage.elastic ? fmt::format(", elastic, contacts {:g} times as stiff", stage.stiffness) : "",
+               fmt::format("{}, contacts {:g} times as stiff", stage.elastic ? ", elastic" : "", stage.stiffness),
                stage.temperature ? fmt::format(", then scaled to T = {:g}", *stage.temperature) : "");
 }
 
@@ -138,17 +192,12 @@ void explain_grains(const Scene& scene) {
   fmt::print("  units                d0 = {:g} m, m0 = {:g} kg, v0 = {:g} m/s, q0 = {:g} C, t0 = {:g} s\n", length,
              mass, velocity, charge, length / velocity);
   fmt::print("  filling              {:.4f} of the box\n", filling(scene));
+  explain_sums(scene);
   explain_stages(scene);
   fmt::print("  integrator           {}, steps of at most {:g} t0\n", name_of(scene.mechanics.integrator),
              scene.mechanics.step);
-  if (initial > 0) {
-    const double speed = 2 * fastest(scene.conductors.size()) * std::sqrt(initial);
-    fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps\n",
-               shortest_contact(law, speed), scene.mechanics.contact_steps);
-    fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n",
-               restitution(law, 0.01), restitution(law, 1), restitution(law, 2 * std::sqrt(initial)),
-               2 * std::sqrt(initial));
-  }
+  if (initial > 0) explain_contacts(scene, law, initial);
+  explain_polarization(scene, law);
   if (foreseen.collisions > 0)
     fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
                foreseen.temperature.back(), foreseen.collisions);

@@ -12,7 +12,7 @@ namespace lichtenberg {
 namespace {
 
 struct PlotArguments {
-  std::string file, picture;
+  std::string file, picture, colour;
   std::optional<int> frame;
 };
 
@@ -30,6 +30,7 @@ void check_bytes(const std::string& path) {
   std::vector<std::string> arguments{request.file};
   if (request.frame) arguments.insert(arguments.end(), {"--frame", std::to_string(*request.frame)});
   if (!request.picture.empty()) arguments.insert(arguments.end(), {"--out", request.picture});
+  if (!request.colour.empty()) arguments.insert(arguments.end(), {"--colour", request.colour});
   become_script("plot.py", arguments);
 }
 
@@ -41,7 +42,12 @@ Command plot_command() {
           "Draws a frame of a result file",
           {{"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
            {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
-           {"--out", &request->picture, "picture to write (default: FILE with .png); of a gas of grains, a second one with -series"}},
+           {"--out", &request->picture,
+            "picture to write (default: FILE with .png); of a gas of grains, a second one with -series"},
+           {"--colour",
+            &request->colour,
+            "of grains: charge or cluster (default: charge, unless all have the same)",
+            {.allowed = {"charge", "cluster"}}}},
           [request] { plot(*request); }};
 }
 

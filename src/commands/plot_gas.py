@@ -1,7 +1,7 @@
 """The pictures of a gas of grains: where they are, and its course over time; `plot.py` calls it.
 
-Grains in space are seen in perspective, painted from far to near and paler where they are far. Colour is charge or, of
-neutral grains, the cluster that they are in.
+Grains in space are seen in perspective, painted from far to near and paler where they are far. Colour is charge or, if
+all have the same or it is asked for, the cluster that they are in.
 """
 import tomllib
 from pathlib import Path
@@ -42,7 +42,7 @@ class DrawnGas:
         self.cluster = particles["cluster/value"][index]
         self.series = {name: data[()] for name, data in file["gas"].items()}
         scene = tomllib.loads(text_of(file["scene/text"]))
-        self.warm_up = sum(stage.get("duration", 0) for stage in scene.get("stage", []))
+        self.warm_up = sum(stage.get("duration", 0) for stage in scene.get("stage", []) if stage.get("elastic", True))
 
 
 def text_of(dataset):
@@ -92,10 +92,12 @@ def draw_box(axes, gas, eye):
 
 
 def charge_colours(charge):
-    """White is 0, with the same range for both signs; None if no grain is charged."""
+    """White is 0, with the same range for both signs; None if all charges are the same, none among them."""
+    if np.ptp(charge) == 0:
+        return None
     reach = np.quantile(np.abs(charge), 0.995)
     reach = reach if reach > 0 else np.abs(charge).max()
-    return {"cmap": "RdBu_r", "norm": Normalize(-reach, reach)} if reach > 0 else None
+    return {"cmap": "RdBu_r", "norm": Normalize(-reach, reach)}
 
 
 def cluster_faces(cluster):
@@ -192,15 +194,16 @@ def draw_colour_bar(axes, colours, charge):
 def caption(gas):
     numbers, size = np.unique(gas.cluster, return_counts=True)
     parts = [f"t = {gas.time:.4g} $t_0$", f"N = {len(gas.radius)}"]
-    parts.append(f"{len(numbers)} clusters, the largest of {size.max()}")
+    clusters = "cluster" if len(numbers) == 1 else "clusters"
+    parts.append(f"{len(numbers)} {clusters}, the largest of {size.max()}")
     return ", ".join(parts)
 
 
-def draw_grains(gas):
+def draw_grains(gas, by_cluster):
     drawing.set_style()
     height = 6 if gas.spatial else 0.9 + 5 * gas.box[1] / gas.box[0]
     figure, axes = plt.subplots(figsize=(6.6, height), layout="constrained")
-    colours = charge_colours(gas.charge)
+    colours = None if by_cluster else charge_colours(gas.charge)
     (draw_in_space if gas.spatial else draw_in_the_plane)(axes, gas, colours)
     if colours is not None:
         draw_colour_bar(axes, colours, gas.charge)
@@ -210,6 +213,8 @@ def draw_grains(gas):
 
 def draw_points(axes, time, values, label, marker, colour):
     shown = np.isfinite(values) & (values > 0)
+    if not shown.any():
+        return
     axes.plot(time[shown], values[shown], marker, color=colour, markersize=2.5, label=label, markeredgewidth=0)
 
 
@@ -226,8 +231,8 @@ def panels_of(series):
             ("haff_temperature", "homogeneous and neutral, restitution of the contacts"),
         )
     ]
-    if series["mean_square_charge"].any():
-        line = ("expected_square_charge", "homogeneous, early charging")
+    if np.ptp(series["mean_square_charge"]) > 0:
+        line = ("expected_square_charge", "homogeneous, two at a time")
         panels.append((r"$\langle q^2 \rangle$ ($q_0^2$)", [("mean_square_charge", "grains", "o", "#08519c")], line))
     clusters = [("mean_aggregate", "grains in contact: mean of two and more", "o", "#08519c")]
     clusters.append(("density_cluster_size", "dense cells: S", "s", "#9ecae1"))
@@ -278,8 +283,8 @@ def series_path(picture):
     return picture.with_name(f"{picture.stem}-series{picture.suffix}")
 
 
-def draw(path, frame, picture):
+def draw(path, frame, picture, colour=None):
     """Writes both pictures. Throws drawing.InputError."""
     gas = drawing.read_file(path, lambda file: DrawnGas(file, path, frame))
-    drawing.save(draw_grains(gas), picture)
+    drawing.save(draw_grains(gas, colour == "cluster"), picture)
     drawing.save(draw_series(gas, frame is not None), series_path(picture))

@@ -14,6 +14,17 @@ double total_charge(const Gas& gas) {
   return std::accumulate(charge.begin(), charge.end(), 0.0);
 }
 
+/// |sum p|, and that over the root of the sum of p^2.
+std::pair<double, double> momentum(const Bodies& bodies) {
+  Vec3 sum{};
+  double squares = 0;
+  for (std::size_t k = 0; k < bodies.momentum.size(); ++k) {
+    sum[static_cast<int>(k) % bodies.dimension] += bodies.momentum[k];
+    squares += bodies.momentum[k] * bodies.momentum[k];
+  }
+  return {norm(sum), squares > 0 ? norm(sum) / std::sqrt(squares) : 0};
+}
+
 std::string temperature_line(const Note& now) {
   const analysis::GranularTemperature& t = now.gas.temperature;
   std::string text =
@@ -29,7 +40,11 @@ std::string charge_line(const Gas& gas, const Note& now) {
   const analysis::ChargeMoments& q = now.gas.charge;
   std::string text =
       fmt::format("{:.3g} in all; mean |q| {:.4g}, rms {:.4g}", total_charge(gas), q.magnitude, std::sqrt(q.square));
-  return std::isnan(q.kurtosis) ? text : text + fmt::format(", kurtosis {:.3g}", q.kurtosis);
+  if (!std::isnan(q.kurtosis)) text += fmt::format(", kurtosis {:.3g}", q.kurtosis);
+  if (now.expected && now.expected->charge_square.value_or(0) > 0)
+    text += fmt::format("; <q^2> is {:.3g} times that of a homogeneous gas in which no three meet",
+                        q.square / *now.expected->charge_square);
+  return text;
 }
 
 std::string clusters_line(const Gas& gas, const Note& now) {
@@ -50,8 +65,9 @@ std::string density_line(const Note& now) {
 std::string collisions_line(const Gas& gas, const Note& now) {
   std::string text = fmt::format("{}", gas.collisions);
   if (now.expected && now.expected->collisions > 0)
-    text += fmt::format(", {:.3g} times those of a homogeneous gas as warm",
-                        static_cast<double>(gas.collisions) / now.expected->collisions);
+    text +=
+        fmt::format(", {:.3g} times those of a homogeneous gas as warm (each touch counts, bounces in clusters too)",
+                    static_cast<double>(gas.collisions) / now.expected->collisions);
   return text + fmt::format("; largest overlap {:.3g} of a diameter", gas.largest_overlap);
 }
 
@@ -89,6 +105,8 @@ void add_restitution(const Gas& gas, Summary& summary) {
 
 void add_lines(const Gas& gas, const Note& now, double energy_error, Summary& summary) {
   summary.lines = {{"temperature", temperature_line(now)}};
+  summary.lines.push_back(
+      {"momentum", fmt::format("{:.1e} of the root of the sum of all squares", momentum(gas.bodies()).second)});
   if (!gas.bodies().charge.empty()) summary.lines.push_back({"charge", charge_line(gas, now)});
   summary.lines.push_back({"clusters", clusters_line(gas, now)});
   summary.lines.push_back({"density", density_line(now)});
@@ -109,6 +127,7 @@ void add_quantities(const Gas& gas, const Note& now, double energy_error, Summar
                         {"temperature", now.gas.temperature.total, energy},
                         {"local_temperature", now.gas.temperature.local, energy},
                         {"sonine", now.gas.sonine, "1"},
+                        {"momentum", momentum(gas.bodies()).first, "m0 v0"},
                         {"mean_charge_magnitude", now.gas.charge.magnitude, "q0"},
                         {"mean_square_charge", now.gas.charge.square, "q0^2"},
                         {"total_charge", total_charge(gas), "q0"},

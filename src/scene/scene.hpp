@@ -173,7 +173,7 @@ struct MechanicsOptions {
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Of grains:
   double step = 0.05;      ///< t0, the longest
-  int contact_steps = 30;  ///< multirate: steps of contacts in the shortest contact that there could be
+  int contact_steps = 45;  ///< multirate: steps of contacts in the shortest contact that there could be
   int threads = 0;         ///< 0: one a core, fewer for few grains
 };
 
@@ -195,7 +195,7 @@ struct UnitNames {
 struct Stage {
   double duration = 0;                  ///< t0
   bool elastic = true;                  ///< contacts lose nothing and move no charge, and no gas acts
-  double stiffness = 1;                 ///< elastic: by what contacts are stiffer
+  double stiffness = 1;                 ///< by what contacts are stiffer, with the same restitution
   std::optional<double> temperature{};  ///< m0 v0^2, set at its end by one factor for all velocities
 };
 

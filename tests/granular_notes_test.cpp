@@ -143,6 +143,23 @@ TEST_CASE("what theory expects of a gas: collisions in the warm-up, Haff's law a
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
+TEST_CASE("theory goes on over the end of a stage in which the gas cools, and begins anew after one of mixing") {
+  const std::string mixing = "duration = 1\nstiffness = 10\ntemperature = 1", cooling = "duration = 1\nelastic = false";
+  const auto temperatures = [](const std::string& with) {
+    GranularMotion motion(parse_scene(with, "gas.toml"));
+    go_on(motion, 2);
+    return std::pair{reals_of(motion.take_history(), "haff_temperature"), motion.summary()};
+  };
+  const auto [staged, summary] = temperatures(replaced(text, mixing, cooling));
+  const auto [plain, other] = temperatures(replaced(text, "[[stage]]\n" + mixing, ""));
+  REQUIRE(staged.size() == plain.size());
+  // cool() is good to 1e-9, whatever its parts.
+  for (std::size_t k = 0; k < plain.size(); ++k) CHECK(staged[k] == Approx(plain[k]).epsilon(1e-8).scale(0));
+  CHECK(value(summary, "temperature") == value(other, "temperature"));
+  const std::vector<double> mixed = temperatures(text).first;
+  CHECK(mixed[mixed.size() / 2] == Approx(1).epsilon(1e-9).scale(0));
+}
+
 TEST_CASE("theory has nothing to say of grains that are few, differ, are driven or at rest") {
   CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(replaced(text, "120", "99"), "gas.toml"))));
   CHECK(HomogeneousGas::of(Gas(scene())));

@@ -89,25 +89,24 @@ void haff(Report& report, bool all) {
     }
     const auto theory = theory::cool(density, impacts_of(stiffness, true), 1, times);
     const auto at_once = theory::cool(density, impacts_of(stiffness, false), 1, times);
+    const double left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
     for (std::size_t k = 0; k < times.size(); ++k) {
       const auto [mean, half] = interval(found[k]);
       // Contacts last (omega t_c = .28 at T = 1, a fifth of that if a hundred times as stiff): 1 / (1 + omega t_c) is
       // its first order, of which the second, squared, is left; correlations of velocities: .03. These grow: what flies
       // together after more than some five collisions a grain is warmer than it ought to be, and no bound is known.
-      std::optional<double> left_out = stiffness == 1 ? 0.28 * 0.28 : 0.03;
-      if (times[k] > 2) left_out.reset();
+      const std::optional<double> bound = times[k] > 2 ? std::nullopt : std::optional(half / mean + left_out);
       report.at_most(fmt::format("t = {:g}: {:.4f} +- {:.4f} (95 %), off by", times[k], mean, half),
-                     std::abs(mean / theory[k].temperature - 1),
-                     left_out ? std::optional(half / mean + *left_out) : std::nullopt);
+                     std::abs(mean / theory[k].temperature - 1), bound);
     }
-    // Grains in contact still meet others, if fewer: charges lie between those of contacts that let no other grain
-    // touch and those of contacts that last no time, .03 as above.
+    // Grains in contact still meet others, if fewer: in first order of omega t_c charges lie between those of contacts
+    // that let no other grain touch and those of contacts that last no time; the second is left out, as above.
     for (const std::size_t k : {0, 1, 2}) {
       const auto [mean, half] = interval(charge[k]);
       const double low = theory[k].charge_square, high = at_once[k].charge_square;
       report.at_most(fmt::format("t = {:g}: <q^2>/Q^2 = {:.2f} +- {:.2f}, outside {:.2f} to {:.2f} by", times[k], mean,
                                  half, low, high),
-                     std::max({low - mean, mean - high, 0.0}) / mean, half / mean + 0.03);
+                     std::max({low - mean, mean - high, 0.0}) / mean, half / mean + left_out);
     }
   }
 }

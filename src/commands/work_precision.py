@@ -29,6 +29,14 @@ STYLES = {
     "split": ("#0072b2", "o-"),
     "monolithic": ("#e69f00", "s-"),
     "euler": ("#8c8c8c", "^-"),
+    "mesh": ("#0072b2", "o-"),
+    "ewald": ("#e69f00", "s-"),
+    "minimum-image": ("#8c8c8c", "^-"),
+    "shifted-force": ("#cc79a7", "^-"),
+    "multirate": (INK, "*-"),
+    "verlet": ("#0072b2", "o-"),
+    "gear": ("#e69f00", "s-"),
+    "gear-printed": ("#d55e00", "s--"),
 }
 OTHER = ("#f0e442", "v-")
 

@@ -57,23 +57,27 @@ std::optional<double> order(const Point& before, const Point& point) {
 
 bool shows_order(const Diagram& diagram) { return diagram.quantities.size() == 1; }
 
+/// Of a column under this heading.
+std::size_t column_width(const std::string& heading, std::size_t least) { return std::max(least, heading.size() + 2); }
+
 void print_points(const Diagram& diagram) {
   constexpr auto heading = "{:<20}{:<34}";
   fmt::print(heading, "method", "settings");
-  for (const std::string& quantity : diagram.quantities) fmt::print("{:>12}", quantity);
+  for (const std::string& quantity : diagram.quantities) fmt::print("{:>{}}", quantity, column_width(quantity, 12));
   if (shows_order(diagram)) fmt::print("{:>8}", "order");
-  fmt::print("{:>12}{:>7}{:>14}", "ms", "cores", diagram.work);
+  fmt::print("{:>12}{:>7}{:>{}}", "ms", "cores", diagram.work, column_width(diagram.work, 14));
   if (shows_evaluations(diagram)) fmt::print("{:>13}", "evaluations");
   fmt::print("{:>9}\n", "MiB");
   const Point* before = nullptr;
   for (const Point& point : diagram.points) {
     fmt::print(heading, point.method, to_string(point.settings));
-    for (const double error : point.errors) fmt::print("{:>12.1e}", error);
+    for (std::size_t q = 0; q < point.errors.size(); ++q)
+      fmt::print("{:>{}.1e}", point.errors[q], column_width(diagram.quantities[q], 12));
     if (shows_order(diagram)) {
       const std::optional<double> slope = before ? order(*before, point) : std::nullopt;
       fmt::print("{:>8}", slope ? fmt::format("{:.2f}", *slope) : "");
     }
-    fmt::print("{:>12.4g}{:>7.2f}{:>14}", 1e3 * point.seconds, point.cores, point.work);
+    fmt::print("{:>12.4g}{:>7.2f}{:>{}}", 1e3 * point.seconds, point.cores, point.work, column_width(diagram.work, 14));
     if (shows_evaluations(diagram))
       fmt::print("{:>13}", point.evaluations > 0 ? fmt::format("{:.1f}", point.evaluations) : "");
     fmt::print("{:>9}\n", point.mebibytes ? fmt::format("{:.0f}", *point.mebibytes) : "");
@@ -102,7 +106,7 @@ void print_prices(const Diagram& diagram) {
   fmt::print("\nprice list: the cheapest point with an error of at most\n");
   for (std::size_t q = 0; q < diagram.quantities.size(); ++q)
     for (const Price& price : price_list(diagram, q)) {
-      fmt::print("  {:<12}1e{:<6.0f}", diagram.quantities[q], std::log10(price.error));
+      fmt::print("  {:<16}1e{:<6.0f}", diagram.quantities[q], std::log10(price.error));
       if (price.point == nullptr)
         fmt::print("none is that good\n");
       else

@@ -201,6 +201,10 @@ void Gas::settle_contacts() {
 
 bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }
 
+bool Gas::cools_on_after_stage() const {
+  return stage_ < scene_.stages.size() && !scene_.stages[stage_].elastic && !scene_.stages[stage_].temperature;
+}
+
 double Gas::stage_begin() const {
   double begin = 0;
   for (std::size_t s = 0; s < stage_; ++s) begin += scene_.stages[s].duration;

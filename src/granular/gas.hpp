@@ -73,6 +73,8 @@ class Gas {
   bool in_elastic_stage() const;
   /// The time at which the current stage ends; infinite in the last.
   double stage_end() const;
+  /// Whether, when the stage ends, temperature and charges go on as they are.
+  bool cools_on_after_stage() const;
   /// Goes on to the next stage: another law of contact, perhaps another temperature.
   void leave_stage();
 

@@ -35,9 +35,10 @@ struct GranularMotion::Implementation {
 
   void leave_stage() {
     if (theory) theory->follow(gas, look().temperature());
+    const bool cools_on = gas.cools_on_after_stage();
     gas.leave_stage();
     integrator->begin_anew();
-    if (theory) theory->begin(gas);
+    if (theory && !cools_on) theory->begin(gas);
   }
 
   double next_note() const {

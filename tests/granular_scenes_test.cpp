@@ -142,6 +142,11 @@ TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows
   }
 }
 
+TEST_CASE("a step that is too long is refused before anything is written") {
+  const std::string verlet = "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n";
+  CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + verlet)), InputError);
+}
+
 TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
   struct Refused {
     std::string scene, sentence;

@@ -19,7 +19,9 @@ struct GranularMotion::Implementation {
       : gas(scene),
         integrator(make_integrator(scene.mechanics.integrator)),
         energy_at_start(gas.energy().total()),
-        theory(HomogeneousGas::of(gas)) {}
+        theory(HomogeneousGas::of(gas)) {
+    integrator->longest_step(gas);  // refuses one that is too long before anything is written
+  }
 
   Note note() { return take_note(gas, theory, analysis_seconds); }
   /// A note that leaves the theory where it is, or what follows would depend on who looked when.

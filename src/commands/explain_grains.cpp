@@ -91,7 +91,7 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
   if (scene.dimension() == 2) return;
   const double part = crowding(scene, law, temperature);
   fmt::print("  crowding             a contact lasts {:.2g} of the time between two{}\n", part,
-             part > 0.05 ? ": three meet often, and charge more at first than theory expects of two" : "");
+             part > 0.05 ? ": three meet often, which theory leaves out; they charge each other more" : "");
 }
 
 /// The speed from which on two elastic grains of mass 1 overlap so deeply: what they store is m_eff v^2 / 2.

@@ -14,7 +14,7 @@ double total_charge(const Gas& gas) {
   return std::accumulate(charge.begin(), charge.end(), 0.0);
 }
 
-/// |sum p|, and that over the root of the sum of p^2.
+/// |sum p|, and that over what it would be if all were at random, the root of the sum of p^2.
 std::pair<double, double> momentum(const Bodies& bodies) {
   Vec3 sum{};
   double squares = 0;
@@ -105,8 +105,7 @@ void add_restitution(const Gas& gas, Summary& summary) {
 
 void add_lines(const Gas& gas, const Note& now, double energy_error, Summary& summary) {
   summary.lines = {{"temperature", temperature_line(now)}};
-  summary.lines.push_back(
-      {"momentum", fmt::format("{:.1e} of the root of the sum of all squares", momentum(gas.bodies()).second)});
+  summary.lines.push_back({"momentum", fmt::format("{:.1e} of the thermal one", momentum(gas.bodies()).second)});
   if (!gas.bodies().charge.empty()) summary.lines.push_back({"charge", charge_line(gas, now)});
   summary.lines.push_back({"clusters", clusters_line(gas, now)});
   summary.lines.push_back({"density", density_line(now)});

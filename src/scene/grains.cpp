@@ -23,7 +23,8 @@ Table reference() {
           .help =
               "Makes the scene one of grains in reduced units: its numbers are in units of these scales, whatever "
               "unit their keys name: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
-              "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The defaults are "
+              "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The "
+              "defaults are "
               "those of G table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
           .keys = {

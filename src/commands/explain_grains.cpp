@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
-#include "src/effects/induced_dipoles.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/restitution_check.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -100,18 +100,18 @@ double speed_of_overlap(const GrainContactLaw& law, double overlap) {
   return 2 * std::sqrt(std::visit(stored, law));
 }
 
-/// How warm a gas may be whose grains must not come closer than (2 A)^(1/3), where two polarize each other without end.
+/// How warm a gas may be whose grains must not come that close.
 void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
-  const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
-  if (!dipoles) return;
-  const double closest = std::cbrt(2 * dipoles->polarizability), speed = speed_of_overlap(law, 1 - closest);
+  const std::optional<double> closest = number_in(scene, &EffectKind::closest_approach);
+  if (!closest) return;
+  const double speed = speed_of_overlap(law, 1 - *closest);
   // One of N impacts is faster than v_n^2 = 4 T ln N.
   const double limit = speed * speed / (4 * std::log(std::max<double>(2, scene.conductors.size())));
   fmt::print(
       "  polarization         two grains polarize each other without end closer than {:.2g} d0, which impacts at "
       "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, a [[stage]] of stiffer contacts "
       "helps\n",
-      closest, speed, limit);
+      *closest, speed, limit);
 }
 
 /// Temperatures of a homogeneous gas without charges at equal intervals, the stages' part taken as at the start.
@@ -174,7 +174,7 @@ void explain_cost(const Scene& scene, const Steps& steps) {
   const double n = static_cast<double>(scene.conductors.size());
   double evaluation = 0;
   for (const Effects::Entry& effect : scene.effects) evaluation += effect.kind->seconds;
-  const double evaluations = scene.effects.has(&EffectKind::exchanges_charge) ? 2 * steps.outer : steps.outer;
+  const double evaluations = steps.outer * number_in(scene, &EffectKind::evaluations_a_step).value_or(1);
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", steps.outer, steps.contact);
   fmt::print("  a run                {:.2g} s\n",

@@ -92,12 +92,15 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
-      .exchanges_charge = true,
       .check = check,
       .complete = check_capacity,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
         return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
-      }};
+      },
+      .evaluations_a_step =
+          [](const Scene& scene) {
+            return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;
+          }};
   return kind;
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "src/model/effect.hpp"
 
 namespace lichtenberg::effects {
@@ -53,6 +55,9 @@ const EffectKind& InducedDipolesOptions::kind() {
                                  options.polarizability, most));
           },
       .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<InducedDipoles>(); },
+      // Of two dipoles A e along the line between them, e = 2 A e / r^3.
+      .closest_approach =
+          [](const Scene& scene) { return std::cbrt(2 * scene.effects.find<InducedDipolesOptions>()->polarizability); },
       .seconds = 8.8e-7};
   return kind;
 }

@@ -42,7 +42,6 @@ struct EffectKind {
   bool packing = false;  ///< one that [minimize] brings to rest: nothing happens in time
   bool field = false;    ///< one with Laplace's equation, of which [field] says how it is solved
   bool drives = false;   ///< of grains: one whose gas is not left alone, so that no theory of free cooling holds
-  bool exchanges_charge = false;  ///< of grains: forces of charges are computed again after each exchange
 
   /// Compares its keys with each other and with the rest of the file, before anything is placed. Throws InputError
   /// (refuse()). This and what follows may be null.
@@ -59,6 +58,10 @@ struct EffectKind {
   double (*contact_gap)(const Scene&) = nullptr;
   /// K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
+  /// How often a step of grains computes the forces of charges; 1 where no effect says it.
+  double (*evaluations_a_step)(const Scene&) = nullptr;
+  /// d0: two grains whose centres come that close polarize each other without end.
+  double (*closest_approach)(const Scene&) = nullptr;
 
   double seconds = 0;           ///< that its forces on a grain take on one core, measured; for an estimate of the cost
   std::string energy_advice{};  ///< what to change if a run's energy does not balance; empty: steps and grid

@@ -1,0 +1,170 @@
+#include "src/theory/kinetic.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/interpolators/cardinal_quintic_b_spline.hpp>
+#include <boost/math/quadrature/tanh_sinh.hpp>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "solvers/error.hpp"
+#include "solvers/ode/ode.hpp"
+
+namespace lichtenberg::theory {
+namespace {
+
+using std::numbers::pi;
+
+/// Below this the closed forms lose their digits, and the series has them.
+constexpr double small_beta = 0.5;
+
+/// P = (1/2) sum over n of h_n Gamma((n + 1)/2)^2 beta^n, for w h with Gamma(n/2 + 1)^2: K_0's moments are
+/// int w^n K_0(2w) dw = Gamma((n + 1)/2)^2 / 4, and h_N = sum (-1)^n (2n - 1) b^n/n!, h_T = -sum (-1)^n (2n - 1)(n - 2)
+/// b^n/n!.
+MergingIntegrals merging_series(double beta) {
+  MergingIntegrals sum;
+  double term = beta * beta / 2;          // (-beta)^n / n! at n = 2
+  double even = pi / 4, odd = 1;          // Gamma((n + 1)/2)^2, Gamma(n/2 + 1)^2
+  for (int n = 2; n < 60; ++n) {
+    const double h = (2 * n - 1) * term / 2;
+    sum.number += h * even;
+    sum.energy -= h * even * (n - 2);
+    sum.charge += h * odd;
+    term *= -beta / (n + 1);
+    even = std::exchange(odd, even * (n + 1) * (n + 1) / 4.0);
+  }
+  return sum;
+}
+
+/// J(beta) = acos(beta/2) / sqrt(4 - beta^2) and its first two derivatives.
+struct Arc {
+  double j = 0, first = 0, second = 0;
+};
+
+/// J = 2/(2 + beta) A(z), z = (2 - beta)/(2 + beta), A = atan(sqrt z)/sqrt z = sum (-z)^n / (2n + 1).
+Arc arc_near_two(double beta) {
+  const double z = (2 - beta) / (2 + beta), a = 2 / (2 + beta);
+  double value = 0, first = 0, second = 0;
+  for (int n = 30; n >= 0; --n) {  // |z| < .12
+    const double c = (n % 2 ? -1.0 : 1.0) / (2 * n + 1);
+    second = second * z + 2 * first;
+    first = first * z + value;
+    value = value * z + c;
+  }
+  // z and a by beta: z' = -a^2, z'' = a^3, a' = -a^2/2, a'' = a^3/2.
+  const double z1 = -a * a, z2 = a * a * a, a1 = -a * a / 2, a2 = a * a * a / 2;
+  return {a * value, a1 * value + a * first * z1,
+          a2 * value + 2 * a1 * first * z1 + a * (second * z1 * z1 + first * z2)};
+}
+
+Arc arc(double beta) {
+  if (std::abs(2 - beta) < 0.1 * (2 + beta)) return arc_near_two(beta);
+  const double square = (2 - beta) * (2 + beta), root = std::sqrt(std::abs(square));
+  const double j = (beta < 2 ? std::acos(beta / 2) : std::acosh(beta / 2)) / root;
+  const double first = (beta * j - 1) / square;
+  return {j, first, (j + 3 * beta * first) / square};
+}
+
+/// Mean of f(c), c = beta |sin cos| of a uniform angle: Gaussian charges q_i, q_j = r (cos, sin) have b = c r^2, r^2 ~
+/// exp(-r^2).
+template <class F>
+double angular_mean(double beta, const F& f) {
+  static boost::math::quadrature::tanh_sinh<double> quadrature;
+  if (beta == 0) return f(0.0);
+  const auto by_angle = [&](double phi) { return f(beta / 2 * std::sin(phi)); };
+  return 2 / pi * quadrature.integrate(by_angle, 0.0, pi / 2, 1e-12);
+}
+
+/// A function of ln T at equal distances.
+class LogTable {
+ public:
+  template <class F>
+  LogTable(const F& f, double coldest, double hottest) : low_(std::log(coldest)), high_(std::log(hottest)) {
+    constexpr int points = 300;
+    const double step = (high_ - low_) / (points - 1);
+    std::vector<double> values;
+    for (int k = 0; k < points; ++k) values.push_back(f(std::exp(low_ + k * step)));
+    spline_ = std::make_shared<const Spline>(values.data(), values.size(), low_, step);
+  }
+  double operator()(double temperature) const {
+    return (*spline_)(temperature > 0 ? std::clamp(std::log(temperature), low_, high_) : low_);
+  }
+
+ private:
+  using Spline = boost::math::interpolators::cardinal_quintic_b_spline<double>;
+  double low_, high_;
+  std::shared_ptr<const Spline> spline_;
+};
+
+double prefactor(const Aggregates& gas) {
+  return 2 * std::sqrt(pi * gas.temperature / gas.mass) * std::pow(gas.density * gas.diameter, 2);
+}
+
+/// Contacts of a gas of this beta where those of a neutral one have the mean f(T/m), an integral of psi x^(p - 2)
+/// exp(-x): charges keep apart what brings f((T/m) c/(1 + c)) (c/(1 + c))^p.
+double contact_mean(double beta, int p, double temperature, const std::function<double(double)>& f) {
+  return f(temperature) - angular_mean(beta, [&](double c) {
+           const double part = c / (1 + c);
+           return part > 0 ? std::pow(part, p) * f(temperature * part) : 0.0;
+         });
+}
+
+}  // namespace
+
+MergingIntegrals merging_integrals(double beta) {
+  if (!(beta >= 0 && beta < 1e150))
+    throw InputError(fmt::format("the integrals of merging are for beta = 2B in [0, 1e150), not for {}", beta));
+  if (beta <= small_beta) return merging_series(beta);
+  const auto [j, first, second] = arc(beta);
+  return {2 * (pi / 4 + beta / 4 - j + 2 * beta * first),
+          2 * (pi / 2 + beta / 4 - 2 * j + 3 * beta * first - 2 * beta * beta * second),
+          2 * (0.25 + beta * pi / 16 + first - 2 * beta * second)};
+}
+
+/// pi Gamma(p) mean of 1 - (c/(1 + c))^p.
+double contact_integral(double p, double beta) {
+  if (!(p > 0 && beta >= 0)) throw InputError(fmt::format("G(p) is for p > 0, beta >= 0, not for {}, {}", p, beta));
+  const auto kept = [p](double c) { return c > 0 ? -std::expm1(-p * std::log1p(1 / c)) : 1.0; };
+  return pi * std::tgamma(p) * angular_mean(beta, kept);
+}
+
+ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
+  constexpr double coldest = 1e-24;
+  const double margin = 100;  // a spline is worse at its ends
+  const LogTable loss(
+      [&](double t) {
+        return impact_mean(t, [&](double v, double x) {
+          const double eps = impacts.restitution(v);
+          return x * (1 - eps * eps);
+        });
+      },
+      coldest / margin, hottest * margin);
+  ImpactMeans means{loss, [](double) { return 0.0; }};
+  if (!impacts.charge_square) return means;
+  const auto charge = [&](double t) { return impact_mean(t, [&](double v, double) { return impacts.charge_square(v); }); };
+  if (!(charge(hottest) > 0)) return means;
+  // Over tens of powers of ten: its logarithm is nearly straight.
+  const LogTable log_charge([&](double t) { return std::log(charge(t)); }, coldest / margin, hottest * margin);
+  means.charge = [log_charge](double t) { return std::exp(log_charge(t)); };
+  return means;
+}
+
+ImpactMeans power_law_means(double dissipation, double transfer, double exponent) {
+  return {[=](double t) { return 2 * dissipation * std::pow(4 * t, 0.1) * std::tgamma(2.1); },
+          [=](double t) { return transfer * transfer * std::pow(4 * t, exponent) * std::tgamma(exponent + 1); }};
+}
+
+KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means) {
+  const double beta = 2 * gas.bjerrum(coupling), before = prefactor(gas), heat = gas.temperature / gas.mass;
+  const MergingIntegrals merging = merging_integrals(beta);
+  return {.mergers = before / pi * merging.number,
+          .contact_loss = before * gas.temperature * contact_mean(beta, 3, heat, means.loss),
+          .merging_loss = before / pi * gas.temperature * merging.energy,
+          .contact_charge = before * 2 * contact_mean(beta, 2, heat, means.charge),
+          .merging_charge = before * 4 / pi * gas.charge_square * merging.charge};
+}
+
+}  // namespace lichtenberg::theory

@@ -1,0 +1,112 @@
+#include "src/theory/smoluchowski.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "solvers/ode/ode.hpp"
+
+namespace lichtenberg::theory {
+namespace {
+
+/// What an aggregate of two sizes becomes: `share` of one of class `into` and the rest of one of the next class.
+struct Merger {
+  double rate = 0;  ///< K, of two of one size K/2
+  double share = 1;
+  std::int32_t into = 0;  ///< -1: it is lost
+};
+
+/// All pairs of classes (i, j), j <= i, one row of j after the other.
+std::vector<Merger> all_mergers(const Kernel& kernel, std::span<const double> sizes) {
+  std::vector<Merger> mergers;
+  mergers.reserve(sizes.size() * (sizes.size() + 1) / 2);
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      Merger merger{.rate = kernel(sizes[i], sizes[j]) / (i == j ? 2 : 1)};
+      const double size = sizes[i] + sizes[j];
+      const auto above = std::ranges::upper_bound(sizes, size);
+      merger.into = static_cast<std::int32_t>(above - sizes.begin()) - 1;
+      if (above != sizes.end())
+        merger.share = (*above - size) / (*above - *(above - 1));
+      else if (size > sizes.back())
+        merger.into = -1;
+      mergers.push_back(merger);
+    }
+  return mergers;
+}
+
+/// Numbers of all classes, and then the mass that is lost.
+void merge(std::span<const Merger> mergers, std::span<const double> sizes, std::span<const double> y,
+           std::span<double> rate) {
+  std::ranges::fill(rate, 0.0);
+  const Merger* merger = mergers.data();
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j, ++merger) {
+      const double flow = merger->rate * y[i] * y[j];
+      rate[i] -= flow;
+      rate[j] -= flow;
+      if (merger->into < 0) {
+        rate[sizes.size()] += flow * (sizes[i] + sizes[j]);
+        continue;
+      }
+      rate[merger->into] += flow * merger->share;
+      if (merger->share < 1) rate[merger->into + 1] += flow * (1 - merger->share);
+    }
+}
+
+Ode coagulation_ode(std::span<const Merger> mergers, std::span<const double> sizes, double most_lost) {
+  Ode ode{.rates = [=](double, std::span<const double> y, std::span<double> rate) { merge(mergers, sizes, y, rate); },
+          .absolute = {},
+          .relative = 1e-8};
+  for (const double size : sizes) ode.absolute.push_back(1e-13 / size);  // of the mass
+  ode.absolute.push_back(most_lost * 1e-3);
+  ode.falls = {[most_lost](double, std::span<const double> y) { return most_lost - y.back(); }};
+  return ode;
+}
+
+}  // namespace
+
+Kernel flight_kernel(double beta) {
+  return [power = 1 / beta](double i, double j) {
+    const double diameters = std::cbrt(i) + std::cbrt(j);
+    return diameters * diameters * std::pow(1 / i + 1 / j, power);
+  };
+}
+
+double flight_exponent(double beta) { return 1 / (1.0 / 3 + 1 / beta); }
+
+std::vector<double> size_classes(int single, double ratio, double largest) {
+  std::vector<double> sizes;
+  for (int size = 1; size <= single; ++size) sizes.push_back(size);
+  while (sizes.back() * ratio <= largest) sizes.push_back(std::max(sizes.back() * ratio, sizes.back() + 1));
+  return sizes;
+}
+
+double SizeDistribution::moment(std::span<const double> sizes, double power) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < sizes.size(); ++k) sum += std::pow(sizes[k], power) * number[k];
+  return sum;
+}
+
+double SizeDistribution::mean_size(std::span<const double> sizes) const { return moment(sizes, 2) / moment(sizes, 1); }
+
+std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
+                                        std::span<const double> times, double most_lost) {
+  const std::vector<Merger> mergers = all_mergers(kernel, sizes);
+  const Ode ode = coagulation_ode(mergers, sizes, most_lost);
+  std::vector<double> y(sizes.size() + 1);
+  y[0] = 1;
+  std::vector<SizeDistribution> found;
+  double now = 0;
+  for (const double time : times) {
+    if (time > now) {
+      const OdeEnd end = integrate(ode, now, time, y);
+      if (end.event >= 0) break;
+      now = end.time;
+    }
+    found.push_back({time, {y.begin(), y.end() - 1}, y.back()});
+  }
+  return found;
+}
+
+}  // namespace lichtenberg::theory

@@ -1,0 +1,85 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "src/theory/smoluchowski.hpp"
+
+using namespace lichtenberg::theory;
+using doctest::Approx;
+
+namespace {
+
+Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
+
+double constant(double, double) { return 1; }
+double additive(double i, double j) { return i + j; }
+
+}  // namespace
+
+TEST_CASE("a constant kernel has Smoluchowski's own solution") {
+  const std::vector<double> sizes = size_classes(400, 2, 400), times = {0, 1, 10};
+  const auto found = coagulate(constant, sizes, times);
+  REQUIRE(found.size() == times.size());
+  for (const SizeDistribution& f : found) {
+    const double t = f.time;
+    // Relative tolerance 1e-8 a step, some hundred steps.
+    CHECK(f.moment(sizes, 0) == near(2 / (2 + t), 1e-6));
+    CHECK(f.moment(sizes, 1) == near(1, 1e-9));
+    CHECK(f.moment(sizes, 2) == near(1 + t, 1e-6));
+    for (const int k : {1, 2, 7, 30})
+      CHECK(f.number[k - 1] == Approx(4 / ((2 + t) * (2 + t)) * std::pow(t / (2 + t), k - 1)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("an additive kernel has Golovin's solution, and ends when mass leaves") {
+  const std::vector<double> sizes = size_classes(600, 2, 600), times = {0.5, 1, 2, 10};
+  const auto found = coagulate(additive, sizes, times);
+  REQUIRE(found.size() == 2);  // at t = 2 sizes of exp(4) are common, and those of 600 hold more than 1e-9
+  for (const SizeDistribution& f : found) {
+    const double t = f.time, share = -std::expm1(-t);
+    CHECK(f.moment(sizes, 0) == near(std::exp(-t), 1e-6));
+    CHECK(f.moment(sizes, 2) == near(std::exp(2 * t), 1e-6));
+    CHECK(f.mean_size(sizes) == near(std::exp(2 * t), 1e-6));
+    for (const int k : {1, 2, 20})
+      CHECK(f.number[k - 1] ==
+            near(std::exp(-t + (k - 1) * std::log(k * share) - k * share - std::lgamma(k + 1)), 1e-5));
+    CHECK(f.lost < 1e-9);
+    CHECK(f.moment(sizes, 1) + f.lost == near(1, 1e-12));
+  }
+}
+
+TEST_CASE("geometric classes keep number and mass, and S converges with the square of their width") {
+  const std::vector<double> times = {20};
+  double error[2];
+  for (int fine = 0; fine < 2; ++fine) {
+    const double ratio = fine ? 1.05 : 1.1;
+    const std::vector<double> sizes = size_classes(20, ratio, 3000);
+    const auto found = coagulate(constant, sizes, times);
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].moment(sizes, 0) == near(2.0 / 22, 1e-6));
+    CHECK(found[0].moment(sizes, 1) == near(1, 1e-9));
+    error[fine] = found[0].moment(sizes, 2) / 21 - 1;
+    CHECK(error[fine] > 0);
+    CHECK(error[fine] < (ratio - 1) * (ratio - 1));
+  }
+  CHECK(error[0] / error[1] == Approx(4).epsilon(0.15));
+}
+
+TEST_CASE("classes begin one by one") {
+  const std::vector<double> sizes = size_classes(10, 1.05, 1000);
+  CHECK(sizes[9] == 10);
+  CHECK(sizes[10] == 11);  // never closer than one grain
+  CHECK(sizes.back() <= 1000);
+  CHECK(sizes.back() > 950);
+}
+
+TEST_CASE("the kernel of flight is homogeneous and grows clusters ever faster towards its exponent") {
+  for (const double beta : {2.0, 3.0}) {
+    const Kernel kernel = flight_kernel(beta);
+    CHECK(kernel(3, 5) == near(kernel(5, 3), 1e-15));
+    CHECK(kernel(30, 50) == near(std::pow(10, 2.0 / 3 - 1 / beta) * kernel(3, 5), 1e-14));
+  }
+  CHECK(flight_exponent(2) == near(1.2, 1e-15));
+  CHECK(flight_exponent(3) == near(1.5, 1e-15));
+}

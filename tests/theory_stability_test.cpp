@@ -1,0 +1,131 @@
+#include <doctest/doctest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "src/theory/stability.hpp"
+
+using namespace lichtenberg::theory;
+using doctest::Approx;
+
+namespace {
+
+Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
+
+std::vector<double> up_to(double last, int count) {
+  std::vector<double> k;
+  for (int n = 1; n <= count; ++n) k.push_back(last * n / count);
+  return k;
+}
+
+/// G 6.39 as it is printed.
+Eigen::Matrix4cd printed_matrix(const TransportCoefficients& c, double r, double k) {
+  const std::complex<double> i(0, 1);
+  Eigen::Matrix4cd m;
+  m << 0, 0, -i * k, 0,  //
+      -c.cooling / 2 - 2.5 * c.density_conduction * k * k, -c.cooling / 4 - 2.5 * c.conduction * k * k,
+      -2.0 / 3 * i * k, 0,                                                                  //
+      -i * k / 2.0, -i * k / 2.0, c.cooling / 4 - 4.0 / 3 * c.viscosity * k * k, r * i * k,  //
+      0, 0, -1.0 / (i * k), 0;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("transport coefficients of a dilute gas of hard spheres") {
+  const TransportCoefficients c = transport_coefficients(0.7);  // ten digits, of the source's script
+  CHECK(c.cooling == near(0.2125520337, 3e-10));
+  CHECK(c.viscosity == near(1.147863019, 5e-10));
+  CHECK(c.conduction == near(1.357967483, 5e-10));
+  CHECK(c.density_conduction == near(0.4837346101, 2e-10));
+  const TransportCoefficients elastic = transport_coefficients(1);
+  CHECK(elastic.cooling == 0);
+  CHECK(elastic.viscosity == 1);
+  CHECK(elastic.conduction == 1);
+  CHECK(elastic.density_conduction == 0);
+  for (const double refused : {0.0, -0.1, 1.1, std::nan("")})
+    CHECK_THROWS_AS(transport_coefficients(refused), lichtenberg::InputError);
+}
+
+TEST_CASE("scales: the box of G chapter 4") {
+  const double density = 50016 / (70.0 * 70 * 70);
+  CHECK(hydrodynamic_length(density) * density == near(0.12467, 4e-5));
+  CHECK(hydrodynamic_length(density) == near(0.855, 1e-3));
+  // R = 2 pi K n q^2 l_0^2 / T.
+  CHECK(charge_number(2, density, 3, 5) == near(2 * M_PI * 2 * density * 9 * std::pow(0.12467 / density, 2) / 5, 1e-4));
+}
+
+TEST_CASE("eigenvalues are those of the printed matrix, whose fourth is zero") {
+  for (const double eps : {0.3, 0.7, 0.99})
+    for (const double r : {0.0, 0.1, 0.9})
+      for (const double k : {0.01, 0.12, 0.3, 2.0}) {
+        const TransportCoefficients c = transport_coefficients(eps);
+        const Eigen::Vector4cd printed = Eigen::ComplexEigenSolver<Eigen::Matrix4cd>(printed_matrix(c, r, k)).eigenvalues();
+        const Modes found = growth_rates(c, r, std::vector{k})[0];
+        // Rounding of a matrix of 1/k, whose eigenvalues are simple here, some of them hardly.
+        const double bound = 1e-9;
+        CHECK(std::ranges::any_of(printed, [&](auto root) { return std::abs(root) < bound; }));
+        for (const auto root : found.longitudinal)
+          CHECK(std::ranges::any_of(printed, [&](auto p) { return std::abs(p - root) < bound; }));
+        const Cubic cubic = characteristic(c, r, k);
+        for (const auto root : found.longitudinal)
+          CHECK(std::abs(((root + cubic.a) * root + cubic.b) * root + cubic.c) < 1e-13 * (1 + std::pow(std::abs(root), 3)));
+        const bool stable = std::ranges::all_of(found.longitudinal, [](auto root) { return root.real() < 0; });
+        CHECK(is_stable(cubic) == stable);
+      }
+}
+
+TEST_CASE("limits: k to 0, charged and neutral, and sound of an elastic gas") {
+  const TransportCoefficients c = transport_coefficients(0.7);
+  const double k = 1e-5, r = 0.1;
+  const Modes charged = growth_rates(c, r, std::vector{k})[0];
+  CHECK(charged.longitudinal[0].real() == near(c.cooling / 8, 1e-7));
+  CHECK(charged.longitudinal[0].imag() == near(std::sqrt(r - c.cooling * c.cooling / 64), 1e-7));
+  CHECK(charged.longitudinal[1] == std::conj(charged.longitudinal[0]));
+  CHECK(charged.longitudinal[2].real() == near(-c.cooling / 4, 1e-7));
+  const Modes neutral = growth_rates(c, 0, std::vector{k})[0];
+  CHECK(neutral.longitudinal[0].real() == near(c.cooling / 4, 1e-6));
+  CHECK(neutral.longitudinal[2].real() == near(-c.cooling / 4, 1e-6));
+  CHECK(std::abs(neutral.longitudinal[1]) < 1e-8);
+  // omega = k sqrt(gamma/2), gamma = 5/3, in units of sqrt(2T/m).
+  const Modes sound = growth_rates(transport_coefficients(1), 0, std::vector{1e-4})[0];
+  double omega = 0;
+  for (const auto root : sound.longitudinal) omega = std::max(omega, root.imag());
+  CHECK(omega == near(1e-4 * std::sqrt(5.0 / 6), 1e-6));
+}
+
+TEST_CASE("modes are followed by continuity") {
+  for (const double r : {0.0, 0.02, 0.9}) {
+    const auto modes = growth_rates(transport_coefficients(0.7), r, up_to(0.3, 600));
+    for (std::size_t n = 1; n < modes.size(); ++n)
+      for (int m = 0; m < 3; ++m)
+        // Branches end in square roots, sqrt(dk) steep; else slopes are of order one, 1/k^2 R at small k.
+        CHECK(std::abs(modes[n].longitudinal[m] - modes[n - 1].longitudinal[m]) < 0.03);
+  }
+  const Modes one = growth_rates(transport_coefficients(0.7), 0, std::vector{0.2})[0];
+  CHECK(one.shear == near(0.2125520337 / 4 - 1.147863019 * 0.04, 1e-8));
+}
+
+TEST_CASE("critical wave numbers, by eigenvalues and by Routh and Hurwitz") {
+  const TransportCoefficients c = transport_coefficients(0.7);
+  const auto neutral = critical_waves(c, 0);
+  REQUIRE(neutral.size() == 1);
+  CHECK(neutral[0].wave_number == near(0.1559261895, 4e-10));
+  CHECK_FALSE(neutral[0].oscillates);
+  CHECK(critical_shear(c) == near(0.2151580525, 3e-10));
+  for (const double eps : {0.3, 0.5, 0.7, 0.8, 0.95})
+    for (const double r : {0.0, 0.003, 0.01, 0.05, 0.2, 0.9}) {
+      const TransportCoefficients then = transport_coefficients(eps);
+      const auto found = critical_waves(then, r), same = routh_hurwitz_waves(then, r);
+      REQUIRE(found.size() == same.size());
+      for (std::size_t n = 0; n < found.size(); ++n) {
+        CHECK(found[n].wave_number == near(same[n].wave_number, 1e-11));
+        CHECK(found[n].oscillates == same[n].oscillates);
+      }
+      if (r > 0) CHECK(std::ranges::any_of(found, &CriticalWave::oscillates));
+    }
+}

@@ -46,6 +46,12 @@ TEST_CASE("an ODE ends at its event, or where it is told to") {
   const OdeEnd end = integrate(oscillator, 2, 100, y);
   CHECK(end.event == 1);
   CHECK(end.time == Approx(pi).epsilon(1e-12).scale(0));
+  // All of a course in one go; it ends where the sine falls, at pi.
+  const std::vector<double> times = {2, 2.5, 3, 7, 9};
+  const auto course = integrate(oscillator, 2, {std::sin(2.0), std::cos(2.0)}, times);
+  REQUIRE(course.size() == 3);
+  for (std::size_t k = 0; k < course.size(); ++k)
+    CHECK(course[k][0] == Approx(std::sin(times[k])).epsilon(1e-12).scale(0));
   oscillator.rates = [](double, std::span<const double>, std::span<double>) { throw InputError("out of range"); };
   CHECK(message_of([&] { integrate(oscillator, 0, 1, y); }) == "out of range");
 }

@@ -48,9 +48,8 @@ double h_energy(double b) {
 template <class F>
 double over_charges(const F& f) {
   static boost::math::quadrature::exp_sinh<double> quadrature;
-  return 2 * quadrature.integrate(
-                 [&](double w) { return w < 300 ? boost::math::cyl_bessel_k(0, 2 * w) * f(w) : 0.0; }, 0.0,
-                 std::numeric_limits<double>::infinity(), 1e-13);
+  return 2 * quadrature.integrate([&](double w) { return w < 300 ? boost::math::cyl_bessel_k(0, 2 * w) * f(w) : 0.0; },
+                                  0.0, std::numeric_limits<double>::infinity(), 1e-13);
 }
 
 /// Mean and its standard error.
@@ -115,8 +114,8 @@ KineticGas gas_of(double coupling) {
 }  // namespace
 
 TEST_CASE("integrals of merging: closed forms and series against quadrature, 1e-4 <= B <= 1e3") {
-  for (const double bjerrum : {1e-4, 1e-3, 0.025, 0.1, 0.2499, 0.2501, 0.5, 0.81, 0.83, 1 - 1e-6, 1.0, 1 + 1e-6, 1.2,
-                               1.3, 5.0, 30.0, 1e3}) {
+  for (const double bjerrum :
+       {1e-4, 1e-3, 0.025, 0.1, 0.2499, 0.2501, 0.5, 0.81, 0.83, 1 - 1e-6, 1.0, 1 + 1e-6, 1.2, 1.3, 5.0, 30.0, 1e3}) {
     const double beta = 2 * bjerrum;
     const MergingIntegrals found = merging_integrals(beta);
     CHECK(found.number == near(over_charges([&](double w) { return h_number(beta * w); }), 1e-11));
@@ -152,14 +151,16 @@ TEST_CASE("rates with the power laws are the closed forms, and those with tabula
     const double coupling = bjerrum * temperature * 2 / 3, beta = 2 * bjerrum;
     const KineticRates found = kinetic_rates(gas, coupling, power_law_means(loss, transfer, exponent));
     const double area = std::pow(0.1 * 2, 2), heat = 4 * temperature / 8;
-    CHECK(found.contact_loss == near(5 * loss * 8 / (21 * std::sqrt(pi)) * area * std::pow(heat, 1.6) *
-                                         contact_integral(3.1, beta), 1e-11));
+    CHECK(found.contact_loss ==
+          near(5 * loss * 8 / (21 * std::sqrt(pi)) * area * std::pow(heat, 1.6) * contact_integral(3.1, beta), 1e-11));
     CHECK(found.contact_charge == near(2 * transfer * transfer / (std::sqrt(pi) * (exponent + 1)) * area *
-                                           std::pow(heat, exponent + 0.5) * contact_integral(exponent + 2, beta), 1e-11));
-    CHECK(found.mergers == near(2 / std::sqrt(pi) * area * std::sqrt(temperature / 8) * merging_integrals(beta).number,
-                                1e-14));
-    const Impacts laws{.restitution = [=](double v) { return std::sqrt(std::max(1 - 2 * 0.01 * std::pow(v, 0.2), 0.0)); },
-                       .charge_square = [=](double v) { return transfer * transfer * std::pow(v, 2 * exponent); }};
+                                           std::pow(heat, exponent + 0.5) * contact_integral(exponent + 2, beta),
+                                       1e-11));
+    CHECK(found.mergers ==
+          near(2 / std::sqrt(pi) * area * std::sqrt(temperature / 8) * merging_integrals(beta).number, 1e-14));
+    const Impacts laws{
+        .restitution = [=](double v) { return std::sqrt(std::max(1 - 2 * 0.01 * std::pow(v, 0.2), 0.0)); },
+        .charge_square = [=](double v) { return transfer * transfer * std::pow(v, 2 * exponent); }};
     const KineticRates tabulated = kinetic_rates(gas, coupling, tabulated_means(laws, 10));
     CHECK(tabulated.contact_loss == near(found.contact_loss * 0.01 / loss, 1e-9));
     CHECK(tabulated.contact_charge == near(found.contact_charge, 1e-9));
@@ -178,7 +179,8 @@ TEST_CASE("rates against the collision integrals by Monte Carlo, both ways to se
 
 TEST_CASE("speeds at contact: neutral grains have the other's rates, elastic ones never merge") {
   const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7};
-  const KineticRates neutral = contact_speed_rates(gas, 0, true_laws), same = kinetic_rates(gas, 0, tabulated_means(true_laws, 10));
+  const KineticRates neutral = contact_speed_rates(gas, 0, true_laws),
+                     same = kinetic_rates(gas, 0, tabulated_means(true_laws, 10));
   CHECK(neutral.mergers == 0);
   CHECK(neutral.contact_loss == near(same.contact_loss, 1e-6));
   CHECK(neutral.contact_charge == near(same.contact_charge, 1e-6));
@@ -240,6 +242,7 @@ TEST_CASE("the source's printed functions are others, and where they are right t
   CHECK(std::abs(none.mergers) < 1e-5);
   CHECK(none.contact_charge < 0);
   CHECK(right.contact_charge > 0);
-  CHECK(right.contact_loss == near(kinetic_rates({.density = 1, .temperature = 1}, 0, power_law_means(1, 1, 1.6)).contact_loss, 1e-5));
+  CHECK(right.contact_loss ==
+        near(kinetic_rates({.density = 1, .temperature = 1}, 0, power_law_means(1, 1, 1.6)).contact_loss, 1e-5));
   for (const double refused : {0.0, 1.0, 1.5}) CHECK_THROWS_AS(printed_functions(refused, 1.6), InputError);
 }

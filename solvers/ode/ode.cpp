@@ -118,4 +118,22 @@ OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& 
   return {time, flag == CV_ROOT_RETURN ? found(self) : -1};
 }
 
+std::vector<std::vector<double>> integrate(const Ode& ode, double start, const std::vector<double>& y,
+                                           std::span<const double> times) {
+  std::vector<std::vector<double>> found;
+  while (found.size() < times.size() && times[found.size()] <= start) found.push_back(y);
+  if (found.size() == times.size()) return found;
+  Integration self(ode);
+  set_up(self, start, times.back(), y);
+  set_events(self);
+  for (const double wanted : times.subspan(found.size())) {
+    double time = start;
+    const int flag = CVode(self.memory, wanted, self.y, &time, CV_NORMAL);
+    check(self, flag);
+    if (flag == CV_ROOT_RETURN) break;
+    found.emplace_back(values(self.y).begin(), values(self.y).end());
+  }
+  return found;
+}
+
 }  // namespace lichtenberg

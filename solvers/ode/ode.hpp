@@ -26,4 +26,9 @@ struct OdeEnd {
 /// Failure if the accuracy cannot be reached, and what the functions throw.
 OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y);
 
+/// y at each of these times (rising, >= start), in one go: between its steps by CVODE's own polynomials, which keep the
+/// accuracy and all linear invariants. An event ends it, and only the times before it come back.
+std::vector<std::vector<double>> integrate(const Ode& ode, double start, const std::vector<double>& y,
+                                           std::span<const double> times);
+
 }  // namespace lichtenberg

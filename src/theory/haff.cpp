@@ -68,14 +68,9 @@ double impact_mean(double temperature, const std::function<double(double speed, 
 }
 
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times) {
-  const Ode ode = cooling_ode(density, impacts);
-  std::vector<double> y = {std::log(initial), 0, 0};
   std::vector<CoolingState> states;
-  double now = 0;
-  for (const double time : times) {
-    if (time > now) now = integrate(ode, now, time, y).time;
+  for (const auto& y : integrate(cooling_ode(density, impacts), 0, {std::log(initial), 0, 0}, times))
     states.push_back({std::exp(y[0]), y[1], y[2]});
-  }
   return states;
 }
 

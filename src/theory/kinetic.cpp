@@ -26,8 +26,8 @@ constexpr double small_beta = 0.5;
 /// b^n/n!.
 MergingIntegrals merging_series(double beta) {
   MergingIntegrals sum;
-  double term = beta * beta / 2;          // (-beta)^n / n! at n = 2
-  double even = pi / 4, odd = 1;          // Gamma((n + 1)/2)^2, Gamma(n/2 + 1)^2
+  double term = beta * beta / 2;  // (-beta)^n / n! at n = 2
+  double even = pi / 4, odd = 1;  // Gamma((n + 1)/2)^2, Gamma(n/2 + 1)^2
   for (int n = 2; n < 60; ++n) {
     const double h = (2 * n - 1) * term / 2;
     sum.number += h * even;
@@ -144,7 +144,9 @@ ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
       coldest / margin, hottest * margin);
   ImpactMeans means{loss, [](double) { return 0.0; }};
   if (!impacts.charge_square) return means;
-  const auto charge = [&](double t) { return impact_mean(t, [&](double v, double) { return impacts.charge_square(v); }); };
+  const auto charge = [&](double t) {
+    return impact_mean(t, [&](double v, double) { return impacts.charge_square(v); });
+  };
   if (!(charge(hottest) > 0)) return means;
   // Over tens of powers of ten: its logarithm is nearly straight.
   const LogTable log_charge([&](double t) { return std::log(charge(t)); }, coldest / margin, hottest * margin);

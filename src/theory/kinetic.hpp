@@ -8,9 +8,9 @@
 
 namespace lichtenberg::theory {
 
-// A homogeneous gas of charged grains that charge each other, lose energy and merge (G chapter 5, corrected), in reduced
-// units. All aggregates have the same mass m = n_0/n and diameter d = (n_0/n)^(1/D_f), Gaussian velocities of variance
-// T/m a component and Gaussian charges of variance <q^2>, independent of each other.
+// A homogeneous gas of charged grains that charge each other, lose energy and merge (G chapter 5, corrected), in
+// reduced units. All aggregates have the same mass m = n_0/n and diameter d = (n_0/n)^(1/D_f), Gaussian velocities of
+// variance T/m a component and Gaussian charges of variance <q^2>, independent of each other.
 //
 // Two at x = (m v^2/4)/T with charges of b = K |q_i q_j| / (d T), s = sign(q_i q_j), meet in the cross-section
 // pi d^2 (1 - s b/x): any psi changes, by contacts and in a unit of volume and time, at the rate
@@ -65,13 +65,13 @@ KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactM
 KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const Impacts& impacts);
 
 struct KineticGas {
-  double density = 0;             ///< n_0 of grains
-  double temperature = 0;         ///< at the start, when no grain is charged
-  double coupling = 0;            ///< K
-  double fractal_dimension = 3;   ///< D_f
-  Impacts impacts{};              ///< of grains and of aggregates alike, by their speed
-  double contact_value = 1;       ///< g, by which all is more frequent
-  bool merges = true;             ///< or N_m = L_m = S_m = 0, and aggregates remain grains
+  double density = 0;              ///< n_0 of grains
+  double temperature = 0;          ///< at the start, when no grain is charged
+  double coupling = 0;             ///< K
+  double fractal_dimension = 3;    ///< D_f
+  Impacts impacts{};               ///< of grains and of aggregates alike, by their speed
+  double contact_value = 1;        ///< g, by which all is more frequent
+  bool merges = true;              ///< or N_m = L_m = S_m = 0, and aggregates remain grains
   bool speeds_at_contact = false;  ///< `contact_speed_rates`, which `merges` has no say in
 };
 

@@ -89,8 +89,8 @@ struct Attraction {
   }
 };
 
-/// Points and weights of the mean of a function of b = 2 B w over charges, (4/pi) int K_0(2w) h dw: trapezoids in t, w =
-/// exp(t - exp(-t)), which suits the logarithm at 0 and exp(-2w).
+/// Points and weights of the mean of a function of b = 2 B w over charges, (4/pi) int K_0(2w) h dw: trapezoids in t, w
+/// = exp(t - exp(-t)), which suits the logarithm at 0 and exp(-2w).
 struct ChargePoint {
   double w = 0, weight = 0;
 };
@@ -105,9 +105,7 @@ std::vector<ChargePoint> charge_points() {
 }
 
 /// Grains that repel each other, of b = 0.
-PairRates repelled(double heat, const Impacts& impacts) {
-  return Attraction{impacts, heat, 0}.sum();
-}
+PairRates repelled(double heat, const Impacts& impacts) { return Attraction{impacts, heat, 0}.sum(); }
 
 }  // namespace
 

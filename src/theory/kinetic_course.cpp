@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -47,12 +48,9 @@ Ode kinetic_ode(const KineticGas& gas, const ImpactMeans& means) {
 
 std::vector<KineticState> kinetic_course(const KineticGas& gas, std::span<const double> times) {
   const ImpactMeans means = gas.speeds_at_contact ? ImpactMeans{} : tabulated_means(gas.impacts, gas.temperature);
-  const Ode ode = kinetic_ode(gas, means);
-  std::vector<double> y = {std::log(gas.density), std::log(gas.temperature), 0};
+  const std::vector<double> start = {std::log(gas.density), std::log(gas.temperature), 0};
   std::vector<KineticState> states;
-  double now = 0;
-  for (const double time : times) {
-    if (time > now) now = integrate(ode, now, time, y).time;
+  for (const auto& y : integrate(kinetic_ode(gas, means), 0, start, times)) {
     const Aggregates then = aggregates(gas, std::exp(y[0]), std::exp(y[1]), y[2]);
     states.push_back({then.density, then.temperature, then.charge_square, then.bjerrum(gas.coupling)});
   }

@@ -15,8 +15,7 @@ using std::numbers::pi;
 
 /// B, its powers, l and l_1 of table 5.1.
 struct Printed {
-  explicit Printed(double bjerrum)
-      : b(bjerrum), b2(b * b), b4(b2 * b2), l(std::sqrt(4 - b2)), l1(std::sqrt(1 - b2)) {}
+  explicit Printed(double bjerrum) : b(bjerrum), b2(b * b), b4(b2 * b2), l(std::sqrt(4 - b2)), l1(std::sqrt(1 - b2)) {}
   double b, b2, b4, l, l1;
 
   double mergers() const {
@@ -24,8 +23,7 @@ struct Printed {
     const double a2 = l1 * l * b * (-4 + 7 * b2) + l1 * pi * (b2 - 1) * (8 - 4 * l + b2 * (-6 + l));
     const double a3 = 4 * l1 * (4 - 7 * b2 + 3 * b4), a6 = -a3;
     const double a5 = l1 * l * (b * (-4 + 7 * b2) + pi * (4 - 5 * b2 + b4));
-    return (a1 * std::atan(l1 / b) + a2 + a3 * std::atan(b / l) + a4 * std::atan(l1 / b) + a5 +
-            a6 * std::atan(l / b)) /
+    return (a1 * std::atan(l1 / b) + a2 + a3 * std::atan(b / l) + a4 * std::atan(l1 / b) + a5 + a6 * std::atan(l / b)) /
            std::pow(l1 * l, 3);
   }
   double contact_loss() const {
@@ -45,8 +43,7 @@ struct Printed {
   double merging_charge() const {
     const double root = std::sqrt(pi), l5 = std::pow(l, 5), b6 = b4 * b2;
     const double a3 = 16 * l * root * l1 * std::pow(4 - 5 * b2 + b4, 2), a7 = a3 / 2;
-    const double a4 =
-        -root * b * l * (pi * (b2 - 4) * (1 + 2 * b2) + 2 * b * l1 * (-8 - 54 * b2 + 33 * b4 + 2 * b6));
+    const double a4 = -root * b * l * (pi * (b2 - 4) * (1 + 2 * b2) + 2 * b * l1 * (-8 - 54 * b2 + 33 * b4 + 2 * b6));
     const double a5 = 2 * root * b * l5 * (1 + 2 * b2), a6 = 16 * root * b * std::pow(l1, 5) * (4 + 5 * b2);
     const double a8 = -root * b * l5 * (1 + 2 * b2), a9 = root * b * l1 * b * l * (8 + 54 * b2 - 33 * b4 - 2 * b6);
     const double a10 = 8 * root * b * l1 * (b2 - 1) * (b2 - 1) * (4 + 5 * b2);
@@ -75,8 +72,8 @@ KineticFunctions corrected_functions(double bjerrum, double exponent) {
   return {.mergers = 2 / root * merging.number,
           .contact_loss = 5 / (21 * root) * std::pow(4, 1.6) * contact_integral(3.1, beta),
           .merging_loss = 2 / root * merging.energy,
-          .contact_charge = 2 / (root * (exponent + 1)) * std::pow(4, exponent + 0.5) *
-                            contact_integral(exponent + 2, beta),
+          .contact_charge =
+              2 / (root * (exponent + 1)) * std::pow(4, exponent + 0.5) * contact_integral(exponent + 2, beta),
           .merging_charge = 8 / root * merging.charge};
 }
 

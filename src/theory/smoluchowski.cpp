@@ -93,19 +93,11 @@ double SizeDistribution::mean_size(std::span<const double> sizes) const { return
 std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
                                         std::span<const double> times, double most_lost) {
   const std::vector<Merger> mergers = all_mergers(kernel, sizes);
-  const Ode ode = coagulation_ode(mergers, sizes, most_lost);
-  std::vector<double> y(sizes.size() + 1);
-  y[0] = 1;
+  std::vector<double> start(sizes.size() + 1);
+  start[0] = 1;
   std::vector<SizeDistribution> found;
-  double now = 0;
-  for (const double time : times) {
-    if (time > now) {
-      const OdeEnd end = integrate(ode, now, time, y);
-      if (end.event >= 0) break;
-      now = end.time;
-    }
-    found.push_back({time, {y.begin(), y.end() - 1}, y.back()});
-  }
+  for (const auto& y : integrate(coagulation_ode(mergers, sizes, most_lost), 0, start, times))
+    found.push_back({times[found.size()], {y.begin(), y.end() - 1}, y.back()});
   return found;
 }
 

@@ -56,9 +56,8 @@ Roots extrapolated(const Modes& before, const Modes& now, double k) {
 }
 
 Roots falling(Roots roots) {
-  std::ranges::sort(roots, [](Root a, Root b) {
-    return a.real() != b.real() ? a.real() > b.real() : a.imag() > b.imag();
-  });
+  std::ranges::sort(roots,
+                    [](Root a, Root b) { return a.real() != b.real() ? a.real() > b.real() : a.imag() > b.imag(); });
   return roots;
 }
 
@@ -71,8 +70,8 @@ std::vector<double> sign_changes(const std::function<double(double)>& f, double 
     const double next = least * std::pow(most / least, n / static_cast<double>(points)), there = f(next);
     if (value * there < 0) {
       std::uintmax_t steps = 100;
-      const auto [low, high] = boost::math::tools::toms748_solve(
-          f, k, next, value, there, boost::math::tools::eps_tolerance<double>(48), steps);
+      const auto [low, high] = boost::math::tools::toms748_solve(f, k, next, value, there,
+                                                                 boost::math::tools::eps_tolerance<double>(48), steps);
       found.push_back((low + high) / 2);
     }
     k = next, value = there;

@@ -52,8 +52,8 @@ struct CriticalWave {
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                          double most = 1);
 /// The same from the cubic's coefficients, c = 0 and a b = c.
-std::vector<CriticalWave> routh_hurwitz_waves(const TransportCoefficients& c, double charge_number,
-                                              double least = 1e-3, double most = 1);
+std::vector<CriticalWave> routh_hurwitz_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
+                                              double most = 1);
 
 /// Below it shear grows, sqrt(zeta*/(4 eta*)).
 double critical_shear(const TransportCoefficients& c);

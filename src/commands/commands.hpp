@@ -45,6 +45,7 @@ Command explain_command();
 Command plot_command();
 Command analyse_command();
 Command network_command();
+Command theory_command();
 Command work_precision_command();
 Command ensemble_command();
 

@@ -8,39 +8,21 @@
 #include <optional>
 #include <vector>
 
-#include "solvers/error.hpp"
+#include "src/commands/gas_parameters.hpp"
 #include "src/effects/effects.hpp"
 #include "src/granular/contacts.hpp"
-#include "src/granular/restitution_check.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
-#include "src/theory/restitution.hpp"
 
 namespace lichtenberg {
 namespace {
-
-double density(const Scene& scene) {
-  double volume = 1;
-  for (int k = 0; k < scene.dimension(); ++k) volume *= scene.domain.size[k];
-  return static_cast<double>(scene.conductors.size()) / volume;
-}
 
 /// Part of the box that the grains fill.
 double filling(const Scene& scene) {
   double sum = 0;
   for (const Conductor& grain : scene.conductors)
     sum += scene.dimension() == 3 ? 4.0 / 3 * std::pow(grain.radius, 3) : std::pow(grain.radius, 2);
-  return std::numbers::pi * sum * density(scene) / static_cast<double>(scene.conductors.size());
-}
-
-/// What the grains' velocities are the temperature of, at the start of what is not a stage.
-double initial_temperature(const Scene& scene) {
-  for (auto stage = scene.stages.rbegin(); stage != scene.stages.rend(); ++stage)
-    if (stage->temperature) return *stage->temperature;
-  double sum = 0;
-  for (const Conductor& grain : scene.conductors)
-    sum += 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(grain.radius, 3) * norm2(grain.velocity);
-  return sum / (scene.dimension() * static_cast<double>(scene.conductors.size()));
+  return std::numbers::pi * sum * grain_density(scene) / static_cast<double>(scene.conductors.size());
 }
 
 void explain_sums(const Scene& scene) {
@@ -57,18 +39,6 @@ void explain_sums(const Scene& scene) {
                std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
 }
 
-double restitution_of(const ViscoelasticLaw& law, double speed) {
-  if (law.dissipative == 0) return 1;
-  const theory::ViscoelasticPair pair{law.elastic, law.dissipative};
-  const double k = std::min(theory::dissipation_number(pair, speed), theory::RestitutionCurve::largest);
-  return 1 - k * theory::restitution_curve()(k).loss;
-}
-double restitution_of(const LinearSpringLaw& law, double) { return linear_collision(law, 0.5).restitution; }
-
-double restitution(const GrainContactLaw& law, double speed) {
-  return std::visit([&](const auto& one) { return restitution_of(one, speed); }, law);
-}
-
 /// Speed of the fastest of so many Maxwellian grains over sqrt(T): the tail sqrt(2/pi) u exp(-u^2/2) holds one of them.
 double fastest(std::size_t grains) {
   double u = 3;
@@ -78,8 +48,8 @@ double fastest(std::size_t grains) {
 
 /// The part of the time between two collisions that one lasts, at this temperature.
 double crowding(const Scene& scene, const GrainContactLaw& law, double temperature) {
-  const auto duration = [&](double speed, double) { return granular::expected_collision(law, 0.5, 1, speed).duration; };
-  return theory::collision_frequency(density(scene), temperature) * theory::impact_mean(temperature, duration);
+  const auto duration = [&](double speed, double) { return contact_duration(law, speed); };
+  return theory::collision_frequency(grain_density(scene), temperature) * theory::impact_mean(temperature, duration);
 }
 
 void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
@@ -121,8 +91,7 @@ struct Foreseen {
 };
 
 Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
-  double warm = 0;
-  for (const Stage& stage : scene.stages) warm += stage.elastic ? stage.duration : 0;
+  const double warm = warm_up(scene);
   const double left = std::max(scene.stop.time - warm, 0.0), initial = initial_temperature(scene);
   constexpr int intervals = 200;
   Foreseen result;
@@ -134,9 +103,9 @@ Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
     result.temperature.assign(times.size(), initial);
     return result;
   }
-  const auto states = theory::cool(density(scene), impacts, initial, times);
+  const auto states = theory::cool(grain_density(scene), impacts, initial, times);
   for (const theory::CoolingState& state : states) result.temperature.push_back(state.temperature);
-  result.collisions = states.back().collisions + warm * theory::collision_frequency(density(scene), initial);
+  result.collisions = states.back().collisions + warm * theory::collision_frequency(grain_density(scene), initial);
   return result;
 }
 

@@ -5,15 +5,13 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <span>
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
-#include "src/commands/draw.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/record/atomic_file.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -61,35 +59,6 @@ void show_progress(int place, int all, const std::string& method, const work_pre
   last = method;
 }
 
-void write_json(const std::string& path, const nlohmann::ordered_json& json) {
-  const std::string text = json.dump(1) + "\n";
-  write_atomically(path, std::as_bytes(std::span(text)));
-}
-
-/// A file of no name of one's own choosing, gone with this.
-struct TemporaryFile {
-  std::string path = (fs::temp_directory_path() / "lichtenberg-XXXXXX").string();
-  TemporaryFile() {
-    const int file = mkstemp(path.data());
-    if (file < 0) throw Failure(fmt::format("cannot draw: no file can be made at {}", path));
-    close(file);
-  }
-  ~TemporaryFile() { std::remove(path.c_str()); }
-  TemporaryFile(const TemporaryFile&) = delete;
-};
-
-/// The table is on the screen, so a picture that cannot be drawn is no reason to fail.
-void draw_picture(const std::string& picture, const nlohmann::ordered_json& json) {
-  try {
-    const TemporaryFile data;
-    write_json(data.path, json);
-    draw("work_precision.py", {data.path, "--out", picture});
-    fmt::print("\n{} shows it\n", picture);
-  } catch (const Failure& failure) {
-    fmt::print(stderr, "lichtenberg: {}\n", failure.what());
-  }
-}
-
 auto sweep_for(const Scene& scene, bool time) {
   if (scene.reference) return time ? work_precision::sweep_grains : work_precision::sweep_charges;
   return time ? work_precision::sweep_time : work_precision::sweep_field;
@@ -105,7 +74,7 @@ void sweep(Arguments arguments) {
   work_precision::print(diagram, circumstances);
   const nlohmann::ordered_json json = work_precision::to_json(diagram, circumstances);
   if (!arguments.json.empty()) write_json(arguments.json, json);
-  if (!diagram.points.empty()) draw_picture(arguments.picture, json);
+  if (!diagram.points.empty()) draw_json("work_precision.py", json, arguments.picture);
 }
 
 }  // namespace

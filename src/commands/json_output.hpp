@@ -1,0 +1,15 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace lichtenberg {
+
+/// Whole or not at all. Throws Failure if the disk does not take it.
+void write_json(const std::string& path, const nlohmann::ordered_json& json);
+
+/// Has a script of this folder draw what the JSON holds into a picture, and says so. The table is on the screen, so a
+/// picture that cannot be drawn is no reason to fail: standard error says why.
+void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture);
+
+}  // namespace lichtenberg

@@ -1,0 +1,224 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+
+#include "solvers/error.hpp"
+#include "src/commands/commands.hpp"
+#include "src/commands/json_output.hpp"
+#include "src/commands/output.hpp"
+#include "src/commands/theory_tables.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/record/atomic_file.hpp"
+#include "src/record/result.hpp"
+#include "src/theory/stability.hpp"
+
+namespace lichtenberg {
+namespace {
+
+struct TheoryArguments {
+  std::string name, result, scene, json, csv, picture;
+  std::optional<double> restitution, charge_number;
+  bool plot = false;
+};
+
+const std::vector<std::string> theory_names = {"haff",         "monopolar", "restitution",
+                                               "smoluchowski", "kinetic",   "stability"};
+
+GasParameters parameters_of(const TheoryArguments& request) {
+  if (!request.result.empty()) {
+    GasParameters gas = gas_parameters(Result(request.result).scene());
+    gas.source = request.result;
+    return gas;
+  }
+  if (!request.scene.empty()) return gas_parameters(read_scene(request.scene));
+  return request.name == "monopolar" ? source_monopolar_gas() : source_gas();
+}
+
+/// The constant restitution that loses as much as the gas's own at its temperature.
+double mean_restitution(const GasParameters& gas) {
+  const auto lost = [&](double speed, double x) { return x * (1 - std::pow(restitution(gas.law, speed), 2)); };
+  return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));
+}
+
+TheoryAnswer stability_of(const TheoryArguments& request) {
+  double eps = 0.7, charged = 0.9;  // G 6.1 (f)
+  if (!request.scene.empty() || !request.result.empty()) {
+    const GasParameters gas = parameters_of(request);
+    eps = mean_restitution(gas);
+    // The mean of charges that grains exchange is 0.
+    charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.charge, gas.temperature);
+  }
+  return stability_theory(request.restitution.value_or(eps), request.charge_number.value_or(charged));
+}
+
+TheoryAnswer answer_to(const TheoryArguments& request) {
+  if (request.name == "stability") return stability_of(request);
+  const bool needs_gas = request.name != "smoluchowski" || !request.result.empty();
+  const std::optional<GasParameters> gas = needs_gas ? std::optional(parameters_of(request)) : std::nullopt;
+  std::optional<GasCourse> course;
+  if (!request.result.empty()) course.emplace(request.result, gas->warm_up);
+  const GasCourse* run = course ? &*course : nullptr;
+  if (request.name == "haff") return haff_theory(*gas, run);
+  if (request.name == "monopolar") return monopolar_theory(*gas, run);
+  if (request.name == "restitution") return restitution_theory(*gas);
+  if (request.name == "kinetic") return kinetic_theory(*gas, run);
+  return smoluchowski_theory(run);
+}
+
+std::string source_of(const TheoryArguments& request) {
+  if (!request.result.empty()) return request.result;
+  if (!request.scene.empty()) return request.scene;
+  return "the source's own parameters (--scene for others)";
+}
+
+std::string heading(const TheoryColumn& column) {
+  return column.unit == "1" ? column.name : fmt::format("{} ({})", column.name, column.unit);
+}
+
+std::string cell(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "-"; }
+
+/// Columns from `begin` on that fit beside the first one; returns the one after them.
+std::size_t print_columns(const TheoryTable& table, std::size_t begin, std::size_t every) {
+  constexpr std::size_t line = 120, narrowest = 12;
+  const auto width = [&](std::size_t k) {
+    return 2 + std::max({narrowest, table.columns[k].name.size(), table.columns[k].unit.size() + 2});
+  };
+  std::vector<std::size_t> shown = {0};
+  std::size_t filled = width(0), next = begin;
+  for (; next < table.columns.size() && (shown.size() == 1 || filled + width(next) <= line); ++next)
+    shown.push_back(next), filled += width(next);
+  const auto row = [&](auto text) {
+    for (const std::size_t k : shown) fmt::print("{:>{}}", text(table.columns[k]), width(k));
+    fmt::print("\n");
+  };
+  fmt::print("\n");
+  row([](const TheoryColumn& column) { return column.name; });
+  row([](const TheoryColumn& column) { return column.unit == "1" ? "" : "(" + column.unit + ")"; });
+  for (std::size_t n = 0; n < table.columns[0].values.size(); n += every)
+    row([&](const TheoryColumn& column) { return cell(column.values[n]); });
+  return next;
+}
+
+/// Some of the rows, evenly, and so many columns at a time as a line has place for.
+void print_table(const TheoryTable& table) {
+  constexpr std::size_t most = 25;
+  const std::size_t rows = table.columns[0].values.size(), every = (rows + most - 1) / most;
+  fmt::print("\n{}{}\n", table.title, every > 1 ? fmt::format("; one row of {} of all {}", every, rows) : "");
+  for (std::size_t next = 1; next < table.columns.size();) next = print_columns(table, next, every);
+}
+
+void print_answer(const TheoryAnswer& answer, const std::string& source) {
+  fmt::print("{}\nof {}\n\n", answer.title, source);
+  for (const TheoryFigure& figure : answer.figures)
+    fmt::print("  {:<28}{:>14}{:<10}{}\n", figure.name, fmt::format("{:.8g}", figure.value),
+               figure.unit == "1" ? "" : " " + figure.unit, figure.meaning);
+  for (const TheoryTable& table : answer.tables) print_table(table);
+}
+
+/// JSON has no infinity and no NaN: null.
+nlohmann::ordered_json numbers(const std::vector<double>& values) {
+  auto json = nlohmann::ordered_json::array();
+  for (const double value : values)
+    json.push_back(std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr));
+  return json;
+}
+
+nlohmann::ordered_json json_of(const TheoryTable& table) {
+  nlohmann::ordered_json json{{"name", table.name}, {"title", table.title}, {"logarithmic", table.logarithmic}};
+  for (const TheoryColumn& column : table.columns)
+    json["columns"][column.name] = {{"unit", column.unit}, {"label", column.label}, {"values", numbers(column.values)}};
+  json["panels"] = nlohmann::ordered_json::array();
+  for (const TheoryTable::Panel& panel : table.panels)
+    json["panels"].push_back({{"label", panel.label}, {"logarithmic", panel.logarithmic}, {"columns", panel.columns}});
+  json["found"] = nlohmann::ordered_json::array();
+  for (const FoundSeries& found : table.found)
+    json["found"].push_back(
+        {{"of", found.of}, {"label", found.label}, {"x", numbers(found.x)}, {"y", numbers(found.y)}});
+  return json;
+}
+
+nlohmann::ordered_json json_of(const TheoryAnswer& answer, const std::string& source) {
+  nlohmann::ordered_json json{{"theory", answer.name}, {"title", answer.title}, {"of", source}};
+  json["figures"] = nlohmann::ordered_json::array();
+  for (const TheoryFigure& figure : answer.figures)
+    json["figures"].push_back({{"name", figure.name},
+                               {"value", numbers({figure.value})[0]},
+                               {"unit", figure.unit},
+                               {"meaning", figure.meaning}});
+  json["tables"] = nlohmann::ordered_json::array();
+  for (const TheoryTable& table : answer.tables) json["tables"].push_back(json_of(table));
+  return json;
+}
+
+/// Tables one after the other, with an empty line between; nothing where there is no number.
+void write_csv(const std::string& path, const TheoryAnswer& answer) {
+  std::string text;
+  for (const TheoryTable& table : answer.tables) {
+    if (!text.empty()) text += "\n";
+    for (const TheoryColumn& column : table.columns)
+      text += (&column == table.columns.data() ? "" : ",") + heading(column);
+    text += "\n";
+    for (std::size_t row = 0; row < table.columns[0].values.size(); ++row) {
+      for (const TheoryColumn& column : table.columns) {
+        if (&column != table.columns.data()) text += ",";
+        if (std::isfinite(column.values[row])) text += fmt::format("{:.17g}", column.values[row]);
+      }
+      text += "\n";
+    }
+  }
+  write_atomically(path, std::as_bytes(std::span(text)));
+}
+
+std::string theory_picture(const TheoryArguments& request) {
+  if (!request.picture.empty()) return request.picture;
+  const std::string& of = request.result.empty() ? request.scene : request.result;
+  const std::string stem = of.empty() ? "theory" : std::filesystem::path(of).stem().string();
+  return fmt::format("{}-{}.png", stem, request.name);
+}
+
+void check_theory(const TheoryArguments& request) {
+  if ((request.restitution || request.charge_number) && request.name != "stability")
+    throw InputError("--restitution and --charge-number are for theory stability");
+  for (const std::string& path : {request.json, request.csv, request.plot ? theory_picture(request) : ""})
+    if (!path.empty()) check_writable(path);
+}
+
+void tell_theory(const TheoryArguments& request) {
+  check_theory(request);
+  const TheoryAnswer answer = answer_to(request);
+  const std::string source = source_of(request);
+  print_answer(answer, source);
+  if (!request.json.empty()) write_json(request.json, json_of(answer, source));
+  if (!request.csv.empty()) write_csv(request.csv, answer);
+  if (request.plot) draw_json("theory.py", json_of(answer, source), theory_picture(request));
+}
+
+}  // namespace
+
+Command theory_command() {
+  auto request = std::make_shared<TheoryArguments>();
+  return {
+      "theory",
+      "Says what theories of a gas of grains expect: cooling, charging, merging, growth, stability",
+      {{"NAME", &request->name, "which one", {.required = true, .allowed = theory_names}},
+       {"RESULT", &request->result, "result file of a run (.h5), whose scene is taken and which is shown beside"},
+       {"--scene",
+        &request->scene,
+        "scene file (.toml) whose gas it is (default: the source's)",
+        {.excluded = "RESULT"}},
+       {"--plot", &request->plot, "draw it too"},
+       {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
+       {"--json", &request->json, "JSON file to write, with all rows"},
+       {"--csv", &request->csv, "CSV file to write, with all rows"},
+       {"--restitution", &request->restitution, "of stability, in place of the gas's (default without one: .7)"},
+       {"--charge-number", &request->charge_number, "R of stability, in place of the gas's (default without one: .9)"}},
+      [request] { tell_theory(*request); }};
+}
+
+}  // namespace lichtenberg

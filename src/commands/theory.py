@@ -1,0 +1,111 @@
+#!/usr/bin/python3
+"""Draws what `lichtenberg theory` wrote as JSON: a panel a quantity, lines for theory and points for a run.
+
+    theory.py FILE.json [--out PICTURE]
+
+Exit status 2 and one sentence for input that cannot be used.
+"""
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+from drawing import InputError, plt, report, save, set_style
+from matplotlib.ticker import NullFormatter
+
+# Distinct also to the colour-blind (Okabe & Ito).
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c"]
+DASHES = ["-", "--", ":", "-."]
+FOUND = ["#08519c", "#9ecae1"]
+
+
+def read(path):
+    """Throws InputError."""
+    try:
+        return json.loads(Path(path).read_text())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as JSON ({error})") from None
+
+
+def numbers(values):
+    return np.array([np.nan if value is None else value for value in values], float)
+
+
+def in_symbols(unit):
+    """m0 v0^2 as mathematics."""
+    return "$" + re.sub(r"([a-z])_?0", r"\1_0", unit).replace(" ", r"\,") + "$"
+
+
+def with_unit(label, unit):
+    return label if unit == "1" else f"{label} ({in_symbols(unit)})"
+
+
+def colour_of(labels):
+    """A colour a label, in the order in which they come: curves of one label belong together."""
+    return {label: COLOURS[k % len(COLOURS)] for k, label in enumerate(dict.fromkeys(labels))}
+
+
+def draw_panel(axes, table, panel):
+    columns = table["columns"]
+    x = numbers(next(iter(columns.values()))["values"])
+    colours = colour_of(columns[name]["label"] for name in panel["columns"])
+    seen = {}
+    for k, found in enumerate(f for f in table["found"] if f["of"] in panel["columns"]):
+        axes.plot(numbers(found["x"]), numbers(found["y"]), "o", color=FOUND[k % 2], markersize=2.5, label=found["label"])
+    for name in panel["columns"]:
+        label = columns[name]["label"]
+        n = seen[label] = seen.get(label, -1) + 1
+        style = {"color": colours[label], "linestyle": DASHES[n % len(DASHES)], "linewidth": 1.2}
+        axes.plot(x, numbers(columns[name]["values"]), label=label if n == 0 else None, **style)
+    unit = columns[panel["columns"][0]]["unit"]
+    axes.set_ylabel(with_unit(panel["label"], unit))
+    axes.legend(frameon=False, fontsize=7)
+    set_scales(axes, table, panel)
+
+
+def set_scales(axes, table, panel):
+    if table["logarithmic"]:
+        axes.set_xscale("log")
+    drawn = np.concatenate([line.get_ydata() for line in axes.lines])
+    drawn = drawn[np.isfinite(drawn)]
+    if panel["logarithmic"] and (drawn > 0).any():
+        axes.set_yscale("log")
+        lowest = drawn[drawn > 0].min()
+        if drawn.max() < 1.2 * lowest:  # without ticks of its own
+            axes.set_yscale("linear")
+        elif drawn.max() > 30 * lowest:
+            axes.yaxis.set_minor_formatter(NullFormatter())
+    if not panel["logarithmic"] and (drawn < 0).any() and (drawn > 0).any():
+        axes.axhline(0, color="#8c8c8c", linewidth=0.6)
+
+
+def draw(answer):
+    set_style()
+    panels = [(table, panel) for table in answer["tables"] for panel in table["panels"]]
+    columns = 1 if len(panels) < 3 else 2
+    rows = -(-len(panels) // columns)
+    size = (6 if columns == 1 else 9, 0.8 + 2.7 * rows)
+    figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    for axes in grid.flat[len(panels) :]:
+        axes.remove()
+    for axes, (table, panel) in zip(grid.flat, panels):
+        draw_panel(axes, table, panel)
+        first = next(iter(table["columns"].values()))
+        axes.set_xlabel(with_unit(first["label"], first["unit"]))
+    figure.suptitle(f"{answer['title']}\nof {answer['of']}", fontsize=9)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", help="what `lichtenberg theory NAME --json FILE` wrote")
+    parser.add_argument("--out", help="picture to write (default: FILE with .png)")
+    request = parser.parse_args()
+    picture = request.out or Path(request.file).with_suffix(".png")
+    return report(request.file, lambda: save(draw(read(request.file)), picture))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

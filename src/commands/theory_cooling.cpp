@@ -1,0 +1,300 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/error.hpp"
+#include "src/commands/theory_tables.hpp"
+#include "src/record/result_file.hpp"
+#include "src/theory/kinetic.hpp"
+#include "src/theory/kinetic_printed.hpp"
+#include "src/theory/monopolar.hpp"
+#include "src/theory/restitution.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr const char* unit_of_energy = "m0 v0^2";
+
+/// From a hundredth of a unit on, twenty to a power of ten.
+std::vector<double> times_until(double end) {
+  const double first = std::min(0.01, end / 100);
+  return logarithmic_range(first, end, 1 + static_cast<int>(std::ceil(20 * std::log10(end / first))));
+}
+
+template <class State>
+std::vector<double> values(const std::vector<State>& states, double State::*member) {
+  std::vector<double> found;
+  for (const State& state : states) found.push_back(state.*member);
+  return found;
+}
+
+double last_slope(const std::vector<double>& time, const std::vector<double>& value) {
+  const std::size_t n = time.size();
+  return std::log(value[n - 1] / value[n - 2]) / std::log(time[n - 1] / time[n - 2]);
+}
+
+bool is_constant(const GrainContactLaw& law) { return std::holds_alternative<LinearSpringLaw>(law); }
+
+std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
+  const double filled = std::numbers::pi / 6 * gas.density;
+  return {{"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
+          {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
+          {"contact_value", "1", theory::contact_value(gas.density), "by what pairs are more frequent in contact"},
+          {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
+           "of a grain at the start"}};
+}
+
+/// Rms of ln T about the law with this barrier.
+double off(const GasCourse& run, const std::vector<double>& temperature, theory::MonopolarGas law, double barrier) {
+  law.barrier = barrier;
+  double squares = 0;
+  for (std::size_t k = 0; k < run.time().size(); ++k)
+    squares += std::pow(std::log(temperature[k] / theory::monopolar_temperature(law, run.time()[k])), 2);
+  return std::sqrt(squares / static_cast<double>(run.time().size()));
+}
+
+/// Neighbours make the barrier smaller than that of a pair: U_eff = U (1 - c phi^(1/3)).
+void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse& run,
+                 const theory::MonopolarGas& law) {
+  const std::vector<double>* temperature = run.find("temperature");
+  if (!temperature) return;
+  const auto [logarithm, scatter] =
+      boost::math::tools::brent_find_minima([&](double u) { return off(run, *temperature, law, std::exp(u)); },
+                                            std::log(1e-4 * law.barrier), std::log(10 * law.barrier), 30);
+  theory::MonopolarGas fitted = law;
+  fitted.barrier = std::exp(logarithm);
+  const double c = (1 - fitted.barrier / law.barrier) / std::cbrt(std::numbers::pi / 6 * gas.density);
+  answer.figures.push_back(
+      {"fitted_barrier", unit_of_energy, fitted.barrier,
+       fmt::format("to the run, U (1 - c phi^(1/3)) with c = {:.4g}; rms of ln T {:.2g}", c, scatter)});
+  TheoryColumn column{"temperature_fitted", unit_of_energy, "barrier fitted to the run", {}};
+  for (const double t : answer.tables[0].columns[0].values)
+    column.values.push_back(theory::monopolar_temperature(fitted, t));
+  answer.tables[0].columns.push_back(column);
+  answer.tables[0].panels[0].columns.push_back(column.name);
+}
+
+/// The three of `kinetic_theory`.
+struct Variant {
+  const char *suffix, *label;
+  bool merges, speeds_at_contact;
+};
+constexpr Variant variants[] = {{"", "merging", true, false},
+                                {"_bouncing", "without merging", false, false},
+                                {"_contact_speeds", "merging, speeds at contact", true, true}};
+
+TheoryTable kinetic_table(const GasParameters& gas) {
+  TheoryTable table{
+      .name = "course", .title = "the gas over time", .columns = {{"time", "t0", "time", times_until(gas.end)}}};
+  table.panels = {
+      {"temperature", true, {}}, {R"($\langle q^2 \rangle$)", true, {}}, {"density", true, {}}, {"B", true, {}}};
+  for (const Variant& variant : variants) {
+    const auto states = theory::kinetic_course({.density = gas.density,
+                                                .temperature = gas.temperature,
+                                                .coupling = gas.coupling,
+                                                .impacts = gas.impacts(),
+                                                .contact_value = theory::contact_value(gas.density),
+                                                .merges = variant.merges,
+                                                .speeds_at_contact = variant.speeds_at_contact},
+                                               table.columns[0].values);
+    using State = theory::KineticState;
+    const auto add = [&](int panel, const std::string& name, const std::string& unit, double State::*member) {
+      table.columns.push_back({name + variant.suffix, unit, variant.label, values(states, member)});
+      table.panels[panel].columns.push_back(name + variant.suffix);
+    };
+    add(0, "temperature", unit_of_energy, &State::temperature);
+    add(1, "square_charge", "q0^2", &State::charge_square);
+    add(2, "density", "1/d0^3", &State::density);
+    add(3, "bjerrum", "1", &State::bjerrum);
+  }
+  return table;
+}
+
+/// G's functions beside what they ought to be.
+TheoryTable printed_table(double exponent) {
+  TheoryTable table{.name = "printed",
+                    .title = "g_1 ... g_5 (G 5.32-5.37), of m = d = C_eps = C_dq = 1, and as printed"};
+  table.columns = {{"bjerrum", "1", "B", {0.01, 0.1, 0.2, 0.4, 0.6, 0.8, 0.99, 2, 10}}};
+  using Functions = theory::KineticFunctions;
+  constexpr double Functions::*members[] = {&Functions::mergers, &Functions::contact_loss, &Functions::merging_loss,
+                                            &Functions::contact_charge, &Functions::merging_charge};
+  for (int g = 0; g < 5; ++g) {
+    TheoryColumn right{fmt::format("g{}", g + 1), "1", "", {}}, printed{fmt::format("g{}_printed", g + 1), "1", "", {}};
+    for (const double b : table.columns[0].values) {
+      right.values.push_back(theory::corrected_functions(b, exponent).*members[g]);
+      printed.values.push_back(b < 1 ? theory::printed_functions(b, exponent).*members[g] : NAN);
+    }
+    table.columns.push_back(right);
+    table.columns.push_back(printed);
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<double> logarithmic_range(double first, double last, int count) {
+  std::vector<double> range;
+  for (int k = 0; k < count; ++k) range.push_back(first * std::pow(last / first, k / (count - 1.0)));
+  range.back() = last;
+  return range;
+}
+
+GasCourse::GasCourse(const std::string& path, double warm_up) {
+  const ResultFile file(path, "compared with theory");
+  if (!hdf5::exists(file.file(), "gas/time"))
+    throw InputError(path + " holds no course of a gas that a theory could be compared with");
+  const hdf5::Handle group = hdf5::open_group(file.file(), "gas");
+  const std::vector<double> all = hdf5::get<double>(group, "time");
+  for (const std::string& name : hdf5::names(group)) {
+    const std::vector<double> values = hdf5::get<double>(group, name);
+    for (std::size_t k = 0; k < all.size() && values.size() == all.size(); ++k)
+      if (all[k] > warm_up) series_[name].push_back(name == "time" ? all[k] - warm_up : values[k]);
+  }
+  time_ = series_["time"];
+  if (time_.empty()) throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
+}
+
+const std::vector<double>* GasCourse::find(const std::string& name) const {
+  const auto found = series_.find(name);
+  return found == series_.end() ? nullptr : &found->second;
+}
+
+void GasCourse::show(TheoryTable& table, const std::string& column, const std::string& name,
+                     const std::string& label) const {
+  if (const auto* values = find(name)) table.found.push_back({column, label, time_, *values});
+}
+
+TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
+  const std::vector<double> times = times_until(gas.end);
+  const auto states = theory::cool(gas.density, gas.impacts(), gas.temperature, times);
+  const auto lasting = theory::cool(gas.density, gas.impacts(true), gas.temperature, times);
+  using State = theory::CoolingState;
+  TheoryTable table{
+      .name = "course",
+      .title = "a neutral gas over time",
+      .columns = {{"time", "t0", "time", times},
+                  {"temperature", unit_of_energy, "collisions at once", values(states, &State::temperature)},
+                  {"temperature_lasting", unit_of_energy, "collisions of the length that they have",
+                   values(lasting, &State::temperature)},
+                  {"collisions", "1", "of a grain", values(states, &State::collisions)}},
+      .panels = {{"temperature", true, {"temperature", "temperature_lasting"}}}};
+  TheoryAnswer answer{"haff", "Cooling of a homogeneous gas without charges (Haff; G 2.12)", common_figures(gas), {}};
+  if (gas.exchange) {
+    table.columns.push_back({"square_charge", "q0^2", "collisions at once", values(states, &State::charge_square)});
+    table.columns.push_back({"square_charge_lasting", "q0^2", "collisions of the length that they have",
+                             values(lasting, &State::charge_square)});
+    table.panels.push_back({R"($\langle q^2 \rangle$)", true, {"square_charge", "square_charge_lasting"}});
+    if (run) run->show(table, "square_charge", "mean_square_charge", "run: grains");
+  }
+  if (is_constant(gas.law)) {
+    const double eps = restitution(gas.law, 1);
+    answer.figures.push_back({"haff_time", "t0", theory::haff_time(gas.density, gas.temperature, eps),
+                              fmt::format("tau of T_0/(1 + t/tau)^2, restitution {:.6g}", eps)});
+  }
+  answer.figures.push_back({"exponent", "1", last_slope(times, table.columns[1].values), "of T by t at the end"});
+  if (run) {
+    run->show(table, "temperature", "local_temperature", "run: relative to the flow");
+    run->show(table, "temperature", "temperature", "run: with the flow");
+  }
+  answer.tables = {table};
+  return answer;
+}
+
+TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run) {
+  if (!is_constant(gas.law))
+    throw InputError(gas.source + ": theory monopolar is for a constant restitution, which effects.linear_contact has");
+  if (gas.coupling <= 0 || gas.charge <= 0 || gas.exchange)
+    throw InputError(gas.source +
+                     ": theory monopolar is for grains that all have the same charge, which it needs together with "
+                     "effects.coulomb and without effects.charge_exchange");
+  const theory::MonopolarGas law{gas.temperature,
+                                 theory::haff_time(gas.density, gas.temperature, restitution(gas.law, 1)),
+                                 gas.coupling * gas.charge * gas.charge};
+  TheoryTable table{
+      .name = "course", .title = "the gas over time", .columns = {{"time", "t0", "time", times_until(gas.end)}}};
+  TheoryColumn charged{"temperature", unit_of_energy, "equal charges", {}},
+      neutral{"haff_temperature", unit_of_energy, "neutral", {}};
+  for (const double t : table.columns[0].values) {
+    charged.values.push_back(theory::monopolar_temperature(law, t));
+    neutral.values.push_back(theory::haff_temperature(law.initial, law.tau, t));
+  }
+  table.columns.insert(table.columns.end(), {charged, neutral});
+  table.panels = {{"temperature", true, {charged.name, neutral.name}}};
+  TheoryAnswer answer{
+      "monopolar", "Cooling of grains that all repel each other (G 4.1a)", common_figures(gas), {table}};
+  answer.figures.push_back({"haff_time", "t0", law.tau, "tau without charges"});
+  answer.figures.push_back({"barrier", unit_of_energy, law.barrier, "U = K q^2/d of a pair; late, T is U / ln(t/t_c)"});
+  answer.figures.push_back({"barrier_time", "t0", theory::monopolar_time(law, std::min(law.barrier, law.initial)),
+                            "when T has come down to U"});
+  if (run) {
+    run->show(answer.tables[0], "temperature", "temperature", "run");
+    fit_barrier(answer, gas, *run, law);
+  }
+  return answer;
+}
+
+TheoryAnswer restitution_theory(const GasParameters& gas) {
+  const std::vector<double> speeds = logarithmic_range(1e-6, 10, 71);
+  TheoryTable table{.name = "collision",
+                    .title = "two grains head-on",
+                    .columns = {{"speed", "v0", "speed", speeds},
+                                {"restitution", "1", "true", {}},
+                                {"duration", "t0", "of the force", {}}},
+                    .panels = {{"restitution", false, {"restitution"}}, {"duration", true, {"duration"}}}};
+  for (const double v : speeds) {
+    table.columns[1].values.push_back(restitution(gas.law, v));
+    table.columns[2].values.push_back(contact_duration(gas.law, v));
+  }
+  TheoryAnswer answer{"restitution", "The collision of two grains, G 3.9, 3.10 with the clamp", {}, {}};
+  const auto* soft = std::get_if<ViscoelasticLaw>(&gas.law);
+  if (soft && soft->dissipative > 0) {
+    const theory::ViscoelasticPair pair{soft->elastic, soft->dissipative};
+    const double k1 = theory::dissipation_number(pair, 1), c = theory::first_loss() * k1;
+    TheoryColumn overlap{"overlap", "d0", "largest", {}}, pade{"pade", "1", "Mueller and Poeschel", {}},
+        first{"first_order", "1", "1 - C v^(1/5) (G 5.31)", {}};
+    for (const double v : speeds) {
+      const double k = theory::dissipation_number(pair, v);
+      overlap.values.push_back(k <= theory::RestitutionCurve::largest ? theory::collision(pair, v).overlap : NAN);
+      pade.values.push_back(theory::pade_restitution(k));
+      const double linear = 1 - c * std::pow(v, 0.2);
+      first.values.push_back(linear >= 0 ? linear : NAN);
+    }
+    table.columns.insert(table.columns.end(), {overlap, pade, first});
+    table.panels[0].columns = {"restitution", "pade", "first_order"};
+    table.panels.push_back({"largest overlap", true, {"overlap"}});
+    answer.figures = {
+        {"dissipation_number", "1", k1, "k at speed 1, which goes as v^(1/5)"},
+        {"C", "(t0/d0)^(1/5)", c,
+         fmt::format("of the first-order law, which is negative above a speed of {:.4g}", std::pow(c, -5))},
+        {"piercing_speed", "v0", theory::piercing_speed(pair), "from which on elastic grains pass through each other"}};
+  }
+  answer.tables = {table};
+  return answer;
+}
+
+TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
+  if (!gas.exchange || gas.coupling <= 0)
+    throw InputError(gas.source +
+                     ": theory kinetic is for grains that charge each other and attract, which needs "
+                     "effects.charge_exchange and effects.coulomb");
+  TheoryAnswer answer{
+      "kinetic", "Kinetic theory of a gas that charges and merges (G chapter 5, corrected)", common_figures(gas), {}};
+  TheoryTable course = kinetic_table(gas);
+  const std::vector<double>& bjerrum = course.columns[4].values;
+  const auto top = std::ranges::max_element(bjerrum) - bjerrum.begin();
+  answer.figures.push_back({"coupling", "1", gas.coupling * gas.exchange->strength * gas.exchange->strength,
+                            "K Q^2, the only number of charges that matters"});
+  answer.figures.push_back({"largest_bjerrum", "1", bjerrum[top],
+                            fmt::format("B with merging, at t = {:.4g}", course.columns[0].values[top])});
+  if (run) {
+    run->show(course, "temperature", "local_temperature", "run: relative to the flow");
+    run->show(course, "square_charge", "mean_square_charge", "run: grains");
+  }
+  answer.tables = {course, printed_table(2 * gas.exchange->exponent)};
+  return answer;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,168 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "src/analysis/gas_growth.hpp"
+#include "src/commands/theory_tables.hpp"
+#include "src/theory/smoluchowski.hpp"
+#include "src/theory/stability.hpp"
+
+namespace lichtenberg {
+namespace {
+
+/// S of one of the source's kernels over these times, NaN from where mass leaves on.
+struct Growth {
+  std::vector<double> size, slope;
+  double lost = 0;
+  analysis::ShiftedPower fit;
+  double fitted_from = 0, fitted_to = 0;
+};
+
+Growth growth_of(double beta, const std::vector<double>& times) {
+  constexpr int one_by_one = 60;
+  constexpr double ratio = 1.03, largest = 1e6, first_fitted = 10;  // S below that remembers its start
+  const std::vector<double> sizes = theory::size_classes(one_by_one, ratio, largest);
+  const auto found = theory::coagulate(theory::flight_kernel(beta), sizes, times);
+  Growth growth;
+  for (const auto& distribution : found) growth.size.push_back(distribution.mean_size(sizes));
+  growth.lost = found.back().lost;
+  growth.slope = analysis::local_slopes(std::span(times).first(found.size()), growth.size);
+  const auto from = static_cast<std::size_t>(std::ranges::lower_bound(growth.size, first_fitted) - growth.size.begin());
+  growth.fit =
+      analysis::fit_growth(std::span(times).subspan(from, found.size() - from), std::span(growth.size).subspan(from));
+  growth.fitted_from = growth.size[from], growth.fitted_to = growth.size.back();
+  growth.size.resize(times.size(), NAN), growth.slope.resize(times.size(), NAN);
+  return growth;
+}
+
+/// The run's S, its time stretched such that its last size is reached when theory says.
+void show_growth(TheoryAnswer& answer, const GasCourse& run) {
+  const std::vector<double>* size = run.find("density_cluster_size");
+  if (!size || !std::isfinite(size->back()) || size->back() <= 1) return;
+  TheoryTable& table = answer.tables[0];
+  const auto& theory = table.columns[3].values;  // charged
+  const auto after = static_cast<std::size_t>(
+      std::ranges::find_if(theory, [&](double s) { return s >= size->back(); }) - theory.begin());
+  if (after == theory.size()) return;
+  const double factor = table.columns[0].values[after] / run.time().back();
+  FoundSeries found{table.columns[3].name, fmt::format("run: dense cells, time times {:.3g}", factor), run.time(),
+                    *size};
+  for (double& t : found.x) t *= factor;
+  table.found.push_back(found);
+  answer.figures.push_back(
+      {"run_time_factor", "t0^-1", factor, "by which the run's time is multiplied, to end at theory's"});
+}
+
+std::vector<double> linear_range(double last, int count) {
+  std::vector<double> range;
+  for (int k = 1; k <= count; ++k) range.push_back(last * k / count);
+  return range;
+}
+
+void add_modes(TheoryTable& table, const std::string& suffix, const std::string& label,
+               const std::vector<theory::Modes>& modes) {
+  for (int n = 0; n < 3; ++n)
+    for (const bool imaginary : {false, true}) {
+      TheoryColumn column{fmt::format("{}{}{}", imaginary ? "frequency" : "growth", n + 1, suffix), "1/t_0", label, {}};
+      for (const theory::Modes& mode : modes)
+        column.values.push_back(imaginary ? mode.longitudinal[n].imag() : mode.longitudinal[n].real());
+      if (!imaginary) table.panels[0].columns.push_back(column.name);
+      table.columns.push_back(column);
+    }
+}
+
+TheoryTable modes_table(const theory::TransportCoefficients& c, double charge_number) {
+  const std::vector<double> k = linear_range(0.3, 200);
+  TheoryTable table{.name = "modes",
+                    .title = "growth rates by wave number",
+                    .columns = {{"wave_number", "1/l_0", "k", k}},
+                    .panels = {{"growth rate", false, {}}},
+                    .logarithmic = false};
+  add_modes(table, "_neutral", "R = 0", theory::growth_rates(c, 0, k));
+  if (charge_number > 0)
+    add_modes(table, "", fmt::format("R = {:g}", charge_number), theory::growth_rates(c, charge_number, k));
+  TheoryColumn shear{"shear", "1/t_0", "shear", {}};
+  for (const theory::Modes& mode : theory::growth_rates(c, 0, k)) shear.values.push_back(mode.shear);
+  table.columns.push_back(shear);
+  table.panels[0].columns.push_back("shear");
+  return table;
+}
+
+/// The largest critical wave number of a kind; NaN if there is none.
+double largest_wave(const std::vector<theory::CriticalWave>& waves, bool oscillates) {
+  double largest = NAN;
+  for (const theory::CriticalWave& wave : waves)
+    if (wave.oscillates == oscillates) largest = wave.wave_number;
+  return largest;
+}
+
+TheoryTable critical_table(const theory::TransportCoefficients& c, double eps) {
+  TheoryTable table{.name = "critical", .title = "wave numbers below which modes grow, by charge (G 6.3)"};
+  TheoryColumn charge{"charge_by_loss", "1", R"(R / |$\epsilon^2$ - 1|)", {}}, number{"charge_number", "1", "R", {}},
+      heat{"heat", "1/l_0", "heat mode", {}}, sound{"sound", "1/l_0", "sound modes", {}};
+  for (const double r : logarithmic_range(1e-4, 10, 51)) {
+    const auto waves = theory::critical_waves(c, r);
+    number.values.push_back(r);
+    charge.values.push_back(r / (1 - eps * eps));
+    heat.values.push_back(largest_wave(waves, false));
+    sound.values.push_back(largest_wave(waves, true));
+  }
+  table.columns = {charge, number, heat, sound};
+  table.panels = {{"critical wave number", false, {"heat", "sound"}}};
+  return table;
+}
+
+}  // namespace
+
+TheoryAnswer smoluchowski_theory(const GasCourse* run) {
+  const std::vector<double> times = logarithmic_range(0.01, 2e3, 80);
+  TheoryAnswer answer{"smoluchowski", "Coagulation of aggregates in flight (G 4.12, 4.13)", {}, {}};
+  TheoryTable table{.name = "growth",
+                    .title = "S = sum s^2 N_s / sum s N_s over time, in units of the kernel",
+                    .columns = {{"time", "1", "time", times}},
+                    .panels = {{"S", true, {"size_neutral", "size_charged"}},
+                               {"d ln S / d ln t", false, {"slope_neutral", "slope_charged"}}}};
+  for (const double beta : {2.0, 3.0}) {
+    const std::string kind = beta == 2 ? "neutral" : "charged", label = fmt::format(R"($\beta$ = {:g})", beta);
+    const Growth growth = growth_of(beta, times);
+    table.columns.push_back({"size_" + kind, "1", label, growth.size});
+    table.columns.push_back({"slope_" + kind, "1", label, growth.slope});
+    answer.figures.push_back({"exponent_" + kind, "1", theory::flight_exponent(beta),
+                              fmt::format("z of beta = {:g}, at t -> infinity", beta)});
+    answer.figures.push_back({"fitted_exponent_" + kind, "1", growth.fit.exponent,
+                              fmt::format("of S = a (t + t_0)^z from S = {:.3g} to {:.3g}, t_0 = {:.4g}",
+                                          growth.fitted_from, growth.fitted_to, growth.fit.shift)});
+    answer.figures.push_back({"lost_" + kind, "1", growth.lost, "share of the mass that grew beyond a million grains"});
+  }
+  answer.tables = {table};
+  if (run) show_growth(answer, *run);
+  return answer;
+}
+
+TheoryAnswer stability_theory(double eps, double charge_number) {
+  if (!(charge_number >= 0 && charge_number < 1e6))
+    throw InputError(fmt::format("theory stability is for R in [0, 1e6), not for {:g}", charge_number));
+  const theory::TransportCoefficients c = theory::transport_coefficients(eps);
+  TheoryAnswer answer{"stability", "Linear stability of a homogeneous gas (G chapter 6)", {}, {}};
+  answer.figures = {{"restitution", "1", eps, ""},
+                    {"charge_number", "1", charge_number, "R = 2 pi K n q^2 l_0^2 / T"},
+                    {"zeta", "1", c.cooling, "zeta*, by which it cools"},
+                    {"eta", "1", c.viscosity, "eta*, viscosity"},
+                    {"kappa", "1", c.conduction, "kappa*, heat conduction by temperature"},
+                    {"mu", "1", c.density_conduction, "mu*, heat conduction by density"},
+                    {"critical_shear", "1/l_0", theory::critical_shear(c), "below it shear grows"}};
+  for (const theory::CriticalWave& wave : theory::critical_waves(c, charge_number))
+    answer.figures.push_back({"critical", "1/l_0", wave.wave_number,
+                              wave.oscillates ? "where sound modes begin to grow or cease to"
+                                              : "where the heat mode begins to grow or ceases to"});
+  if (charge_number > 0)
+    answer.figures.push_back(
+        {"growth_at_zero", "1/t_0", c.cooling / 8,
+         "of charged sound as k -> 0, since velocities are measured in a thermal speed that falls"});
+  answer.tables = {modes_table(c, charge_number), critical_table(c, eps)};
+  return answer;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "src/commands/gas_parameters.hpp"
+
+namespace lichtenberg {
+
+struct TheoryColumn {
+  std::string name, unit;  ///< 1 for pure numbers
+  std::string label;       ///< in a picture
+  std::vector<double> values;
+};
+
+/// What a run has found of one of the columns.
+struct FoundSeries {
+  std::string of;  ///< that column's name
+  std::string label;
+  std::vector<double> x, y;
+};
+
+/// Curves over the first column.
+struct TheoryTable {
+  std::string name, title;
+  std::vector<TheoryColumn> columns;
+  /// What a picture shows together; a table without any is not drawn.
+  struct Panel {
+    std::string label;
+    bool logarithmic = true;
+    std::vector<std::string> columns;
+  };
+  std::vector<Panel> panels;
+  bool logarithmic = true;  ///< the first column
+  std::vector<FoundSeries> found{};
+};
+
+/// A number with its unit, and what it is.
+struct TheoryFigure {
+  std::string name, unit;
+  double value = 0;
+  std::string meaning;
+};
+
+struct TheoryAnswer {
+  std::string name, title;
+  std::vector<TheoryFigure> figures;
+  std::vector<TheoryTable> tables;
+};
+
+/// The course of a run by name, with its time counted from the end of the warm-up; what was before is left out.
+class GasCourse {
+ public:
+  /// Throws InputError if the file holds none: it is damaged, or no gas's.
+  GasCourse(const std::string& path, double warm_up);
+
+  const std::vector<double>& time() const { return time_; }
+  /// Null if the run has not noted it.
+  const std::vector<double>* find(const std::string& name) const;
+  /// Adds it to the table, if it was noted.
+  void show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label) const;
+
+ private:
+  std::vector<double> time_;
+  std::map<std::string, std::vector<double>> series_;
+};
+
+// The theories, each with what it is asked for. Throw InputError for a gas that is outside of what they hold for.
+// `run`: null without a result.
+TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run);
+TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run);
+TheoryAnswer restitution_theory(const GasParameters& gas);
+TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run);
+/// Of the source's two kernels; only what is shown beside it is the run's.
+TheoryAnswer smoluchowski_theory(const GasCourse* run);
+/// Of a constant restitution and R.
+TheoryAnswer stability_theory(double restitution, double charge_number);
+
+/// Equal factors from `first` to `last`.
+std::vector<double> logarithmic_range(double first, double last, int count);
+
+}  // namespace lichtenberg

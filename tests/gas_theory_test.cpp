@@ -1,0 +1,138 @@
+// `lichtenberg theory` as a user meets it: what it prints and writes, and what it has no answer to.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "src/theory/haff.hpp"
+#include "src/theory/restitution.hpp"
+#include "tests/program.hpp"
+
+using namespace lichtenberg;
+using doctest::Approx;
+using nlohmann::json;
+
+namespace {
+
+const std::string scene = R"(
+title = "Few grains"
+[reference]
+[domain]
+size = [6, 6, 6]
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+front = "periodic"
+back = "periodic"
+[[population]]
+count = 60
+temperature = 1
+[[stage]]
+duration = 0.5
+temperature = 2
+[effects.viscoelastic_contact]
+[effects.charge_exchange]
+[effects.coulomb]
+strength = 3
+sum = "minimum-image"
+[stop]
+time = 1.5
+[output]
+every = 0.25
+picture = false
+)";
+
+Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
+
+json read_json(const Folder& folder, const std::string& name) { return json::parse(text_of(folder / name)); }
+
+double figure(const json& answer, const std::string& name) {
+  for (const json& f : answer["figures"])
+    if (f["name"] == name) return f["value"];
+  return NAN;
+}
+
+}  // namespace
+
+TEST_CASE("theories of a scene: a table, JSON, CSV and a picture") {
+  const Folder folder;
+  folder.write("gas.toml", scene);
+  const Ended haff = run_program(folder, "theory haff --scene gas.toml --json haff.json --csv haff.csv --plot");
+  REQUIRE_MESSAGE(haff.status == 0, haff.err);
+  CHECK(contains(haff.out, "collision_frequency"));
+  CHECK(contains(haff.out, "gas-haff.png shows it"));
+  CHECK(std::filesystem::file_size(folder / "gas-haff.png") > 10'000);
+
+  const json answer = read_json(folder, "haff.json");
+  const double density = 60 / 216.0;
+  CHECK(answer["of"] == "gas.toml");
+  CHECK(figure(answer, "temperature") == 2);
+  CHECK(figure(answer, "collision_frequency") == near(theory::collision_frequency(density, 2), 1e-12));
+  const json& columns = answer["tables"][0]["columns"];
+  CHECK(columns["time"]["values"].back() == 1);  // after the warm-up of .5
+  CHECK(columns["temperature"]["unit"] == "m0 v0^2");
+  const theory::ViscoelasticPair pair{278.6, 27.7};
+  const theory::Impacts impacts{[&](double v) { return theory::collision(pair, v).restitution; }};
+  CHECK(columns["temperature"]["values"].back() ==
+        near(theory::cool(density, impacts, 2, std::vector{1.0})[0].temperature, 1e-8));
+  CHECK(text_of(folder / "haff.csv").starts_with("time (t0),temperature (m0 v0^2),"));
+}
+
+TEST_CASE("theories beside a run: its scene, and what it has found") {
+  const Folder folder;
+  folder.write("gas.toml", scene);
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  const Ended kinetic = run_program(folder, "theory kinetic gas.h5 --json kinetic.json");
+  REQUIRE_MESSAGE(kinetic.status == 0, kinetic.err);
+  const json answer = read_json(folder, "kinetic.json");
+  CHECK(figure(answer, "coupling") == near(3 * 4.5e-3 * 4.5e-3, 1e-12));
+  const json& found = answer["tables"][0]["found"];
+  REQUIRE(found.size() == 2);
+  CHECK(found[0]["of"] == "temperature");
+  CHECK(found[0]["x"].back() == near(1, 1e-12));
+  for (const json& t : found[0]["x"]) CHECK(t.get<double>() > 0);
+  CHECK(found[0]["x"].size() == found[0]["y"].size());
+  CHECK(run_program(folder, "theory smoluchowski gas.h5").status == 0);
+}
+
+TEST_CASE("the source's own parameters, and stability") {
+  const Folder folder;
+  REQUIRE(run_program(folder, "theory stability --json stability.json").status == 0);
+  const json stability = read_json(folder, "stability.json");
+  CHECK(figure(stability, "eta") == near(1.147863019, 1e-9));
+  CHECK(figure(stability, "charge_number") == 0.9);
+  REQUIRE(run_program(folder, "theory stability --restitution 0.5 --charge-number 0 --json s.json").status == 0);
+  CHECK(figure(read_json(folder, "s.json"), "charge_number") == 0);
+  CHECK(contains(run_program(folder, "theory monopolar").out, "barrier"));
+  CHECK(contains(run_program(folder, "theory restitution").out, "0.330835"));
+}
+
+TEST_CASE("theories outside of their range say what it is") {
+  const Folder folder;
+  folder.write("gas.toml", scene);
+  const auto refused = [&](const std::string& arguments, const std::string& sentence) {
+    const Ended ended = run_program(folder, "theory " + arguments);
+    CHECK(ended.status == 2);
+    CHECK_MESSAGE(contains(ended.err, sentence), ended.err);
+  };
+  refused("half", "not in");
+  refused("monopolar --scene gas.toml", "theory monopolar is for a constant restitution");
+  refused("haff --scene none.toml", "none.toml");
+  refused("haff gas.h5 --scene gas.toml", "excludes");
+  refused("haff --restitution 0.5", "--restitution and --charge-number are for theory stability");
+  refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");
+  refused("stability --charge-number -1", "theory stability is for R in [0, 1e6), not for -1");
+  refused("haff --json none/x.json", "none/x.json");
+  folder.write("neutral.toml", replaced(scene, "[effects.charge_exchange]", ""));
+  refused("kinetic --scene neutral.toml", "theory kinetic is for grains that charge each other and attract");
+  folder.write("area.toml",
+               replaced(scene, "[effects.charge_exchange]", "[effects.charge_exchange]\nmodel = \"contact-area\""));
+  refused("haff --scene area.toml", "once a collision and without a capacity");
+  folder.write("large.toml", replaced(scene, "count = 60", "count = 60\nradius = 0.4"));
+  refused("haff --scene large.toml", "equal grains of diameter and mass 1");
+  folder.write("cold.toml", replaced(replaced(scene, "temperature = 1", "temperature = 0"), "temperature = 2", ""));
+  refused("haff --scene cold.toml", "for grains that move, T > 0");
+  folder.write("early.toml", replaced(scene, "time = 1.5", "time = 0.5"));
+  refused("haff --scene early.toml", "the run ends before its stages do");
+}

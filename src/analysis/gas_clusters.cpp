@@ -68,6 +68,38 @@ std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t
   return by_number;
 }
 
+Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers) {
+  const int d = bodies.dimension;
+  std::vector<Vec3> place(bodies.size());  // sum of what is between a cluster's grains and its first
+  std::vector<double> filled(bodies.size());
+  const auto at = [&](int i) {
+    Vec3 p{};
+    for (int k = 0; k < d; ++k) p[k] = bodies.position[i * d + k];
+    return p;
+  };
+  for (int i = 0; i < bodies.size(); ++i) {
+    place[numbers[i]] += bodies.box.difference(at(i), at(numbers[i]));
+    filled[numbers[i]] += std::pow(bodies.radius[i], d);
+  }
+  Bodies found{.dimension = d, .box = bodies.box};
+  const std::vector<Cluster> all = clusters(bodies, numbers);
+  auto cluster = all.begin();
+  for (int i = 0; i < bodies.size(); ++i) {
+    if (numbers[i] != i) continue;
+    for (int k = 0; k < d; ++k) {
+      found.position.push_back(at(i)[k] + place[i][k] / cluster->grains);
+      found.momentum.push_back(cluster->mass * cluster->velocity[k]);
+    }
+    found.mass.push_back(cluster->mass);
+    found.radius.push_back(std::pow(filled[i], 1.0 / d));
+    if (!bodies.charge.empty()) found.charge.push_back(cluster->charge);
+    ++cluster;
+  }
+  found.image.assign(found.position.size(), 0);
+  wrap(found);
+  return found;
+}
+
 ClusterSizes cluster_sizes(std::span<const std::int32_t> numbers) {
   ClusterSizes sizes;
   int aggregates = 0;

@@ -23,6 +23,10 @@ struct Cluster {
 /// The clusters that have these numbers, [N], in ascending order of their first grains.
 std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t> numbers);
 
+/// Each cluster as one body of its own, at the mean place of its grains, which are taken where they are nearest to its
+/// first one: a cluster longer than half the box is somewhere within it. Of the volume of its grains.
+Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers);
+
 /// How large clusters are, in grains.
 struct ClusterSizes {
   int number = 0;  ///< of clusters, lone grains among them

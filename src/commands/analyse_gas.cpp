@@ -2,11 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/analysis/gas_growth.hpp"
 #include "src/commands/analyse_columns.hpp"
+#include "src/commands/gas_parameters.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
@@ -16,6 +21,8 @@ using GasFrames = std::vector<GasFrame>;
 using analysis::Histogram;
 
 constexpr const char* energy_unit = "m0 v0^2";
+constexpr double fastest_of_charges = 4;  // in rms values
+constexpr int charge_by_speed_bins = 20;
 
 /// How many there are of each size, from 0 on.
 std::vector<int> number_by_size(std::span<const int> sizes) {
@@ -24,30 +31,38 @@ std::vector<int> number_by_size(std::span<const int> sizes) {
   return number;
 }
 
-ClusterState state_of(const Bodies& bodies, std::span<const std::int32_t> numbers) {
-  ClusterState state{.sizes = analysis::cluster_sizes(numbers)};
-  const std::vector<analysis::Cluster> clusters = analysis::clusters(bodies, numbers);
-  const auto count = static_cast<double>(clusters.size());
-  std::vector<int> grains;
-  for (const analysis::Cluster& cluster : clusters) grains.push_back(cluster.grains);
-  state.number = number_by_size(grains);
-  for (const analysis::Cluster& cluster : clusters) {
-    state.temperature += cluster.mass * norm2(cluster.velocity) / (bodies.dimension * count);
-    state.square_charge += cluster.charge * cluster.charge / count;
-  }
-  return state;
-}
-
 std::vector<Pair> pairs_of(const std::optional<std::vector<analysis::Edge>>& contacts) {
   std::vector<Pair> pairs;
   if (contacts)
     for (const auto& [i, j] : *contacts) pairs.push_back({i, j});
+  std::ranges::sort(pairs);
   return pairs;
 }
 
 std::vector<double> squares(std::vector<double> values) {
   for (double& value : values) value *= value;
   return values;
+}
+
+template <class Estimate>
+double value_or_nothing(const std::optional<Estimate>& found, double Estimate::* member) {
+  return found ? (*found).*member : std::numeric_limits<double>::quiet_NaN();
+}
+
+void add_dimension(Columns<GasFrame>& columns, const std::string& name,
+                   const std::function<const std::optional<analysis::ClusterDimension>&(const GasFrame&)>& of) {
+  using Dimension = analysis::ClusterDimension;
+  columns.real(name, "1", [=](auto& f) { return value_or_nothing(of(f), &Dimension::dimension); });
+  columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(of(f), &Dimension::error); });
+  columns.real(name + "_from", "d0", [=](auto& f) { return value_or_nothing(of(f), &Dimension::from); });
+  columns.real(name + "_to", "d0", [=](auto& f) { return value_or_nothing(of(f), &Dimension::to); });
+}
+
+void add_exponent(Columns<GasFrame>& columns, const std::string& name,
+                  const std::function<const std::optional<analysis::SizeExponent>&(const GasFrame&)>& of) {
+  using Exponent = analysis::SizeExponent;
+  columns.real(name, "1", [=](auto& f) { return value_or_nothing(of(f), &Exponent::exponent); });
+  columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(of(f), &Exponent::error); });
 }
 
 void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
@@ -58,7 +73,12 @@ void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
   columns.real("mean_" + kind + "cluster", "1", [=](auto& f) { return of(f).sizes.mean; });
   columns.wholes(kind + "cluster_number", [=](auto& f) { return of(f).number; });
   columns.real(kind + "cluster_temperature", energy_unit, [=](auto& f) { return of(f).temperature; });
+  columns.real(kind + "cluster_local_temperature", energy_unit, [=](auto& f) { return of(f).local_temperature; });
   columns.real(kind + "cluster_square_charge", "q0^2", [=](auto& f) { return of(f).square_charge; });
+  columns.real(kind + "bjerrum", "1", [=](auto& f) { return of(f).bjerrum; });
+  columns.whole(kind + "percolating_clusters", [=](auto& f) { return of(f).percolating; });
+  add_dimension(columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
+  add_exponent(columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return of(f).exponent; });
 }
 
 void print_gas_head() {
@@ -78,9 +98,27 @@ void print_gas_line(const GasFrame& f) {
              f.gas.density.size.size(), f.gas.density.mean_size());
 }
 
+std::string with_error(double value, double error) { return fmt::format("{:.3f} +- {:.2g}", value, error); }
+
+void print_shapes(const ClusterState& state) {
+  const std::string beyond =
+      state.percolating > 0 ? fmt::format(", {} reach around the box and are left out", state.percolating) : "";
+  if (const auto& d = state.dimension)
+    fmt::print("{:<15}D_f = {} of {} clusters of {} grains and more, R_g = {:.3g} to {:.3g} d0{}\n", "",
+               with_error(d->dimension, d->error), d->clusters, analysis::least_grains, d->from, d->to, beyond);
+  else
+    fmt::print("{:<15}no D_f: fewer than five clusters of {} grains and more, or all of one size{}\n", "",
+               analysis::least_grains, beyond);
+  if (const auto& e = state.exponent)
+    fmt::print("{:<15}N_s ~ s^-{} of {} aggregates\n", "", with_error(e->exponent, e->error), e->clusters);
+}
+
 void print_clusters(const std::string& kind, const ClusterState& state) {
   fmt::print("{:<15}{}, the largest of {}, by mass of {:.3g}; T = {:.4g} and <q^2> = {:.4g} of them as bodies\n", kind,
              state.sizes.number, state.sizes.largest, state.sizes.mean, state.temperature, state.square_charge);
+  if (!std::isnan(state.bjerrum))
+    fmt::print("{:<15}B = {:.4g}, with T = {:.4g} relative to the flow\n", "", state.bjerrum, state.local_temperature);
+  print_shapes(state);
 }
 
 void print_last(const GasFrame& f) {
@@ -89,7 +127,27 @@ void print_last(const GasFrame& f) {
   print_clusters("in contact", f.contact);
   if (f.bound) print_clusters("bound", *f.bound);
   fmt::print("dense          cells of {:.4g} d0 with at least {} grains\n", d.cells.edge.x, d.least);
+  if (const auto& e = f.density_exponent)
+    fmt::print("{:<15}N_s ~ s^-{} of {} clusters\n", "", with_error(e->exponent, e->error), e->clusters);
   fmt::print("correlation    {:.3g} of charge^2 and speed^2\n", f.correlation);
+  fmt::print("Mach number    {:.3g}, {:.3g} without what temperature alone gives\n", f.mach.raw, f.mach.flow);
+  fmt::print("structure      {:.3g} of density in the longest waves", f.structure.density.front());
+  if (!f.structure.charge.empty()) fmt::print(", {:.3g} of charge", f.structure.charge.front());
+  fmt::print("\n");
+}
+
+/// Over the frames after the warm-up, of those of a finite size.
+void print_growth(const AnalysedGas& run, const GasFrames& frames, const std::string& what,
+                  const std::function<double(const GasFrame&)>& size) {
+  std::vector<double> times, sizes;
+  for (const GasFrame& f : frames)
+    if (const double s = size(f); f.time > run.warm_up && s > 1) times.push_back(f.time - run.warm_up), sizes.push_back(s);
+  constexpr std::size_t fewest = 5;
+  if (times.size() < fewest) return fmt::print("{:<15}too few frames of aggregates after the warm-up for a fit\n", what);
+  const analysis::ShiftedPower fit = analysis::fit_growth(times, sizes);
+  fmt::print("{:<15}{:.3g} (t {:+.4g})^{:.3f} from t = {:.4g} on, rms of ln {:.2g}; last local slope {:.3f}\n", what,
+             fit.amplitude, fit.shift, fit.exponent, times.front(), fit.scatter,
+             analysis::local_slopes(times, sizes).back());
 }
 
 }  // namespace
@@ -99,10 +157,11 @@ GasAnalyser::GasAnalyser(const Result& result, Scene scene)
   if (at_start_.radius.size() != result_.radius().size())
     throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} grains, its frames {})",
                                  result_.path(), at_start_.radius.size(), result_.radius().size()));
+  first_ = bodies(0);
 }
 
 AnalysedGas GasAnalyser::run() const {
-  return {.file = result_.path(), .title = scene_.title, .grains = at_start_.size(), .frames = result_.frames()};
+  return {.file = result_.path(), .title = scene_.title, .grains = at_start_.size(), .frames = result_.frames(), .warm_up = warm_up(scene_)};
 }
 
 std::vector<GasFrame> GasAnalyser::all() const {
@@ -127,27 +186,57 @@ Bodies GasAnalyser::bodies(int index) const {
       bodies.momentum[i * d + k] = bodies.mass[i] * velocity[3 * i + k];
     }
   bodies.charge = frame.reals("charge");
+  const std::vector<double> image = frame.reals("image");
+  for (int i = 0; i < bodies.size() && image.size() == position.size(); ++i)
+    for (int k = 0; k < d; ++k) bodies.image[i * d + k] = static_cast<int>(image[3 * i + k]);
   return bodies;
+}
+
+ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> pairs) const {
+  const std::vector<std::int32_t> numbers = analysis::cluster_numbers(bodies.size(), pairs);
+  const Bodies clusters = analysis::cluster_bodies(bodies, numbers);
+  ClusterState state{.sizes = analysis::cluster_sizes(numbers)};
+  const double count = clusters.size();
+  std::vector<int> grains;
+  for (const analysis::Cluster& cluster : analysis::clusters(bodies, numbers)) grains.push_back(cluster.grains);
+  state.number = number_by_size(grains);
+  const analysis::GranularTemperature temperature = analysis::granular_temperature(clusters);
+  state.temperature = temperature.total, state.local_temperature = temperature.local;
+  for (const double charge : clusters.charge) state.square_charge += charge * charge / count;
+  const auto strength = number_in(scene_, &EffectKind::charge_strength);
+  state.bjerrum = strength.value_or(std::numeric_limits<double>::quiet_NaN()) * state.square_charge /
+                  (state.local_temperature * std::cbrt(bodies.size() / count));
+  const std::vector<analysis::ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs);
+  state.percolating = static_cast<int>(std::ranges::count_if(shapes, &analysis::ClusterShape::percolates));
+  state.dimension = analysis::cluster_dimension(shapes);
+  state.exponent = analysis::size_exponent(grains, 2);
+  return state;
 }
 
 GasFrame GasAnalyser::one(int index) const {
   constexpr int speed_bins = 50, charge_bins = 60;
   constexpr double fastest = 5, most = 6;  // in rms values
   const Bodies now = bodies(index);
-  const std::vector<Pair> contacts = pairs_of(result_.contacts(index));
+  const std::vector<Pair> touching = pairs_of(result_.contacts(index));
   GasFrame found{
       .frame = index,
       .time = result_.times()[index],
-      .gas = analysis::gas_state(now, contacts),
-      .contacts = static_cast<std::int64_t>(contacts.size()),
+      .gas = analysis::gas_state(now, touching),
+      .contacts = static_cast<std::int64_t>(touching.size()),
       .total_charge = std::accumulate(now.charge.begin(), now.charge.end(), 0.0),
       .correlation = now.charge.empty() ? 0 : analysis::correlation(squares(now.charge), analysis::squared_speeds(now)),
       .speeds = analysis::histogram(analysis::scaled_speeds(now), 0, fastest, speed_bins),
       .charges = analysis::histogram(analysis::scaled_charges(now.charge), -most, most, charge_bins),
-      .contact = state_of(now, analysis::cluster_numbers(now.size(), contacts)),
-      .bound = {}};
+      .contact = state_of(now, touching),
+      .mach = analysis::mach_number(now, analysis::temperature_edge),
+      .structure = analysis::structure_factors(now),
+      .displacement = analysis::mean_square_displacement(first_, now),
+      .persistence = index > 0 ? analysis::persistence(pairs_of(result_.contacts(index - 1)), touching)
+                               : std::numeric_limits<double>::quiet_NaN(),
+      .charge_by_speed = analysis::charge_by_speed(now, fastest_of_charges, charge_by_speed_bins)};
+  found.density_exponent = analysis::size_exponent(found.gas.density.size);
   if (const auto strength = number_in(scene_, &EffectKind::charge_strength))
-    found.bound = state_of(now, analysis::cluster_numbers(now.size(), analysis::bound_pairs(now, *strength)));
+    found.bound = state_of(now, analysis::bound_pairs(now, *strength));
   return found;
 }
 
@@ -169,6 +258,17 @@ std::vector<Column> columns_of(const AnalysedGas&, const GasFrames& frames) {
   columns.whole("density_clusters", [](auto& f) { return static_cast<std::int64_t>(f.gas.density.size.size()); });
   columns.real("density_cluster_size", "1", [](auto& f) { return f.gas.density.mean_size(); });
   columns.wholes("density_cluster_number", [](auto& f) { return number_by_size(f.gas.density.size); });
+  add_exponent(columns, "density_cluster_exponent", [](auto& f) -> auto& { return f.density_exponent; });
+  columns.real("mach_number", "1", [](auto& f) { return f.mach.raw; });
+  columns.real("mach_number_of_flow", "1", [](auto& f) { return f.mach.flow; });
+  columns.real("mean_square_displacement", "d0^2", [](auto& f) { return f.displacement; });
+  columns.real("contact_persistence", "1", [](auto& f) { return f.persistence; });
+  columns.reals("density_structure", "1", [](auto& f) { return f.structure.density; });
+  const auto is_charged = [](const GasFrame& f) { return !f.structure.charge.empty(); };
+  if (std::ranges::any_of(frames, is_charged)) {
+    columns.reals("charge_structure", "1", [](auto& f) { return f.structure.charge; });
+    columns.reals("charge_by_speed", "1", [](auto& f) { return f.charge_by_speed; });
+  }
   columns.reals("speed_density", "1", [](auto& f) { return f.speeds.density; });
   columns.reals("charge_density", "1", [](auto& f) { return f.charges.density; });
   return columns.take();
@@ -180,6 +280,10 @@ void print_analysis(const AnalysedGas& run, const GasFrames& frames) {
   print_gas_head();
   for (const GasFrame& found : frames) print_gas_line(found);
   print_last(frames.back());
+  if (frames.size() == 1) return;
+  fmt::print("\ngrowth after the warm-up of {:g} t0\n", run.warm_up);
+  print_growth(run, frames, "aggregates", [](const GasFrame& f) { return f.contact.sizes.aggregate; });
+  print_growth(run, frames, "dense cells: S", [](const GasFrame& f) { return f.gas.density.mean_size(); });
 }
 
 void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
@@ -191,8 +295,17 @@ void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
                               {"temperature_edge", analysis::temperature_edge},
                               {"density_edge", density.cells.edge.x},
                               {"density_least", density.least},
+                              {"warm_up", run.warm_up},
+                              {"charge_by_speed_bins", {0, fastest_of_charges}},
                               {"speed_bins", {speeds.low, speeds.high}},
                               {"charge_bins", {charges.low, charges.high}}};
+  json["null"] = {{"fractal_dimension", "fewer than five clusters of six grains and more that do not reach around the box, or "
+                                        "all of one size"},
+                  {"cluster_exponent", "fewer than ten clusters, or all of the least size"},
+                  {"bjerrum", "no forces between charges, or no two clusters in any cell"},
+                  {"mach_number", "no two grains in any cell, or none that moves"},
+                  {"contact_persistence", "the first frame, or no contacts in the frame before"},
+                  {"charge_by_speed", "no grain so fast, or all charges equal"}};
   add_frames(json, columns_of(run, frames), frames);
   fmt::print("{}\n", json.dump(1));
 }

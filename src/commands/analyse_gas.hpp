@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "src/analysis/gas_shapes.hpp"
 #include "src/analysis/gas_state.hpp"
+#include "src/analysis/gas_structure.hpp"
 #include "src/record/result.hpp"
 
 namespace lichtenberg {
@@ -14,7 +16,12 @@ struct ClusterState {
   analysis::ClusterSizes sizes;
   std::vector<int> number;   ///< of clusters by size, from 0 on
   double temperature = 0;    ///< variance of a component of their velocity times mass, over all of them
+  double local_temperature = 0;  ///< the same relative to the flow in cells
   double square_charge = 0;  ///< <q^2>
+  double bjerrum = 0;        ///< B = K <dq^2> / (T d), T relative to the flow, d = (grains a cluster)^(1/3); NaN without K
+  int percolating = 0;       ///< clusters that reach around the box
+  std::optional<analysis::ClusterDimension> dimension;
+  std::optional<analysis::SizeExponent> exponent;  ///< of aggregates
 };
 
 /// What `analyse` finds of a frame of a gas of grains.
@@ -28,11 +35,18 @@ struct GasFrame {
   analysis::Histogram speeds, charges;
   ClusterState contact;               ///< of clusters of grains in contact
   std::optional<ClusterState> bound;  ///< of those of bound pairs; empty without forces between charges
+  std::optional<analysis::SizeExponent> density_exponent;  ///< of N_s of dense cells
+  analysis::MachNumber mach;
+  analysis::StructureFactors structure;
+  double displacement = 0;  ///< mean square, since the first frame
+  double persistence = 0;   ///< part of the contacts of the frame before that there still are; NaN in the first
+  std::vector<double> charge_by_speed;
 };
 
 struct AnalysedGas {
   std::string file, title;
   int grains = 0, frames = 0;
+  double warm_up = 0;  ///< t0
 };
 
 /// Goes through the frames of a gas.
@@ -46,10 +60,11 @@ class GasAnalyser {
 
  private:
   Bodies bodies(int index) const;
+  ClusterState state_of(const Bodies& bodies, std::span<const Pair> pairs) const;
 
   const Result& result_;
   Scene scene_;
-  Bodies at_start_;
+  Bodies at_start_, first_;  ///< what the scene says; the first frame
 };
 
 // As of conductors (analyse.hpp).

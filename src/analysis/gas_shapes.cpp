@@ -1,0 +1,139 @@
+#include "src/analysis/gas_shapes.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+
+#include "src/analysis/fractal.hpp"
+#include "src/analysis/gas_clusters.hpp"
+
+namespace lichtenberg::analysis {
+namespace {
+
+
+Vec3 place_of(const Bodies& b, int i) {
+  Vec3 place{};
+  for (int k = 0; k < b.dimension; ++k) place[k] = b.position[i * b.dimension + k];
+  return place;
+}
+
+/// Partners of each grain, one list after the other.
+struct Partners {
+  std::vector<int> begin, all;
+
+  Partners(int grains, std::span<const Pair> pairs) : begin(grains + 1), all(2 * pairs.size()) {
+    for (const Pair p : pairs) ++begin[p.i + 1], ++begin[p.j + 1];
+    for (int i = 0; i < grains; ++i) begin[i + 1] += begin[i];
+    std::vector<int> next(begin.begin(), begin.end() - 1);
+    for (const Pair p : pairs) all[next[p.i]++] = p.j, all[next[p.j]++] = p.i;
+  }
+  std::span<const int> of(int grain) const {
+    return std::span(all).subspan(begin[grain], begin[grain + 1] - begin[grain]);
+  }
+};
+
+/// Grains of one cluster, found from one of them, and where they are, going from one to the next.
+struct Unwrapped {
+  std::vector<int> grains;
+  std::vector<Vec3> place;
+  bool percolates = false;
+};
+
+/// `where`: [N], of the grains that were found; `found`: [N].
+Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vector<Vec3>& where,
+                 std::vector<bool>& found) {
+  Unwrapped cluster{.grains = {first}};
+  where[first] = place_of(b, first), found[first] = true;
+  for (std::size_t n = 0; n < cluster.grains.size(); ++n) {
+    const int i = cluster.grains[n];
+    for (const int j : partners.of(i)) {
+      const Vec3 step = b.box.difference(place_of(b, j), place_of(b, i)), there = where[i] + step;
+      if (!found[j]) {
+        found[j] = true, where[j] = there;
+        cluster.grains.push_back(j);
+      } else if (norm(where[j] - there) > 1e-6 * norm(b.box.lengths)) {  // then by a whole box
+        cluster.percolates = true;
+      }
+    }
+  }
+  for (const int i : cluster.grains) cluster.place.push_back(where[i]);
+  return cluster;
+}
+
+ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster) {
+  const auto n = static_cast<double>(cluster.grains.size());
+  ClusterShape shape{.grains = static_cast<int>(cluster.grains.size()), .percolates = cluster.percolates};
+  if (cluster.percolates) {
+    shape.gyration = shape.charge_dipole = std::numeric_limits<double>::quiet_NaN();
+    return shape;
+  }
+  Vec3 centre{}, dipole{};
+  for (const Vec3 place : cluster.place) centre += place / n;
+  double squares = 0;
+  for (std::size_t k = 0; k < cluster.place.size(); ++k) {
+    const Vec3 from_centre = cluster.place[k] - centre;
+    squares += norm2(from_centre);
+    if (!b.charge.empty()) dipole += b.charge[cluster.grains[k]] * from_centre;  // the mean charge has none
+  }
+  shape.gyration = std::sqrt(squares / n);
+  shape.charge_dipole = norm(dipole);
+  return shape;
+}
+
+/// sum over k >= first of k^-tau, by Euler and Maclaurin from twenty terms on: to 1e-14 for tau <= 10.
+double hurwitz_zeta(double tau, int first) {
+  double sum = 0;
+  const int terms = 20;
+  for (int k = first; k < first + terms; ++k) sum += std::pow(k, -tau);
+  const double x = first + terms, last = std::pow(x, -tau);
+  return sum + last * (x / (tau - 1) + 0.5 + tau / (12 * x) - tau * (tau + 1) * (tau + 2) / (720 * x * x * x) +
+                       tau * (tau + 1) * (tau + 2) * (tau + 3) * (tau + 4) / (30240 * std::pow(x, 5)));
+}
+
+}  // namespace
+
+std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const Pair> pairs, int least) {
+  const Partners partners(bodies.size(), pairs);
+  std::vector<Vec3> where(bodies.size());
+  std::vector<bool> found(bodies.size());
+  std::vector<ClusterShape> shapes;
+  for (int i = 0; i < bodies.size(); ++i) {
+    if (found[i]) continue;
+    const Unwrapped cluster = unwrap(bodies, partners, i, where, found);
+    if (static_cast<int>(cluster.grains.size()) >= least) shapes.push_back(shape_of(bodies, cluster));
+  }
+  return shapes;
+}
+
+std::optional<ClusterDimension> cluster_dimension(std::span<const ClusterShape> shapes, int least, bool as_balls) {
+  constexpr std::size_t fewest = 5;
+  std::vector<double> mass, radius;
+  for (const ClusterShape& shape : shapes) {
+    if (shape.grains < least || shape.percolates) continue;
+    mass.push_back(shape.grains);
+    radius.push_back(as_balls ? std::sqrt(shape.gyration * shape.gyration + 0.15) : shape.gyration);
+  }
+  if (mass.size() < fewest || std::ranges::max(mass) == std::ranges::min(mass)) return {};
+  const PowerLaw law = fit_power_law(mass, radius);
+  if (!(law.exponent > 0)) return {};
+  const double dimension = 1 / law.exponent;
+  return ClusterDimension{dimension, dimension * dimension * law.standard_error, std::ranges::min(radius),
+                          std::ranges::max(radius), static_cast<int>(mass.size())};
+}
+
+std::optional<SizeExponent> size_exponent(std::span<const int> sizes, int least) {
+  constexpr int fewest = 10;
+  int count = 0, largest = 0;
+  double logarithms = 0;
+  for (const int size : sizes)
+    if (size >= least) ++count, logarithms += std::log(size), largest = std::max(largest, size);
+  if (count < fewest || largest == least) return {};
+  const double mean = logarithms / count;
+  const auto loss = [&](double tau) { return std::log(hurwitz_zeta(tau, least)) + tau * mean; };
+  const double tau = boost::math::tools::brent_find_minima(loss, 1 + 1e-6, 10.0, 40).first;
+  const double step = 1e-3 * (tau - 1);
+  const double curvature = (loss(tau + step) - 2 * loss(tau) + loss(tau - step)) / (step * step);
+  return SizeExponent{tau, 1 / std::sqrt(count * curvature), count};
+}
+
+}  // namespace lichtenberg::analysis

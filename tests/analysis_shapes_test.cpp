@@ -59,7 +59,8 @@ void centre(Cluster3& cluster) {
 }
 
 void turn(Cluster3& cluster, Random& random) {
-  const Vec3 x = direction(random), other = direction(random), out = cross(x, other), z = out / norm(out), y = cross(z, x);
+  const Vec3 x = direction(random), other = direction(random), out = cross(x, other), z = out / norm(out),
+             y = cross(z, x);
   for (Vec3& p : cluster) p = p.x * x + p.y * y + p.z * z;
 }
 
@@ -126,9 +127,7 @@ TEST_CASE("dimension of clusters: chains, sheets, cubes, and aggregates that fle
   };
   // (n^2 - 1)/12 along each side: from n = 3 to 12 a slope below n's by some percent.
   const auto block = [](int d) {
-    return [d](int n) {
-      return ClusterShape{static_cast<int>(std::pow(n, d)), std::sqrt(d * (n * n - 1) / 12.0)};
-    };
+    return [d](int n) { return ClusterShape{static_cast<int>(std::pow(n, d)), std::sqrt(d * (n * n - 1) / 12.0)}; };
   };
   for (const int d : {2, 3}) {
     const ClusterDimension found = dimension_of(block(d));
@@ -234,7 +233,9 @@ TEST_CASE("Mach number: nothing of a gas at rest, the flow's of one that flows")
   CHECK(std::isnan(mach_number(grains_in(40, {{1, 1, 1}, {30, 30, 30}}), 5).raw));
 }
 
-TEST_CASE("displacement goes on around the box, contacts persist, and charge by speed is one where they have nothing to do with each other") {
+TEST_CASE(
+    "displacement goes on around the box, contacts persist, and charge by speed is one where they have nothing to do "
+    "with each other") {
   const Bodies before = grains_in(10, {{9.5, 5, 5}, {1, 1, 1}});
   Bodies now = grains_in(10, {{9.5 + 3, 5, 5}, {1, 1, 1 - 4}});
   CHECK(now.position[0] == Approx(2.5));
@@ -251,12 +252,14 @@ TEST_CASE("displacement goes on around the box, contacts persist, and charge by 
     gas.charge.push_back(random.normal());
   }
   const std::vector<double> by_speed = charge_by_speed(gas, 4, 8);
-  for (int bin = 0; bin < 3; ++bin) CHECK(by_speed[bin] == Approx(1).epsilon(0.1));  // 3000 grains and more: 5 sqrt(2/3000) = .13 at most
-  CHECK(std::isnan(by_speed[7]));  // none 3.5 times as fast as the rms
+  for (int bin = 0; bin < 3; ++bin)
+    CHECK(by_speed[bin] == Approx(1).epsilon(0.1));  // 3000 grains and more: 5 sqrt(2/3000) = .13 at most
+  CHECK(std::isnan(by_speed[7]));                    // none 3.5 times as fast as the rms
   // Slow grains have the charge.
   const std::vector<double> speed = [&] {
     std::vector<double> v;
-    for (int i = 0; i < gas.size(); ++i) v.push_back(norm(Vec3{gas.momentum[3 * i], gas.momentum[3 * i + 1], gas.momentum[3 * i + 2]}));
+    for (int i = 0; i < gas.size(); ++i)
+      v.push_back(norm(Vec3{gas.momentum[3 * i], gas.momentum[3 * i + 1], gas.momentum[3 * i + 2]}));
     return v;
   }();
   for (int i = 0; i < gas.size(); ++i) gas.charge[i] *= std::exp(-speed[i]);

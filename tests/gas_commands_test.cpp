@@ -1,6 +1,7 @@
 // What the built program does with a scene of grains: run, analyse, plot, and what it has no answer to.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -29,7 +30,7 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(std::filesystem::file_size(folder / "gas.png") > 10'000);
   CHECK(std::filesystem::file_size(folder / "gas-series.png") > 10'000);
 
-  const Ended analysed = run_program(folder, "analyse gas.h5 --json");
+  const Ended analysed = run_program(folder, "analyse gas.h5 --json --csv gas.csv");
   REQUIRE_MESSAGE(analysed.status == 0, analysed.err);
   const json found = json::parse(analysed.out);
   CHECK(found["grains"] == 60);
@@ -41,6 +42,15 @@ TEST_CASE("a gas is run, analysed and drawn") {
   double integral = 0;
   for (const double density : last["speed_density"]) integral += density * 5 / 50;
   CHECK(integral == Approx(1).epsilon(1e-12));  // none is five times as fast as the rms
+  CHECK(found["frames"][0]["contact_persistence"].is_null());
+  CHECK(contains(found["null"]["contact_persistence"].get<std::string>(), "the first frame"));
+  CHECK(found["frames"][0]["mean_square_displacement"] == 0);
+  CHECK(last["mean_square_displacement"] > 0.1);  // t^2 <v^2> early
+  CHECK(last["density_structure"].size() == 6);
+  CHECK(last["charge_by_speed"].size() == 20);
+  const std::string csv = text_of(folder / "gas.csv");
+  CHECK(csv.starts_with("time (t0),temperature (m0 v0^2),"));
+  CHECK(std::ranges::count(csv, '\n') == 6);
 
   // The run noted the same of the same instant, from momenta rather than velocities: the same to rounding.
   const ResultFile file((folder / "gas.h5").string(), "read");

@@ -6,6 +6,7 @@
 
 #include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
+#include "tests/gas_text.hpp"
 #include "tests/program.hpp"
 
 using namespace lichtenberg;
@@ -14,34 +15,11 @@ using nlohmann::json;
 
 namespace {
 
-const std::string scene = R"(
-title = "Few grains"
-[reference]
-[domain]
-size = [6, 6, 6]
-left = "periodic"
-right = "periodic"
-bottom = "periodic"
-top = "periodic"
-front = "periodic"
-back = "periodic"
-[[population]]
-count = 60
-temperature = 1
-[[stage]]
-duration = 0.5
-temperature = 2
-[effects.viscoelastic_contact]
-[effects.charge_exchange]
-[effects.coulomb]
-strength = 3
-sum = "minimum-image"
-[stop]
-time = 1.5
-[output]
-every = 0.25
-picture = false
-)";
+std::string scene() {
+  const std::string stage = "[[stage]]\nduration = 0.5\ntemperature = 2\n", sum = "sum = \"minimum-image\"";
+  return replaced(replaced(gas_text(60, 6, 1.5, 0.25, stage), sum, "strength = 3\n" + sum), "[output]",
+                  "[output]\npicture = false");
+}
 
 Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
 
@@ -57,7 +35,7 @@ double figure(const json& answer, const std::string& name) {
 
 TEST_CASE("theories of a scene: a table, JSON, CSV and a picture") {
   const Folder folder;
-  folder.write("gas.toml", scene);
+  folder.write("gas.toml", scene());
   const Ended haff = run_program(folder, "theory haff --scene gas.toml --json haff.json --csv haff.csv --plot");
   REQUIRE_MESSAGE(haff.status == 0, haff.err);
   CHECK(contains(haff.out, "collision_frequency"));
@@ -81,7 +59,7 @@ TEST_CASE("theories of a scene: a table, JSON, CSV and a picture") {
 
 TEST_CASE("theories beside a run: its scene, and what it has found") {
   const Folder folder;
-  folder.write("gas.toml", scene);
+  folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
   const Ended kinetic = run_program(folder, "theory kinetic gas.h5 --json kinetic.json");
   REQUIRE_MESSAGE(kinetic.status == 0, kinetic.err);
@@ -94,6 +72,12 @@ TEST_CASE("theories beside a run: its scene, and what it has found") {
   for (const json& t : found[0]["x"]) CHECK(t.get<double>() > 0);
   CHECK(found[0]["x"].size() == found[0]["y"].size());
   CHECK(run_program(folder, "theory smoluchowski gas.h5").status == 0);
+  REQUIRE(run_program(folder, "analyse gas.h5").status == 0);
+  REQUIRE(run_program(folder, "theory kinetic gas.h5 --json analysed.json").status == 0);
+  const json analysed = read_json(folder, "analysed.json")["tables"][0]["found"];
+  REQUIRE(analysed.size() == 6);
+  CHECK(analysed[4]["of"] == "density");
+  CHECK(analysed[4]["y"][0] <= 60 / 216.0);
 }
 
 TEST_CASE("the source's own parameters, and stability") {
@@ -110,7 +94,7 @@ TEST_CASE("the source's own parameters, and stability") {
 
 TEST_CASE("theories outside of their range say what it is") {
   const Folder folder;
-  folder.write("gas.toml", scene);
+  folder.write("gas.toml", scene());
   const auto refused = [&](const std::string& arguments, const std::string& sentence) {
     const Ended ended = run_program(folder, "theory " + arguments);
     CHECK(ended.status == 2);
@@ -124,15 +108,15 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");
   refused("stability --charge-number -1", "theory stability is for R in [0, 1e6), not for -1");
   refused("haff --json none/x.json", "none/x.json");
-  folder.write("neutral.toml", replaced(scene, "[effects.charge_exchange]", ""));
+  folder.write("neutral.toml", replaced(scene(), "[effects.charge_exchange]", ""));
   refused("kinetic --scene neutral.toml", "theory kinetic is for grains that charge each other and attract");
   folder.write("area.toml",
-               replaced(scene, "[effects.charge_exchange]", "[effects.charge_exchange]\nmodel = \"contact-area\""));
+               replaced(scene(), "[effects.charge_exchange]", "[effects.charge_exchange]\nmodel = \"contact-area\""));
   refused("haff --scene area.toml", "once a collision and without a capacity");
-  folder.write("large.toml", replaced(scene, "count = 60", "count = 60\nradius = 0.4"));
+  folder.write("large.toml", replaced(scene(), "count = 60", "count = 60\nradius = 0.4"));
   refused("haff --scene large.toml", "equal grains of diameter and mass 1");
-  folder.write("cold.toml", replaced(replaced(scene, "temperature = 1", "temperature = 0"), "temperature = 2", ""));
+  folder.write("cold.toml", replaced(replaced(scene(), "temperature = 1", "temperature = 0"), "temperature = 2", ""));
   refused("haff --scene cold.toml", "for grains that move, T > 0");
-  folder.write("early.toml", replaced(scene, "time = 1.5", "time = 0.5"));
+  folder.write("early.toml", replaced(scene(), "time = 1.5", "time = 0.5"));
   refused("haff --scene early.toml", "the run ends before its stages do");
 }

@@ -174,7 +174,7 @@ void coagulation(Report& report) {
       if (ratio > 1.02) continue;
       const auto from = std::ranges::lower_bound(means, 10.0) - means.begin();
       const auto fit =
-          analysis::fit_growth(std::span(times).subspan(from, means.size() - from), std::span(means).subspan(from));
+          *analysis::fit_growth(std::span(times).subspan(from, means.size() - from), std::span(means).subspan(from));
       fmt::print("  S = {:.4g} (t + {:.4g})^{:.5g} from S = 10 on; z is {:g}; last local slope {:.4f}\n", fit.amplitude,
                  fit.shift, fit.exponent, flight_exponent(beta),
                  analysis::local_slopes(std::span(times).first(means.size()), means).back());

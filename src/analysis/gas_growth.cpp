@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
+#include <limits>
 
 #include "solvers/error.hpp"
 
@@ -48,19 +49,20 @@ std::vector<double> local_slopes(std::span<const double> time, std::span<const d
   return slopes;
 }
 
-ShiftedPower fit_growth(std::span<const double> time, std::span<const double> size) {
+std::optional<ShiftedPower> fit_growth(std::span<const double> time, std::span<const double> size) {
   check_series(time, size);
-  // The first time after the singular one, from far before the last to far after it: a scan, since more than one
-  // minimum is possible, and Brent's method within what it finds.
+  // By the first time after the singular one: a scan, since more than one minimum is possible, and Brent's method
+  // within what it finds.
   const auto scatter = [&](double log_first) {
     return power_with(std::exp(log_first) - time.front(), time, size).scatter;
   };
-  const double low = std::log(1e-6 * time.front()), high = std::log(1e3 * time.back());
+  const double low = std::log(1e-6 * time.front()), high = std::log(10 * time.back());
   constexpr int points = 200;
   const double step = (high - low) / points;
-  int best = 1;
-  for (int k = 1; k < points; ++k)
+  int best = 0;
+  for (int k = 1; k <= points; ++k)
     if (scatter(low + k * step) < scatter(low + best * step)) best = k;
+  if (best == 0 || best == points) return {};
   const auto found =
       boost::math::tools::brent_find_minima(scatter, low + (best - 1) * step, low + (best + 1) * step, 40);
   return power_with(std::exp(found.first) - time.front(), time, size);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,7 +16,9 @@ struct ShiftedPower {
   double scatter = 0;  ///< rms of ln S about it
 };
 
-/// Least squares in ln S. Throws InputError unless there are five points or more with times > 0, rising, and sizes > 0.
-ShiftedPower fit_growth(std::span<const double> time, std::span<const double> size);
+/// Least squares in ln S. Empty if no shift is best, but for a singular one at the first time or one of ten times the
+/// last: the size grows slower or faster than any power then. Throws InputError unless there are five points or more
+/// with times > 0, rising, and sizes > 0.
+std::optional<ShiftedPower> fit_growth(std::span<const double> time, std::span<const double> size);
 
 }  // namespace lichtenberg::analysis

@@ -25,8 +25,7 @@ Phase product(Phase a, Phase b) {
 std::vector<std::vector<Phase>> phases_along(const Bodies& b, int axis, int most) {
   std::vector<std::vector<Phase>> phases(2 * most + 1, std::vector<Phase>(b.size(), 1));
   for (int i = 0; i < b.size(); ++i) {
-    const Phase one =
-        std::polar(1.0, 2 * std::numbers::pi * b.position[i * b.dimension + axis] / b.box.lengths[axis]);
+    const Phase one = std::polar(1.0, 2 * std::numbers::pi * b.position[i * b.dimension + axis] / b.box.lengths[axis]);
     for (int n = 1; n <= most; ++n) {
       phases[most + n][i] = product(phases[most + n - 1][i], one);
       phases[most - n][i] = std::conj(phases[most + n][i]);

@@ -7,8 +7,8 @@
 
 namespace lichtenberg::analysis {
 
-/// Structure factors of a periodic gas by shells of wave vectors: shell s has those with |n| in [s - 1/2, s + 1/2), k = 2
-/// pi n/L along each axis, s = 1, 2, ... Places without any order have 1 in all.
+/// Structure factors of a periodic gas by shells of wave vectors: shell s has those with |n| in [s - 1/2, s + 1/2), k =
+/// 2 pi n/L along each axis, s = 1, 2, ... Places without any order have 1 in all.
 struct StructureFactors {
   std::vector<double> density;  ///< |sum exp(ikr)|^2 / N
   std::vector<double> charge;   ///< |sum q exp(ikr)|^2 / sum q^2; empty if no grain is charged

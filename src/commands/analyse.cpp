@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/commands/analyse_columns.hpp"
 #include "src/commands/analyse_gas.hpp"
 #include "src/commands/commands.hpp"
 #include "src/record/atomic_file.hpp"
@@ -17,7 +19,7 @@ namespace lichtenberg {
 namespace {
 
 struct AnalyseArguments {
-  std::string file;
+  std::string file, csv;
   std::optional<int> frame;
   bool json = false;
 };
@@ -128,8 +130,13 @@ template <class Analysis>
 void analyse(const Analysis& analyser, const Result& result, const AnalyseArguments& request) {
   const auto found = request.frame ? std::vector{analyser.one(*request.frame)} : analyser.all();
   request.json ? print_analysis_json(analyser.run(), found) : print_analysis(analyser.run(), found);
+  const std::vector<Column> columns = columns_of(analyser.run(), found);
+  if (!request.csv.empty()) {
+    const std::string text = csv_of(columns, found.size());
+    write_atomically(request.csv, std::as_bytes(std::span(text)));
+  }
   if (request.frame) return;
-  result.put_analysis(columns_of(analyser.run(), found));
+  result.put_analysis(columns);
   if (!request.json) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
 }
 
@@ -139,6 +146,7 @@ void analyse(const AnalyseArguments& request) {
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));
   if (!request.frame) check_writable(request.file);
+  if (!request.csv.empty()) check_writable(request.csv);
   Scene scene = result.scene();
   if (scene.reference) return analyse(GasAnalyser(result, std::move(scene)), result, request);
   analyse(Analyser(result, std::move(scene)), result, request);
@@ -152,7 +160,8 @@ Command analyse_command() {
           "Finds and stores the topology of a run, or how warm, charged and clustered a gas is, frame by frame",
           {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
            {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
-           {"--json", &request->json, "print JSON (SI units; of grains, those of their scene) in place of a table"}},
+           {"--json", &request->json, "print JSON (SI units; of grains, those of their scene) in place of a table"},
+           {"--csv", &request->csv, "CSV file to write too, a line a frame"}},
           [request] { analyse(*request); }};
 }
 

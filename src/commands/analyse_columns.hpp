@@ -1,6 +1,10 @@
 #pragma once
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -65,6 +69,24 @@ inline nlohmann::ordered_json json_value(const Column& column, std::size_t row) 
         return std::vector(first, first + static_cast<std::ptrdiff_t>(column.width));
       },
       column.values);
+}
+
+/// A line a frame after one of names: of a column of several numbers NAME_0, NAME_1, ... What is no number is empty.
+inline std::string csv_of(const std::vector<Column>& columns, std::size_t frames) {
+  std::vector<std::string> lines(frames + 1);
+  // The first column is the time, which is never empty.
+  const auto add = [](std::string& line, const std::string& cell) { line += (line.empty() ? "" : ",") + cell; };
+  for (const Column& column : columns)
+    for (std::size_t k = 0; k < std::max<std::size_t>(column.width, 1); ++k) {
+      const std::string number = column.width > 1 ? fmt::format("_{}", k) : "";
+      add(lines[0], column.name + number + (column.unit == "1" ? "" : " (" + column.unit + ")"));
+      for (std::size_t row = 0; row < frames; ++row) {
+        const nlohmann::ordered_json all = json_value(column, row), &value = all.is_array() ? all[k] : all;
+        const bool is_number = value.is_number_integer() || std::isfinite(value.get<double>());
+        add(lines[row + 1], is_number ? value.dump() : "");
+      }
+    }
+  return fmt::format("{}\n", fmt::join(lines, "\n"));
 }
 
 /// Adds "units" and "frames" of these columns; `Found` has the index of its frame.

@@ -45,7 +45,7 @@ std::vector<double> squares(std::vector<double> values) {
 }
 
 template <class Estimate>
-double value_or_nothing(const std::optional<Estimate>& found, double Estimate::* member) {
+double value_or_nothing(const std::optional<Estimate>& found, double Estimate::*member) {
   return found ? (*found).*member : std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -77,8 +77,10 @@ void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
   columns.real(kind + "cluster_square_charge", "q0^2", [=](auto& f) { return of(f).square_charge; });
   columns.real(kind + "bjerrum", "1", [=](auto& f) { return of(f).bjerrum; });
   columns.whole(kind + "percolating_clusters", [=](auto& f) { return of(f).percolating; });
-  add_dimension(columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
-  add_exponent(columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return of(f).exponent; });
+  add_dimension(
+      columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
+  add_exponent(
+      columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return of(f).exponent; });
 }
 
 void print_gas_head() {
@@ -102,7 +104,7 @@ std::string with_error(double value, double error) { return fmt::format("{:.3f} 
 
 void print_shapes(const ClusterState& state) {
   const std::string beyond =
-      state.percolating > 0 ? fmt::format(", {} reach around the box and are left out", state.percolating) : "";
+      state.percolating > 0 ? fmt::format("; {} around the box left out", state.percolating) : "";
   if (const auto& d = state.dimension)
     fmt::print("{:<15}D_f = {} of {} clusters of {} grains and more, R_g = {:.3g} to {:.3g} d0{}\n", "",
                with_error(d->dimension, d->error), d->clusters, analysis::least_grains, d->from, d->to, beyond);
@@ -141,13 +143,17 @@ void print_growth(const AnalysedGas& run, const GasFrames& frames, const std::st
                   const std::function<double(const GasFrame&)>& size) {
   std::vector<double> times, sizes;
   for (const GasFrame& f : frames)
-    if (const double s = size(f); f.time > run.warm_up && s > 1) times.push_back(f.time - run.warm_up), sizes.push_back(s);
+    if (const double s = size(f); f.time > run.warm_up && s > 1)
+      times.push_back(f.time - run.warm_up), sizes.push_back(s);
   constexpr std::size_t fewest = 5;
-  if (times.size() < fewest) return fmt::print("{:<15}too few frames of aggregates after the warm-up for a fit\n", what);
-  const analysis::ShiftedPower fit = analysis::fit_growth(times, sizes);
-  fmt::print("{:<15}{:.3g} (t {:+.4g})^{:.3f} from t = {:.4g} on, rms of ln {:.2g}; last local slope {:.3f}\n", what,
-             fit.amplitude, fit.shift, fit.exponent, times.front(), fit.scatter,
-             analysis::local_slopes(times, sizes).back());
+  if (times.size() < fewest)
+    return fmt::print("{:<15}too few frames of aggregates after the warm-up for a fit\n", what);
+  const double slope = analysis::local_slopes(times, sizes).back();
+  if (const auto fit = analysis::fit_growth(times, sizes))
+    fmt::print("{:<15}{:.3g} (t {:+.4g})^{:.3f} from t = {:.4g} on, rms of ln {:.2g}; last local slope {:.3f}\n", what,
+               fit->amplitude, fit->shift, fit->exponent, times.front(), fit->scatter, slope);
+  else
+    fmt::print("{:<15}faster or slower than any power of a shifted time; last local slope {:.3f}\n", what, slope);
 }
 
 }  // namespace
@@ -161,7 +167,11 @@ GasAnalyser::GasAnalyser(const Result& result, Scene scene)
 }
 
 AnalysedGas GasAnalyser::run() const {
-  return {.file = result_.path(), .title = scene_.title, .grains = at_start_.size(), .frames = result_.frames(), .warm_up = warm_up(scene_)};
+  return {.file = result_.path(),
+          .title = scene_.title,
+          .grains = at_start_.size(),
+          .frames = result_.frames(),
+          .warm_up = warm_up(scene_)};
 }
 
 std::vector<GasFrame> GasAnalyser::all() const {
@@ -258,7 +268,8 @@ std::vector<Column> columns_of(const AnalysedGas&, const GasFrames& frames) {
   columns.whole("density_clusters", [](auto& f) { return static_cast<std::int64_t>(f.gas.density.size.size()); });
   columns.real("density_cluster_size", "1", [](auto& f) { return f.gas.density.mean_size(); });
   columns.wholes("density_cluster_number", [](auto& f) { return number_by_size(f.gas.density.size); });
-  add_exponent(columns, "density_cluster_exponent", [](auto& f) -> auto& { return f.density_exponent; });
+  add_exponent(
+      columns, "density_cluster_exponent", [](auto& f) -> auto& { return f.density_exponent; });
   columns.real("mach_number", "1", [](auto& f) { return f.mach.raw; });
   columns.real("mach_number_of_flow", "1", [](auto& f) { return f.mach.flow; });
   columns.real("mean_square_displacement", "d0^2", [](auto& f) { return f.displacement; });
@@ -299,8 +310,9 @@ void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
                               {"charge_by_speed_bins", {0, fastest_of_charges}},
                               {"speed_bins", {speeds.low, speeds.high}},
                               {"charge_bins", {charges.low, charges.high}}};
-  json["null"] = {{"fractal_dimension", "fewer than five clusters of six grains and more that do not reach around the box, or "
-                                        "all of one size"},
+  json["null"] = {{"fractal_dimension",
+                   "fewer than five clusters of six grains and more that do not reach around the box, or "
+                   "all of one size"},
                   {"cluster_exponent", "fewer than ten clusters, or all of the least size"},
                   {"bjerrum", "no forces between charges, or no two clusters in any cell"},
                   {"mach_number", "no two grains in any cell, or none that moves"},

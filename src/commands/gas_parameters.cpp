@@ -99,6 +99,7 @@ theory::Impacts GasParameters::impacts(bool last) const {
 GasParameters gas_parameters(const Scene& scene) {
   check_homogeneous(scene);
   const GasParameters gas{.source = scene.path,
+                          .grains = static_cast<double>(scene.conductors.size()),
                           .density = grain_density(scene),
                           .temperature = initial_temperature(scene),
                           .warm_up = warm_up(scene),
@@ -115,6 +116,7 @@ GasParameters gas_parameters(const Scene& scene) {
 
 GasParameters source_gas() {
   return {.source = "the source's gas (G chapter 4)",
+          .grains = 50016,
           .density = 50016 / (70.0 * 70 * 70),
           .temperature = 10,
           .end = 1e4,

@@ -25,8 +25,9 @@ double contact_duration(const GrainContactLaw& law, double speed);
 
 /// What theories of a homogeneous gas need to know, in units of a scene's scales.
 struct GasParameters {
-  std::string source;  ///< where it is from, in words
-  double density = 0;
+  std::string source;           ///< where it is from, in words
+  double grains = 0;            ///< how many
+  double density = 0;           ///< of them
   double temperature = 0;       ///< at the start, after the warm-up
   double warm_up = 0, end = 0;  ///< t0; the end is counted from the warm-up's
   GrainContactLaw law;

@@ -207,7 +207,9 @@ Command theory_command() {
       "theory",
       "Says what theories of a gas of grains expect: cooling, charging, merging, growth, stability",
       {{"NAME", &request->name, "which one", {.required = true, .allowed = theory_names}},
-       {"RESULT", &request->result, "result file of a run (.h5), whose scene is taken and which is shown beside"},
+       {"RESULT", &request->result,
+        "result file of a run (.h5), whose scene is taken and which is shown beside; its clusters too once `analyse` "
+        "has found them"},
        {"--scene",
         &request->scene,
         "scene file (.toml) whose gas it is (default: the source's)",

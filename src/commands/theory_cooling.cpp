@@ -48,21 +48,21 @@ std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
 }
 
 /// Rms of ln T about the law with this barrier.
-double off(const GasCourse& run, const std::vector<double>& temperature, theory::MonopolarGas law, double barrier) {
+double off(const GasCourse::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
   double squares = 0;
-  for (std::size_t k = 0; k < run.time().size(); ++k)
-    squares += std::pow(std::log(temperature[k] / theory::monopolar_temperature(law, run.time()[k])), 2);
-  return std::sqrt(squares / static_cast<double>(run.time().size()));
+  for (std::size_t k = 0; k < found.time.size(); ++k)
+    squares += std::pow(std::log(found.value[k] / theory::monopolar_temperature(law, found.time[k])), 2);
+  return std::sqrt(squares / static_cast<double>(found.time.size()));
 }
 
 /// Neighbours make the barrier smaller than that of a pair: U_eff = U (1 - c phi^(1/3)).
 void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse& run,
                  const theory::MonopolarGas& law) {
-  const std::vector<double>* temperature = run.find("temperature");
+  const GasCourse::Series* temperature = run.find("temperature");
   if (!temperature) return;
   const auto [logarithm, scatter] =
-      boost::math::tools::brent_find_minima([&](double u) { return off(run, *temperature, law, std::exp(u)); },
+      boost::math::tools::brent_find_minima([&](double u) { return off(*temperature, law, std::exp(u)); },
                                             std::log(1e-4 * law.barrier), std::log(10 * law.barrier), 30);
   theory::MonopolarGas fitted = law;
   fitted.barrier = std::exp(logarithm);
@@ -95,7 +95,7 @@ TheoryTable kinetic_table(const GasParameters& gas) {
     const auto states = theory::kinetic_course({.density = gas.density,
                                                 .temperature = gas.temperature,
                                                 .coupling = gas.coupling,
-                                                .impacts = gas.impacts(),
+                                                .impacts = gas.impacts(true),
                                                 .contact_value = theory::contact_value(gas.density),
                                                 .merges = variant.merges,
                                                 .speeds_at_contact = variant.speeds_at_contact},
@@ -146,25 +146,33 @@ GasCourse::GasCourse(const std::string& path, double warm_up) {
   const ResultFile file(path, "compared with theory");
   if (!hdf5::exists(file.file(), "gas/time"))
     throw InputError(path + " holds no course of a gas that a theory could be compared with");
-  const hdf5::Handle group = hdf5::open_group(file.file(), "gas");
-  const std::vector<double> all = hdf5::get<double>(group, "time");
-  for (const std::string& name : hdf5::names(group)) {
-    const std::vector<double> values = hdf5::get<double>(group, name);
-    for (std::size_t k = 0; k < all.size() && values.size() == all.size(); ++k)
-      if (all[k] > warm_up) series_[name].push_back(name == "time" ? all[k] - warm_up : values[k]);
+  for (const std::string group : {"gas", "analysis"}) {
+    if (!hdf5::exists(file.file(), group + "/time")) continue;
+    const hdf5::Handle found = hdf5::open_group(file.file(), group);
+    const std::vector<double> time = hdf5::get<double>(found, "time");
+    for (const std::string& name : hdf5::names(found)) {
+      if (hdf5::shape(found, name) != hdf5::shape(found, "time")) continue;
+      const std::vector<double> value = hdf5::get<double>(found, name);
+      Series& series = series_[group == "gas" ? name : group + "/" + name];
+      for (std::size_t k = 0; k < time.size(); ++k)
+        if (time[k] > warm_up) series.time.push_back(time[k] - warm_up), series.value.push_back(value[k]);
+    }
   }
-  time_ = series_["time"];
-  if (time_.empty()) throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
+  if (series_["time"].time.empty())
+    throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
 }
 
-const std::vector<double>* GasCourse::find(const std::string& name) const {
+const GasCourse::Series* GasCourse::find(const std::string& name) const {
   const auto found = series_.find(name);
   return found == series_.end() ? nullptr : &found->second;
 }
 
-void GasCourse::show(TheoryTable& table, const std::string& column, const std::string& name,
-                     const std::string& label) const {
-  if (const auto* values = find(name)) table.found.push_back({column, label, time_, *values});
+void GasCourse::show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
+                     double factor) const {
+  const Series* series = find(name);
+  if (!series) return;
+  table.found.push_back({column, label, series->time, series->value});
+  for (double& y : table.found.back().y) y *= factor;
 }
 
 TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
@@ -290,8 +298,13 @@ TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
   answer.figures.push_back({"largest_bjerrum", "1", bjerrum[top],
                             fmt::format("B with merging, at t = {:.4g}", course.columns[0].values[top])});
   if (run) {
-    run->show(course, "temperature", "local_temperature", "run: relative to the flow");
+    run->show(course, "temperature", "local_temperature", "run: grains");
     run->show(course, "square_charge", "mean_square_charge", "run: grains");
+    const double volume = gas.grains / gas.density;
+    run->show(course, "temperature", "analysis/bound_cluster_local_temperature", "run: bound clusters");
+    run->show(course, "square_charge", "analysis/bound_cluster_square_charge", "run: bound clusters");
+    run->show(course, "density", "analysis/bound_clusters", "run: bound clusters", 1 / volume);
+    run->show(course, "bjerrum", "analysis/bound_bjerrum", "run: bound clusters");
   }
   answer.tables = {course, printed_table(2 * gas.exchange->exponent)};
   return answer;

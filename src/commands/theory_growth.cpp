@@ -31,7 +31,7 @@ Growth growth_of(double beta, const std::vector<double>& times) {
   growth.slope = analysis::local_slopes(std::span(times).first(found.size()), growth.size);
   const auto from = static_cast<std::size_t>(std::ranges::lower_bound(growth.size, first_fitted) - growth.size.begin());
   growth.fit =
-      analysis::fit_growth(std::span(times).subspan(from, found.size() - from), std::span(growth.size).subspan(from));
+      *analysis::fit_growth(std::span(times).subspan(from, found.size() - from), std::span(growth.size).subspan(from));
   growth.fitted_from = growth.size[from], growth.fitted_to = growth.size.back();
   growth.size.resize(times.size(), NAN), growth.slope.resize(times.size(), NAN);
   return growth;
@@ -39,16 +39,16 @@ Growth growth_of(double beta, const std::vector<double>& times) {
 
 /// The run's S, its time stretched such that its last size is reached when theory says.
 void show_growth(TheoryAnswer& answer, const GasCourse& run) {
-  const std::vector<double>* size = run.find("density_cluster_size");
-  if (!size || !std::isfinite(size->back()) || size->back() <= 1) return;
+  const GasCourse::Series* found_size = run.find("density_cluster_size");
+  if (!found_size || !std::isfinite(found_size->value.back()) || found_size->value.back() <= 1) return;
+  const auto& [run_time, size] = *found_size;
   TheoryTable& table = answer.tables[0];
   const auto& theory = table.columns[3].values;  // charged
-  const auto after = static_cast<std::size_t>(
-      std::ranges::find_if(theory, [&](double s) { return s >= size->back(); }) - theory.begin());
+  const auto after = static_cast<std::size_t>(std::ranges::find_if(theory, [&](double s) { return s >= size.back(); }) -
+                                              theory.begin());
   if (after == theory.size()) return;
-  const double factor = table.columns[0].values[after] / run.time().back();
-  FoundSeries found{table.columns[3].name, fmt::format("run: dense cells, time times {:.3g}", factor), run.time(),
-                    *size};
+  const double factor = table.columns[0].values[after] / run_time.back();
+  FoundSeries found{table.columns[3].name, fmt::format("run: dense cells, time times {:.3g}", factor), run_time, size};
   for (double& t : found.x) t *= factor;
   table.found.push_back(found);
   answer.figures.push_back(

@@ -49,21 +49,25 @@ struct TheoryAnswer {
   std::vector<TheoryTable> tables;
 };
 
-/// The course of a run by name, with its time counted from the end of the warm-up; what was before is left out.
+/// The course of a run: what it noted itself, and with `analysis/` before its name what `analyse` has stored.
 class GasCourse {
  public:
-  /// Throws InputError if the file holds none: it is damaged, or no gas's.
+  /// Times are counted from the end of the warm-up; what was before is left out.
+  struct Series {
+    std::vector<double> time, value;
+  };
+
+  /// Throws InputError if the file holds none: it is damaged, no gas's, or ends with the warm-up.
   GasCourse(const std::string& path, double warm_up);
 
-  const std::vector<double>& time() const { return time_; }
-  /// Null if the run has not noted it.
-  const std::vector<double>* find(const std::string& name) const;
-  /// Adds it to the table, if it was noted.
-  void show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label) const;
+  /// Null if it is not there.
+  const Series* find(const std::string& name) const;
+  /// Adds it, times `factor`, to the table, if it is there.
+  void show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
+            double factor = 1) const;
 
  private:
-  std::vector<double> time_;
-  std::map<std::string, std::vector<double>> series_;
+  std::map<std::string, Series> series_;
 };
 
 // The theories, each with what it is asked for. Throw InputError for a gas that is outside of what they hold for.

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/interpolators/cardinal_quintic_b_spline.hpp>
 #include <boost/math/quadrature/tanh_sinh.hpp>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -78,25 +76,34 @@ double angular_mean(double beta, const F& f) {
   return 2 / pi * quadrature.integrate(by_angle, 0.0, pi / 2, 1e-12);
 }
 
-/// A function of ln T at equal distances.
+/// A function of ln T at equal distances; between, the polynomial through the six nearest points.
 class LogTable {
  public:
   template <class F>
-  LogTable(const F& f, double coldest, double hottest) : low_(std::log(coldest)), high_(std::log(hottest)) {
-    constexpr int points = 300;
-    const double step = (high_ - low_) / (points - 1);
-    std::vector<double> values;
-    for (int k = 0; k < points; ++k) values.push_back(f(std::exp(low_ + k * step)));
-    spline_ = std::make_shared<const Spline>(values.data(), values.size(), low_, step);
+  LogTable(const F& f, double coldest, double hottest)
+      : low_(std::log(coldest)), step_((std::log(hottest) - low_) / (points - 1)) {
+    for (int k = 0; k < points; ++k) value_.push_back(f(std::exp(low_ + k * step_)));
   }
+
+  /// Beyond either end as there. The barycentric formula, in steps from the first of the six.
   double operator()(double temperature) const {
-    return (*spline_)(temperature > 0 ? std::clamp(std::log(temperature), low_, high_) : low_);
+    const double place = temperature > 0 ? std::clamp((std::log(temperature) - low_) / step_, 0.0, points - 1.0) : 0;
+    const int first = std::clamp(static_cast<int>(place) - 2, 0, points - 6);
+    constexpr double weights[] = {-1, 5, -10, 10, -5, 1};
+    double sum = 0, all = 0;
+    for (int k = 0; k < 6; ++k) {
+      const double distance = place - first - k;
+      if (distance == 0) return value_[first + k];
+      sum += weights[k] / distance * value_[first + k];
+      all += weights[k] / distance;
+    }
+    return sum / all;
   }
 
  private:
-  using Spline = boost::math::interpolators::cardinal_quintic_b_spline<double>;
-  double low_, high_;
-  std::shared_ptr<const Spline> spline_;
+  static constexpr int points = 200;
+  double low_, step_;
+  std::vector<double> value_;
 };
 
 double prefactor(const Aggregates& gas) {
@@ -132,8 +139,7 @@ double contact_integral(double p, double beta) {
 }
 
 ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
-  constexpr double coldest = 1e-24;
-  const double margin = 100;  // a spline is worse at its ends
+  constexpr double coldest = 1e-20;
   const LogTable loss(
       [&](double t) {
         return impact_mean(t, [&](double v, double x) {
@@ -141,7 +147,7 @@ ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
           return x * (1 - eps * eps);
         });
       },
-      coldest / margin, hottest * margin);
+      coldest, hottest);
   ImpactMeans means{loss, [](double) { return 0.0; }};
   if (!impacts.charge_square) return means;
   const auto charge = [&](double t) {
@@ -149,7 +155,7 @@ ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
   };
   if (!(charge(hottest) > 0)) return means;
   // Over tens of powers of ten: its logarithm is nearly straight.
-  const LogTable log_charge([&](double t) { return std::log(charge(t)); }, coldest / margin, hottest * margin);
+  const LogTable log_charge([&](double t) { return std::log(charge(t)); }, coldest, hottest);
   means.charge = [log_charge](double t) { return std::exp(log_charge(t)); };
   return means;
 }

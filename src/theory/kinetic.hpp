@@ -34,7 +34,7 @@ struct ImpactMeans {
   std::function<double(double)> loss;    ///< <(1 - eps(v)^2) x>
   std::function<double(double)> charge;  ///< <dq(v)^2>
 };
-/// From quadrature, tabulated over T/m from 1e-24 to `hottest`, to 1e-10; below, they are as at 1e-24.
+/// From quadrature, tabulated over T/m from 1e-20 to `hottest`, to 1e-9; below, they are as at 1e-20.
 ImpactMeans tabulated_means(const Impacts& impacts, double hottest);
 /// 1 - eps^2 = 2 dissipation v^(1/5) and dq = transfer v^exponent, as G has them (5.28, 5.31).
 ImpactMeans power_law_means(double dissipation, double transfer, double exponent);

@@ -202,6 +202,8 @@ TEST_CASE("structure: random places have 1, a lattice 0, and a wave shows in its
     CHECK(std::abs(random.density[s] - 1) < 5 * std::sqrt(2 / vectors[s]));
     CHECK(std::abs(random.charge[s] - 1) < 5 * std::sqrt(2 / vectors[s]));
   }
+  // Two grains half a box apart: |1 + (-1)^n_x|^2 / 2 is 2 for 8 of 18 vectors of the first shell, else 0.
+  CHECK(structure_factors(grains_in(20, {{3, 4, 5}, {13, 4, 5}}), 1).density[0] == Approx(16 / 18.0).epsilon(1e-12));
   std::vector<Vec3> lattice;
   for (int k = 0; k < 1000; ++k) lattice.push_back({2.0 * (k % 10), 2.0 * (k / 10 % 10), 2.0 * (k / 100)});
   Bodies crystal = grains_in(20, lattice);

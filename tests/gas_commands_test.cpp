@@ -47,6 +47,8 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(found["frames"][0]["mean_square_displacement"] == 0);
   CHECK(last["mean_square_displacement"] > 0.1);  // t^2 <v^2> early
   CHECK(last["density_structure"].size() == 6);
+  CHECK(last["shape_grains"].size() >= 1);
+  CHECK(last["shape_grains"].size() == last["shape_gyration"].size());
   CHECK(last["charge_by_speed"].size() == 20);
   const std::string csv = text_of(folder / "gas.csv");
   CHECK(csv.starts_with("time (t0),temperature (m0 v0^2),"));

@@ -18,6 +18,7 @@ namespace lichtenberg {
 namespace {
 
 using GasFrames = std::vector<GasFrame>;
+using analysis::ClusterShape;
 using analysis::Histogram;
 
 constexpr const char* energy_unit = "m0 v0^2";
@@ -41,6 +42,13 @@ std::vector<Pair> pairs_of(const std::optional<std::vector<analysis::Edge>>& con
 
 std::vector<double> squares(std::vector<double> values) {
   for (double& value : values) value *= value;
+  return values;
+}
+
+template <class Number>
+std::vector<Number> of_all(const std::vector<ClusterShape>& shapes, Number ClusterShape::*member) {
+  std::vector<Number> values;
+  for (const ClusterShape& shape : shapes) values.push_back(shape.*member);
   return values;
 }
 
@@ -77,6 +85,10 @@ void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
   columns.real(kind + "cluster_square_charge", "q0^2", [=](auto& f) { return of(f).square_charge; });
   columns.real(kind + "bjerrum", "1", [=](auto& f) { return of(f).bjerrum; });
   columns.whole(kind + "percolating_clusters", [=](auto& f) { return of(f).percolating; });
+  columns.wholes(kind + "shape_grains", [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::grains); });
+  columns.reals(kind + "shape_gyration", "d0", [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::gyration); });
+  columns.reals(kind + "shape_charge_dipole", "q0 d0",
+                [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::charge_dipole); });
   add_dimension(
       columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
   add_exponent(
@@ -216,9 +228,11 @@ ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> p
   const auto strength = number_in(scene_, &EffectKind::charge_strength);
   state.bjerrum = strength.value_or(std::numeric_limits<double>::quiet_NaN()) * state.square_charge /
                   (state.local_temperature * std::cbrt(bodies.size() / count));
-  const std::vector<analysis::ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs);
-  state.percolating = static_cast<int>(std::ranges::count_if(shapes, &analysis::ClusterShape::percolates));
+  const std::vector<ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs);
+  state.percolating = static_cast<int>(std::ranges::count_if(shapes, &ClusterShape::percolates));
   state.dimension = analysis::cluster_dimension(shapes);
+  std::ranges::copy_if(shapes, std::back_inserter(state.shapes),
+                       [](const ClusterShape& shape) { return shape.grains >= analysis::least_grains; });
   state.exponent = analysis::size_exponent(grains, 2);
   return state;
 }

@@ -18,8 +18,9 @@ struct ClusterState {
   double temperature = 0;        ///< variance of a component of their velocity times mass, over all of them
   double local_temperature = 0;  ///< the same relative to the flow in cells
   double square_charge = 0;      ///< <q^2>
-  double bjerrum = 0;   ///< B = K <dq^2> / (T d), T relative to the flow, d = (grains a cluster)^(1/3); NaN without K
-  int percolating = 0;  ///< clusters that reach around the box
+  double bjerrum = 0;  ///< B = K <dq^2> / (T d), T relative to the flow, d = (grains a cluster)^(1/3); NaN without K
+  std::vector<analysis::ClusterShape> shapes;  ///< of those of six grains and more
+  int percolating = 0;                         ///< clusters that reach around the box
   std::optional<analysis::ClusterDimension> dimension;
   std::optional<analysis::SizeExponent> exponent;  ///< of aggregates
 };

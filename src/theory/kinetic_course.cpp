@@ -40,7 +40,7 @@ Ode kinetic_ode(const KineticGas& gas, const ImpactMeans& means) {
     rate[2] = factor * (r.contact_charge - r.merging_charge + now.charge_square * r.mergers);
   };
   // The rates of `contact_speed_rates` are not smoother than this.
-  const double relative = gas.speeds_at_contact ? 1e-6 : 1e-9;
+  const double relative = gas.speeds_at_contact ? 1e-6 : 1e-10;
   return {.rates = rates, .absolute = {relative, relative, 1e-30}, .relative = relative};
 }
 

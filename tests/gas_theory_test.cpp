@@ -63,6 +63,7 @@ TEST_CASE("theories beside a run: its scene, and what it has found") {
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
   const Ended kinetic = run_program(folder, "theory kinetic gas.h5 --json kinetic.json");
   REQUIRE_MESSAGE(kinetic.status == 0, kinetic.err);
+  CHECK(contains(kinetic.out, "run: grains\n          time         found               temperature     ratio\n"));
   const json answer = read_json(folder, "kinetic.json");
   CHECK(figure(answer, "coupling") == near(3 * 4.5e-3 * 4.5e-3, 1e-12));
   const json& found = answer["tables"][0]["found"];

@@ -105,12 +105,37 @@ std::size_t print_columns(const TheoryTable& table, std::size_t begin, std::size
   return next;
 }
 
+/// A column at this place, straight between its values over the logarithm of the first; NaN outside of it.
+double value_at(const TheoryTable& table, const TheoryColumn& column, double x) {
+  const std::vector<double>& all = table.columns[0].values;
+  const auto after = std::ranges::lower_bound(all, x) - all.begin();
+  if (after == 0 || after == static_cast<std::ptrdiff_t>(all.size())) return NAN;
+  const double part = std::log(x / all[after - 1]) / std::log(all[after] / all[after - 1]);
+  return std::exp((1 - part) * std::log(column.values[after - 1]) + part * std::log(column.values[after]));
+}
+
+/// What a run has found beside what is expected, at some of its instants on a logarithmic scale.
+void print_found(const TheoryTable& table, const FoundSeries& found) {
+  const auto column = std::ranges::find(table.columns, found.of, &TheoryColumn::name);
+  const TheoryColumn& x = table.columns[0];
+  fmt::print("\n{}\n{:>14}{:>14}{:>26}{:>10}\n", found.label, x.name, "found", found.of, "ratio");
+  double next = 0;
+  for (std::size_t k = 0; k < found.x.size(); ++k) {
+    if (found.x[k] < next && k + 1 < found.x.size()) continue;
+    next = 2 * found.x[k];
+    const double expected = value_at(table, *column, found.x[k]);
+    fmt::print("{:>14}{:>14}{:>26}{:>10}\n", cell(found.x[k]), cell(found.y[k]), cell(expected),
+               std::isfinite(expected) ? fmt::format("{:.4g}", found.y[k] / expected) : "-");
+  }
+}
+
 /// Some of the rows, evenly, and so many columns at a time as a line has place for.
 void print_table(const TheoryTable& table) {
   constexpr std::size_t most = 25;
   const std::size_t rows = table.columns[0].values.size(), every = (rows + most - 1) / most;
   fmt::print("\n{}{}\n", table.title, every > 1 ? fmt::format("; one row of {} of all {}", every, rows) : "");
   for (std::size_t next = 1; next < table.columns.size();) next = print_columns(table, next, every);
+  for (const FoundSeries& found : table.found) print_found(table, found);
 }
 
 void print_answer(const TheoryAnswer& answer, const std::string& source) {

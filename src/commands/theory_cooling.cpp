@@ -195,7 +195,7 @@ TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
     table.columns.push_back({"square_charge_lasting", "q0^2", "collisions of the length that they have",
                              values(lasting, &State::charge_square)});
     table.panels.push_back({R"($\langle q^2 \rangle$)", true, {"square_charge", "square_charge_lasting"}});
-    if (run) run->show(table, "square_charge", "mean_square_charge", "run: grains");
+    if (run) run->show(table, "square_charge_lasting", "mean_square_charge", "run: grains");
   }
   if (is_constant(gas.law)) {
     const double eps = restitution(gas.law, 1);
@@ -204,8 +204,8 @@ TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
   }
   answer.figures.push_back({"exponent", "1", last_slope(times, table.columns[1].values), "of T by t at the end"});
   if (run) {
-    run->show(table, "temperature", "local_temperature", "run: relative to the flow");
-    run->show(table, "temperature", "temperature", "run: with the flow");
+    run->show(table, "temperature_lasting", "local_temperature", "run: relative to the flow");
+    run->show(table, "temperature_lasting", "temperature", "run: with the flow");
   }
   answer.tables = {table};
   return answer;

@@ -196,7 +196,7 @@ TEST_CASE("a periodic box that is shorter than twice the range of neighbours is 
       "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",
       "short.toml");
   CHECK_THROWS_WITH_AS(Simulation(scene).frame(),
-                       doctest::Contains("short.toml: the periodic box is 2.5 m from left to right"), InputError);
+                       doctest::Contains("short.toml: the periodic box is 2.5 long from left to right"), InputError);
 }
 
 TEST_CASE("an effect that knows no periodic side refuses bodies in a periodic box") {

@@ -127,4 +127,15 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   refused("run large.toml",
           "large.toml:5: domain.size = 6 d0 along its shortest side is not allowed with a grain of diameter 3.2 d0");
   refused("solve gas.toml", "no table [effects.floating_conductors]");
+  const auto with_sum = [&](const std::string& keys) {
+    folder.write("by-hand.toml", replaced(scene, "sum = \"minimum-image\"", keys));
+  };
+  with_sum("sum = \"minimum-image\"\norder = 6");
+  refused("explain by-hand.toml",
+          "effects.coulomb.order is not allowed with effects.coulomb.sum = \"minimum-image\": it is for \"mesh\"");
+  with_sum("cutoff = 1.5\nmesh = 16\norder = 6\naccuracy = 1e-3");
+  refused("explain by-hand.toml", "they leave nothing to choose");
+  with_sum("cutoff = 1.5\nmesh = 14");
+  refused("explain by-hand.toml",
+          "effects.coulomb: no mesh of up to 1024 points along a side reaches an accuracy of 0.0001");
 }

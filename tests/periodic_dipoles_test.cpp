@@ -199,9 +199,9 @@ TEST_CASE("the shifted force has the same bits on any number of threads, and kno
   CHECK(four.force == one.force);
   CHECK(four.potential == one.potential);
   CHECK(message_of([&] { by_shifted_force(crowd, 1.5); }) ==
-        "The shifted force ends at 1.5: it must be above 0 and at most half of the box's shortest length, 2.");
+        "the shifted force ends at 1.5: it must be above 0 and at most half of the box's shortest length, 2");
   CHECK(message_of([&] { by_shifted_force(two(1, 1, 1, 10), 2); }) ==
-        "The shifted force is one of charges: it knows no dipoles.");
+        "the shifted force is one of charges: it knows no dipoles");
 }
 
 TEST_CASE("a touching chain is polarized as its closed sum says, up to where it would never end") {
@@ -218,8 +218,8 @@ TEST_CASE("a touching chain is polarized as its closed sum says, up to where it 
     CHECK(largest_polarizability(field_of, n) == doctest::Approx(1 / chain_sum).epsilon(1e-9));
     std::vector<double> dipole(3 * n);
     CHECK(message_of([&] { solve_dipoles(field_of, along_z(n), 0.21, 1e-13, dipole); }) ==
-          "At a polarizability of 0.21 the dipoles at these places polarize each other without end: it must be below "
-          "0.207977.");
+          "at a polarizability of 0.21 the dipoles at these places polarize each other without end: it must be below "
+          "0.207977");
   }
 }
 
@@ -333,7 +333,7 @@ TEST_CASE("without polarizability nothing is induced; less than none is refused"
   CHECK(response.energy == by_ewald(crowd).energy);
   CHECK(message_of([&] {
           InducedDipoles(ewald, DipoleSum::ewald, -1, 1e-6).evaluate(crowd, {}, alone, dipole, response);
-        }) == "A polarizability is -1: it must not be negative.");
+        }) == "a polarizability is -1: it must not be negative");
 }
 
 TEST_CASE("the predictor has Kolafa's weights, follows what changes steadily, and comes back from its history") {

@@ -342,31 +342,31 @@ TEST_CASE("what cannot be done is refused with a sentence") {
   const Mesh mesh{cube, {16, 16, 16}, 4};
   CHECK(message_of([&] {
           ParticleMesh({cube, {16, 16, 16}, 3}, cloud);
-        }) == "Splines of order 3 are not available: 4 to 7 are.");
+        }) == "splines of order 3 are not available: 4 to 7 are");
   CHECK(message_of([&] {
           ParticleMesh({cube, {16, 12, 16}, 7}, cloud);
-        }) == "A mesh with 12 points along an axis is too coarse for splines of order 7: 14 are needed.");
+        }) == "a mesh with 12 points along an axis is too coarse for splines of order 7: 14 are needed");
   CHECK(message_of([&] { ParticleMesh(mesh, prolate_cloud(8, 5.5)); }) ==
-        "A cutoff of 5.5 is more than half of the box's 10: a charge would meet two images of one other.");
+        "a cutoff of 5.5 is more than half of the box's 10: a charge would meet two images of one other");
   CHECK(message_of([&] {
           ParticleMesh({{10, 0, 10}, {16, 16, 16}, 4}, cloud);
-        }) == "A periodic box has the lengths 10, 0 and 10: all must be positive and finite.");
+        }) == "a periodic box has the lengths 10, 0 and 10: all must be positive and finite");
   CHECK(message_of([] { prolate_cloud(0.5, 1); }) ==
-        "A cloud's band limit 0.5 must be from 1 to 100 and its cutoff 1 positive.");
-  CHECK(message_of([] { gauss_cloud(-1, 1); }) == "A cloud's alpha -1 and its cutoff 1 must be positive.");
+        "a cloud's band limit 0.5 must be from 1 to 100 and its cutoff 1 positive");
+  CHECK(message_of([] { gauss_cloud(-1, 1); }) == "a cloud's alpha -1 and its cutoff 1 must be positive");
   Crowd crowd = random_crowd(5, cube, 1, true, 9);
   CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==
-        "Dipoles on a mesh need splines of order 5 at least: these are of order 4.");
+        "dipoles on a mesh need splines of order 5 at least: these are of order 4");
   crowd.dipole.clear();
   std::copy_n(crowd.position.begin(), 3, crowd.position.begin() + 6);
   CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==
-        "The energy of the charges is no finite number: two of them lie at the same place.");
+        "the energy of the charges is no finite number: two of them lie at the same place");
   ParticleMesh other({{10, 10, 11}, {16, 16, 16}, 4}, cloud);
   CHECK(message_of([&] { evaluated_on(other, crowd); }) ==
-        "The box is 10 x 10 x 10 long, but the mesh was made for 10 x 10 x 11.");
+        "the box is 10 x 10 x 10 long, but the mesh was made for 10 x 10 x 11");
   CHECK(message_of([&] { choose_mesh(1e-9, 100, cube, 1); }) ==
-        "An accuracy of 1e-09 cannot be asked of a mesh: 1e-8 to 0.1 can.");
+        "an accuracy of 1e-09 cannot be asked of a mesh: 1e-8 to 0.1 can");
   CHECK(message_of([&] {
           choose_mesh(1e-8, 100, {1e4, 1, 1}, 0.4);
-        }).starts_with("No mesh of up to 1024 points along a side reaches an accuracy of 1e-08"));
+        }).starts_with("no mesh of up to 1024 points along a side reaches an accuracy of 1e-08"));
 }

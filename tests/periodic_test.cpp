@@ -169,10 +169,10 @@ TEST_CASE("sources that do not fit together are refused with a sentence") {
   Crowd crowd = rock_salt();
   crowd.charge.pop_back();
   CHECK(message_of([&] { by_ewald(crowd); }) ==
-        "7 sources have 24 coordinates and 0 components of dipoles: 21 are needed.");
+        "7 sources have 24 coordinates and 0 components of dipoles: 21 are needed");
   crowd.lengths.y = 0;
   CHECK(message_of([&] { by_ewald(crowd); }) ==
-        "A periodic box has the lengths 2, 0 and 2: all must be positive and finite.");
-  CHECK(message_of([&] { by_ewald(rock_salt(), 0); }) == "A tolerance of Ewald's sum is 0: it must be positive.");
+        "a periodic box has the lengths 2, 0 and 2: all must be positive and finite");
+  CHECK(message_of([&] { by_ewald(rock_salt(), 0); }) == "a tolerance of Ewald's sum is 0: it must be positive");
   CHECK(by_ewald(Crowd{}).energy == 0);
 }

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/sources.hpp"
+#include "solvers/periodic/ewald.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/single_mesh.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -17,28 +20,63 @@ namespace {
 /// Of the force between unit charges, squared, over all space from contact on.
 double force2(double contact) { return 4 * M_PI / contact; }
 
-// Nanoseconds on one core, from validation/benchmarks/periodic.cpp: a pair within the cutoff; a charge, and each row of
-// the mesh that it meets; a point of the mesh for each doubling of their number, there and back.
-constexpr double pair_cost = 6, charge_cost = 50, row_cost = 1.8, point_cost = 0.55;
-
-double work(int charges, const Mesh& mesh, double cutoff) {
-  const double pairs = 0.5 * charges * charges / mesh.volume() * 4 * M_PI / 3 * std::pow(cutoff, 3);
-  const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
-  return pair_cost * pairs + charges * (charge_cost + row_cost * mesh.order * mesh.order) +
-         point_cost * points * std::log2(points);
-}
-
-/// Numbers up to 1024 that FFTW's estimated plans are quick for: others nearby, multiples of 15 most of all, take up to
-/// three times as long.
-std::vector<int> quick_numbers() {
+/// Numbers up to 1024 with no other prime factors than `primes`.
+std::vector<int> numbers_of(std::initializer_list<int> primes) {
   std::vector<int> numbers;
   for (int n = 16; n <= 1024; n += 8) {
     int left = n;
-    for (const int prime : {2, 3, 5, 7})
+    for (const int prime : primes)
       while (left % prime == 0) left /= prime;
-    if (left == 1 && n % 15 != 0) numbers.push_back(n);
+    if (left == 1) numbers.push_back(n);
   }
   return numbers;
+}
+
+/// Those that FFTW's estimated plans are quick for: others nearby, multiples of 15 most of all, take up to three times
+/// as long.
+std::vector<int> quick_for_fftw() {
+  auto numbers = numbers_of({2, 3, 5, 7});
+  std::erase_if(numbers, [](int n) { return n % 15 == 0; });
+  return numbers;
+}
+
+/// What a way to sum can do, and the nanoseconds that it takes on one core (validation/benchmarks/periodic.cpp).
+struct Way {
+  std::vector<int> points;  ///< a side, that its transforms are quick for
+  int lowest_order, highest_order;
+  double longest_cutoff;
+  std::function<double(double density, double cutoff)> near;  ///< a charge's pairs
+  double charge, row;                       ///< a charge on the mesh, and each row of the mesh that it meets
+  std::function<double(int points)> point;  ///< one of a mesh of points^3, for each doubling of their number, there and
+                                            ///< back
+};
+
+Way in_double_precision(Vec3 lengths, int lowest_order) {
+  constexpr double pair = 6;
+  const auto near = [](double density, double cutoff) {
+    return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
+  };
+  return {quick_for_fftw(),        lowest_order, 7, 0.5 * std::min({lengths.x, lengths.y, lengths.z}), near, 50, 1.8,
+          [](int) { return 0.55; }};
+}
+
+Way in_single_precision(Vec3 lengths) {
+  // What is within the cut-off of a cube with a cluster's charges meets each of them.
+  constexpr double meeting = 1;
+  const auto near = [](double density, double cutoff) {
+    const double edge = std::cbrt(SingleNear::together / density), r = cutoff;
+    const double volume = std::pow(edge, 3) + 6 * edge * edge * r + 3 * M_PI * edge * r * r + 4 * M_PI / 3 * r * r * r;
+    return meeting * 0.5 * density * volume;
+  };
+  // Large meshes do not fit into the second-level cache.
+  const auto point = [](int points) { return points <= 100 ? 0.15 : 0.25; };
+  return {numbers_of({2, 3, 5}), 4, 8, SingleNear::longest_cutoff(lengths), near, 18, 1.2, point};
+}
+
+double work(const Way& way, int charges, const Mesh& mesh, double cutoff) {
+  const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
+  return charges * (way.near(charges / mesh.volume(), cutoff) + way.charge + way.row * mesh.order * mesh.order) +
+         way.point(mesh.points[2]) * points * std::log2(points);
 }
 
 /// With spacings of at most that of `along_longest` points along the longest side, if there are so many.
@@ -73,15 +111,16 @@ double band_limit_for(double most, double cutoff) {
   return high;
 }
 
-/// The coarsest mesh whose error is no more than `most`.
-std::optional<Mesh> coarsest(const Cloud& cloud, double most, const std::vector<int>& numbers, Vec3 lengths,
-                             int order) {
+/// The coarsest mesh of `candidates` along the longest side, `numbers` along others, whose error is no more than
+/// `most`.
+std::optional<Mesh> coarsest(const Cloud& cloud, double most, const std::vector<int>& candidates,
+                             const std::vector<int>& numbers, Vec3 lengths, int order) {
   const auto fine_enough = [&](int number) {
     const auto mesh = mesh_of(number, numbers, lengths, order);
     return mesh && mesh_error(sample_of(*mesh), cloud) <= most;
   };
-  const auto number = std::ranges::partition_point(numbers, [&](int n) { return !fine_enough(n); });
-  return number == numbers.end() ? std::nullopt : mesh_of(*number, numbers, lengths, order);
+  const auto number = std::ranges::partition_point(candidates, [&](int n) { return !fine_enough(n); });
+  return number == candidates.end() ? std::nullopt : mesh_of(*number, numbers, lengths, order);
 }
 
 }  // namespace
@@ -94,34 +133,201 @@ double relative_error(const Mesh& mesh, const Cloud& cloud, double contact) {
   return std::sqrt((cloud.lost + mesh_error(mesh, cloud)) / force2(contact));
 }
 
-MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {
+namespace {
+
+void require_sensible(double accuracy, Vec3 lengths, double contact) {
   require_consistent({.lengths = lengths});
   if (!(contact > 0))
-    throw InputError(fmt::format("Charges come as near as {} to each other: it must be positive.", contact));
+    throw InputError(fmt::format("charges come as near as {} to each other: it must be positive", contact));
   if (!(accuracy >= 1e-8 && accuracy <= 0.1))
-    throw InputError(fmt::format("An accuracy of {} cannot be asked of a mesh: 1e-8 to 0.1 can.", accuracy));
-  const double most = 0.5 * accuracy * accuracy * force2(contact);  // for near part and mesh each
-  const double shortest = std::min({lengths.x, lengths.y, lengths.z});
-  const auto numbers = quick_numbers();
-  MeshChoice best;
+    throw InputError(fmt::format("an accuracy of {} cannot be asked of a mesh: 1e-8 to 0.1 can", accuracy));
+}
+
+/// Accuracy that single precision is good for.
+constexpr double finest_single = 6e-7;
+
+double error_of(const MeshChoice& choice, double contact) {
+  const double by_mesh = relative_error(choice.mesh, choice.cloud(), contact);
+  return choice.single ? std::hypot(by_mesh, error_of_single_precision) : by_mesh;
+}
+
+std::vector<double> cutoffs(double longest, double contact) {
+  std::vector<double> cutoffs;
+  for (double cutoff = longest; cutoff > contact; cutoff /= 1.1) cutoffs.push_back(cutoff);
+  return cutoffs;
+}
+
+/// Those that leave the error `most`, squared, to near part and mesh each; none if there are none.
+std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
+  const ByHand& by_hand = request.by_hand;
+  auto numbers = way.points;
+  if (by_hand.points) numbers.insert(std::ranges::lower_bound(numbers, *by_hand.points), *by_hand.points);
+  const auto points = by_hand.points ? std::vector{*by_hand.points} : numbers;
+  const auto within = by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact);
+  std::optional<MeshChoice> best;
   double least = INFINITY;
-  for (double cutoff = 0.5 * shortest; cutoff > contact; cutoff /= 1.1) {
-    const double band_limit = band_limit_for(most, cutoff);
-    const Cloud cloud = prolate_cloud(band_limit, cutoff);
-    for (int order = lowest_order; order <= 7; ++order) {
-      const auto mesh = coarsest(cloud, most, numbers, lengths, order);
-      if (!mesh || work(charges, *mesh, cutoff) >= least) continue;
-      least = work(charges, *mesh, cutoff);
-      best = {*mesh, band_limit, cutoff};
+  for (const double cutoff : within) {
+    if (cutoff > way.longest_cutoff) continue;
+    MeshChoice now{.cutoff = cutoff, .alpha = by_hand.alpha.value_or(0)};
+    if (now.alpha == 0) now.band_limit = band_limit_for(most, cutoff);
+    const Cloud cloud = now.cloud();
+    if (now.alpha > 0 && cloud.lost > most) continue;
+    for (int order = way.lowest_order; order <= way.highest_order; ++order) {
+      if (order != by_hand.order.value_or(order)) continue;
+      const auto mesh = coarsest(cloud, most, points, numbers, request.lengths, order);
+      if (!mesh || work(way, request.charges, *mesh, cutoff) >= least) continue;
+      least = work(way, request.charges, *mesh, cutoff);
+      now.mesh = *mesh;
+      best = now;
     }
   }
-  if (!std::isfinite(least))
-    throw InputError(
-        fmt::format("No mesh of up to 1024 points along a side reaches an accuracy of {} in a box of {} x "
-                    "{} x {} with a cutoff of up to half of it.",
-                    accuracy, lengths.x, lengths.y, lengths.z));
-  best.error = relative_error(best.mesh, prolate_cloud(best.band_limit, best.cutoff), contact);
   return best;
+}
+
+MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_order) {
+  require_sensible(accuracy, request.lengths, request.contact);
+  const double most = 0.5 * accuracy * accuracy * force2(request.contact);
+  auto best = choose(most, request, in_double_precision(request.lengths, lowest_order));
+  if (!best)
+    throw InputError(
+        fmt::format("no mesh of up to 1024 points along a side reaches an accuracy of {} in a box of {} x "
+                    "{} x {} with a cutoff of up to half of it{}",
+                    accuracy, request.lengths.x, request.lengths.y, request.lengths.z,
+                    request.by_hand.any() ? ", with what is given by hand" : ""));
+  best->error = error_of(*best, request.contact);
+  return *best;
+}
+
+/// With the band limit of least error, which a larger one makes in the mesh and a smaller one near by.
+MeshChoice by_hand_alone(const MeshRequest& request) {
+  const auto [cutoff, alpha, points, order] = request.by_hand;
+  auto numbers = quick_for_fftw();
+  numbers.insert(std::ranges::lower_bound(numbers, *points), *points);
+  const auto mesh = mesh_of(*points, numbers, request.lengths, *order);
+  if (!mesh) throw InputError(fmt::format("{} points along the longest side are more than 1024", *points));
+  MeshChoice choice{.mesh = *mesh, .cutoff = *cutoff, .band_limit = 1, .alpha = alpha.value_or(0)};
+  for (double limit = 1; limit <= 40 && choice.alpha == 0; limit += 0.25) {
+    MeshChoice other = choice;
+    other.band_limit = limit;
+    if (error_of(other, request.contact) < error_of(choice, request.contact)) choice = other;
+  }
+  choice.single = !request.dipoles && choice.mesh.points[2] % 2 == 0 &&
+                  choice.cutoff <= SingleNear::longest_cutoff(request.lengths) &&
+                  error_of(choice, request.contact) >= finest_single;
+  choice.error = error_of(choice, request.contact);
+  return choice;
+}
+
+}  // namespace
+
+MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {
+  return in_double(accuracy, {.charges = charges, .lengths = lengths, .contact = contact}, lowest_order);
+}
+
+MeshChoice choose_quick_mesh(const MeshRequest& request) {
+  if (request.by_hand.complete()) return by_hand_alone(request);
+  require_sensible(request.accuracy, request.lengths, request.contact);
+  const double own2 = error_of_single_precision * error_of_single_precision;
+  const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);
+  std::optional<MeshChoice> best;
+  if (!request.dipoles && request.by_hand.points.value_or(0) % 2 == 0 && request.accuracy >= finest_single)
+    best = choose(most, request, in_single_precision(request.lengths));
+  if (!best) return in_double(request.accuracy, request, request.dipoles ? lowest_dipole_order : 4);
+  best->single = true;
+  best->error = error_of(*best, request.contact);
+  return *best;
+}
+
+namespace {
+
+constexpr int few = 200;  ///< charges, whose Ewald sum costs nothing
+
+/// Some sources and the forces on them.
+struct Exact {
+  std::vector<int> sample;
+  std::vector<double> force;
+};
+
+std::vector<int> spread_over(int size, int most) {
+  std::vector<int> sample;
+  for (int s = 0; s < std::min(size, most); ++s)
+    sample.push_back(static_cast<int>(static_cast<std::int64_t>(s) * size / std::min(size, most)));
+  return sample;
+}
+
+Response evaluated(Sum& sum, const Sources& sources) {
+  Box<3> box{sources.lengths};
+  box.sides.fill(Boundary::periodic);
+  const std::vector<double> radius(sources.charge.size());
+  std::vector<Pair> pairs;
+  if (sum.cutoff() > 0) pairs = pairs_closer_than(Spheres<3>{sources.position, radius, box}, sum.cutoff());
+  Response response;
+  sum.evaluate(sources, pairs, parallel::Team::single(), response);
+  return response;
+}
+
+/// To a thirtieth of what is asked for.
+Exact exact_forces(const MeshRequest& request, const Sources& sources) {
+  constexpr double share = 1.0 / 30;
+  const double finer = request.accuracy * share;
+  if (sources.size() > few && finer >= 1e-8) {
+    try {
+      const MeshChoice choice = choose_mesh(finer, request.charges, request.lengths, request.contact);
+      return {spread_over(sources.size(), sources.size()),
+              evaluated(*make_mesh_sum(choice, request.charges), sources).force};
+    } catch (const InputError&) {  // no mesh is so fine
+    }
+  }
+  constexpr int enough = 64;
+  Response response;
+  const std::vector<int> sample = spread_over(sources.size(), sources.size() > few ? enough : few);
+  Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12)))
+      .evaluate_at(sample, sources, parallel::Team::single(), response);
+  return {sample, response.force};
+}
+
+double found_error(const MeshChoice& choice, const Sources& sources, const Exact& exact) {
+  const Response found = evaluated(*make_mesh_sum(choice, sources.size()), sources);
+  double error = 0, size = 0;
+  for (std::size_t s = 0; s < exact.sample.size(); ++s)
+    for (int k = 0; k < 3; ++k) {
+      error += std::pow(found.force[3 * exact.sample[s] + k] - exact.force[3 * s + k], 2);
+      size += std::pow(exact.force[3 * s + k], 2);
+    }
+  return std::sqrt(error / size);
+}
+
+}  // namespace
+
+MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given) {
+  if (request.by_hand.complete() || given.size() < 2) return choose_quick_mesh(request);
+  std::vector<double> charge(given.charge.begin(), given.charge.end());
+  if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
+    for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
+  const Sources sources{given.lengths, given.position, charge};
+  const Exact exact = exact_forces(request, sources);
+  constexpr int rounds = 4;
+  MeshChoice best = choose_quick_mesh(request);  // throws if that is out of reach
+  MeshRequest now = request;
+  now.accuracy = std::max(0.5 * request.accuracy, 1e-8);
+  constexpr double least_single = 7e-7;  // nearly twice its own error
+  if (request.accuracy > least_single) now.accuracy = std::max(now.accuracy, least_single);
+  for (int round = 0; round < rounds; ++round) {
+    try {
+      best = choose_quick_mesh(now);
+    } catch (const InputError&) {  // so fine is out of reach
+      return best;
+    }
+    best.error = found_error(best, sources, exact);
+    if (!(best.error > request.accuracy) && !(best.error < request.accuracy / 3)) return best;
+    now.accuracy = std::clamp(now.accuracy * std::clamp(0.6 * request.accuracy / best.error, 0.1, 10.0), 1e-8, 0.1);
+  }
+  return best;
+}
+
+std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice, int charges) {
+  if (choice.single) return std::make_unique<SingleMesh>(choice.mesh, choice.cloud(), charges);
+  return std::make_unique<ParticleMesh>(choice.mesh, choice.cloud());
 }
 
 }  // namespace lichtenberg::periodic

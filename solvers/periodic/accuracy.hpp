@@ -1,6 +1,10 @@
 #pragma once
 
+#include <memory>
+#include <optional>
+
 #include "solvers/periodic/influence.hpp"
+#include "solvers/periodic/sum.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -12,16 +16,56 @@ double random_force(double charge2, double charges, double volume, double contac
 /// that of its force. So it depends neither on the charges nor on the size of the box.
 double relative_error(const Mesh& mesh, const Cloud& cloud, double contact);
 
-/// Parameters of a ParticleMesh.
+/// Parameters of a mesh.
 struct MeshChoice {
   Mesh mesh;
-  double band_limit = 0, cutoff = 0;  ///< of its prolate_cloud
-  double error = 0;                   ///< relative_error
+  double cutoff = 0;
+  double band_limit = 0;  ///< of its prolate_cloud
+  double alpha = 0;       ///< of its gauss_cloud; 0: the cloud is prolate
+  double error = 0;       ///< relative_error, with that of single precision; or what was found, if it was measured
+  bool single = false;    ///< for a SingleMesh, not a ParticleMesh
+
+  Cloud cloud() const { return alpha > 0 ? gauss_cloud(alpha, cutoff) : prolate_cloud(band_limit, cutoff); }
 };
 
-/// The parameters that reach `accuracy`, 1e-8 to 0.1, as a relative_error with least work, which is estimated for
-/// `charges` of them: a larger cutoff is more pairs, a smaller one more points. Throws InputError if no cutoff up to
-/// half of the box does. With `lowest_order` at least lowest_dipole_order it is good for dipoles.
+/// Parameters that are not to be chosen.
+struct ByHand {
+  std::optional<double> cutoff, alpha;
+  std::optional<int> points;  ///< along the longest side
+  std::optional<int> order;
+
+  bool any() const { return cutoff || alpha || points || order; }
+  bool complete() const { return cutoff && points && order; }
+};
+
+/// What a mesh is for.
+struct MeshRequest {
+  double accuracy = 1e-4;  ///< as a relative_error; means nothing if all is given by hand
+  int charges = 0;
+  Vec3 lengths;
+  double contact = 1;
+  bool dipoles = false;
+  ByHand by_hand{};
+};
+
+/// Error of forces that single precision makes by itself: found over rms force, of 1000 to 50016 random charges.
+constexpr double error_of_single_precision = 4e-7;
+
+/// The parameters of a ParticleMesh that reach `accuracy`, 1e-8 to 0.1, as a relative_error with least work, which is
+/// estimated for `charges` of them: a larger cutoff is more pairs, a smaller one more points. Throws InputError if no
+/// cutoff up to half of the box does. With `lowest_order` at least lowest_dipole_order it is good for dipoles.
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order = 4);
+/// The same of a SingleMesh, if there are no dipoles, the accuracy is 6e-7 or more and the box is long enough for one.
+/// With all given by hand only the cloud's band limit is left to choose: the one of least error. Throws InputError if
+/// what is given by hand leaves no way to reach the accuracy.
+MeshChoice choose_quick_mesh(const MeshRequest& request);
+/// The same, with parameters whose error at these places lies between a third of what is asked for and that: relative
+/// errors of clusters differ from those of charges at random places by up to two, either way. It is measured against a
+/// finer mesh, or Ewald's sum of some charges. Charges at random places get half of what is asked for, so that
+/// clusters which form later do not exceed it. Charges that are all 0 are taken for +1 and -1 in turns.
+MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
+
+/// The ParticleMesh or SingleMesh, for about so many charges.
+std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice, int charges);
 
 }  // namespace lichtenberg::periodic

@@ -8,56 +8,13 @@
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/splines.hpp"
+#include "solvers/periodic/turn.hpp"
 
 namespace lichtenberg::periodic {
 
 namespace {
 
-const Mesh& checked(const Mesh& mesh) {
-  require_consistent({.lengths = mesh.lengths});
-  if (mesh.order < 4 || mesh.order > 7)
-    throw InputError(fmt::format("Splines of order {} are not available: 4 to 7 are.", mesh.order));
-  for (int k = 0; k < 3; ++k) {
-    if (mesh.points[k] < 2 * mesh.order)
-      throw InputError(
-          fmt::format("A mesh with {} points along an axis is too coarse for splines of order {}: {} are "
-                      "needed.",
-                      mesh.points[k], mesh.order, 2 * mesh.order));
-  }
-  return mesh;
-}
-
-/// Of cos(2 pi s), in powers of s^2.
-constexpr int cosine_terms = 9;
-constexpr std::array<double, cosine_terms> cosine_series = [] {
-  std::array<double, cosine_terms> series{1};
-  for (int k = 1; k < cosine_terms; ++k) series[k] = -series[k - 1] * 4 * M_PI * M_PI / (2 * k * (2 * k - 1));
-  return series;
-}();
-
 using Four = Lanes<4>;
-
-/// The sums of four times four numbers, adjacent ones first.
-Four totals(const Four& a, const Four& b, const Four& c, const Four& d) {
-  const Four ab = __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Four cd = __builtin_shufflevector(c, d, 0, 4, 2, 6) + __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
-}
-
-/// cos(2 pi s), and its derivative by s^2, by their Taylor series: off by 2e-7 at the mesh's points, half a spacing
-/// from the middle, of an effect that is itself an error of the mesh.
-struct Turn {
-  Four cosine{}, slope{};
-
-  explicit Turn(const Four& s) {
-    const Four s2 = s * s;
-    for (int term = cosine_terms - 1; term >= 0; --term) {
-      slope = slope * s2 + cosine;
-      cosine = cosine * s2 + cosine_series[term];
-    }
-  }
-  Four twice() const { return 2 * cosine * cosine - 1; }
-};
 
 Four from_middle(const std::array<double, 3>& behind) { return Four{behind[0], behind[1], behind[2], 0.5} - 0.5; }
 
@@ -65,6 +22,20 @@ Four from_middle(const std::array<double, 3>& behind) { return Four{behind[0], b
 int halo(int order) { return order <= 4 ? 4 : 8; }
 
 }  // namespace
+
+const Mesh& checked(const Mesh& mesh, int highest_order) {
+  require_consistent({.lengths = mesh.lengths});
+  if (mesh.order < 4 || mesh.order > highest_order)
+    throw InputError(fmt::format("splines of order {} are not available: 4 to {} are", mesh.order, highest_order));
+  for (int k = 0; k < 3; ++k) {
+    if (mesh.points[k] < 2 * mesh.order)
+      throw InputError(
+          fmt::format("a mesh with {} points along an axis is too coarse for splines of order {}: {} are "
+                      "needed",
+                      mesh.points[k], mesh.order, 2 * mesh.order));
+  }
+  return mesh;
+}
 
 template <class Work>
 void ChargeMesh::with_constants(Kind kind, Work&& work) const {
@@ -91,19 +62,14 @@ void ChargeMesh::with_constants(Kind kind, Work&& work) const {
 }
 
 ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
-    : mesh_(checked(mesh)),
+    : mesh_(checked(mesh, 7)),
       influence_(optimal_influence(mesh, cloud)),
+      wave_(waves_from_middle(influence_, mesh.order)),
       self_(cloud.potential(0)),
       self_field_(cloud.dipole_field),
       background_(-cloud.background / mesh.volume()),
       grid_(mesh.points, halo(mesh.order)),
-      over_spacing_{1 / mesh.spacing().x, 1 / mesh.spacing().y, 1 / mesh.spacing().z, -1} {
-  // Half a spacing turns the first wave round; so does the mesh's lying back by half of an odd order.
-  for (int k = 0; k < 3; ++k) {
-    wave_[0][k] = influence_.self_wave[k][0] * (mesh.order % 2 == 0 ? -1 : 1);
-    wave_[1][k] = influence_.self_wave[k][1];
-  }
-}
+      over_spacing_{1 / mesh.spacing().x, 1 / mesh.spacing().y, 1 / mesh.spacing().z, -1} {}
 
 double ChargeMesh::reach() const {
   const Vec3 spacing = mesh_.spacing();
@@ -243,7 +209,7 @@ void ChargeMesh::add_to(const FeltSums& sums, const Tiles& tiles, int s) const {
 /// The potential of its own cloud, and the field that is half its slope: half, for the cloud moves with the charge.
 void ChargeMesh::take_self_off(double* sum, const std::array<double, 3>& behind, double charge) const {
   const Four s = from_middle(behind);
-  const Turn turn(s);
+  const Turn<> turn(s);
   const Four first = lanes<4>(wave_[0].data()), second = lanes<4>(wave_[1].data());
   const Four potential = first * turn.cosine + second * turn.twice();
   Four off = turn.slope * s * (first + 4 * second * turn.cosine) * lanes<4>(over_spacing_.data()) * charge;
@@ -257,7 +223,7 @@ void ChargeMesh::take_self_off(double* sum, const std::array<double, 3>& behind,
 void ChargeMesh::take_multipole_off(double* sum, double* force, const std::array<double, 3>& behind, double charge,
                                     const double* dipole) const {
   const Four s = from_middle(behind), over_spacing = lanes<4>(over_spacing_.data()), mu = lanes<4>(dipole);
-  const Turn turn(s);
+  const Turn<> turn(s);
   const Four first = lanes<4>(wave_[0].data()), second = lanes<4>(wave_[1].data());
   const Four half_slope = turn.slope * s * (first + 4 * second * turn.cosine) * over_spacing;
   const Four curvature =

@@ -29,6 +29,9 @@ struct FeltSums {
   std::span<double> force{};  ///< four numbers each, the last without a meaning; only of Kind::multipoles
 };
 
+/// The mesh. Throws InputError unless there are splines of its order and enough points for them.
+const Mesh& checked(const Mesh& mesh, int highest_order);
+
 /// Charges and dipoles taken for clouds, on a mesh: `spread` them, `solve` for the potential, `add` what it is at their
 /// places, in this order. A dipole is spread as a charge that is moved a little, with the splines' slopes: potentials,
 /// fields and forces are all slopes of one energy. Each is the same bits for any number of threads.
@@ -62,13 +65,13 @@ class ChargeMesh {
 
   Mesh mesh_;
   Influence influence_;
+  std::array<std::array<double, 4>, 2> wave_;
   double self_;        ///< potential that a unit charge sees, on average, at the centre of its cloud; to be taken off
   double self_field_;  ///< that a unit dipole sees there, against it
   double background_;  ///< potential that a unit of total charge adds everywhere
   double total_ = 0;   ///< charge, of what was spread last
   Convolution grid_;
-  std::array<double, 4> over_spacing_;           ///< along x, y, z; and -1
-  std::array<std::array<double, 4>, 2> wave_{};  ///< Influence::self_wave, seen from the middle between two points
+  std::array<double, 4> over_spacing_;  ///< along x, y, z; and -1
 };
 
 }  // namespace lichtenberg::periodic

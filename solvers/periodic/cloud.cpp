@@ -12,7 +12,7 @@ namespace lichtenberg::periodic {
 
 Cloud gauss_cloud(double alpha, double cutoff) {
   if (!(alpha > 0 && cutoff > 0))
-    throw InputError(fmt::format("A cloud's alpha {} and its cutoff {} must be positive.", alpha, cutoff));
+    throw InputError(fmt::format("a cloud's alpha {} and its cutoff {} must be positive", alpha, cutoff));
   Cloud of;
   of.cutoff = cutoff;
   of.potential = [alpha](double r) { return r > 0 ? std::erf(alpha * r) / r : 2 * alpha / std::sqrt(M_PI); };
@@ -92,7 +92,7 @@ class ProlateFunction {
 Cloud prolate_cloud(double band_limit, double cutoff) {
   if (!(band_limit >= 1 && band_limit <= 100 && cutoff > 0))
     throw InputError(
-        fmt::format("A cloud's band limit {} must be from 1 to 100 and its cutoff {} positive.", band_limit, cutoff));
+        fmt::format("a cloud's band limit {} must be from 1 to 100 and its cutoff {} positive", band_limit, cutoff));
   const ProlateFunction psi(band_limit);
   const double middle = psi(0);
   Cloud of;

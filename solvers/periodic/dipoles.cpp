@@ -26,8 +26,8 @@ Vector applied(const DipoleField& field_of, const Vector& dipole) {
 
 [[noreturn]] void refuse(const DipoleField& field_of, std::size_t components, double polarizability) {
   throw InputError(fmt::format(
-      "At a polarizability of {:.6g} the dipoles at these places polarize each other without end: it must be "
-      "below {:.6g}.",
+      "at a polarizability of {:.6g} the dipoles at these places polarize each other without end: it must be "
+      "below {:.6g}",
       polarizability, largest_polarizability(field_of, static_cast<int>(components / 3))));
 }
 
@@ -106,7 +106,7 @@ DipoleField field_by(Sum& sum, const Sources& places, std::span<const Pair> pair
 int solve_dipoles(const DipoleField& field_of, std::span<const double> field, double polarizability, double tolerance,
                   std::span<double> dipole) {
   if (!(polarizability >= 0))
-    throw InputError(fmt::format("A polarizability is {}: it must not be negative.", polarizability));
+    throw InputError(fmt::format("a polarizability is {}: it must not be negative", polarizability));
   Eigen::Map<Vector> mu(dipole.data(), static_cast<Eigen::Index>(dipole.size()));
   const double goal = tolerance * view(field).norm();
   if (polarizability == 0 || goal == 0) mu.setZero();
@@ -121,7 +121,7 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
   while (!(std::sqrt(square) <= goal)) {
     if (applications++ == most)
       throw Failure(
-          fmt::format("Induced dipoles: the residual field is {:.3g} after {} steps, where {:.3g} is asked for.",
+          fmt::format("induced dipoles: the residual field is {:.3g} after {} steps, where {:.3g} is asked for",
                       std::sqrt(square), most, goal));
     const Vector turned = direction / polarizability - applied(field_of, direction);
     const double curvature = direction.dot(turned);

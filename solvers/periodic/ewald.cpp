@@ -223,7 +223,7 @@ double decay_length(double factor, double spread, int derivatives, double tolera
 Splitting splitting_for(const Sources& sources, double tolerance, double alpha) {
   require_consistent(sources);
   if (!(tolerance > 0))
-    throw InputError(fmt::format("A tolerance of Ewald's sum is {}: it must be positive.", tolerance));
+    throw InputError(fmt::format("a tolerance of Ewald's sum is {}: it must be positive", tolerance));
   const double n = std::max(1, sources.size()), shortest = sources.shortest_length(), cost = 8;
   const double cube = shortest * shortest * shortest / sources.volume();
   if (alpha == 0) alpha = std::pow(2 * cost * n * cube * cube, 1.0 / 6) * std::sqrt(pi) / shortest;

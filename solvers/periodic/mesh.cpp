@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/felt.hpp"
+#include "solvers/stopwatch.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -19,11 +20,11 @@ ParticleMesh::ParticleMesh(const Mesh& mesh, const Cloud& cloud)
 void ParticleMesh::require_usable(const Sources& sources) const {
   require_consistent(sources);
   if (sources.lengths != lengths_)
-    throw InputError(fmt::format("The box is {} x {} x {} long, but the mesh was made for {} x {} x {}.",
+    throw InputError(fmt::format("the box is {} x {} x {} long, but the mesh was made for {} x {} x {}",
                                  sources.lengths.x, sources.lengths.y, sources.lengths.z, lengths_.x, lengths_.y,
                                  lengths_.z));
   if (!sources.dipole.empty() && mesh_.order() < lowest_dipole_order)
-    throw InputError(fmt::format("Dipoles on a mesh need splines of order {} at least: these are of order {}.",
+    throw InputError(fmt::format("dipoles on a mesh need splines of order {} at least: these are of order {}",
                                  lowest_dipole_order, mesh_.order()));
 }
 
@@ -32,8 +33,12 @@ void ParticleMesh::sum(const Sources& sources, std::span<const Pair> pairs, Kind
   field_.resize(4 * sources.charge.size());
   force_.resize(kind == Kind::multipoles ? field_.size() : 0);
   const FeltSums sums{field_, force_};
-  tiles_.sort(sources);
-  near_.compute(tiles_, pairs, kind, sums, team);
+  {
+    const Stopwatch stopwatch(seconds_.near);
+    tiles_.sort(sources);
+    near_.compute(tiles_, pairs, kind, sums, team);
+  }
+  const Stopwatch stopwatch(seconds_.mesh);
   mesh_.spread(tiles_, kind, team);
   mesh_.solve(team);
   mesh_.add(tiles_, kind, sums, team);
@@ -106,7 +111,7 @@ void ParticleMesh::evaluate(const Sources& sources, std::span<const Pair> pairs,
   else
     fill_forces_of_charges(sources, tiles_, field_, response);
   if (!std::isfinite(response.energy))
-    throw InputError("The energy of the charges is no finite number: two of them lie at the same place.");
+    throw InputError("the energy of the charges is no finite number: two of them lie at the same place");
 }
 
 void ParticleMesh::dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,

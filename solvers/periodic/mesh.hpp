@@ -23,6 +23,7 @@ class ParticleMesh : public Sum {
   /// Takes about as long as the field of charges.
   void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                     std::span<double> field) override;
+  SumSeconds seconds() const override { return seconds_; }
 
  private:
   void require_usable(const Sources& sources) const;
@@ -33,6 +34,7 @@ class ParticleMesh : public Sum {
   ChargeMesh mesh_;
   Tiles tiles_;
   std::vector<double> field_, force_;  ///< FeltSums
+  SumSeconds seconds_;
 };
 
 }  // namespace lichtenberg::periodic

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/lanes.hpp"
@@ -56,6 +57,24 @@ int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, con
   return std::min(highest_degree, (degree + 1) / 2 * 2);
 }
 
+/// Integral over the ball of the cutoff of the square of the force that the terms beyond a degree make: with x = 2
+/// (r / cutoff)^2 - 1 it is 4 r / cutoff^2 times the sum of a_n n U_(n-1)(x).
+double lost_beyond(int degree, const std::vector<double>& series, const Cloud& cloud) {
+  constexpr int shells = 200;
+  double lost = 0;
+  for (int shell = 0; shell < shells; ++shell) {
+    const double part = (shell + 0.5) / shells, r = part * cloud.cutoff, x = 2 * part * part - 1;
+    double force = 0, before = 0, now = 1;  // U_(n-2), U_(n-1)
+    for (int n = 1; n <= highest_degree; ++n) {
+      if (n > degree) force += series[n] * n * now;
+      before = std::exchange(now, 2 * x * now - before);
+    }
+    force *= 4 * part / cloud.cutoff;
+    lost += 4 * M_PI * r * r * force * force * cloud.cutoff / shells;
+  }
+  return lost;
+}
+
 std::vector<double> powers_of(const std::vector<double>& series, int degree) {
   std::vector<double> powers(degree + 1), before(degree + 1), now(degree + 1);
   before[0] = 1;  // T_0
@@ -75,8 +94,8 @@ double checked_cutoff(Vec3 lengths, double cutoff) {
   for (int k = 0; k < 3; ++k)
     if (2 * cutoff > lengths[k])
       throw InputError(
-          fmt::format("A cutoff of {} is more than half of the box's {}: a charge would meet two images of "
-                      "one other.",
+          fmt::format("a cutoff of {} is more than half of the box's {}: a charge would meet two images of "
+                      "one other",
                       cutoff, lengths[k]));
   return cutoff;
 }
@@ -88,6 +107,13 @@ Box<3> periodic_box(Vec3 lengths) {
 }
 
 }  // namespace
+
+std::vector<double> cloud_polynomial(const Cloud& cloud) {
+  const auto series = chebyshev_series(cloud);
+  int degree = lowest_degree;
+  while (degree < highest_degree && lost_beyond(degree, series, cloud) > 0.09 * cloud.lost) ++degree;
+  return powers_of(series, degree);
+}
 
 NearPart::NearPart(Vec3 lengths, const Cloud& cloud)
     : cutoff_(checked_cutoff(lengths, cloud.cutoff)), nearest_(periodic_box(lengths)) {

@@ -10,6 +10,11 @@
 
 namespace lichtenberg::periodic {
 
+/// Coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that stands for the cloud's potential within the
+/// cutoff, of the lowest degree that changes the force between charges by less than .3 of what the cloud itself loses,
+/// both rms over the ball of the cutoff: errors add up in squares, so it adds 2 % to that of the whole.
+std::vector<double> cloud_polynomial(const Cloud& cloud);
+
 /// The near rest of charges and dipoles that are taken for clouds: pairs within the cutoff, each by its nearest image.
 class NearPart {
  public:

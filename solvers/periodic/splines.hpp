@@ -11,13 +11,13 @@ namespace lichtenberg::periodic {
 /// far (in spacings, 0 <= t < 1) the place lies behind the point before it and M the spline on [0, order]. So the first
 /// of them is the point before the place, and the mesh as a whole lies order / 2 - 1 spacings further back than it
 /// should: no sum that is spread and taken with the same weights can tell.
-template <int order>
+template <int order, class Real = double>
 struct Spline {
   static_assert(order >= 3 && order <= 8);
   /// A row of weights, zeros behind the last: as wide as a vector of numbers that processors have.
   static constexpr int lanes = order <= 4 ? 4 : 8;
-  using Row = Lanes<lanes>;
-  using Coefficients = std::array<std::array<double, lanes>, order>;  ///< of t^d in the c-th weight: [d][c]
+  using Row = Lanes<lanes, Real>;
+  using Coefficients = std::array<std::array<Real, lanes>, order>;  ///< of t^d in the c-th weight: [d][c]
 
   /// M_n(u) = (u M_{n-1}(u) + (n - u) M_{n-1}(u - 1)) / (n - 1) for its pieces u = j + t; the c-th weight has
   /// j = order - 1 - c.
@@ -37,7 +37,7 @@ struct Spline {
     }
     Coefficients weights{};
     for (int d = 0; d < order; ++d)
-      for (int c = 0; c < order; ++c) weights[d][c] = piece[order - 1 - c][d];
+      for (int c = 0; c < order; ++c) weights[d][c] = static_cast<Real>(piece[order - 1 - c][d]);
     return weights;
   }
   static constexpr Coefficients slopes_of(const Coefficients& weights) {
@@ -50,15 +50,15 @@ struct Spline {
   alignas(64) static constexpr Coefficients slope_coefficients = slopes_of(coefficients);
   alignas(64) static constexpr Coefficients curvature_coefficients = slopes_of(slope_coefficients);
 
-  static void weights(double t, Row& row) { polynomial<order>(coefficients, t, row); }
+  static void weights(Real t, Row& row) { polynomial<order>(coefficients, t, row); }
   /// Derivatives of the weights by t.
-  static void slopes(double t, Row& row) { polynomial<order - 1>(slope_coefficients, t, row); }
+  static void slopes(Real t, Row& row) { polynomial<order - 1>(slope_coefficients, t, row); }
   /// Second derivatives.
-  static void curvatures(double t, Row& row) { polynomial<order - 2>(curvature_coefficients, t, row); }
+  static void curvatures(Real t, Row& row) { polynomial<order - 2>(curvature_coefficients, t, row); }
 
  private:
   template <int terms>
-  static void polynomial(const Coefficients& of, double t, Row& row) {
+  static void polynomial(const Coefficients& of, Real t, Row& row) {
     row = periodic::lanes<lanes>(of[terms - 1].data());
     for (int d = terms - 2; d >= 0; --d) row = row * t + periodic::lanes<lanes>(of[d].data());
   }

@@ -7,6 +7,11 @@
 
 namespace lichtenberg::periodic {
 
+/// Wall time (s) that evaluations have taken, if they tell their parts apart.
+struct SumSeconds {
+  double near = 0, mesh = 0;
+};
+
 /// A way to compute the periodic Coulomb sums of Sources.
 class Sum {
  public:
@@ -22,6 +27,7 @@ class Sum {
   /// are taken for 0. It is linear in the dipoles and, but for rounding, symmetric.
   virtual void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                             std::span<double> field);
+  virtual SumSeconds seconds() const { return {}; }
 };
 
 }  // namespace lichtenberg::periodic

@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "solvers/error.hpp"
-#include "src/model/stopwatch.hpp"
+#include "solvers/stopwatch.hpp"
 
 namespace lichtenberg {
 namespace {

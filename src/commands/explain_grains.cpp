@@ -139,7 +139,7 @@ void explain_stages(const Scene& scene) {
 
 void explain_cost(const Scene& scene, const Steps& steps) {
   // One core of an AMD EPYC (validation/benchmarks/README.md).
-  constexpr double contact_step = 1e-7, lists = 1.5e-7;  // s a grain
+  constexpr double contact_step = 8e-8, lists = 3e-8;  // s a grain
   const double n = static_cast<double>(scene.conductors.size());
   double evaluation = 0;
   for (const Effects::Entry& effect : scene.effects) evaluation += effect.kind->seconds;

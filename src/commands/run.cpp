@@ -16,7 +16,7 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/mechanics/simulation.hpp"
-#include "src/model/stopwatch.hpp"
+#include "solvers/stopwatch.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"

@@ -71,10 +71,9 @@ Method mesh(const ChargedSubject& subject) {
   for (int decade = 1; decade <= 8; ++decade) {
     const double accuracy = std::pow(10, -decade);
     method.candidates.push_back(candidate(subject, {{"accuracy", accuracy}}, std::pow(decade + 2, 3), [=, &subject] {
-      const periodic::MeshChoice choice =
-          periodic::choose_mesh(accuracy, subject.bodies.size(), subject.bodies.box.lengths, subject.diameter());
-      return std::make_unique<periodic::ParticleMesh>(choice.mesh,
-                                                      periodic::prolate_cloud(choice.band_limit, choice.cutoff));
+      const int charges = subject.bodies.size();
+      return periodic::make_mesh_sum(
+          periodic::choose_quick_mesh({accuracy, charges, subject.bodies.box.lengths, subject.diameter()}), charges);
     }));
   }
   return method;

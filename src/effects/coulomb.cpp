@@ -8,7 +8,6 @@
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/ewald.hpp"
-#include "solvers/periodic/mesh.hpp"
 #include "solvers/periodic/short_range.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/model/checkpoint.hpp"
@@ -34,23 +33,28 @@ double default_cutoff(const Scene& scene) {
 
 periodic::MeshChoice mesh_for(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
+  const std::vector<double> charge = initial_charges(scene);
+  std::vector<double> position;
+  for (const Conductor& grain : scene.conductors)
+    for (int k = 0; k < 3; ++k) position.push_back(grain.position[k]);
+  const periodic::MeshRequest request{.accuracy = options.accuracy,
+                                      .charges = static_cast<int>(charge.size()),
+                                      .lengths = lengths_of(scene),
+                                      .contact = 2 * smallest_radius(scene),
+                                      .dipoles = scene.effects.has("induced_dipoles"),
+                                      .by_hand = {options.cutoff, options.alpha, options.mesh, options.order}};
   try {
-    const int lowest_order = scene.effects.has("induced_dipoles") ? periodic::lowest_dipole_order : 4;
-    return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), lengths_of(scene),
-                                 2 * smallest_radius(scene), lowest_order);
+    return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: effects.coulomb.accuracy: {}", scene.path, error.what()));
+    throw InputError(fmt::format("{}: effects.coulomb: {}", scene.path, error.what()));
   }
 }
 
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   switch (options.sum) {
-    case CoulombSum::mesh: {
-      const periodic::MeshChoice choice = mesh_for(scene);
-      return std::make_unique<periodic::ParticleMesh>(choice.mesh,
-                                                      periodic::prolate_cloud(choice.band_limit, choice.cutoff));
-    }
+    case CoulombSum::mesh:
+      return periodic::make_mesh_sum(mesh_for(scene), static_cast<int>(scene.conductors.size()));
     case CoulombSum::ewald:
       return std::make_unique<periodic::Ewald>(options.accuracy);
     case CoulombSum::minimum_image:
@@ -65,10 +69,11 @@ std::vector<Remark> explain(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
   const periodic::MeshChoice choice = mesh_for(scene);
-  return {{"charges", fmt::format("forces to {:g} of the rms force: pairs up to {:.3g} d0, the rest on {} x {} x {} "
-                                  "points with splines of order {}; estimated error {:.1e}",
-                                  options.accuracy, choice.cutoff, choice.mesh.points[0], choice.mesh.points[1],
-                                  choice.mesh.points[2], choice.mesh.order, choice.error)}};
+  return {{"charges",
+           fmt::format("forces to {:g} of the rms force: pairs up to {:.3g} d0, the rest on {} x {} x {} "
+                       "points with splines of order {}, in {} precision; error {:.1e} where the grains are",
+                       options.accuracy, choice.cutoff, choice.mesh.points[0], choice.mesh.points[1],
+                       choice.mesh.points[2], choice.mesh.order, choice.single ? "single" : "double", choice.error)}};
 }
 
 void check(const Draft& draft) {
@@ -83,7 +88,14 @@ void check(const Draft& draft) {
   const bool far = options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald;
   const bool shifted = options.sum == CoulombSum::shifted_force;
   only_with("accuracy", far, "\"mesh\" and \"ewald\"");
-  only_with("cutoff", shifted, "\"shifted-force\"");
+  const bool mesh = options.sum == CoulombSum::mesh;
+  only_with("cutoff", shifted || mesh, "\"mesh\" and \"shifted-force\"");
+  for (const std::string key : {"alpha", "mesh", "order"}) only_with(key, mesh, "\"mesh\"");
+  if (const int line = draft.line("effects.coulomb.accuracy");
+      line > 0 && mesh && options.cutoff && options.mesh && options.order)
+    refuse(draft.scene.path, line,
+           "effects.coulomb.accuracy is not allowed together with effects.coulomb.cutoff, mesh and order: they leave "
+           "nothing to choose");
   only_with("damping", shifted, "\"shifted-force\"");
   if (shifted && draft.scene.effects.has("induced_dipoles"))
     refuse(draft.scene.path, draft.line("effects.coulomb.sum"),
@@ -112,13 +124,30 @@ const EffectKind& CoulombOptions::kind() {
                {.name = "accuracy",
                 .place = place<&CoulombOptions::accuracy>,
                 .range = {.low = 1e-12, .high = 0.1},
-                .help = "of mesh and ewald: error of a force over a force, both rms; chooses cutoffs, mesh and order"},
+                .help =
+                    "of mesh and ewald: error of a force over a force, both rms; chooses what is not given by hand"},
                {.name = "cutoff",
                 .place = place<&CoulombOptions::cutoff>,
                 .unit = "d0",
                 .range = ranges::positive,
-                .computed_default = "7, or half the box",
-                .help = "of shifted-force"},
+                .computed_default = "from the accuracy; of shifted-force 7, or half the box",
+                .help = "up to which pairs count; of mesh and shifted-force"},
+               {.name = "alpha",
+                .place = place<&CoulombOptions::alpha>,
+                .unit = "1/d0",
+                .range = ranges::positive,
+                .computed_default = "none: a prolate splitting",
+                .help = "of mesh: Ewald's splitting, erfc(alpha r) / r near by, in place of the prolate one"},
+               {.name = "mesh",
+                .place = place<&CoulombOptions::mesh>,
+                .range = {.low = 8, .high = 1024},
+                .computed_default = "from the accuracy",
+                .help = "of mesh: points along the longest side"},
+               {.name = "order",
+                .place = place<&CoulombOptions::order>,
+                .range = {.low = 4, .high = 8},
+                .computed_default = "from the accuracy",
+                .help = "of mesh: of the splines; with cutoff, mesh and order nothing is left to the accuracy"},
                {.name = "damping",
                 .place = place<&CoulombOptions::damping>,
                 .unit = "1/d0",
@@ -131,7 +160,7 @@ const EffectKind& CoulombOptions::kind() {
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
-      .seconds = 3.2e-7};
+      .seconds = 2.4e-7};
   return kind;
 }
 
@@ -170,7 +199,7 @@ struct Coulomb::Implementation {
     } catch (const InputError& error) {
       const std::string sentence = std::string("effects.induced_dipoles: ") + error.what();
       if (evaluations == 0) throw InputError(sentence);
-      throw Failure(sentence + " A lower temperature or a stiffer contact keeps grains from overlapping so deeply.");
+      throw Failure(sentence + "; a lower temperature or a stiffer contact keeps grains from overlapping so deeply");
     }
   }
 
@@ -239,6 +268,12 @@ void Coulomb::restore(const Checkpoint& checkpoint) {
   for (std::string name; checkpoint.reals.contains(name = fmt::format("dipole_{}", history.size()));)
     history.push_back(reals(checkpoint, name, 3 * n));
   self.predictor.restore(std::move(history));
+}
+
+std::map<std::string, double> Coulomb::seconds() const {
+  if (implementation_->options.sum != CoulombSum::mesh) return {};
+  const auto [near, mesh] = implementation_->sum->seconds();
+  return {{"near", near}, {"mesh", mesh}};
 }
 
 void Coulomb::add_columns(const State& state, Frame& frame) const {

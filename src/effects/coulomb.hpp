@@ -30,7 +30,10 @@ struct CoulombOptions {
   double strength = 1;  ///< K
   CoulombSum sum = CoulombSum::mesh;
   double accuracy = 1e-4;        ///< of mesh and ewald: rms error of a force over rms force
-  std::optional<double> cutoff;  ///< d0, of shifted_force
+  std::optional<double> cutoff;  ///< d0, of mesh and shifted_force
+  std::optional<double> alpha;   ///< 1/d0, of mesh
+  std::optional<int> mesh;       ///< points along the longest side
+  std::optional<int> order;      ///< of the mesh's splines
   double damping = 0;            ///< 1/d0, of shifted_force
 
   static const EffectKind& kind();
@@ -50,6 +53,7 @@ class Coulomb : public Effect {
   double stored_energy(const State& state) const override;
   void save(Checkpoint& checkpoint) const override;
   void restore(const Checkpoint& checkpoint) override;
+  std::map<std::string, double> seconds() const override;
   void add_columns(const State& state, Frame& frame) const override;
   void summarize(const State& state, Summary& summary) const override;
 

@@ -58,7 +58,7 @@ const EffectKind& InducedDipolesOptions::kind() {
       // Of two dipoles A e along the line between them, e = 2 A e / r^3.
       .closest_approach =
           [](const Scene& scene) { return std::cbrt(2 * scene.effects.find<InducedDipolesOptions>()->polarizability); },
-      .seconds = 8.8e-7};
+      .seconds = 9.6e-7};
   return kind;
 }
 

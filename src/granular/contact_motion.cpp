@@ -29,7 +29,7 @@ class Motion final : public ContactMotion {
     ContactRecord record{.time = time + dt, .dt = dt};
     held_.assign(held.begin(), held.end());
     held_.resize(bodies.momentum.size());
-    largest_held_ = largest_acceleration(bodies, held_);
+    largest_held_ = largest_over_mass(bodies, held_);
     // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
     const double speed = 2 * fastest(bodies) + largest_held_ * dt;
     find_near(bodies, pairs, speed, dt);
@@ -39,6 +39,8 @@ class Motion final : public ContactMotion {
   }
 
  private:
+  static constexpr std::size_t ahead = 16;  ///< pairs
+
   /// A pair that is in contact or will be within the step.
   struct Active {
     Pair pair;
@@ -70,13 +72,21 @@ class Motion final : public ContactMotion {
     const Spheres<d> grains = spheres<d>(bodies);
     const NearestImage<d> nearest(grains.box);
     near_.clear();
-    for (const Pair pair : pairs)
-      if (is_within(bodies, nearest, pair, reach(bodies, pair) + 2 * speed * dt)) near_.push_back(pair);
+    near_.resize(pairs.size());
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {  // no branch: which are near is hard to guess
+      // They lie anywhere in memory.
+      if (p + ahead < pairs.size()) __builtin_prefetch(&bodies.position[pairs[p + ahead].j * d]);
+      near_[count] = pairs[p];
+      count += is_within(bodies, nearest, pairs[p], reach(bodies, pairs[p]) + 2 * speed * dt);
+    }
+    near_.resize(count);
   }
   static bool is_within(const Bodies& bodies, const NearestImage<d>& nearest, Pair pair, double distance) {
+    const double *first = &bodies.position[pair.i * d], *second = &bodies.position[pair.j * d];
     double sum = 0;
     for (int k = 0; k < d; ++k) {
-      const double apart = nearest(bodies.position[pair.i * d + k] - bodies.position[pair.j * d + k], k);
+      const double apart = nearest(first[k] - second[k], k);
       sum += apart * apart;
     }
     return sum < distance * distance;
@@ -112,12 +122,6 @@ class Motion final : public ContactMotion {
     return 2 * largest;
   }
 
-  static double largest_acceleration(const Bodies& bodies, const std::vector<double>& held) {
-    double largest = 0;
-    for (int i = 0; i < bodies.size(); ++i) largest = std::max(largest, norm(vector_of<d>(held, i)) / bodies.mass[i]);
-    return largest;
-  }
-
   /// Whether two in straight flight come closer than `distance` within dt.
   static bool may_touch(const PairState<d>& s, double distance, double dt) {
     const double approach = -dot(s.apart, s.velocity), v2 = norm2(s.velocity);
@@ -128,8 +132,13 @@ class Motion final : public ContactMotion {
   /// The forces of contacts at the start and in the middle of the step, so that each knows what the others of its
   /// grains do. In the middle grains are where the forces at the start carry them.
   void feel_each_other(const Bodies& bodies, double dt) {
-    start_ = held_;
-    halfway_ = held_;
+    start_.resize(held_.size());
+    halfway_.resize(held_.size());
+    for (const Active& a : active_)
+      for (const int i : {a.pair.i, a.pair.j}) {
+        std::copy_n(&held_[i * d], d, &start_[i * d]);
+        std::copy_n(&held_[i * d], d, &halfway_[i * d]);
+      }
     for (Active& a : active_) {
       a.force = a.contact ? force(bodies, a.pair, a.start) : Vec<d>{};
       add(start_, a, a.force);
@@ -178,11 +187,15 @@ class Motion final : public ContactMotion {
   }
 
   void move(Bodies& bodies, double dt) const {
-    for (int i = 0; i < bodies.size(); ++i)
+    double *position = bodies.position.data(), *momentum = bodies.momentum.data();
+    const double *held = held_.data(), *mass = bodies.mass.data();
+    for (int i = 0; i < bodies.size(); ++i) {
+      const double flight = dt / mass[i];
       for (int k = i * d; k < (i + 1) * d; ++k) {
-        bodies.position[k] += dt / bodies.mass[i] * (bodies.momentum[k] + 0.5 * dt * held_[k]);
-        bodies.momentum[k] += dt * held_[k];
+        position[k] += flight * (momentum[k] + 0.5 * dt * held[k]);
+        momentum[k] += dt * held[k];
       }
+    }
     for (const Active& a : active_)
       for (int k = 0; k < d; ++k) {
         bodies.position[a.pair.i * d + k] -= a.shift[k] / bodies.mass[a.pair.i];
@@ -214,7 +227,7 @@ class Motion final : public ContactMotion {
   std::vector<Active> active_;
   std::vector<double> held_;             ///< forces of all else on the grains, [N * d]
   double largest_held_ = 0;              ///< acceleration
-  std::vector<double> start_, halfway_;  ///< all forces on the grains, [N * d]
+  std::vector<double> start_, halfway_;  ///< all forces on the grains, [N * d], of those of active pairs
 };
 
 }  // namespace

@@ -77,20 +77,35 @@ ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::
   return load;
 }
 
+namespace {
+
+/// Calls use(pair, energy) with what is stored in each contact.
+template <class Use>
+void visit_stored(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts,
+                  const Use& use) {
+  const auto visit = [&](const auto& one, const auto& grains) {
+    for (const GrainContact& contact : contacts) {
+      const auto [i, j] = contact.pair;
+      const double overlap = reach(bodies, contact.pair) - norm(apart(grains, contact.pair));
+      if (overlap > 0) use(contact.pair, one.parts(overlap, one.scale(bodies.radius[i], bodies.radius[j])).stored);
+    }
+  };
+  std::visit([&](const auto& one) { visit_spheres(bodies, [&](const auto& grains) { visit(one, grains); }); }, law);
+}
+
+}  // namespace
+
 double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts) {
   double energy = 0;
-  const auto add = [&](const auto& one, const auto& grains, Pair pair) {
-    const double overlap = reach(bodies, pair) - norm(apart(grains, pair));
-    if (overlap > 0) energy += one.parts(overlap, one.scale(bodies.radius[pair.i], bodies.radius[pair.j])).stored;
-  };
-  std::visit(
-      [&](const auto& one) {
-        visit_spheres(bodies, [&](const auto& grains) {
-          for (const GrainContact& contact : contacts) add(one, grains, contact.pair);
-        });
-      },
-      law);
+  visit_stored(law, bodies, contacts, [&](Pair, double stored) { energy += stored; });
   return energy;
+}
+
+double fastest_release(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts) {
+  double square = 0;
+  visit_stored(law, bodies, contacts,
+               [&](Pair pair, double stored) { square = std::max(square, 2 * stored / reduced_mass(bodies, pair)); });
+  return std::sqrt(square);
 }
 
 std::vector<Touch> touches_between(std::span<const double> from, const Bodies& bodies,

@@ -26,6 +26,9 @@ ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::
 /// The elastic energy of contacts.
 double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
+/// The largest relative speed that what is stored in a contact can still give to its two.
+double fastest_release(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
+
 /// A pair that was in contact at the beginning of a step or has touched within it.
 struct Touch {
   GrainContact contact;

@@ -7,9 +7,9 @@
 #include <thread>
 
 #include "solvers/error.hpp"
+#include "solvers/stopwatch.hpp"
 #include "src/effects/effects.hpp"
 #include "src/granular/pair_state.hpp"
-#include "src/model/stopwatch.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -18,16 +18,6 @@ int threads_for(const Scene& scene) {
   if (scene.mechanics.threads > 0) return scene.mechanics.threads;
   constexpr std::size_t few = 4000;  // fewer are not worth sharing
   return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-double largest_acceleration(const Bodies& bodies, std::span<const double> force) {
-  double largest = 0;
-  for (std::size_t k = 0; k < force.size(); k += bodies.dimension) {
-    double sum = 0;
-    for (int c = 0; c < bodies.dimension; ++c) sum += force[k + c] * force[k + c];
-    largest = std::max(largest, std::sqrt(sum) / bodies.mass[k / bodies.dimension]);
-  }
-  return largest;
 }
 
 double work(std::span<const double> force, std::span<const double> from, std::span<const double> to) {
@@ -120,19 +110,12 @@ ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
   return granular::contact_load(law_, model_.bodies, pairs);
 }
 
-double Gas::fastest_impact() const {
-  double speed = 2 * fastest();
-  for (const GrainContact& contact : contacts_) {
-    const double stored = stored_energy(law_, model_.bodies, {&contact, 1});
-    speed = std::max(speed, std::sqrt(2 * stored / reduced_mass(model_.bodies, contact.pair)));
-  }
-  return speed;
-}
+double Gas::fastest_impact() const { return std::max(2 * fastest(), fastest_release(law_, model_.bodies, contacts_)); }
 
 ContactRecord Gas::advance_contacts(std::span<const Pair> pairs, const std::vector<double>& held, double dt,
                                     int steps_of_contacts) {
   const Stopwatch stopwatch(seconds_.contacts);
-  const std::vector<double> from = model_.bodies.position;
+  const std::vector<double> from = held.empty() ? std::vector<double>{} : model_.bodies.position;
   const double before = mechanical_energy();
   ContactRecord record =
       contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, steps_of_contacts, *team_);
@@ -146,7 +129,7 @@ void Gas::follow_contacts(double end) {
   const double dt = end - time_;
   std::vector<double> held;
   if (has_smooth_forces()) held = smooth_forces();
-  const double gain = largest_acceleration(model_.bodies, held) * dt;
+  const double gain = largest_over_mass(model_.bodies, held) * dt;
   const double step = shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   const std::span<const Pair> pairs = near(dt, gain);

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/stopwatch.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/note.hpp"
 #include "src/granular/summary.hpp"
-#include "src/model/stopwatch.hpp"
 
 namespace lichtenberg {
 
@@ -138,7 +138,12 @@ std::map<std::string, double> GranularMotion::seconds() const {
   const Implementation& self = *implementation_;
   const auto& [contacts, forces, lists, exchange] = self.gas.seconds();
   std::map<std::string, double> all{{"contacts", contacts}, {"lists", lists}, {"analysis", self.analysis_seconds}};
-  if (!self.gas.bodies().charge.empty()) all.insert({{"forces", forces}, {"exchange", exchange}});
+  if (!self.gas.bodies().charge.empty()) {
+    double rest = forces;
+    for (const auto& effect : self.gas.model().effects)
+      for (const auto& [part, value] : effect->seconds()) all[part] += value, rest -= value;
+    all.insert({{"forces", std::max(rest, 0.0)}, {"exchange", exchange}});
+  }
   double known = 0;
   for (const auto& [activity, value] : all) known += value;
   all["other"] = std::max(self.seconds - known, 0.0);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "src/model/stopwatch.hpp"
+#include "solvers/stopwatch.hpp"
 
 namespace lichtenberg::granular {
 namespace {

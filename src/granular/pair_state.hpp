@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "solvers/geometry/vec.hpp"
 #include "src/model/neighbours.hpp"
@@ -27,16 +28,19 @@ double speed_across(const PairState<d>& s) {
   return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
 }
 
-/// The largest speed of a grain.
-inline double fastest(const Bodies& b) {
+/// The largest of the vectors of `values` ([N * d]) over their grain's mass.
+inline double largest_over_mass(const Bodies& b, std::span<const double> values) {
   double most = 0;
-  for (int i = 0; i < b.size(); ++i) {
-    double sum = 0;
-    for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) sum += b.momentum[k] * b.momentum[k];
-    most = std::max(most, std::sqrt(sum) / b.mass[i]);
+  const double* v = values.data();
+  for (int i = 0; i < b.size() && !values.empty(); ++i, v += b.dimension) {
+    const double square = b.dimension == 3 ? v[0] * v[0] + v[1] * v[1] + v[2] * v[2] : v[0] * v[0] + v[1] * v[1];
+    most = std::max(most, square / (b.mass[i] * b.mass[i]));
   }
-  return most;
+  return std::sqrt(most);
 }
+
+/// The largest speed of a grain.
+inline double fastest(const Bodies& b) { return largest_over_mass(b, b.momentum); }
 
 inline double reach(const Bodies& b, Pair p) { return b.radius[p.i] + b.radius[p.j]; }
 inline double reduced_mass(const Bodies& b, Pair p) { return b.mass[p.i] * b.mass[p.j] / (b.mass[p.i] + b.mass[p.j]); }

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "src/model/stopwatch.hpp"
+#include "solvers/stopwatch.hpp"
 
 namespace lichtenberg {
 

@@ -16,7 +16,13 @@ void wrap_all(Bodies& bodies) {
   if (!box.any_periodic()) return;
   bodies.image.resize(bodies.position.size(), 0);
   for (int i = 0; i < bodies.size(); ++i) {
-    Vec<d> p = position<d>(bodies, i);
+    Vec<d> p;
+    bool inside = true;
+    for (int k = 0; k < d; ++k) {
+      p[k] = bodies.position[i * d + k];
+      inside &= p[k] >= 0 && p[k] < box.lengths[k];
+    }
+    if (inside) continue;
     Image<d> image{};
     box.wrap(p, image);
     for (int k = 0; k < d; ++k) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cmath>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -115,6 +117,8 @@ class Effect {
   /// Puts its state into a checkpoint of its own, and takes it from there. Throws Failure for what is no state of it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
+  /// Wall time (s) that its forces have taken since the start, by part, if it tells parts apart.
+  virtual std::map<std::string, double> seconds() const { return {}; }
   /// Adds the columns that it shows in a frame. The recorder refuses a name that another column has.
   virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
   /// Adds what it has to say to the summary of a run.

@@ -164,8 +164,10 @@ void Model::summarize(double time, Summary& summary) {
 
 double Model::kinetic_energy() const {
   double energy = 0;
-  for (std::size_t k = 0; k < bodies.momentum.size(); ++k)
-    energy += bodies.momentum[k] * bodies.momentum[k] / (2 * bodies.mass[k / bodies.dimension]);
+  const double* p = bodies.momentum.data();
+  for (int i = 0; i < bodies.size(); ++i, p += bodies.dimension)
+    energy += (bodies.dimension == 3 ? p[0] * p[0] + p[1] * p[1] + p[2] * p[2] : p[0] * p[0] + p[1] * p[1]) /
+              (2 * bodies.mass[i]);
   return energy;
 }
 

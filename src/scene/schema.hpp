@@ -46,10 +46,10 @@ struct AtChoice {
   };
 };
 
-using Place =
-    std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
-                 At<std::vector<double>>, At<DomainSide>, At<std::optional<double>>, At<std::optional<std::string>>,
-                 At<std::optional<Interval>>, At<std::optional<Region>>, At<std::optional<Coordinates>>, AtChoice>;
+using Place = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
+                           At<std::vector<double>>, At<DomainSide>, At<std::optional<int>>, At<std::optional<double>>,
+                           At<std::optional<std::string>>, At<std::optional<Interval>>, At<std::optional<Region>>,
+                           At<std::optional<Coordinates>>, AtChoice>;
 
 /// Functions of one name for std::visit.
 template <class... Functions>

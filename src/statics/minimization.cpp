@@ -15,7 +15,7 @@
 #include "solvers/minimize/lbfgs.hpp"
 #include "solvers/minimize/newton_cg.hpp"
 #include "src/effects/effects.hpp"
-#include "src/model/stopwatch.hpp"
+#include "solvers/stopwatch.hpp"
 #include "src/statics/potential_energy.hpp"
 
 namespace lichtenberg {

@@ -54,7 +54,7 @@ def run_ours(program, folder, grains, length, accuracy, steps):
         grain = file["particles/conductors"]
         first = {name: grain[f"{name}/value"][0] for name in ("position", "velocity", "charge", "coulomb_force")}
         seconds = file["provenance/session-0/seconds"]
-        spent = {name: 1e3 * seconds[name][()] / steps for name in ("contacts", "forces", "lists")}
+        spent = {name: 1e3 * seconds[name][()] / steps for name in ("contacts", "near", "mesh", "forces", "lists")}
     return first, spent
 
 

@@ -15,6 +15,7 @@
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/single_mesh.hpp"
 #include "validation/benchmarks/machine.hpp"
 
 using namespace lichtenberg;
@@ -154,6 +155,37 @@ void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_
   }
 }
 
+/// The same in single precision, pairs found on the way.
+void measure_single(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_view name,
+                    const Options& options) {
+  const int size = static_cast<int>(now.of.charge.size());
+  const Sources sources = now.of;
+  SingleMesh sum(mesh, cloud, size);
+  const SingleNear near(mesh.lengths, cloud);
+  SingleChargeMesh charges(mesh, cloud);
+  Columns columns(mesh.lengths, size, SingleNear::together, SingleNear::longest_cutoff(mesh.lengths),
+                  std::max(cloud.cutoff, charges.reach()));
+  std::vector<float> parts(4 * now.of.charge.size());
+  for (const int threads : options.threads) {
+    parallel::Team team(threads);
+    Response response;
+    const auto time = [&](auto&& work) { return milliseconds(options.repeats, work); };
+    const Milliseconds all = time([&] { sum.evaluate(sources, {}, team, response); });
+    const double made = milliseconds(1, [&] { SingleMesh(mesh, cloud, size); }).processors;
+    const double sorted = time([&] { columns.sort(sources, team); }).processors;
+    const double by_pairs = time([&] { near.compute(columns, parts, team); }).processors;
+    const double spread = time([&] { charges.spread(columns, team); }).processors;
+    const double solved = time([&] { charges.solve(team); }).processors;
+    const double taken = time([&] { charges.add(columns, parts, team); }).processors;
+    fmt::print(
+        "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
+        "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e}\n",
+        name, cloud.cutoff, mesh.order, mesh.points[0], "f", threads, made, sorted, by_pairs, spread, solved, taken,
+        all.processors, all.wall, relative_error(mesh, cloud, 1), force_error(response, now.exact, now.sample),
+        net_force(response));
+  }
+}
+
 /// Fields of dipoles computed without a start, and with the predictor's from its fifth step on, as charges fly freely:
 /// a random step of .005 along each axis, rms, which is that of grains at temperature 1.
 struct Iterations {
@@ -261,6 +293,9 @@ int main(int argc, char** argv) {
     if (!by_hand.empty()) {
       const int points = static_cast<int>(by_hand[2]);
       const Mesh mesh{now.of.lengths, {points, points, points}, static_cast<int>(by_hand[1])};
+      measure_single(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]),
+                     "single", options);
+      if (mesh.order > 7) continue;
       measure(now, mesh, gauss > 0 ? gauss_cloud(gauss, by_hand[0]) : prolate_cloud(by_hand[3], by_hand[0]), "by hand",
               options);
       continue;
@@ -272,6 +307,8 @@ int main(int argc, char** argv) {
             milliseconds(1, [&] { choice = choose_mesh(accuracy, size, now.of.lengths, 1); }).processors;
         measure(now, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff), fmt::format("{:.0e}", accuracy),
                 options);
+        const MeshChoice quick = choose_quick_mesh({accuracy, size, now.of.lengths});
+        if (quick.single) measure_single(now, quick.mesh, quick.cloud(), "single", options);
         fmt::print("band limit {}, chosen in {:.0f} ms\n", choice.band_limit, took);
       } catch (const std::exception& e) {
         fmt::print("{:.0e}: {}\n", accuracy, e.what());

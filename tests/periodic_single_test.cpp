@@ -1,0 +1,205 @@
+// Coulomb sums on a mesh in single precision, against those in double precision with the same mesh and cloud.
+#include <doctest/doctest.h>
+
+#include <numeric>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/single_mesh.hpp"
+#include "tests/message.hpp"
+#include "tests/periodic_sources.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+
+namespace {
+
+// Errors of single precision: sums of some hundred numbers rounded to 6e-8 of themselves, of which near ones are some
+// times as large as what is left of them, and places to 2e-7 of the cut-off. Found: .7 to 4e-7 of the rms force.
+constexpr double rounding = 1e-6;
+
+double rms(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+/// Both sums lose what the cloud loses, but not quite the same: polynomials add up to .3 of it in single precision.
+/// `lost` is the square of a force between unit charges, all over space; theirs is 4 pi.
+void check_against_double(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
+  ParticleMesh reference(mesh, cloud);
+  SingleMesh single(mesh, cloud, crowd.size());
+  const Response expected = evaluated_on(reference, crowd), found = evaluated(single, crowd);
+  const double most = rounding + 0.3 * std::sqrt(cloud.lost / (4 * M_PI));
+  const auto check = [&](std::vector<double> values, const std::vector<double>& reference_values) {
+    const double size = rms(reference_values) + 0.1;  // forces between few charges that are far from each other
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] -= reference_values[k];
+    CHECK(rms(values) < most * size);
+  };
+  check(found.force, expected.force);
+  check(found.field, expected.field);
+  check(found.potential, expected.potential);
+  CHECK(std::abs(found.energy - expected.energy) < most * crowd.size());
+}
+
+Crowd gas() { return random_crowd(300, {12.8, 12.8, 12.8}, 1, false, 2); }
+const Mesh fine{{12.8, 12.8, 12.8}, {24, 24, 24}, 7};
+
+/// A ball across a corner of the box, and one charge far from all.
+Crowd ball() {
+  Crowd crowd{.lengths = {30, 30, 30}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int x = -3; x <= 3; ++x)
+    for (int y = -3; y <= 3; ++y)
+      for (int z = -3; z <= 3; ++z) {
+        crowd.position.insert(crowd.position.end(), {1 + 1.02 * x, 0.5 + 1.02 * y, 29.5 + 1.02 * z});
+        crowd.charge.push_back(unit(random));
+      }
+  crowd.position.insert(crowd.position.end(), {16, 15, 14});
+  crowd.charge.push_back(2);
+  return crowd;
+}
+
+}  // namespace
+
+TEST_CASE("single precision gives what double precision does, for any order of splines") {
+  for (const int order : {4, 5, 6, 7})
+    check_against_double(gas(), {{12.8, 12.8, 12.8}, {20, 24, 16}, order}, prolate_cloud(16, 3.9));
+}
+
+TEST_CASE("the same for meshes of any numbers of points") {
+  for (const std::array points : {std::array{16, 18, 20}, {21, 25, 14}, {15, 28, 36}, {22, 27, 26}, {32, 45, 30}})
+    check_against_double(gas(), {{12.8, 12.8, 12.8}, points, 6}, prolate_cloud(14, 4.1));
+}
+
+TEST_CASE("the same in long boxes, with clusters, voids, few charges and any polynomial") {
+  check_against_double(random_crowd(200, {10, 12, 31}, 1, false, 3), {{10, 12, 31}, {16, 18, 48}, 6},
+                       prolate_cloud(8, 3.3));
+  check_against_double(random_crowd(200, {31, 10, 12}, 1, false, 3), {{31, 10, 12}, {48, 16, 18}, 6},
+                       prolate_cloud(8, 3.3));
+  for (const double band_limit : {5.0, 8.0, 11.0, 18.0})
+    check_against_double(ball(), {{30, 30, 30}, {32, 32, 32}, 6}, prolate_cloud(band_limit, 6));
+  for (const int few : {1, 2, 3, 9, 17})
+    check_against_double(random_crowd(few, {9, 9, 9}, 1, false, 4), {{9, 9, 9}, {16, 16, 16}, 6}, prolate_cloud(9, 3));
+}
+
+TEST_CASE("splines of order 8 leave less error than those of order 7") {
+  const Crowd crowd = gas();
+  const Response exact = by_ewald(crowd, 1e-10);
+  const auto error = [&](int order) {
+    SingleMesh sum({crowd.lengths, {16, 16, 16}, order}, prolate_cloud(14, 4.2), crowd.size());
+    return relative_difference(evaluated(sum, crowd).force, exact.force);
+  };
+  CHECK(error(8) < 0.8 * error(7));
+}
+
+TEST_CASE("any number of threads gives the same bits in single precision, and so do powers of two") {
+  const Crowd crowd = random_crowd(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
+  const Mesh mesh{crowd.lengths, {48, 48, 48}, 6};
+  const Cloud cloud = prolate_cloud(10, 3.7);
+  SingleMesh sum(mesh, cloud, crowd.size());
+  const Response one = evaluated(sum, crowd);
+  for (const int threads : {2, 4}) {
+    parallel::Team team(threads);
+    for (int repeat = 0; repeat < 5; ++repeat) {
+      const Response found = evaluated(sum, crowd, team);
+      CHECK(found.force == one.force);
+      CHECK(found.potential == one.potential);
+      CHECK(found.energy == one.energy);
+    }
+  }
+  Crowd scaled = crowd;
+  for (double& x : scaled.position) x *= 4;
+  for (double& q : scaled.charge) q *= 0.5;
+  scaled.lengths = 4.0 * crowd.lengths;
+  SingleMesh scaled_sum({scaled.lengths, mesh.points, mesh.order}, prolate_cloud(10, 4 * 3.7), crowd.size());
+  Response found = evaluated(scaled_sum, scaled);
+  for (double& f : found.force) f *= 64;
+  CHECK(found.force == one.force);
+}
+
+TEST_CASE("forces in single precision add up to 0, and do not depend on which image of a charge is given") {
+  Crowd crowd = gas();
+  SingleMesh sum(fine, prolate_cloud(11, 4), crowd.size());
+  const Response found = evaluated(sum, crowd);
+  for (int k = 0; k < 3; ++k) {
+    double net = 0, all = 0;
+    for (int i = 0; i < crowd.size(); ++i) net += found.force[3 * i + k], all += std::abs(found.force[3 * i + k]);
+    CHECK(std::abs(net) < 1e-14 * all);
+  }
+  for (int i = 0; i < crowd.size(); ++i) crowd.position[3 * i] += crowd.lengths.x * (i % 3 - 1);
+  // Moving a place by the box rounds it to 2e-15, one part of 2^-32 at most.
+  CHECK(relative_difference(evaluated(sum, crowd).force, found.force) < rounding);
+}
+
+TEST_CASE("single precision is chosen where it is good enough, and reaches the accuracy") {
+  const Crowd crowd = gas();
+  const Response exact = by_ewald(crowd, 1e-10);
+  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
+    const MeshChoice choice = choose_quick_mesh({accuracy, crowd.size(), crowd.lengths});
+    CHECK(choice.single == (accuracy >= 1e-6));
+    const auto sum = make_mesh_sum(choice, crowd.size());
+    const double error = relative_difference(evaluated_on(*sum, crowd).force, exact.force);
+    CHECK(error < 1.2 * accuracy);  // the estimate is good to 17 %
+    CHECK(error > accuracy / 3);
+  }
+}
+
+TEST_CASE("forces asked are forces achieved, within a factor of three below, at random places and in clusters") {
+  for (const Crowd& crowd : {gas(), ball(), random_crowd(800, {17.6, 17.6, 17.6}, 1, false, 8)})
+    for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {
+      const MeshRequest request{accuracy, crowd.size(), crowd.lengths};
+      const MeshChoice choice = choose_measured_mesh(request, crowd);
+      const auto sum = make_mesh_sum(choice, crowd.size());
+      const double error = relative_difference(evaluated_on(*sum, crowd).force, by_ewald(crowd, 1e-10).force);
+      // The finer mesh that it is measured against is itself off by a thirtieth of what is asked for.
+      CHECK(error < 1.05 * accuracy);
+      CHECK(error > 0.3 * accuracy);
+    }
+}
+
+TEST_CASE("parameters by hand are kept, and the rest follows from the accuracy") {
+  const Crowd crowd = gas();
+  const auto chosen = [&](const ByHand& by_hand) {
+    return choose_quick_mesh({.accuracy = 1e-3, .charges = 300, .lengths = crowd.lengths, .by_hand = by_hand});
+  };
+  const auto check_accuracy = [&](const MeshChoice& choice) {
+    CHECK(relative_difference(evaluated_on(*make_mesh_sum(choice, 300), crowd).force, by_ewald(crowd, 1e-10).force) <
+          1.2e-3);
+  };
+  const MeshChoice with_cutoff = chosen({.cutoff = 3.3}), with_mesh = chosen({.points = 21}),
+                   with_order = chosen({.order = 5}), with_alpha = chosen({.alpha = 0.7});
+  CHECK(with_cutoff.cutoff == 3.3);
+  CHECK(with_mesh.mesh.points == std::array{21, 21, 21});
+  CHECK(with_order.mesh.order == 5);
+  CHECK(with_alpha.alpha == 0.7);
+  for (const MeshChoice& choice : {with_cutoff, with_mesh, with_order, with_alpha}) check_accuracy(choice);
+  const MeshChoice by_hand = chosen({.cutoff = 3.1, .points = 18, .order = 6});
+  CHECK(by_hand.cutoff == 3.1);
+  CHECK(by_hand.mesh.points[1] == 18);
+  CHECK(by_hand.error == doctest::Approx(relative_difference(evaluated_on(*make_mesh_sum(by_hand, 300), crowd).force,
+                                                             by_ewald(crowd, 1e-10).force))
+                             .epsilon(0.3));  // estimates are good to 17 %, and 300 charges are few
+  CHECK(message_of([&] { chosen({.cutoff = 1.2, .points = 16}); }) ==
+        "no mesh of up to 1024 points along a side reaches an accuracy of 0.001 in a box of 12.8 x 12.8 x 12.8 with a "
+        "cutoff of up to half of it, with what is given by hand");
+}
+
+TEST_CASE("what single precision cannot do is refused") {
+  const Crowd crowd = gas();
+  CHECK(message_of([&] { SingleMesh(fine, prolate_cloud(11, 5), 300); }) ==
+        "a cut-off of 5 is more than a third of the box of 12.8 x 12.8 x 12.8");
+  CHECK(message_of([&] {
+          SingleMesh({crowd.lengths, {24, 24, 23}, 7}, prolate_cloud(11, 4), 300);
+        }) == "a mesh in single precision has an even number of points along z: 23 are not");
+  SingleMesh sum(fine, prolate_cloud(11, 4), 300);
+  Crowd polarized = crowd;
+  polarized.dipole.resize(crowd.position.size());
+  CHECK(message_of([&] { evaluated(sum, polarized); }) == "there are no dipoles on a mesh in single precision");
+  Crowd twice = crowd;
+  std::copy_n(twice.position.begin(), 3, twice.position.begin() + 30);
+  CHECK(message_of([&] { evaluated(sum, twice); }) ==
+        "the energy of the charges is no finite number: two of them lie at the same place");
+}

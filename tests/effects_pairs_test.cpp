@@ -11,6 +11,7 @@
 #include "src/effects/hertz.hpp"
 #include "src/model/pair_device.hpp"
 #include "src/model/pair_loop.hpp"
+#include "tests/screened_coulomb.hpp"
 
 using namespace lichtenberg;
 
@@ -83,6 +84,7 @@ TEST_CASE("any number of threads adds the same bits, and an executor the same fo
   check_law(effects::HertzLaw{2}, space);
   check_law(effects::ContactPotentialLaw{2}, plane);
   check_law(effects::ContactPotentialLaw{2}, space);
+  check_law(ScreenedCoulombLaw{1, 0.5, 0.9}, space);
   check_law(Dashpot{}, space);
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "solvers/parallel/host_executor.hpp"
 
 namespace lichtenberg::parallel {
 
@@ -16,6 +17,16 @@ inline void check_cuda(cudaError_t code) {
   if (code == cudaSuccess) return;
   cudaGetLastError();
   throw Failure(std::string("CUDA device: ") + cudaGetErrorString(code));
+}
+
+/// Throws InputError unless there is a CUDA device that can be used.
+inline void require_cuda_device() {
+  int count = 0;
+  const cudaError_t code = cudaGetDeviceCount(&count);
+  if (code == cudaSuccess && count > 0) return;
+  cudaGetLastError();
+  throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
+                   cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
 template <class F>
@@ -42,18 +53,45 @@ __device__ T value_of_lane_above(T value, int offset) {
   return value;
 }
 
-/// A warp a segment: each lane sums every 32nd value, then the lanes are summed as a tree.
-template <class Count, class Value, class Finish>
+/// Some lanes of a warp a segment: each sums every so-manieth value, then the lanes are summed as a tree.
+template <int lanes, class Count, class Value, class Finish>
 __global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
-  const long segment = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / 32;
-  if (segment >= n) return;
-  const int s = static_cast<int>(segment), lane = threadIdx.x % 32, end = count(s);
+  const long segment = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes;
+  if (lanes == 32 && segment >= n) return;
+  const int s = static_cast<int>(segment), lane = threadIdx.x % lanes, end = segment < n ? count(s) : 0;
   using Sum = decltype(value(0, 0));
   Sum sum{};
-  for (int t = lane; t < end; t += 32) sum += value(s, t);
+  for (int t = lane; t < end; t += lanes) sum += value(s, t);
 #pragma unroll
-  for (int offset = 16; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
-  if (lane == 0) finish(s, sum);
+  for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  if (lane == 0 && segment < n) finish(s, sum);
+}
+
+/// The threads of a block, as HostExecutor::Block.
+class CudaBlock {
+ public:
+  template <int unrolled = 1, class F>
+  __host__ __device__ void each(int n, F f) const {
+#ifdef __CUDA_ARCH__
+#pragma unroll(unrolled)
+    for (int k = threadIdx.x; k < n; k += blockDim.x) f(k);
+    __syncthreads();
+#endif
+  }
+  template <class T>
+  __host__ __device__ T* memory() const {
+#ifdef __CUDA_ARCH__
+    extern __shared__ double block_memory[];
+    return reinterpret_cast<T*>(block_memory);
+#else
+    return nullptr;
+#endif
+  }
+};
+
+template <int threads, class F>
+__global__ void __launch_bounds__(threads) block_kernel(F f) {
+  f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }
 
 struct Plus {
@@ -68,21 +106,26 @@ class CudaExecutor {
  public:
   explicit CudaExecutor(cudaStream_t stream = nullptr) : stream_(stream) {
     check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
+    check_cuda(cudaStreamCreateWithFlags(&beside_, cudaStreamNonBlocking));
+    check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
+    check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
   }
   CudaExecutor(const CudaExecutor&) = delete;
   CudaExecutor& operator=(const CudaExecutor&) = delete;
   ~CudaExecutor() {
     cudaStreamDestroy(recorder_);
+    cudaStreamDestroy(beside_);
+    cudaEventDestroy(fork_);
+    cudaEventDestroy(join_);
     cudaFreeHost(pinned_);
     if (scratch_) cudaFree(scratch_);
     if (sorted_) cudaFree(sorted_);
   }
 
-  template <class F>
+  template <int threads = 256, class F>
   void for_each(long n, F f) const {
     if (n <= 0) return;
-    constexpr int threads = 256;
     item_kernel<<<static_cast<unsigned>((n + threads - 1) / threads), threads, 0, stream_>>>(n, f);
     check_cuda(cudaGetLastError());
   }
@@ -98,14 +141,33 @@ class CudaExecutor {
     check_cuda(cudaGetLastError());
   }
 
-  template <class Count, class Value, class Finish>
+  using Block = CudaBlock;
+  template <int threads = 128, class F>
+  void for_each_block(int blocks, std::size_t bytes, F f) const {
+    if (blocks <= 0) return;
+    constexpr std::size_t unasked = 48 << 10;
+    if (bytes > unasked)
+      check_cuda(cudaFuncSetAttribute(block_kernel<threads, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                      static_cast<int>(bytes)));
+    block_kernel<threads><<<blocks, threads, bytes, stream_>>>(f);
+    check_cuda(cudaGetLastError());
+  }
+  std::size_t most_block_memory() const {
+    int device = 0, bytes = 0;
+    check_cuda(cudaGetDevice(&device));
+    check_cuda(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
+    return static_cast<std::size_t>(bytes);
+  }
+
+  template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     if (n <= 0) return;
     constexpr int threads = 128;
-    segment_kernel<<<static_cast<unsigned>((32 * n + threads - 1) / threads), threads, 0, stream_>>>(n, count, value,
-                                                                                                     finish);
+    segment_kernel<lanes>
+        <<<static_cast<unsigned>((lanes * n + threads - 1) / threads), threads, 0, stream_>>>(n, count, value, finish);
     check_cuda(cudaGetLastError());
   }
+  cudaStream_t stream() const { return stream_; }
 
   template <class T>
   void exclusive_scan(T* values, long n) const {
@@ -195,6 +257,18 @@ class CudaExecutor {
     check_cuda(cudaGraphLaunch(recording.graph_, stream_));
   }
 
+  template <class F, class G>
+  void beside(F f, G g) const {
+    check_cuda(cudaEventRecord(fork_, stream_));
+    check_cuda(cudaStreamWaitEvent(beside_, fork_, 0));
+    cudaStream_t stream = std::exchange(stream_, beside_);
+    g();
+    stream_ = stream;
+    f();
+    check_cuda(cudaEventRecord(join_, beside_));
+    check_cuda(cudaStreamWaitEvent(stream_, join_, 0));
+  }
+
   template <class F>
   double seconds(F f) const {
     cudaEvent_t start = nullptr, end = nullptr;
@@ -240,7 +314,8 @@ class CudaExecutor {
 
   static constexpr std::size_t pinned_size = 1 << 16;
   mutable cudaStream_t stream_ = nullptr;
-  cudaStream_t recorder_ = nullptr;
+  cudaStream_t recorder_ = nullptr, beside_ = nullptr;
+  cudaEvent_t fork_ = nullptr, join_ = nullptr;
   void* pinned_ = nullptr;
   mutable void *scratch_ = nullptr, *sorted_ = nullptr;
   mutable std::size_t scratch_size_ = 0, sorted_size_ = 0;

@@ -5,17 +5,57 @@
 #include <cstdlib>
 #include <cstring>
 #include <numeric>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "solvers/geometry/host_device.hpp"
+
 namespace lichtenberg::parallel {
+
+/// Adds to, or makes larger, what other items of a loop change too. Sums of whole numbers do not depend on the order;
+/// nor do those of doubles that are all multiples of one power of two.
+template <class T>
+LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
+#ifdef __CUDA_ARCH__
+  if constexpr (sizeof(T) == 8 && !std::is_same_v<T, double>)
+    atomicAdd(reinterpret_cast<unsigned long long*>(to), static_cast<unsigned long long>(value));
+  else
+    atomicAdd(to, value);
+#else
+  *to += value;
+#endif
+}
+/// Adds 1, and returns what was there: the next place of a list whose order does not matter.
+LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
+#ifdef __CUDA_ARCH__
+  return atomicAdd(count, 1);
+#else
+  return (*count)++;
+#endif
+}
+/// Not for negative values: those of floating point are compared by their bits.
+template <class T>
+LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
+  if (!(value > *to)) return;  // most are not
+#ifdef __CUDA_ARCH__
+  if constexpr (std::is_same_v<T, double>)
+    atomicMax(reinterpret_cast<long long*>(to), __double_as_longlong(value));
+  else if constexpr (std::is_same_v<T, float>)
+    atomicMax(reinterpret_cast<int*>(to), __float_as_int(value));
+  else
+    atomicMax(to, value);
+#else
+  *to = value;
+#endif
+}
 
 /// Runs a device's algorithms on the CPU, item after item: their reference, and what the tests run. CudaExecutor has
 /// the same functions.
 class HostExecutor {
  public:
-  /// f(k) for k = 0 ... n - 1, in any order.
-  template <class F>
+  /// f(k) for k = 0 ... n - 1, in any order. On a device `threads` of them are one block.
+  template <int threads = 256, class F>
   void for_each(long n, F f) const {
     for (long k = 0; k < n; ++k) f(static_cast<int>(k));
   }
@@ -27,9 +67,36 @@ class HostExecutor {
       for (int column = 0; column < columns; ++column) f(row, column);
   }
 
+  /// What the threads of a block do together.
+  class Block {
+   public:
+    explicit Block(void* memory) : memory_(memory) {}
+    /// f(k) for k = 0 ... n - 1, in any order; all of it is done when this returns. On a device a thread's calls are
+    /// written out `unrolled` at a time, so that what they wait for comes together.
+    template <int unrolled = 1, class F>
+    void each(int n, F f) const {
+      for (int k = 0; k < n; ++k) f(k);
+    }
+    template <class T>
+    T* memory() const {
+      return static_cast<T*>(memory_);
+    }
+
+   private:
+    void* memory_;
+  };
+  /// f(Block, b) for b = 0 ... blocks - 1, each with so many bytes of fast memory of its own: undefined at first, no
+  /// more than most_block_memory(). On a device `threads` threads share a block.
+  template <int threads = 128, class F>
+  void for_each_block(int blocks, std::size_t bytes, F f) const {
+    std::vector<double> memory(bytes / sizeof(double) + 1);
+    for (int b = 0; b < blocks; ++b) f(Block(memory.data()), b);
+  }
+  std::size_t most_block_memory() const { return 200 << 10; }
+
   /// finish(s, sum of value(s, t) over t = 0 ... count(s) - 1) for every segment s; the same order of summation each
-  /// time.
-  template <class Count, class Value, class Finish>
+  /// time. On a device `lanes` threads share a segment.
+  template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     using Sum = decltype(value(0, 0));
     for (int s = 0; s < n; ++s) {
@@ -79,6 +146,13 @@ class HostExecutor {
   template <class F>
   void run(Recording&, F f) const {
     f();
+  }
+
+  /// Runs f and g, which touch nothing in common, at the same time where that can be done.
+  template <class F, class G>
+  void beside(F f, G g) const {
+    f();
+    g();
   }
 
   /// Seconds that f's kernels take.

@@ -24,6 +24,8 @@ class NearPart {
   double cutoff() const { return cutoff_; }
   /// Degree of the polynomial in r^2 that stands for the cloud's potential; dipoles take more of its derivatives.
   int degree(Kind kind) const { return static_cast<int>(coefficients(kind).size()) - 1; }
+  /// Its coefficients, of powers of 2 (r / cutoff)^2 - 1.
+  const std::vector<double>& coefficients(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
   /// Overwrites `sums`; the tiles reach at least as far as the cutoff. `pairs`: ascending. The same bits for any number
   /// of threads.
   void compute(const Tiles& tiles, std::span<const Pair> pairs, Kind kind, const FeltSums& sums, parallel::Team& team);
@@ -33,7 +35,6 @@ class NearPart {
   class Batch;
   template <Kind kind>
   void compute_as(const Tiles& tiles, std::span<const Pair> pairs, const FeltSums& sums, parallel::Team& team);
-  const std::vector<double>& coefficients(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
   void index(int charges, std::span<const Pair> pairs, parallel::Team& team);
 
   double cutoff_;

@@ -17,11 +17,7 @@ struct PetscSide<parallel::CudaExecutor> {
 };
 
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
-  int count = 0;
-  const cudaError_t code = cudaGetDeviceCount(&count);
-  if (code != cudaSuccess || count == 0)
-    throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
-                     cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
+  parallel::require_cuda_device();
   parallel::start_petsc();
   return std::make_unique<CutCell<parallel::CudaExecutor>>(options);
 }

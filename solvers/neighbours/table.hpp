@@ -1,0 +1,198 @@
+#pragma once
+
+// Neighbours in a periodic box on an executor (solvers/parallel): particles sorted by cells, and for each a list of its
+// partners.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "solvers/geometry/host_device.hpp"
+#include "solvers/geometry/vec.hpp"
+#include "solvers/parallel/array.hpp"
+
+namespace lichtenberg {
+
+/// A place in a periodic box, in 2^-32 of its lengths: differences wrap as the box does, so that the difference of two
+/// as signed numbers is that of their nearest images; the high bits of a product with a number of cells are the cell.
+struct Turns {
+  std::uint32_t x = 0, y = 0, z = 0;
+};
+
+constexpr double whole_turn = 0x1p32;
+
+/// Of a place that may lie in any image of the box; `over_length`: 2^32 / length.
+LICHTENBERG_HOST_DEVICE inline std::uint32_t turns(double place, double over_length) {
+  return static_cast<std::uint32_t>(static_cast<long long>(std::floor(place * over_length)));
+}
+/// a - b of nearest images, in turns.
+LICHTENBERG_HOST_DEVICE inline float apart(std::uint32_t a, std::uint32_t b) {
+  return static_cast<float>(static_cast<std::int32_t>(a - b));
+}
+/// The cell of so many along an axis.
+LICHTENBERG_HOST_DEVICE inline int cell_of(std::uint32_t turns, int cells) {
+  return static_cast<int>((static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(cells)) >> 32);
+}
+
+/// Cells of a box, and the sorted particles that each holds: cell (x, y, z) has number (x * cells[1] + y) * cells[2] +
+/// z.
+struct CellsView {
+  std::array<int, 3> cells{};
+  const int* first = nullptr;  ///< of each cell; [cells + 1]
+
+  LICHTENBERG_HOST_DEVICE int number(int x, int y, int z) const { return (x * cells[1] + y) * cells[2] + z; }
+};
+
+/// Particles in cells.
+template <class Executor>
+class CellGrid {
+ public:
+  /// Cells have edges of `edge` at least.
+  CellGrid(const Executor& run, Vec3 lengths, Vec3 edge) : run_(&run), key_(run), order_(run), first_(run) {
+    for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(static_cast<int>(lengths[k] / edge[k]), 1, 1024);
+  }
+
+  /// Sorts n particles, of which `place_of(i)` gives Turns; order() then says which is where. Equal cells keep theirs.
+  template <class PlaceOf>
+  void sort(int n, PlaceOf place_of) {
+    key_.resize(n);
+    order_.resize(n);
+    const CellsView cells{cells_};
+    int *key = key_.data(), *order = order_.data();
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) {
+      const Turns at = place_of(i);
+      key[i] =
+          cells.number(cell_of(at.x, cells.cells[0]), cell_of(at.y, cells.cells[1]), cell_of(at.z, cells.cells[2]));
+      order[i] = i;
+    });
+    run_->sort(key, order, n);
+    const int all = cells_[0] * cells_[1] * cells_[2];
+    first_.resize(all + 1);
+    int* first = first_.data();
+    run_->for_each(n + 1, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      const int before = s == 0 ? -1 : key[s - 1], now = s == n ? all : key[s];
+      for (int cell = before + 1; cell <= now; ++cell) first[cell] = s;
+    });
+  }
+  const int* order() const { return order_.data(); }
+  CellsView view() const { return {cells_, first_.data()}; }
+
+ private:
+  const Executor* run_;
+  std::array<int, 3> cells_{};
+  parallel::Array<int, Executor> key_, order_, first_;
+};
+
+/// The cells around a place that hold all within a range: columns along z, each at most two runs of particles.
+struct CellWindow {
+  CellsView grid;
+  std::array<int, 3> reach{}, width{};  ///< in cells: to either side, and in all
+
+  CellWindow(CellsView cells, Vec3 lengths, double range) : grid(cells) {
+    for (int k = 0; k < 3; ++k) {
+      reach[k] = static_cast<int>(std::ceil(range * cells.cells[k] / lengths[k]));
+      width[k] = std::min(2 * reach[k] + 1, cells.cells[k]);
+    }
+  }
+  int columns() const { return width[0] * width[1]; }
+
+  /// visit(j) for the particles of column c of those around `at`.
+  template <class Visit>
+  LICHTENBERG_HOST_DEVICE void visit(Turns at, int c, Visit visit) const {
+    const int x = wrapped(at.x, 0, c / width[1]), y = wrapped(at.y, 1, c % width[1]);
+    const int column = grid.number(x, y, 0), cells = grid.cells[2];
+    int from = 0, end = cells;
+    if (width[2] < cells) from = cell_of(at.z, cells) - reach[2], end = from + width[2];
+    run(column, from < 0 ? 0 : from, end > cells ? cells : end, visit);
+    if (from < 0) run(column, from + cells, cells, visit);
+    if (end > cells) run(column, 0, end - cells, visit);
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE int wrapped(std::uint32_t turns, int axis, int step) const {
+    const int cells = grid.cells[axis];
+    if (width[axis] == cells) return step;
+    const int cell = cell_of(turns, cells) - reach[axis] + step;
+    return cell < 0 ? cell + cells : cell >= cells ? cell - cells : cell;
+  }
+  template <class Visit>
+  LICHTENBERG_HOST_DEVICE void run(int column, int from, int end, Visit& visit) const {
+    const int last = grid.first[column + end];
+    for (int j = grid.first[column + from]; j < last; ++j) visit(j);
+  }
+};
+
+/// Whether two are near each other. With products and sums that say how they are rounded: who counts pairs and who
+/// lists them must find the same ones, and so must both of a pair.
+struct Within {
+  float x, y, z;  ///< lengths of the box, over 2^32
+  float most;     ///< the square of the range
+
+  LICHTENBERG_HOST_DEVICE bool operator()(Turns a, Turns b) const {
+    const float dx = x * apart(a.x, b.x), dy = y * apart(a.y, b.y), dz = z * apart(a.z, b.z);
+    return std::fma(dx, dx, std::fma(dy, dy, dz * dz)) < most;
+  }
+};
+
+/// Rows of partners.
+struct TableView {
+  const int *start = nullptr, *partner = nullptr;
+  int columns = 1;  ///< numbers of `start` a row
+
+  LICHTENBERG_HOST_DEVICE int begin(int s) const { return start[static_cast<long>(s) * columns]; }
+  LICHTENBERG_HOST_DEVICE int end(int s) const { return start[static_cast<long>(s + 1) * columns]; }
+};
+
+/// For each particle those within a range, each pair from both its ends. Its size is found while it is made: no crowd
+/// is too dense for it.
+template <class Executor>
+class NeighbourTable {
+ public:
+  explicit NeighbourTable(const Executor& run) : run_(&run), start_(run), partner_(run) {}
+
+  /// Of n particles as they are sorted; `place_of(s)` gives Turns. The range is at most half of the box, and may be
+  /// exceeded by rounding.
+  template <class PlaceOf>
+  void build(int n, const CellsView& cells, Vec3 lengths, double range, PlaceOf place_of) {
+    const CellWindow window(cells, lengths, range);
+    columns_ = window.columns();
+    start_.resize(static_cast<std::size_t>(n) * columns_ + 1);
+    const Within within{static_cast<float>(lengths.x / whole_turn), static_cast<float>(lengths.y / whole_turn),
+                        static_cast<float>(lengths.z / whole_turn), static_cast<float>(range * range * (1 + 1e-6))};
+    const int columns = columns_;
+    int* start = start_.data();
+    run_->for_each(static_cast<long>(n) * columns + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      int count = 0;
+      if (k < n * columns) {
+        const int s = k / columns;
+        const Turns at = place_of(s);
+        window.visit(at, k % columns, [&](int j) { count += j != s && within(at, place_of(j)); });
+      }
+      start[k] = count;
+    });
+    run_->exclusive_scan(start, static_cast<long>(n) * columns + 1);
+    int total = 0;
+    run_->to_host(&total, start + static_cast<long>(n) * columns, sizeof(int));
+    partner_.resize(total);
+    int* partner = partner_.data();
+    run_->for_each(static_cast<long>(n) * columns, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      const int s = k / columns;
+      int* to = partner + start[k];
+      const Turns at = place_of(s);
+      window.visit(at, k % columns, [&](int j) {
+        if (j != s && within(at, place_of(j))) *to++ = j;
+      });
+    });
+  }
+  TableView view() const { return {start_.data(), partner_.data(), columns_}; }
+
+  std::size_t entries() const { return partner_.size(); }
+
+ private:
+  const Executor* run_;
+  int columns_ = 1;
+  parallel::Array<int, Executor> start_, partner_;
+};
+
+}  // namespace lichtenberg

@@ -1,0 +1,216 @@
+#pragma once
+
+// The walk through the parts of periodic sums on an executor.
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/device/device.hpp"
+#include "solvers/periodic/device/mesh.hpp"
+
+namespace lichtenberg::periodic::device {
+
+/// Sums over all charges, of terms that are multiples of 2^-26: exact up to 2^27, so that their order does not matter.
+struct Totals {
+  double x = 0, y = 0, z = 0;  ///< charge times field
+  double square = 0;           ///< of charges
+  double charge = 0;
+  double energy = 0;  ///< half charge times potential, without the background
+
+  LICHTENBERG_HOST_DEVICE Totals& operator+=(const Totals& t) {
+    x += t.x, y += t.y, z += t.z, square += t.square, charge += t.charge, energy += t.energy;
+    return *this;
+  }
+  friend LICHTENBERG_HOST_DEVICE Totals operator+(Totals a, const Totals& b) { return a += b; }
+};
+
+LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value) {
+  constexpr double shift = 0x1.8p26;
+  return (value + shift) - shift;
+}
+
+/// 2^-n that makes every charge at most 1; 1 if all are 0.
+LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
+  return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
+}
+
+/// Fields, potentials and energy of charges on an executor. Charges are sorted by cells by who has them; what is
+/// computed is of scaled charges, and its bits do not depend on how they are sorted.
+template <class Executor>
+class ChargeSums {
+ public:
+  ChargeSums(const Executor& run, const MeshTables& tables)
+      : run_(&run), tables_(tables), mesh_(run, tables), felt_(run), totals_(run) {
+    totals_.resize(1);
+  }
+
+  double cutoff() const { return tables_.cutoff; }
+  double background() const { return tables_.background; }
+  Vec3 lengths() const { return tables_.mesh.lengths; }
+  MeshPart<Executor>& mesh() { return mesh_; }
+  const MeshTables& tables() const { return tables_; }
+
+  /// For n charges that are sorted in cells, and move by at most `moved` before they are sorted again.
+  void arrange(int n, const CellsView& cells, double moved) {
+    n_ = n;
+    felt_.resize(n);
+    mesh_.arrange(n, cells, moved);
+  }
+  /// Partners beyond the cutoff change nothing. Without potentials their energy is not computed either.
+  void evaluate(const Charged* charges, const TableView& partners, bool potentials) {
+    totals_.zero();
+    run_->beside(
+        [&] {
+          mesh_.spread(charges);
+          mesh_.solve();
+        },
+        [&] { compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data()); });
+    mesh_.gather(charges, felt_.data());
+    add_up(charges);
+  }
+  Felt* felt() const { return felt_.data(); }
+  const Totals* totals() const { return totals_.data(); }
+  std::vector<Felt> download_felt() const { return felt_.download(); }
+  Totals download_totals() const { return totals_.download().front(); }
+
+  /// Public, as nvcc wants all functions that have kernels.
+  void add_up(const Charged* charges) {
+    const Felt* felt = felt_.data();
+    double* totals = reinterpret_cast<double*>(totals_.data());
+    const int n = n_;
+    run_->sum_segments((n + a_part - 1) / a_part,
+                       [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+                         const int s = p * a_part + t;
+                         const double q = charges[s].charge;
+                         const Felt f = felt[s];
+                         return Totals{on_fine_grid(q * f.x), on_fine_grid(q * f.y),
+                                       on_fine_grid(q * f.z), on_fine_grid(q * q),
+                                       on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
+                       },
+                       [=] LICHTENBERG_HOST_DEVICE(int, Totals sum) {
+                         for (const double* term : {&sum.x, &sum.y, &sum.z, &sum.square, &sum.charge, &sum.energy})
+                           parallel::add_atomically(totals + (term - &sum.x), *term);
+                       });
+  }
+
+ private:
+  static constexpr int a_part = 256;
+
+  const Executor* run_;
+  MeshTables tables_;
+  MeshPart<Executor> mesh_;
+  int n_ = 0;
+  parallel::Array<Felt, Executor> felt_;
+  parallel::Array<Totals, Executor> totals_;
+};
+
+/// As a Sum: places and charges go to the device, what they feel comes back.
+template <class Executor>
+class DeviceMeshOn final : public DeviceMesh {
+ public:
+  DeviceMeshOn(std::unique_ptr<Executor> run, const MeshTables& tables)
+      : run_(std::move(run)),
+        sums_(*run_, tables),
+        cells_(*run_, tables.mesh.lengths, edges(tables.cutoff)),
+        table_(*run_),
+        unsorted_(*run_),
+        charges_(*run_) {}
+
+  void evaluate(const Sources& sources, std::span<const Pair>, parallel::Team&, Response& response) override {
+    arrange(sources, 0);
+    sums_.evaluate(charges_.data(), table_.view(), true);
+    const std::vector<Felt> felt = sums_.download_felt();
+    const Totals totals = sums_.download_totals();
+    std::vector<int> order(sources.size());
+    run_->to_host(order.data(), cells_.order(), order.size() * sizeof(int));
+    const double back = 1 / scale_, square = totals.square > 0 ? totals.square : 1;
+    const Vec3 off{totals.x / square, totals.y / square, totals.z / square};
+    const double background = sums_.background() * totals.charge;
+    const std::size_t n = order.size();
+    response.potential.resize(n);
+    response.field.resize(3 * n);
+    response.force.resize(3 * n);
+    for (std::size_t s = 0; s < n; ++s) {
+      const int i = order[s];
+      const double charge = scale_ * sources.charge[i], field[3] = {felt[s].x, felt[s].y, felt[s].z};
+      response.potential[i] = back * (felt[s].potential + background);
+      for (int k = 0; k < 3; ++k) {
+        response.field[3 * i + k] = back * field[k];
+        response.force[3 * i + k] = back * back * charge * (field[k] - charge * off[k]);
+      }
+    }
+    response.energy = back * back * (totals.energy + 0.5 * background * totals.charge);
+    if (!std::isfinite(response.energy))
+      throw InputError("The energy of the charges is no finite number: two of them lie at the same place.");
+  }
+
+  Profile profile(const Sources& sources, double skin, int repeats) override {
+    Profile profile;
+    const auto timed = [&](auto&& work) {
+      work();
+      return run_->seconds([&] {
+        for (int k = 0; k < repeats; ++k) work();
+      }) / repeats;
+    };
+    profile.lists = timed([&] { arrange(sources, skin); });
+    profile.partners = static_cast<double>(table_.entries()) / sources.size();
+    const MeshTables& tables = sums_.tables();
+    const int n = sources.size();
+    parallel::Array<Felt, Executor> felt(*run_);
+    felt.resize(n);
+    profile.near =
+        timed([&] { compute_near(*run_, n, tables.near, false, table_.view(), charges_.data(), felt.data()); });
+    profile.spread = timed([&] { sums_.mesh().spread(charges_.data()); });
+    profile.transforms = timed([&] { sums_.mesh().solve(); });
+    profile.gather = timed([&] { sums_.mesh().gather(charges_.data(), felt.data()); });
+    typename Executor::Recording forces, potentials;
+    profile.forces = timed([&] { run_->run(forces, [&] { sums_.evaluate(charges_.data(), table_.view(), false); }); });
+    profile.with_potentials =
+        timed([&] { run_->run(potentials, [&] { sums_.evaluate(charges_.data(), table_.view(), true); }); });
+    return profile;
+  }
+
+  /// Public, as nvcc wants all functions that have kernels.
+  void arrange(const Sources& sources, double skin) {
+    require_consistent(sources);
+    if (!sources.dipole.empty()) throw InputError("Dipoles are not computed on a device.");
+    const Vec3 lengths = sums_.lengths();
+    if (sources.lengths != lengths) throw InputError("The box is not the one that the mesh was made for.");
+    const int n = sources.size();
+    double largest = 0;
+    for (const double q : sources.charge) largest = std::max(largest, std::abs(q));
+    scale_ = charge_scale(largest);
+    std::vector<Charged> charged(n);
+    for (int i = 0; i < n; ++i)
+      charged[i] = {{turns(sources.position[3 * i], whole_turn / lengths.x),
+                     turns(sources.position[3 * i + 1], whole_turn / lengths.y),
+                     turns(sources.position[3 * i + 2], whole_turn / lengths.z)},
+                    static_cast<float>(scale_ * sources.charge[i])};
+    unsorted_.upload(charged);
+    charges_.resize(n);
+    const Charged* from = unsorted_.data();
+    Charged* to = charges_.data();
+    cells_.sort(n, [=] LICHTENBERG_HOST_DEVICE(int i) { return from[i].at; });
+    const int* order = cells_.order();
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = from[order[s]]; });
+    const double half = 0.5 * sources.shortest_length();
+    table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
+    sums_.arrange(n, cells_.view(), skin / 2);
+  }
+
+ private:
+  static Vec3 edges(double range) { return {range / 2, range / 2, range / 4}; }
+
+  std::unique_ptr<Executor> run_;
+  ChargeSums<Executor> sums_;
+  CellGrid<Executor> cells_;
+  NeighbourTable<Executor> table_;
+  parallel::Array<Charged, Executor> unsorted_, charges_;
+  double scale_ = 1;
+};
+
+}  // namespace lichtenberg::periodic::device

@@ -1,0 +1,12 @@
+#include "solvers/parallel/cuda_executor.hpp"
+#include "solvers/periodic/device/charges.hpp"
+
+namespace lichtenberg::periodic::device {
+
+std::unique_ptr<DeviceMesh> make_cuda_mesh(const Mesh& mesh, const Cloud& cloud) {
+  parallel::require_cuda_device();
+  return std::make_unique<DeviceMeshOn<parallel::CudaExecutor>>(std::make_unique<parallel::CudaExecutor>(),
+                                                                make_tables(mesh, cloud));
+}
+
+}  // namespace lichtenberg::periodic::device

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <complex>
+#include <vector>
+
+#include "solvers/parallel/host_executor.hpp"
+
+#ifdef __CUDACC__
+#include <cufft.h>
+
+#include "solvers/parallel/cuda_executor.hpp"
+#else
+#include <fftw3.h>
+#endif
+
+namespace lichtenberg::periodic::device {
+
+/// Transforms of real numbers on a mesh, single precision, unnormalized: from point (x * points[1] + y) * points[2] + z
+/// to mode (x * points[1] + y) * (points[2] / 2 + 1) + z, two numbers each, and back, which may spoil the modes.
+template <class Executor>
+class Fft;
+
+#ifdef __CUDACC__
+template <>
+class Fft<parallel::CudaExecutor> {
+ public:
+  Fft(const parallel::CudaExecutor& run, std::array<int, 3> points) : run_(&run) {
+    check(cufftPlan3d(&forward_, points[0], points[1], points[2], CUFFT_R2C));
+    check(cufftPlan3d(&backward_, points[0], points[1], points[2], CUFFT_C2R));
+  }
+  Fft(const Fft&) = delete;
+  Fft& operator=(const Fft&) = delete;
+  ~Fft() {
+    cufftDestroy(forward_);
+    cufftDestroy(backward_);
+  }
+  void forward(float* points, float* modes) const {
+    check(cufftSetStream(forward_, run_->stream()));
+    check(cufftExecR2C(forward_, points, reinterpret_cast<cufftComplex*>(modes)));
+  }
+  void backward(float* modes, float* points) const {
+    check(cufftSetStream(backward_, run_->stream()));
+    check(cufftExecC2R(backward_, reinterpret_cast<cufftComplex*>(modes), points));
+  }
+
+ private:
+  static void check(cufftResult code) {
+    if (code == CUFFT_ALLOC_FAILED) throw Failure("the CUDA device has no room for a Fourier transform");
+    if (code != CUFFT_SUCCESS) throw Failure("CUDA device: cuFFT fails with code " + std::to_string(code));
+  }
+  const parallel::CudaExecutor* run_;
+  cufftHandle forward_ = 0, backward_ = 0;
+};
+#else
+/// In double precision, which FFTW is used with elsewhere.
+template <>
+class Fft<parallel::HostExecutor> {
+ public:
+  Fft(const parallel::HostExecutor&, std::array<int, 3> points)
+      : points_(points),
+        real_(static_cast<std::size_t>(points[0]) * points[1] * points[2]),
+        modes_(static_cast<std::size_t>(points[0]) * points[1] * (points[2] / 2 + 1)),
+        forward_(fftw_plan_dft_r2c_3d(points[0], points[1], points[2], real_.data(), modes(), FFTW_ESTIMATE)),
+        backward_(fftw_plan_dft_c2r_3d(points[0], points[1], points[2], modes(), real_.data(), FFTW_ESTIMATE)) {}
+  Fft(const Fft&) = delete;
+  Fft& operator=(const Fft&) = delete;
+  ~Fft() {
+    fftw_destroy_plan(forward_);
+    fftw_destroy_plan(backward_);
+  }
+  void forward(float* points, float* modes_out) {
+    std::copy_n(points, real_.size(), real_.begin());
+    fftw_execute(forward_);
+    for (std::size_t k = 0; k < modes_.size(); ++k)
+      modes_out[2 * k] = static_cast<float>(modes_[k].real()),
+                    modes_out[2 * k + 1] = static_cast<float>(modes_[k].imag());
+  }
+  void backward(float* modes_in, float* points) {
+    for (std::size_t k = 0; k < modes_.size(); ++k) modes_[k] = {modes_in[2 * k], modes_in[2 * k + 1]};
+    fftw_execute(backward_);
+    std::ranges::transform(real_, points, [](double value) { return static_cast<float>(value); });
+  }
+
+ private:
+  fftw_complex* modes() { return reinterpret_cast<fftw_complex*>(modes_.data()); }
+  std::array<int, 3> points_;
+  std::vector<double> real_;
+  std::vector<std::complex<double> > modes_;
+  fftw_plan forward_, backward_;
+};
+#endif
+
+}  // namespace lichtenberg::periodic::device

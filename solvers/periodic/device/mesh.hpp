@@ -1,0 +1,392 @@
+#pragma once
+
+// Charges on a mesh, on an executor: spread by tiles of the box in fast memory with whole numbers, so that sums have
+// the same bits in any order; transforms; and back by the same tiles.
+
+#include <cmath>
+
+#include "solvers/periodic/device/fft.hpp"
+#include "solvers/periodic/device/near.hpp"
+
+namespace lichtenberg::periodic::device {
+
+/// Weights of a charge's points along one axis, by what lies behind the point before it.
+template <int order>
+struct Window {
+  float term[order][order];  ///< of t^d in the c-th weight: [d][c]
+
+  LICHTENBERG_HOST_DEVICE void weights(float t, float* weight) const {
+#pragma GCC unroll 8
+    for (int c = 0; c < order; ++c) {
+      float value = term[order - 1][c];
+#pragma GCC unroll 8
+      for (int d = order - 2; d >= 0; --d) value = value * t + term[d][c];
+      weight[c] = value;
+    }
+  }
+  /// And their derivatives by t.
+  LICHTENBERG_HOST_DEVICE void weights(float t, float* weight, float* slope) const {
+#pragma GCC unroll 8
+    for (int c = 0; c < order; ++c) {
+      float value = term[order - 1][c], by_t = 0;
+#pragma GCC unroll 8
+      for (int d = order - 2; d >= 0; --d) by_t = by_t * t + value, value = value * t + term[d][c];
+      weight[c] = value, slope[c] = by_t;
+    }
+  }
+};
+
+/// A place on the mesh along one axis: the point before it, and how far behind that it lies.
+struct OnMesh {
+  int point = 0;
+  float behind = 0;
+
+  LICHTENBERG_HOST_DEVICE OnMesh(std::uint32_t turns, int points) {
+    const std::uint64_t product = static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(points);
+    point = static_cast<int>(product >> 32);
+    behind = static_cast<float>(static_cast<std::uint32_t>(product)) * 0x1p-32f;
+    // Rounded up to the next point, it lies at the end of this one.
+    if (behind > 0x1.fffffep-1f) behind = 0x1.fffffep-1f;
+  }
+};
+
+LICHTENBERG_HOST_DEVICE inline int whole(float value) {
+#ifdef __CUDA_ARCH__
+  return __float2int_rn(value);
+#else
+  return static_cast<int>(std::nearbyint(value));
+#endif
+}
+
+/// Tiles of the box, each a block of cells with the points of the mesh that its charges reach, even if they have moved
+/// by some points since they were sorted into cells.
+struct Tiles {
+  CellsView cells;
+  int points[3], group[3], tiles[3];  ///< points of the mesh; cells a tile and tiles along an axis
+  int size[3];                        ///< points that a tile's charges reach
+  int moved[3];                       ///< points that they may have moved
+  const int *first, *charge;          ///< of a tile's charges, all tiles' one after the other; [tiles * runs + 1], [N]
+  float over_plane, over_row;         ///< 1 / points of a region's plane and row, a little more
+
+  int count() const { return tiles[0] * tiles[1] * tiles[2]; }
+  LICHTENBERG_HOST_DEVICE int region() const { return size[0] * size[1] * size[2]; }
+  LICHTENBERG_HOST_DEVICE int runs() const { return group[0] * group[1]; }
+  LICHTENBERG_HOST_DEVICE int begin(int tile) const { return first[tile * runs()]; }
+
+  LICHTENBERG_HOST_DEVICE int cell(int tile, int axis) const {
+    const int at = axis == 0 ? tile / (tiles[1] * tiles[2]) : axis == 1 ? tile / tiles[2] % tiles[1] : tile % tiles[2];
+    return at * group[axis];
+  }
+  LICHTENBERG_HOST_DEVICE int low(int tile, int axis) const {
+    return static_cast<int>(static_cast<long>(cell(tile, axis)) * points[axis] / cells.cells[axis]) - moved[axis];
+  }
+  /// Of a point of the mesh, in a region that begins at `from`.
+  LICHTENBERG_HOST_DEVICE int local(int point, int from, int axis) const {
+    const int d = point - from;
+    return d < 0 ? d + points[axis] : d >= points[axis] ? d - points[axis] : d;
+  }
+  LICHTENBERG_HOST_DEVICE int wrapped(int local, int axis) const {
+    return local >= points[axis] ? local - points[axis] : local;
+  }
+  /// Point of the mesh of a region's k-th.
+  LICHTENBERG_HOST_DEVICE int global(const int* from, int k) const {
+    // Whole numbers of 20 bits over others, without a division.
+    const int plane = static_cast<int>(static_cast<float>(k) * over_plane), in_plane = k - plane * size[1] * size[2];
+    const int row = static_cast<int>(static_cast<float>(in_plane) * over_row);
+    const int x = wrapped_global(from[0] + plane, 0), y = wrapped_global(from[1] + row, 1),
+              z = wrapped_global(from[2] + in_plane - row * size[2], 2);
+    return (x * points[1] + y) * points[2] + z;
+  }
+
+  /// Of sorted charges: where those of a column of cells within a tile begin, and end.
+  LICHTENBERG_HOST_DEVICE void run(int tile, int r, int& begin, int& end) const {
+    const int x = cell(tile, 0) + r / group[1], y = cell(tile, 1) + r % group[1], z = cell(tile, 2);
+    begin = end = 0;
+    if (x >= cells.cells[0] || y >= cells.cells[1]) return;
+    const int last = z + group[2] < cells.cells[2] ? z + group[2] : cells.cells[2];
+    begin = cells.first[cells.number(x, y, z)];
+    end = cells.first[cells.number(x, y, 0) + last];
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE int wrapped_global(int point, int axis) const {
+    return point < 0 ? point + points[axis] : point >= points[axis] ? point - points[axis] : point;
+  }
+};
+
+/// Adds charges to a mesh of whole numbers, `unit` of them a charge. A block a tile.
+template <int order>
+struct Spread {
+  static constexpr int batch = 512;  ///< charges whose weights are kept
+  Tiles tiles;
+  Window<order> window;
+  const Charged* charges;
+  int* mesh;
+  float unit;
+
+  static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
+  struct Weights {
+    float weight[3][order];
+    int at[3];
+  };
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int tile) const {
+    Weights* weights = block.template memory<Weights>();
+    int* local = reinterpret_cast<int*>(weights + batch);
+    const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
+    block.template each<8>(tiles.region(), [&](int k) { local[k] = 0; });
+    const int end = tiles.begin(tile + 1);
+    for (int first = tiles.begin(tile); first < end; first += batch) {
+      const int now = end - first < batch ? end - first : batch;
+      block.each(3 * now, [&](int k) { weigh(weights[k / 3], k % 3, charges[tiles.charge[first + k / 3]], from); });
+      block.each(now * order, [&](int k) { spread(weights[k / order], k % order, local); });
+    }
+    block.template each<8>(tiles.region(), [&](int k) {
+      if (local[k] != 0) parallel::add_atomically(&mesh[tiles.global(from, k)], local[k]);
+    });
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
+    const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
+    float weight[order];
+    window.weights(at.behind, weight);
+    const float factor = axis == 0 ? unit * of.charge : 1;
+#pragma GCC unroll 8
+    for (int c = 0; c < order; ++c) to.weight[axis][c] = factor * weight[c];
+    to.at[axis] = tiles.local(at.point, from[axis], axis);
+  }
+  /// The a-th plane of a charge's points.
+  LICHTENBERG_HOST_DEVICE void spread(const Weights& of, int a, int* local) const {
+    const int plane = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1];
+    float y[order], z[order];  // what is added to might lie where the weights do, for all that a compiler knows
+#pragma GCC unroll 8
+    for (int c = 0; c < order; ++c) y[c] = of.weight[0][a] * of.weight[1][c], z[c] = of.weight[2][c];
+    const int j = of.at[1], l = of.at[2];
+#pragma GCC unroll 8
+    for (int b = 0; b < order; ++b) {
+      int* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
+#pragma GCC unroll 8
+      for (int c = 0; c < order; ++c) parallel::add_atomically(&row[tiles.wrapped(l + c, 2)], whole(y[b] * z[c]));
+    }
+  }
+};
+
+/// Adds field and potential of a mesh of potentials to what charges feel, without that of their own clouds.
+template <int order>
+struct Gather {
+  Tiles tiles;
+  Window<order> window;
+  const Charged* charges;
+  const float* mesh;
+  Felt* felt;
+  float over_spacing[3], self, wave[2][3];
+
+  static std::size_t bytes(const Tiles& tiles) { return sizeof(float) * tiles.region(); }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int tile) const {
+    float* local = block.template memory<float>();
+    const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
+    block.template each<8>(tiles.region(), [&](int k) { local[k] = mesh[tiles.global(from, k)]; });
+    const int first = tiles.begin(tile);
+    block.each(tiles.begin(tile + 1) - first, [&](int k) {
+      const int s = tiles.charge[first + k];
+      add(felt[s], charges[s], from, local);
+    });
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE void add(Felt& to, const Charged& of, const int* from, const float* local) const {
+    const OnMesh x(of.at.x, tiles.points[0]), y(of.at.y, tiles.points[1]), z(of.at.z, tiles.points[2]);
+    const int i = tiles.local(x.point, from[0], 0), j = tiles.local(y.point, from[1], 1),
+              l = tiles.local(z.point, from[2], 2);
+    float wx[order], wy[order], wz[order], sx[order], sy[order], sz[order];
+    window.weights(x.behind, wx, sx);
+    window.weights(y.behind, wy, sy);
+    window.weights(z.behind, wz, sz);
+    float potential = 0, along_x = 0, along_y = 0, along_z = 0;
+#pragma GCC unroll 8
+    for (int a = 0; a < order; ++a) {
+      const int plane = tiles.wrapped(i + a, 0) * tiles.size[1];
+      float here = 0, slope_y = 0, slope_z = 0;
+#pragma GCC unroll 8
+      for (int b = 0; b < order; ++b) {
+        const float* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
+        float value = 0, slope = 0;
+#pragma GCC unroll 8
+        for (int c = 0; c < order; ++c) {
+          const float point = row[tiles.wrapped(l + c, 2)];
+          value += wz[c] * point, slope += sz[c] * point;
+        }
+        here += wy[b] * value, slope_y += sy[b] * value, slope_z += wy[b] * slope;
+      }
+      potential += wx[a] * here, along_x += sx[a] * here, along_y += wx[a] * slope_y, along_z += wx[a] * slope_z;
+    }
+    float own = self, off[3];
+    own += own_wave(x.behind - 0.5f, 0, off[0]);
+    own += own_wave(y.behind - 0.5f, 1, off[1]);
+    own += own_wave(z.behind - 0.5f, 2, off[2]);
+    to.x += of.charge * off[0] - along_x * over_spacing[0];
+    to.y += of.charge * off[1] - along_y * over_spacing[1];
+    to.z += of.charge * off[2] - along_z * over_spacing[2];
+    to.potential += potential - of.charge * own;
+  }
+  /// What splines make a unit charge see of its own cloud beyond the mean, u from the middle between two points, and
+  /// half its slope: half, for the cloud moves with the charge.
+  LICHTENBERG_HOST_DEVICE float own_wave(float u, int axis, float& half_slope) const {
+    constexpr float pi = 3.14159265f;
+    const float cosine = std::cos(2 * pi * u), sine = std::sin(2 * pi * u), twice = 2 * cosine * cosine - 1;
+    half_slope = -pi * sine * (wave[0][axis] + 4 * wave[1][axis] * cosine) * over_spacing[axis];
+    return wave[0][axis] * cosine + wave[1][axis] * twice;
+  }
+};
+
+/// The smooth part of charges' sums.
+template <class Executor>
+class MeshPart {
+ public:
+  MeshPart(const Executor& run, const MeshTables& tables)
+      : run_(&run),
+        tables_(tables),
+        fft_(run, tables.mesh.points),
+        factor_(run),
+        whole_(run),
+        real_(run),
+        modes_(run),
+        first_(run),
+        charge_(run) {
+    factor_.upload(tables.factor);
+    const auto [x, y, z] = tables.mesh.points;
+    points_ = static_cast<long>(x) * y * z;
+    whole_.resize(points_);
+    real_.resize(points_);
+    modes_.resize(2 * tables.factor.size());
+    whole_.zero();
+    // No more charge comes to a point than touching grains have: at most 1.5 in unit volume, of charge 1, with room to
+    // spare. What is rounded off is 1e-8 of that.
+    const Vec3 h = tables.mesh.spacing();
+    unit_ = static_cast<float>(std::exp2(30 - std::ceil(std::log2(8 + 6 * h.x * h.y * h.z))));
+  }
+
+  /// For charges that are sorted in cells, and move by at most `moved` before they are sorted again.
+  void arrange(int n, const CellsView& cells, double moved) {
+    // Large tiles have less around them, but all of a device wants work.
+    constexpr int enough = 120, most_points = 24000;
+    for (const std::array<int, 3>& points :
+         {std::array{16, 16, 32}, {16, 16, 16}, {16, 16, 8}, {8, 16, 8}, {8, 8, 8}}) {
+      cut(cells, moved, points);
+      if (tiles_.count() >= enough && tiles_.region() <= most_points) break;
+    }
+    // Above 1 / n by so little that products with numbers up to 2^22 are rounded down to the right one.
+    const auto above = [](int n) { return std::nextafter(1.0f / static_cast<float>(n), 1.0f); };
+    tiles_.over_plane = above(tiles_.size[1] * tiles_.size[2]);
+    tiles_.over_row = above(tiles_.size[2]);
+    const Tiles tiles = tiles_;
+    const int runs = tiles.runs(), all = tiles.count() * runs;
+    first_.resize(all + 1);
+    charge_.resize(n);
+    int *first = first_.data(), *charge = charge_.data();
+    run_->for_each(all + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      int begin = 0, end = 0;
+      if (k < all) tiles.run(k / runs, k % runs, begin, end);
+      first[k] = end - begin;
+    });
+    run_->exclusive_scan(first, all + 1);
+    run_->for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      int begin = 0, end = 0;
+      tiles.run(k / runs, k % runs, begin, end);
+      for (int s = begin; s < end; ++s) charge[first[k] + s - begin] = s;
+    });
+    tiles_.first = first;
+    tiles_.charge = charge;
+  }
+
+  /// Into tiles of about so many points.
+  void cut(const CellsView& cells, double moved, const std::array<int, 3>& wanted) {
+    const Vec3 spacing = tables_.mesh.spacing();
+    tiles_.cells = cells;
+    for (int k = 0; k < 3; ++k) {
+      const int points = tables_.mesh.points[k], all = cells.cells[k];
+      const double a_cell = static_cast<double>(points) / all;
+      tiles_.points[k] = points;
+      tiles_.group[k] = std::clamp(static_cast<int>(std::lround(wanted[k] / a_cell)), 1, all);
+      tiles_.tiles[k] = (all + tiles_.group[k] - 1) / tiles_.group[k];
+      tiles_.moved[k] = static_cast<int>(std::ceil(moved / spacing[k]));
+      tiles_.size[k] = std::min(
+          static_cast<int>(std::ceil(tiles_.group[k] * a_cell)) + 1 + 2 * tiles_.moved[k] + tables_.mesh.order, points);
+    }
+  }
+
+  // Spread, solve, gather, in this order.
+
+  void spread(const Charged* charges) {
+    with_window([&]<int order>(const Window<order>& window) {
+      run_->template for_each_block<512>(tiles_.count(), Spread<order>::bytes(tiles_),
+                                         Spread<order>{tiles_, window, charges, whole_.data(), unit_});
+    });
+  }
+  void solve() {
+    int* whole = whole_.data();
+    float *real = real_.data(), *modes = modes_.data();
+    const float *factor = factor_.data(), over_unit = 1 / unit_;
+    run_->for_each(points_, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      real[k] = over_unit * static_cast<float>(whole[k]);
+      whole[k] = 0;
+    });
+    fft_.forward(real, modes);
+    run_->for_each(static_cast<long>(factor_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
+      modes[2 * k] *= factor[k];
+      modes[2 * k + 1] *= factor[k];
+    });
+    fft_.backward(modes, real);
+  }
+  /// Adds to what the charges feel. The mesh's background is not in the potential.
+  void gather(const Charged* charges, Felt* felt) {
+    with_window([&]<int order>(const Window<order>& window) {
+      Gather<order> gather{tiles_, window, charges, real_.data(), felt, {}, tables_.self, {}};
+      for (int k = 0; k < 3; ++k) {
+        gather.over_spacing[k] = tables_.over_spacing[k];
+        gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
+      }
+      run_->template for_each_block<256>(tiles_.count(), Gather<order>::bytes(tiles_), gather);
+    });
+  }
+
+ private:
+  /// work(Window) of the mesh's order.
+  template <class Work>
+  void with_window(Work&& work) const {
+    switch (tables_.mesh.order) {
+      case 4:
+        return work(window<4>());
+      case 5:
+        return work(window<5>());
+      case 6:
+        return work(window<6>());
+      default:
+        return work(window<7>());
+    }
+  }
+  template <int order>
+  Window<order> window() const {
+    Window<order> window;
+    for (int d = 0; d < order; ++d)
+      for (int c = 0; c < order; ++c) window.term[d][c] = tables_.window[d * order + c];
+    return window;
+  }
+
+  const Executor* run_;
+  MeshTables tables_;
+  Fft<Executor> fft_;
+  parallel::Array<float, Executor> factor_;
+  parallel::Array<int, Executor> whole_;
+  parallel::Array<float, Executor> real_, modes_;
+  parallel::Array<int, Executor> first_, charge_;  ///< of tiles
+  long points_ = 0;
+  float unit_ = 1;
+  Tiles tiles_{};
+};
+
+}  // namespace lichtenberg::periodic::device

@@ -1,0 +1,83 @@
+#include "solvers/periodic/device/tables.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/charge_mesh.hpp"
+#include "solvers/periodic/near.hpp"
+#include "solvers/periodic/splines.hpp"
+
+namespace lichtenberg::periodic::device {
+namespace {
+
+template <int order>
+std::vector<float> window_of_order() {
+  std::vector<float> window;
+  for (int d = 0; d < order; ++d)
+    for (int c = 0; c < order; ++c) window.push_back(static_cast<float>(Spline<order>::coefficients[d][c]));
+  return window;
+}
+
+std::vector<float> window_of(int order) {
+  switch (order) {
+    case 4:
+      return window_of_order<4>();
+    case 5:
+      return window_of_order<5>();
+    case 6:
+      return window_of_order<6>();
+    default:
+      return window_of_order<7>();
+  }
+}
+
+NearTable near_table(const Mesh& mesh, const Cloud& cloud) {
+  const NearPart near(mesh.lengths, cloud);
+  const std::vector<double>& value = near.coefficients(Kind::charges);
+  if (value.size() > most_terms)
+    throw InputError(
+        fmt::format("A near part of degree {} is beyond the single precision of a device, which reaches "
+                    "an accuracy of 1e-6: it has {} at most.",
+                    value.size() - 1, most_terms - 1));
+  NearTable table;
+  table.cutoff2 = static_cast<float>(cloud.cutoff * cloud.cutoff);
+  const double turn = 2 / (cloud.cutoff * cloud.cutoff);
+  table.turn = static_cast<float>(turn);
+  for (int k = 0; k < 3; ++k) table.length[k] = static_cast<float>(mesh.lengths[k] * 0x1p-32);
+  table.terms = static_cast<int>(value.size());
+  for (int n = 0; n < table.terms; ++n) {
+    table.value[n] = static_cast<float>(value[n]);
+    if (n > 0) table.slope[n - 1] = static_cast<float>(2 * turn * n * value[n]);
+  }
+  return table;
+}
+
+}  // namespace
+
+MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
+  const ChargeMesh checked(mesh, cloud);  // refuses what it cannot do
+  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud), .window = window_of(mesh.order)};
+  const Influence influence = optimal_influence(mesh, cloud);
+  const auto [across, down, up] = mesh.points;
+  const int deep = up / 2 + 1;
+  tables.factor.resize(influence.factor.size());
+  for (int y = 0; y < down; ++y)
+    for (int x = 0; x < across; ++x)
+      for (int z = 0; z < deep; ++z)
+        tables.factor[(static_cast<std::size_t>(x) * down + y) * deep + z] =
+            static_cast<float>(influence.factor[(static_cast<std::size_t>(y) * across + x) * deep + z]);
+  for (int k = 0; k < 3; ++k) {
+    tables.over_spacing[k] = static_cast<float>(1 / mesh.spacing()[k]);
+    // Half a spacing turns the first wave round; so does the mesh's lying back by half of an odd order.
+    tables.wave[0][k] = static_cast<float>(influence.self_wave[k][0] * (mesh.order % 2 == 0 ? -1 : 1));
+    tables.wave[1][k] = static_cast<float>(influence.self_wave[k][1]);
+  }
+  tables.self = static_cast<float>(cloud.potential(0));
+  tables.cutoff = cloud.cutoff;
+  tables.background = -cloud.background / mesh.volume();
+  return tables;
+}
+
+}  // namespace lichtenberg::periodic::device

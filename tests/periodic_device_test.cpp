@@ -1,0 +1,181 @@
+// The device's periodic sums, run by the CPU item after item, against the CPU's.
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "solvers/neighbours/table.hpp"
+#include "solvers/parallel/host_executor.hpp"
+#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/device/device.hpp"
+#include "solvers/periodic/ewald.hpp"
+#include "solvers/periodic/mesh.hpp"
+#include "tests/periodic_sources.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::periodic;
+
+namespace {
+
+struct Charges {
+  Vec3 lengths;
+  std::vector<double> position, charge;
+
+  operator Sources() const { return {lengths, position, charge}; }
+};
+
+/// At random places, or in a ball; charges of either sign, some large.
+Charges some(int count, Vec3 lengths, double ball = 0) {
+  Charges charges{lengths};
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place(0, 1);
+  std::normal_distribution<double> normal;
+  const auto near = [&](Vec3 at) {
+    for (std::size_t i = 0; 3 * i < charges.position.size(); ++i) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) {
+        const double d = at[k] - charges.position[3 * i + k];
+        sum += std::pow(d - lengths[k] * std::nearbyint(d / lengths[k]), 2);
+      }
+      if (sum < 0.8) return true;
+    }
+    return false;
+  };
+  while (static_cast<int>(charges.charge.size()) < count) {
+    Vec3 at{lengths.x * place(random), lengths.y * place(random), lengths.z * place(random)};
+    if (ball > 0) {
+      at = {normal(random), normal(random), normal(random)};
+      at = 0.5 * lengths + (ball * std::cbrt(place(random)) / norm(at)) * at;
+    }
+    if (near(at)) continue;
+    for (int k = 0; k < 3; ++k) charges.position.push_back(at[k]);
+    charges.charge.push_back(normal(random));
+  }
+  return charges;
+}
+
+Response evaluated(Sum& sum, const Sources& sources) {
+  Response response;
+  std::vector<Pair> pairs;
+  if (sum.cutoff() > 0) {
+    Box<3> box{sources.lengths};
+    box.sides.fill(Boundary::periodic);
+    const std::vector<double> radius(sources.size());
+    pairs = pairs_closer_than(Spheres<3>{sources.position, radius, box}, sum.cutoff());
+  }
+  sum.evaluate(sources, pairs, parallel::Team::single(), response);
+  return response;
+}
+
+double relative(std::span<const double> found, std::span<const double> exact) {
+  double error = 0, size = 0;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    error += std::pow(found[k] - exact[k], 2);
+    size += exact[k] * exact[k];
+  }
+  return std::sqrt(error / size);
+}
+
+}  // namespace
+
+TEST_CASE("a table of neighbours has all pairs within the range, from both ends") {
+  const parallel::HostExecutor run;
+  std::mt19937 random(1);
+  for (const Vec3 lengths : {Vec3{10, 10, 10}, Vec3{4, 9, 30}}) {
+    std::vector<Turns> place(700);
+    for (std::size_t i = 0; i < place.size(); ++i) {
+      for (std::uint32_t* turns : {&place[i].x, &place[i].y, &place[i].z})
+        *turns = static_cast<std::uint32_t>(random());
+      if (i % 2) place[i].x >>= 4, place[i].y = static_cast<std::uint32_t>(-(place[i].y >> 5));  // a crowd at a corner
+    }
+    for (const double range : {0.3, 1.0, 2.0}) {
+      CellGrid<parallel::HostExecutor> cells(run, lengths, {range / 2, range / 2, range / 4});
+      const Turns* places = place.data();
+      cells.sort(700, [=](int i) { return places[i]; });
+      std::vector<Turns> sorted;
+      for (int s = 0; s < 700; ++s) sorted.push_back(place[cells.order()[s]]);
+      const Turns* in_order = sorted.data();
+      NeighbourTable<parallel::HostExecutor> table(run);
+      table.build(700, cells.view(), lengths, range, [=](int s) { return in_order[s]; });
+      const TableView view = table.view();
+      std::size_t expected = 0;
+      for (int s = 0; s < 700; ++s) {
+        std::vector<int> found(view.partner + view.begin(s), view.partner + view.end(s)), partners;
+        for (int j = 0; j < 700; ++j) {
+          const double x = apart(sorted[s].x, sorted[j].x) * lengths.x * 0x1p-32,
+                       y = apart(sorted[s].y, sorted[j].y) * lengths.y * 0x1p-32,
+                       z = apart(sorted[s].z, sorted[j].z) * lengths.z * 0x1p-32;
+          if (j != s && x * x + y * y + z * z < range * range) partners.push_back(j);
+        }
+        std::ranges::sort(found);
+        expected += partners.size();
+        REQUIRE(std::ranges::includes(found, partners));
+        REQUIRE(std::ranges::adjacent_find(found) == found.end());
+      }
+      CHECK(table.entries() <= expected + 2);  // a distance that rounds
+    }
+  }
+}
+
+TEST_CASE("the device's sums are the CPU's to single precision") {
+  for (const auto& [lengths, ball] :
+       {std::pair{Vec3{12, 12, 12}, 0.0}, {Vec3{12, 15, 10}, 0.0}, {Vec3{12, 12, 12}, 3.5}})
+    for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
+      CAPTURE(accuracy);
+      CAPTURE(ball);
+      const Charges charges = some(ball > 0 ? 80 : 250, lengths, ball);
+      const MeshChoice choice = choose_mesh(accuracy, 250, lengths, 0.9);
+      const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
+      ParticleMesh cpu(choice.mesh, cloud);
+      const auto device = device::make_host_mesh(choice.mesh, cloud);
+      const Response expected = evaluated(cpu, charges), found = evaluated(*device, charges);
+      // Coordinates of 2^-32 of the box, sums of a hundred terms in single precision and a mesh that is rounded at 1e-8
+      // of the largest charge, four times the root mean square.
+      CHECK(relative(found.field, expected.field) < 1e-6);
+      CHECK(relative(found.potential, expected.potential) < 1e-6);
+      CHECK(relative(found.force, expected.force) < 1e-6);
+      double energies = 0, forces = 0;
+      for (int i = 0; i < static_cast<int>(charges.charge.size()); ++i)
+        energies += std::abs(0.5 * charges.charge[i] * expected.potential[i]);
+      CHECK(std::abs(found.energy - expected.energy) < 1e-6 * energies);
+      Vec3 net;
+      for (std::size_t k = 0; k < found.force.size(); ++k) {
+        net[static_cast<int>(k % 3)] += found.force[k];
+        forces += std::abs(found.force[k]);
+      }
+      CHECK(norm(net) < 6e-8 * forces);  // each is rounded by at most so much of itself
+    }
+}
+
+TEST_CASE("the device's sums do not depend on the order of the charges by a bit, and scale with powers of two") {
+  const Vec3 lengths{12, 12, 12};
+  const Charges charges = some(250, lengths);
+  const MeshChoice choice = choose_mesh(1e-3, 250, lengths, 0.9);
+  const auto device = device::make_host_mesh(choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff));
+  const Response expected = evaluated(*device, charges);
+  Charges turned = charges;
+  for (int i = 0; i < 250; ++i) {
+    turned.charge[i] = charges.charge[249 - i];
+    for (int k = 0; k < 3; ++k) turned.position[3 * i + k] = charges.position[3 * (249 - i) + k];
+  }
+  const Response found = evaluated(*device, turned);
+  CHECK(found.energy == expected.energy);
+  for (int i = 0; i < 250; ++i)
+    for (int k = 0; k < 3; ++k) REQUIRE(found.force[3 * i + k] == expected.force[3 * (249 - i) + k]);
+  Charges strong = charges;
+  for (double& q : strong.charge) q *= 64;
+  const Response more = evaluated(*device, strong);
+  CHECK(more.energy == 4096 * expected.energy);
+  for (std::size_t k = 0; k < more.force.size(); ++k) REQUIRE(more.force[k] == 4096 * expected.force[k]);
+}
+
+TEST_CASE("a device refuses what it has not") {
+  CHECK_THROWS_AS(device::make_host_mesh({{40, 40, 40}, {64, 64, 64}, 6}, prolate_cloud(60, 9)), InputError);
+#ifndef LICHTENBERG_WITH_CUDA
+  const MeshChoice choice = choose_mesh(1e-3, 250, {12, 12, 12}, 1);
+  CHECK_THROWS_AS(device::make_cuda_mesh(choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff)), InputError);
+#endif
+}

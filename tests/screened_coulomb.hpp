@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cmath>
+
+#include "src/model/pair_law.hpp"
+
+namespace lichtenberg {
+
+/// Like charges behind a screen, U = strength exp(-r / screen) / r up to `range`, cut off there: what a pair law of a
+/// long reach looks like.
+struct ScreenedCoulombLaw {
+  static constexpr bool over_distance = false, damped = false;
+  double strength = 1;  ///< J m
+  double screen = 1;    ///< m
+  double range = 2;     ///< m
+
+  LICHTENBERG_HOST_DEVICE double reach(double, double) const { return range; }
+  LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
+    const double r = seen.distance, energy = strength * std::exp(-r / screen) / r, over = 1 / r + 1 / screen;
+    return {energy, energy * over, energy * (over * over + 1 / (r * r))};
+  }
+};
+
+}  // namespace lichtenberg

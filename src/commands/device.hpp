@@ -10,10 +10,15 @@ namespace lichtenberg {
 
 /// `--device`, which comes before the scene's field.device.
 inline Argument device_argument(std::string& device) {
-  return {"--device",
-          &device,
-          "where the field is solved, cpu or cuda (default: field.device of the scene)",
-          {.allowed = names_of<FieldDevice>()}};
+  return {
+      "--device",
+      &device,
+      "where the field is solved or grains are moved, cpu or cuda (default: field.device of the scene, cpu for grains)",
+      {.allowed = names_of<FieldDevice>()}};
+}
+
+inline bool is_for_cuda(const Scene& scene) {
+  return std::visit([](const auto& field) { return field.device == FieldDevice::cuda; }, scene.field_table);
 }
 
 inline Scene read_scene_for(const std::string& path, const std::string& device) {

@@ -8,9 +8,11 @@
 #include <optional>
 #include <vector>
 
+#include "src/commands/device.hpp"
 #include "src/commands/gas_parameters.hpp"
 #include "src/effects/effects.hpp"
 #include "src/granular/contacts.hpp"
+#include "src/granular/device/device.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
 
@@ -165,6 +167,11 @@ void explain_grains(const Scene& scene) {
   explain_stages(scene);
   fmt::print("  integrator           {}, steps of at most {:g} t0\n", name_of(scene.mechanics.integrator),
              scene.mechanics.step);
+  if (is_for_cuda(scene)) {
+    granular::device::check_scene(scene);
+    fmt::print("  device               cuda: some {:.0f} MiB of its memory\n",
+               granular::device::bytes_needed(scene) / (1 << 20));
+  }
   if (initial > 0) explain_contacts(scene, law, initial);
   explain_polarization(scene, law);
   if (foreseen.collisions > 0)

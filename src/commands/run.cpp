@@ -14,6 +14,7 @@
 #include "src/commands/progress.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "solvers/stopwatch.hpp"
@@ -35,12 +36,15 @@ Scene requested_scene(const RunArguments& request) {
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
+  if (scene.reference && is_for_cuda(scene)) granular::device::check_scene(scene);
   return effects::with_field_chosen(std::move(scene));
 }
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
   if (scene.effects.has(&EffectKind::packing)) return std::make_unique<Minimization>(scene);
-  if (scene.reference) return std::make_unique<GranularMotion>(scene);
+  if (scene.reference)
+    return std::make_unique<GranularMotion>(scene,
+                                            is_for_cuda(scene) ? granular::device::make_cuda_gas(scene) : nullptr);
   return std::make_unique<Simulation>(scene);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "solvers/stopwatch.hpp"
+#include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/note.hpp"
 #include "src/granular/summary.hpp"
@@ -15,60 +16,86 @@ namespace lichtenberg {
 using namespace granular;
 
 struct GranularMotion::Implementation {
-  explicit Implementation(const Scene& scene)
-      : gas(scene),
+  Implementation(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> on)
+      : here(scene),
         integrator(make_integrator(scene.mechanics.integrator)),
-        energy_at_start(gas.energy().total()),
-        theory(HomogeneousGas::of(gas)) {
-    integrator->longest_step(gas);  // refuses one that is too long before anything is written
+        energy_at_start(here.energy().total()),
+        theory(HomogeneousGas::of(here)),
+        device(std::move(on)) {
+    integrator->longest_step(here);  // refuses one that is too long before anything is written
   }
 
-  Note note() { return take_note(gas, theory, analysis_seconds); }
+  /// The gas as it is now, brought here from the device if it is there.
+  Gas& gas() {
+    if (is_there) {
+      Checkpoint checkpoint = here.save();
+      device->store(checkpoint);
+      here.restore(checkpoint);
+      is_there = false;
+    }
+    return here;
+  }
+  double time() const { return is_there ? device->time() : here.time(); }
+
+  Note note() { return take_note(gas(), theory, analysis_seconds); }
   /// A note that leaves the theory where it is, or what follows would depend on who looked when.
-  Note look(std::optional<HomogeneousGas> with = {}) { return take_note(gas, with, analysis_seconds); }
+  Note look(std::optional<HomogeneousGas> with = {}) { return take_note(gas(), with, analysis_seconds); }
 
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
-    const double end = std::min(time, gas.stage_end()), left = end - gas.time();
-    const double count = std::ceil(left / integrator->longest_step(gas));
-    integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
-    if (gas.time() >= gas.stage_end()) leave_stage();
+    const double end = std::min(time, here.stage_end());
+    device ? step_there(end) : step_here(end);
+    if (this->time() >= here.stage_end()) leave_stage();
+  }
+  void step_here(double end) {
+    const double left = end - here.time(), count = std::ceil(left / integrator->longest_step(here));
+    integrator->step(here, count <= 1 ? end : here.time() + left / count);
+  }
+  void step_there(double end) {
+    if (!loaded) device->load(here.save(), here.law(), here.in_elastic_stage());
+    loaded = is_there = true;
+    device->step(end);
   }
 
   void leave_stage() {
-    if (theory) theory->follow(gas, look().temperature());
-    const bool cools_on = gas.cools_on_after_stage();
-    gas.leave_stage();
+    if (theory) theory->follow(gas(), look().temperature());
+    const bool cools_on = gas().cools_on_after_stage();
+    here.leave_stage();
+    loaded = false;
     integrator->begin_anew();
-    if (theory && !cools_on) theory->begin(gas);
+    if (theory && !cools_on) theory->begin(here);
   }
 
   double next_note() const {
-    const double every = gas.scene().output.every / notes_a_frame;
-    return every * (std::floor(gas.time() / every + 1e-9) + 1);
+    const double every = here.scene().output.every / notes_a_frame;
+    return every * (std::floor(time() / every + 1e-9) + 1);
   }
 
   static constexpr int notes_a_frame = 10;
-  Gas gas;
+  Gas here;
   std::unique_ptr<granular::GasIntegrator> integrator;
   double energy_at_start;
   std::optional<HomogeneousGas> theory;
+  std::unique_ptr<granular::device::DeviceGas> device;  ///< null: there is none
+  bool loaded = false;                                  ///< the device has the gas, as it was or as it is
+  bool is_there = false;                                ///< and has carried it on
   std::vector<Note> notes;
   double seconds = 0, analysis_seconds = 0;
 };
 
-GranularMotion::GranularMotion(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {
+GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device)
+    : implementation_(std::make_unique<Implementation>(scene, std::move(device))) {
   implementation_->notes.push_back(implementation_->note());
 }
 GranularMotion::~GranularMotion() = default;
 
-double GranularMotion::time() const { return implementation_->gas.time(); }
-double GranularMotion::end_time() const { return implementation_->gas.scene().stop.time; }
+double GranularMotion::time() const { return implementation_->time(); }
+double GranularMotion::end_time() const { return implementation_->here.scene().stop.time; }
 bool GranularMotion::finished() { return time() >= end_time(); }
 
 double GranularMotion::next_frame() const {
   constexpr double rounding = 1e-9;
-  const double every = implementation_->gas.scene().output.every, stop = end_time();
+  const double every = implementation_->here.scene().output.every, stop = end_time();
   const double next = every * (std::floor(time() / every + rounding) + 1);
   return next < stop - rounding * every ? next : stop;
 }
@@ -76,11 +103,11 @@ double GranularMotion::next_frame() const {
 void GranularMotion::advance_to(double time, const std::function<bool()>& pause) {
   Implementation& self = *implementation_;
   const Stopwatch stopwatch(self.seconds);
-  while (self.gas.time() < time) {
+  while (self.time() < time) {
     const double due = self.next_note();
-    const bool noted = due < time - 1e-9 * self.gas.scene().output.every;
+    const bool noted = due < time - 1e-9 * self.here.scene().output.every;
     const double end = noted ? due : time;
-    while (self.gas.time() < end) {
+    while (self.time() < end) {
       self.step(end);
       if (pause && pause()) return;
     }
@@ -90,7 +117,7 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
 
 Frame GranularMotion::frame() {
   Implementation& self = *implementation_;
-  const Bodies& b = self.gas.bodies();
+  const Bodies& b = self.gas().bodies();
   Frame frame{.time = time(), .time_unit = time_unit()};
   std::vector<double> velocity;
   for (std::size_t k = 0; k < b.momentum.size(); ++k) velocity.push_back(b.momentum[k] / b.mass[k / b.dimension]);
@@ -101,11 +128,11 @@ Frame GranularMotion::frame() {
     for (int k = 0; k < 3; ++k) image.push_back(k < b.dimension ? b.image[i * b.dimension + k] : 0);
   frame.add_particles("image", "1", std::move(image), 3);
   if (!b.charge.empty()) frame.add_particles("charge", "q0", b.charge);
-  frame.add_particles("cluster", "1", analysis::cluster_numbers(b.size(), pairs_in_contact(self.gas)));
+  frame.add_particles("cluster", "1", analysis::cluster_numbers(b.size(), pairs_in_contact(self.here)));
   std::vector<std::int32_t> pairs;
-  for (const auto& [i, j] : pairs_in_contact(self.gas)) pairs.insert(pairs.end(), {i, j});
+  for (const auto& [i, j] : pairs_in_contact(self.here)) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);
-  const GasEnergy energy = self.gas.energy();
+  const GasEnergy energy = self.here.energy();
   for (const auto& [name, value] : {std::pair{"kinetic_energy", energy.kinetic},
                                     {"contact_energy", energy.contact},
                                     {"potential_energy", energy.potential},
@@ -113,8 +140,8 @@ Frame GranularMotion::frame() {
                                     {"exchanged_energy", energy.exchanged},
                                     {"driven_energy", energy.driven}})
     frame.add_system(name, "m0 v0^2", value);
-  frame.add_system("collisions", "1", self.gas.collisions);
-  self.gas.model().add_columns(time(), frame);
+  frame.add_system("collisions", "1", self.here.collisions);
+  self.here.model().add_columns(time(), frame);
   return frame;
 }
 
@@ -131,19 +158,20 @@ ColumnGroup GranularMotion::take_history() {
 
 Summary GranularMotion::summary() {
   Implementation& self = *implementation_;
-  return summarize(self.gas, self.look(self.theory), self.energy_at_start);
+  return summarize(self.gas(), self.look(self.theory), self.energy_at_start);
 }
 
 std::map<std::string, double> GranularMotion::seconds() const {
   const Implementation& self = *implementation_;
-  const auto& [contacts, forces, lists, exchange] = self.gas.seconds();
+  const auto& [contacts, forces, lists, exchange] = self.here.seconds();
   std::map<std::string, double> all{{"contacts", contacts}, {"lists", lists}, {"analysis", self.analysis_seconds}};
-  if (!self.gas.bodies().charge.empty()) {
+  if (!self.here.bodies().charge.empty()) {
     double rest = forces;
-    for (const auto& effect : self.gas.model().effects)
+    for (const auto& effect : self.here.model().effects)
       for (const auto& [part, value] : effect->seconds()) all[part] += value, rest -= value;
     all.insert({{"forces", std::max(rest, 0.0)}, {"exchange", exchange}});
   }
+  if (self.device) all["device"] = self.device->counts().seconds;
   double known = 0;
   for (const auto& [activity, value] : all) known += value;
   all["other"] = std::max(self.seconds - known, 0.0);
@@ -151,7 +179,7 @@ std::map<std::string, double> GranularMotion::seconds() const {
 }
 
 Checkpoint GranularMotion::checkpoint() {
-  Checkpoint checkpoint = implementation_->gas.save();
+  Checkpoint checkpoint = implementation_->gas().save();
   checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
   implementation_->integrator->save(checkpoint);
   if (implementation_->theory) implementation_->theory->save(checkpoint);
@@ -159,7 +187,8 @@ Checkpoint GranularMotion::checkpoint() {
 }
 
 void GranularMotion::restore(const Checkpoint& checkpoint) {
-  implementation_->gas.restore(checkpoint);
+  implementation_->here.restore(checkpoint);
+  implementation_->loaded = implementation_->is_there = false;
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   implementation_->integrator->restore(checkpoint);
   if (implementation_->theory) implementation_->theory->restore(checkpoint);

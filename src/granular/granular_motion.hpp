@@ -6,11 +6,15 @@
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
+namespace granular::device {
+class DeviceGas;
+}
 
 /// A scene of grains in time, in reduced units (Scene::reference), with the integrator that its [mechanics] asks for.
 class GranularMotion : public Motion {
  public:
-  explicit GranularMotion(const Scene& scene);
+  /// With a device, steps are made there, and the gas comes back when somebody looks.
+  explicit GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device = nullptr);
   ~GranularMotion() override;
 
   double time() const override;

@@ -15,10 +15,10 @@ template <int d>
 struct Outside {
   Vec<d> start, slope;
 
-  Vec<d> acceleration(double t) const { return start + t * slope; }
+  LICHTENBERG_HOST_DEVICE Vec<d> acceleration(double t) const { return start + t * slope; }
   /// What it alone adds to velocity and place within t.
-  Vec<d> velocity(double t) const { return t * start + (0.5 * t * t) * slope; }
-  Vec<d> path(double t) const { return (0.5 * t * t) * start + (t * t * t / 6) * slope; }
+  LICHTENBERG_HOST_DEVICE Vec<d> velocity(double t) const { return t * start + (0.5 * t * t) * slope; }
+  LICHTENBERG_HOST_DEVICE Vec<d> path(double t) const { return (0.5 * t * t) * start + (t * t * t / 6) * slope; }
 };
 
 /// What the contact of a pair did within a step.
@@ -40,37 +40,42 @@ struct PairStep {
 template <int d, class Law>
 class PairMotion {
  public:
-  PairMotion(Law law, double reach, double mass, const Outside<d>& outside)
+  LICHTENBERG_HOST_DEVICE PairMotion(Law law, double reach, double mass, const Outside<d>& outside)
       : law_(law), reach_(reach), mass_(mass), outside_(outside) {}
 
   /// A step of length dt of a pair that touched `age` ago.
-  PairStep<d> in_contact(const PairState<d>& start, double age, double dt) const {
-    PairStep<d> step{.end = start};
-    advance(step, age, 0, dt);
-    return step;
+  LICHTENBERG_HOST_DEVICE PairStep<d> in_contact(const PairState<d>& start, double age, double dt) const {
+    return over(start, true, age, dt);
   }
-
   /// The same of a pair that is apart and may touch.
-  PairStep<d> approaching(const PairState<d>& start, double dt) const {
-    const double touch = time_of_touch(start, dt);
-    if (touch > dt) return {.end = flown(start, 0, dt)};
-    PairStep<d> step{.end = flown(start, 0, touch)};
-    step.touched = touch;
-    step.impact_speed = closing(step.end);
-    advance(step, 0, touch, dt);
+  LICHTENBERG_HOST_DEVICE PairStep<d> approaching(const PairState<d>& start, double dt) const {
+    return over(start, false, 0, dt);
+  }
+  /// Either of them: on a device all that is common is better written once.
+  LICHTENBERG_HOST_DEVICE PairStep<d> over(const PairState<d>& start, bool touching, double age, double dt) const {
+    PairStep<d> step{.end = start};
+    double begin = 0;
+    if (!touching) {
+      begin = time_of_touch(start, dt);
+      if (begin > dt) return {.end = flown(start, 0, dt)};
+      step.end = flown(start, 0, begin);
+      step.touched = begin;
+      step.impact_speed = closing(step.end);
+    }
+    advance(step, age, begin, dt);
     return step;
   }
 
   /// The repulsive force; negative where the damping would have it attract, and the contact lets go.
-  double unclamped(const PairState<d>& s) const {
+  LICHTENBERG_HOST_DEVICE double unclamped(const PairState<d>& s) const {
     const ContactParts parts = law_(overlap(s));
     return parts.elastic + parts.damping * closing(s);
   }
-  double force(const PairState<d>& s) const { return std::max(unclamped(s), 0.0); }
+  LICHTENBERG_HOST_DEVICE double force(const PairState<d>& s) const { return std::max(unclamped(s), 0.0); }
 
  private:
   /// From `begin` to `end` within the step, without contact.
-  PairState<d> flown(const PairState<d>& s, double begin, double end) const {
+  LICHTENBERG_HOST_DEVICE PairState<d> flown(const PairState<d>& s, double begin, double end) const {
     const double t = end - begin;
     const Vec<d> then = outside_.velocity(begin);
     return {s.apart + t * (s.velocity - then) + (outside_.path(end) - outside_.path(begin)),
@@ -79,7 +84,7 @@ class PairMotion {
 
   /// The first instant at which the pair is `reach_` apart; infinite if there is none up to dt. Straight flight gives
   /// it in closed form; Newton's steps then take account of what bends it.
-  double time_of_touch(const PairState<d>& s, double dt) const {
+  LICHTENBERG_HOST_DEVICE double time_of_touch(const PairState<d>& s, double dt) const {
     const double b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
     if (c <= 0) return 0;
     const auto beyond = [&](double t) { return norm2(flown(s, 0, t).apart) - reach_ * reach_; };
@@ -100,7 +105,7 @@ class PairMotion {
 
   /// From `begin` to `end` within the step. Where the force ends within, that instant is located: the formula for
   /// smooth forces would smear the kink.
-  void advance(PairStep<d>& step, double age, double begin, double end) const {
+  LICHTENBERG_HOST_DEVICE void advance(PairStep<d>& step, double age, double begin, double end) const {
     if (unclamped(step.end) < 0 && let_go(step, begin, end)) return;
     PairStep<d> whole = step;
     press(whole, age, begin, end);
@@ -116,7 +121,7 @@ class PairMotion {
   }
 
   /// Follows a pair that pushes no more. False, and nothing changes, if it would push again.
-  bool let_go(PairStep<d>& step, double begin, double end) const {
+  LICHTENBERG_HOST_DEVICE bool let_go(PairStep<d>& step, double begin, double end) const {
     const PairState<d> then = flown(step.end, begin, end);
     if (unclamped(then) > 0) return false;
     step.dissipated += stored(step.end) - stored(then);
@@ -125,7 +130,8 @@ class PairMotion {
   }
 
   /// Advances a pair that pushes at `begin` but not at `end` up to where it lets go, by regula falsi.
-  double time_of_release(PairStep<d>& step, double age, double begin, double end, double f_end) const {
+  LICHTENBERG_HOST_DEVICE double time_of_release(PairStep<d>& step, double age, double begin, double end,
+                                                 double f_end) const {
     const PairStep<d> start = step;
     double low = begin, high = end, f_low = unclamped(start.end), f_high = f_end, middle = end;
     for (int k = 0; k < 3; ++k) {
@@ -140,15 +146,15 @@ class PairMotion {
   }
 
   /// Not below 0: where surfaces part or meet, rounding may put them on either side.
-  double overlap(const PairState<d>& s) const { return std::max(reach_ - norm(s.apart), 0.0); }
-  double stored(const PairState<d>& s) const { return law_(overlap(s)).stored; }
+  LICHTENBERG_HOST_DEVICE double overlap(const PairState<d>& s) const { return std::max(reach_ - norm(s.apart), 0.0); }
+  LICHTENBERG_HOST_DEVICE double stored(const PairState<d>& s) const { return law_(overlap(s)).stored; }
 
   /// The contact's acceleration of the pair, and the power that it takes.
   struct Load {
     Vec<d> acceleration;
     double dissipation = 0;
   };
-  Load load(const PairState<d>& s) const {
+  LICHTENBERG_HOST_DEVICE Load load(const PairState<d>& s) const {
     const double distance = norm(s.apart), speed = closing(s);
     const ContactParts parts = law_(overlap(s));
     const double repulsion = std::max(parts.elastic + parts.damping * speed, 0.0);
@@ -160,11 +166,11 @@ class PairMotion {
     std::array<Vec<d>, 3> acceleration;
     std::array<double, 3> dissipation;
   };
-  static Polynomial line(const Load& at_0, const Load& at_h, double h) {
+  LICHTENBERG_HOST_DEVICE static Polynomial line(const Load& at_0, const Load& at_h, double h) {
     return {{at_0.acceleration, (at_h.acceleration - at_0.acceleration) / h, {}},
             {at_0.dissipation, (at_h.dissipation - at_0.dissipation) / h, 0}};
   }
-  static Polynomial parabola(const Load& at_0, const Load& middle, const Load& at_h, double h) {
+  LICHTENBERG_HOST_DEVICE static Polynomial parabola(const Load& at_0, const Load& middle, const Load& at_h, double h) {
     const auto slope = [&](auto a, auto m, auto b) { return (4.0 * m - 3.0 * a - b) / h; };
     const auto bend = [&](auto a, auto m, auto b) { return 2.0 * (a - 2.0 * m + b) / (h * h); };
     const auto [a, pa] = at_0;
@@ -175,12 +181,12 @@ class PairMotion {
 
   /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and that integral's.
   template <class Value>
-  static Value once(const std::array<Value, 3>& c, double from, double s) {
+  LICHTENBERG_HOST_DEVICE static Value once(const std::array<Value, 3>& c, double from, double s) {
     return (s * (2 * from + s)) * c[0] + (s * s * (from + 2.0 / 3 * s)) * c[1] +
            (s * s * s * (2.0 / 3 * from + 0.5 * s)) * c[2];
   }
   template <class Value>
-  static Value twice(const std::array<Value, 3>& c, double from, double s) {
+  LICHTENBERG_HOST_DEVICE static Value twice(const std::array<Value, 3>& c, double from, double s) {
     const double s2 = s * s, f2 = from * from, fs = from * s;
     return (s2 * (2 * f2 + 2 * fs + 0.5 * s2)) * c[0] +
            (s2 * s * (2.0 / 3 * f2 + 5.0 / 6 * fs + 4.0 / 15 * s2)) * c[1] +
@@ -190,7 +196,7 @@ class PairMotion {
   /// One step in sigma from `begin` to `end`: four evaluations, as in the classical Runge-Kutta method, but the path
   /// follows from the accelerations by integrating polynomials in sigma, so that just after touch, where the overlap is
   /// of second order in sigma, it has a small relative error in each stage.
-  void press(PairStep<d>& step, double age, double begin, double end) const {
+  LICHTENBERG_HOST_DEVICE void press(PairStep<d>& step, double age, double begin, double end) const {
     if (end <= begin) return;
     const double from = std::sqrt(age), whole = std::sqrt(age + (end - begin)) - from, half = 0.5 * whole;
     const PairState<d> start = step.end;

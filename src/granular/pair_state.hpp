@@ -18,13 +18,13 @@ struct PairState {
 
 /// The speed at which they come closer along the line of centres.
 template <int d>
-double closing(const PairState<d>& s) {
+LICHTENBERG_HOST_DEVICE double closing(const PairState<d>& s) {
   return -dot(s.apart, s.velocity) / norm(s.apart);
 }
 
 /// Their speed across it.
 template <int d>
-double speed_across(const PairState<d>& s) {
+LICHTENBERG_HOST_DEVICE double speed_across(const PairState<d>& s) {
   return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
 }
 

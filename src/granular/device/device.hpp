@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "src/model/checkpoint.hpp"
+#include "src/model/grain_contact_law.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::granular::device {
+
+/// What steps took since the gas was loaded.
+struct StepCounts {
+  std::int64_t steps = 0, contact_steps = 0;
+  std::int64_t lists = 0, evaluations = 0;  ///< lists made, sums over charges
+  double seconds = 0, list_seconds = 0;     ///< of the wall: all of it, and that of lists
+};
+
+/// A gas of grains on a device, carried on by the steps of Multirate. What it holds goes there and comes back as a
+/// checkpoint of Gas: that of a device is one of the CPU's.
+class DeviceGas {
+ public:
+  virtual ~DeviceGas() = default;
+
+  /// Takes the gas over. `elastic`: the scene is being mixed, no charge moves.
+  virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic) = 0;
+  /// Changes what has changed in the checkpoint that was loaded.
+  virtual void store(Checkpoint& checkpoint) const = 0;
+  virtual double time() const = 0;
+  /// Carries it on by one step towards `time`, at most to there. Throws Failure where Gas does.
+  virtual void step(double time) = 0;
+  virtual StepCounts counts() const = 0;
+};
+
+/// Throws InputError, with a sentence, for a scene that has what a device does not compute.
+void check_scene(const Scene& scene);
+/// Bytes of a device that a gas of this scene will take, by an estimate for grains evenly spread.
+double bytes_needed(const Scene& scene);
+
+/// On the first CUDA device. Throws InputError where check_scene does, or if there is no device that can be used;
+/// Failure if it has not enough memory.
+std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene);
+/// The device's algorithms run by the CPU, item after item, for tests.
+std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene);
+
+}  // namespace lichtenberg::granular::device

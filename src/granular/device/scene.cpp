@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "solvers/error.hpp"
+#include "solvers/periodic/accuracy.hpp"
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/granular/device/gas.hpp"
+#include "src/model/bodies.hpp"
+
+namespace lichtenberg::granular::device {
+namespace {
+
+[[noreturn]] void refuse(const Scene& scene, const std::string& what) {
+  throw InputError(fmt::format("{}: device = \"cuda\" has no {}: \"cpu\" has", scene.path, what));
+}
+
+void check_coulomb(const Scene& scene, const effects::CoulombOptions& options) {
+  if (options.sum != effects::CoulombSum::mesh)
+    refuse(scene, fmt::format("effects.coulomb.sum = \"{}\"", name_of(options.sum)));
+  if (options.accuracy < 1e-6)
+    refuse(scene, fmt::format("effects.coulomb.accuracy = {:g}, its single precision reaches 1e-6", options.accuracy));
+}
+
+void check_exchange(const Scene& scene, const effects::ChargeExchangeOptions& options) {
+  if (options.model == effects::ExchangeModel::none) return;
+  if (options.model != effects::ExchangeModel::impact)
+    refuse(scene, fmt::format("effects.charge_exchange.model = \"{}\"", name_of(options.model)));
+  if (options.each_step) refuse(scene, "effects.charge_exchange.each_step");
+  if (options.capacity) refuse(scene, "effects.charge_exchange.capacity");
+}
+
+}  // namespace
+
+void check_scene(const Scene& scene) {
+  if (!scene.reference) refuse(scene, "scenes without [reference] but for their field");
+  if (scene.dimension() != 3) refuse(scene, "grains in the plane");
+  if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
+    refuse(scene, "walls around grains");
+  if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
+    refuse(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
+  for (const char* effect : {"induced_dipoles", "gas_drag", "uniform_force"})
+    if (scene.effects.has(effect)) refuse(scene, std::string("effects.") + effect);
+  if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) check_coulomb(scene, *coulomb);
+  if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) check_exchange(scene, *exchange);
+}
+
+namespace {
+
+periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions& options) {
+  const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), scene.domain.box().lengths,
+                               2 * smallest);
+}
+
+}  // namespace
+
+double bytes_needed(const Scene& scene) {
+  // Arrays of grains and of entries in lists (gas.hpp), a mesh of whole numbers, points, modes and factors with the
+  // transforms' own, and what starts the device; lists with the widest skin that a gas has had at T = 10.
+  constexpr double a_grain = 450, an_entry = 80, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
+  const double n = static_cast<double>(scene.conductors.size());
+  const Vec3 lengths = scene.domain.box().lengths;
+  const double density = n / (lengths.x * lengths.y * lengths.z);
+  const auto within = [&](double range) { return density * 4.2 * range * range * range; };
+  double bytes = start + n * (a_grain + 2 * an_entry * within(1 + skin));
+  if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) {
+    const periodic::MeshChoice choice = mesh_for(scene, *coulomb);
+    const auto [x, y, z] = choice.mesh.points;
+    bytes += n * (25 * a_column + 1.25 * a_partner * within(choice.cutoff + skin)) + a_point * x * y * z;
+  }
+  return bytes;
+}
+
+GasOptions gas_options(const Scene& scene) {
+  const Bodies bodies = make_bodies(scene);
+  GasOptions options{.lengths = bodies.box.lengths,
+                     .mass = bodies.mass,
+                     .radius = bodies.radius,
+                     .step = scene.mechanics.step,
+                     .contact_steps = scene.mechanics.contact_steps,
+                     .seed = scene.seed,
+                     .path = scene.path,
+                     .bytes = bytes_needed(scene)};
+  if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) {
+    const periodic::MeshChoice choice = mesh_for(scene, *coulomb);
+    options.tables =
+        periodic::device::make_tables(choice.mesh, periodic::prolate_cloud(choice.band_limit, choice.cutoff));
+    options.strength = coulomb->strength;
+    options.charged = true;
+  }
+  if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) {
+    options.exchange = {exchange->strength, exchange->exponent};
+    options.charged = true;
+    options.exchanges = exchange->model != effects::ExchangeModel::none;
+  }
+  return options;
+}
+
+}  // namespace lichtenberg::granular::device

@@ -1,0 +1,134 @@
+// A gas of grains on a CUDA device: how far it is from the CPU's after one step, what steps take, whether its energy
+// book closes. The scene's stages are left out.
+//
+//   device_gas scenes/granular-gas-full.toml [--temperature 1] [--charge 1] [--step 0.005] [--steps 400] [--host]
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include "solvers/error.hpp"
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/granular/device/device.hpp"
+#include "src/granular/integrator.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+struct Options {
+  std::string scene;
+  double temperature = 0, charge = 0, step = 0, accuracy = 0;
+  int steps = 400, warm = 50;
+  bool host = false, no_exchange = false, no_cpu = false;
+};
+
+Scene prepared(const Options& options) {
+  Scene scene = read_scene(options.scene);
+  scene.stages.clear();
+  scene.stop.time = INFINITY;
+  if (options.step > 0) scene.mechanics.step = options.step;
+  if (options.no_exchange) scene.effects.remove("charge_exchange");
+  if (auto* coulomb = scene.effects.find<effects::CoulombOptions>(); coulomb && options.accuracy > 0)
+    coulomb->accuracy = options.accuracy;
+  double sum = 0;
+  for (const Conductor& grain : scene.conductors) sum += norm2(grain.velocity);
+  const double now = sum / (3 * static_cast<double>(scene.conductors.size()));
+  int k = 0;
+  for (Conductor& grain : scene.conductors) {
+    if (options.temperature > 0) grain.velocity *= std::sqrt(options.temperature / now);
+    if (options.charge > 0) grain.charge = k++ % 2 ? options.charge : -options.charge;
+  }
+  return scene;
+}
+
+double rms(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  return std::sqrt(3 * sum / static_cast<double>(a.size()));
+}
+
+void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
+  const Checkpoint start = gas.save();
+  device.load(start, gas.law(), false);
+  const auto integrator = granular::make_multirate();
+  const double end = gas.time() + integrator->longest_step(gas);
+  integrator->step(gas, end);
+  while (device.time() < end) device.step(end);  // rounding may make two of it
+  Checkpoint found = start;
+  device.store(found);
+  const Checkpoint cpu = gas.save();
+  fmt::print(
+      "after a step of {:.4f}: places differ by {:.1e} rms, momenta by {:.1e}, of changes of {:.1e} and {:.1e}; "
+      "{} and {} contacts, {} and {} collisions\n",
+      end, rms(found.reals["position"], cpu.reals.at("position")),
+      rms(found.reals["momentum"], cpu.reals.at("momentum")), rms(start.reals.at("position"), cpu.reals.at("position")),
+      rms(start.reals.at("momentum"), cpu.reals.at("momentum")), found.integers["contact_pairs"].size() / 3,
+      cpu.integers.at("contact_pairs").size() / 3, found.integers["counters"][2], cpu.integers.at("counters")[2]);
+  gas.restore(start);
+}
+
+void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Options& options) {
+  const Checkpoint start = gas.save();
+  constexpr double far = 1e6;
+  const granular::GasEnergy before = gas.energy();
+  device.load(start, gas.law(), false);
+  for (int k = 0; k < options.warm; ++k) device.step(far);
+  const auto then = device.counts();
+  const double time = device.time();
+  const auto clock = std::chrono::steady_clock::now();
+  for (int k = 0; k < options.steps; ++k) device.step(far);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - clock).count();
+  const auto now = device.counts();
+  const double steps = static_cast<double>(now.steps - then.steps);
+  const double contact_steps = static_cast<double>(now.contact_steps - then.contact_steps);
+  fmt::print(
+      "{:.0f} steps/s, {:.0f} of contacts/s; {:.1f} us a step, {:.1f} of them lists ({:.2f} a step), {:.1f} steps of "
+      "contacts and {:.2f} sums over charges a step; {:.4g} t0/s, t = {:.4g}\n",
+      steps / seconds, contact_steps / seconds, 1e6 * seconds / steps,
+      1e6 * (now.list_seconds - then.list_seconds) / steps, (now.lists - then.lists) / steps, contact_steps / steps,
+      (now.evaluations - then.evaluations) / steps, (device.time() - time) / seconds, device.time());
+  if (options.no_cpu) return;
+  Checkpoint end = start;
+  device.store(end);
+  gas.restore(end);
+  const granular::GasEnergy after = gas.energy();
+  fmt::print(
+      "energy: kinetic {:.6g}, potential {:.6g}, dissipated {:.6g}, exchanged {:.6g}: off by {:.1e} of what was "
+      "dissipated\n",
+      after.kinetic, after.potential, after.dissipated, after.exchanged,
+      (after.total() - before.total()) / after.dissipated);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Times a gas of grains on a CUDA device and compares it with the CPU's");
+  app.add_option("scene", options.scene, "scene file")->required();
+  app.add_option("--temperature", options.temperature, "at the start; the scene's if not given");
+  app.add_option("--charge", options.charge, "grains have plus and minus so much; the scene's if not given");
+  app.add_option("--step", options.step, "mechanics.step");
+  app.add_option("--accuracy", options.accuracy, "effects.coulomb.accuracy");
+  app.add_option("--steps", options.steps, "that are timed");
+  app.add_flag("--no-exchange", options.no_exchange, "without effects.charge_exchange");
+  app.add_flag("--no-cpu", options.no_cpu, "compare nothing");
+  app.add_flag("--host", options.host, "run the device's algorithms on the CPU");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const Scene scene = prepared(options);
+    const auto device = options.host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene);
+    granular::Gas gas(scene);
+    fmt::print("{} grains, {}\n", scene.conductors.size(), options.scene);
+    if (!options.no_cpu) compare(gas, *device);
+    measure(gas, *device, options);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "device_gas: {}\n", error.what());
+    return 1;
+  }
+}

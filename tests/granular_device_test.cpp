@@ -129,6 +129,24 @@ TEST_CASE("a gas goes on bit for bit from a device's checkpoint, wherever it was
   CHECK(a.integers == b.integers);
 }
 
+TEST_CASE("a grain that two others touch in the same step gets the random numbers that it has on the CPU") {
+  Scene scene = grains::cube(8);
+  for (const double x : {4.0, 2.9, 5.1}) grains::add(scene, {x, 4, 4}, {4 - x, 0, 0});
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.05});
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto device = granular::device::make_host_gas(scene);
+  device->load(start, cpu.gas.law(), false);
+  for (int n = 0; n < 4; ++n) cpu.step(10), device->step(10);
+  REQUIRE(cpu.gas.collisions == 2);
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  CHECK(expected.integers.at("effects.charge_exchange.collisions") == std::vector<std::int64_t>{2, 1, 1});
+  CHECK(found.integers == expected.integers);
+  CHECK(largest_difference(found.reals.at("charge"), expected.reals.at("charge")) < 1e-10);
+  CHECK(std::abs(expected.reals.at("charge")[1]) > 1e-3);
+}
+
 TEST_CASE("no charge moves while a gas is mixed") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);

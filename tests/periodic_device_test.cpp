@@ -11,6 +11,7 @@
 #include "solvers/parallel/host_executor.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/device/device.hpp"
+#include "solvers/periodic/device/near.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
 #include "tests/periodic_sources.hpp"
@@ -170,6 +171,19 @@ TEST_CASE("the device's sums do not depend on the order of the charges by a bit,
   const Response more = evaluated(*device, strong);
   CHECK(more.energy == 4096 * expected.energy);
   for (std::size_t k = 0; k < more.force.size(); ++k) REQUIRE(more.force[k] == 4096 * expected.force[k]);
+}
+
+TEST_CASE("addends of near sums are multiples of 2^-31, off by at most 2^-30 or by their own rounding") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> digits(1, 2);
+  for (int exponent = -60; exponent < 10; ++exponent)
+    for (const float sign : {-1.0f, 1.0f})
+      for (int k = 0; k < 20; ++k) {
+        const float value = sign * std::ldexp(digits(random), exponent), on = device::on_grid(value);
+        const double quanta = std::ldexp(static_cast<double>(on), 31);
+        REQUIRE(quanta == std::nearbyint(quanta));
+        REQUIRE(std::abs(on - value) <= std::max(0x1p-30f, 0x1p-23f * std::abs(value)));
+      }
 }
 
 TEST_CASE("a device refuses what it has not") {

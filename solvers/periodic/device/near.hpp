@@ -20,7 +20,7 @@ struct alignas(16) Felt {
   float x = 0, y = 0, z = 0, potential = 0;
 };
 
-/// The same while it is added up. Addends are multiples of 2^-30, so that the sum is exact up to 2^23 and its order
+/// The same while it is added up. Addends are multiples of 2^-31, so that the sum is exact up to 2^22 and its order
 /// does not matter: neither lists nor threads show in its bits.
 struct FeltSum {
   double x = 0, y = 0, z = 0, potential = 0;
@@ -32,7 +32,7 @@ struct FeltSum {
   friend LICHTENBERG_HOST_DEVICE FeltSum operator+(FeltSum a, const FeltSum& b) { return a += b; }
 };
 
-/// Rounded to a multiple of 2^-30: from 2^-7 on any float is one.
+/// Rounded to a multiple of 2^-31, small ones of 2^-30: from 2^-8 on any float is one.
 LICHTENBERG_HOST_DEVICE inline float on_grid(float value) {
   constexpr float shift = 0x1.8p-7f;
   return (value + shift) - shift;

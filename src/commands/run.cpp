@@ -6,6 +6,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "solvers/stopwatch.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/draw.hpp"
@@ -17,7 +18,6 @@
 #include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/mechanics/simulation.hpp"
-#include "solvers/stopwatch.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"

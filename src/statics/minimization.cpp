@@ -14,8 +14,8 @@
 #include "solvers/minimize/gradient_descent.hpp"
 #include "solvers/minimize/lbfgs.hpp"
 #include "solvers/minimize/newton_cg.hpp"
-#include "src/effects/effects.hpp"
 #include "solvers/stopwatch.hpp"
+#include "src/effects/effects.hpp"
 #include "src/statics/potential_energy.hpp"
 
 namespace lichtenberg {

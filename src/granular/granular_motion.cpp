@@ -83,6 +83,8 @@ struct GranularMotion::Implementation {
   double seconds = 0, analysis_seconds = 0;
 };
 
+GranularMotion::GranularMotion(const Scene& scene) : GranularMotion(scene, nullptr) {}
+
 GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device)
     : implementation_(std::make_unique<Implementation>(scene, std::move(device))) {
   implementation_->notes.push_back(implementation_->note());

@@ -14,7 +14,8 @@ class DeviceGas;
 class GranularMotion : public Motion {
  public:
   /// With a device, steps are made there, and the gas comes back when somebody looks.
-  explicit GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device = nullptr);
+  explicit GranularMotion(const Scene& scene);
+  GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device);
   ~GranularMotion() override;
 
   double time() const override;

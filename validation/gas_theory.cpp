@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "solvers/random.hpp"
+#include "solvers/stopwatch.hpp"
 #include "src/analysis/gas_growth.hpp"
-#include "src/model/stopwatch.hpp"
 #include "src/theory/kinetic.hpp"
 #include "src/theory/kinetic_printed.hpp"
 #include "src/theory/restitution.hpp"

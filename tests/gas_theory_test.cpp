@@ -93,6 +93,29 @@ TEST_CASE("the source's own parameters, and stability") {
   CHECK(contains(run_program(folder, "theory restitution").out, "0.330835"));
 }
 
+TEST_CASE("what is read, results and what is no plain file are never written over") {
+  const Folder folder;
+  folder.write("gas.toml", scene());
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  const std::string before = text_of(folder / "gas.h5"), text = text_of(folder / "gas.toml");
+  std::filesystem::create_symlink("elsewhere.csv", folder / "link.csv");
+  for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"theory haff gas.h5 --csv gas.h5", "is what is read"},
+           {"theory haff gas.h5 --json ./gas.h5", "is what is read"},
+           {"theory haff --scene gas.toml --csv gas.toml", "is what is read"},
+           {"analyse gas.h5 --csv gas.h5", "is what is read"},
+           {"theory haff --csv gas.h5", "is a result"},
+           {"theory haff --csv link.csv", "is no plain file"},
+           {"theory haff --csv x --json x", "cannot be written twice"},
+           {"theory haff --out x.png", "--plot"}}) {
+    const Ended ended = run_program(folder, command);
+    CHECK_MESSAGE(ended.status == 2, command);
+    CHECK_MESSAGE(contains(ended.err, sentence), command << ": " << ended.err);
+  }
+  CHECK(text_of(folder / "gas.h5") == before);
+  CHECK(text_of(folder / "gas.toml") == text);
+}
+
 TEST_CASE("theories outside of their range say what it is") {
   const Folder folder;
   folder.write("gas.toml", scene());
@@ -119,5 +142,5 @@ TEST_CASE("theories outside of their range say what it is") {
   folder.write("cold.toml", replaced(replaced(scene(), "temperature = 1", "temperature = 0"), "temperature = 2", ""));
   refused("haff --scene cold.toml", "for grains that move, T > 0");
   folder.write("early.toml", replaced(scene(), "time = 1.5", "time = 0.5"));
-  refused("haff --scene early.toml", "the run ends before its stages do");
+  refused("haff --scene early.toml", "the run ends before its warm-up does");
 }

@@ -212,6 +212,7 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
     if (error_of(other, request.contact) < error_of(choice, request.contact)) choice = other;
   }
   choice.single = !request.dipoles && choice.mesh.points[2] % 2 == 0 &&
+                  std::ssize(cloud_polynomial(choice.cloud())) <= SingleNear::highest_degree + 1 &&
                   choice.cutoff <= SingleNear::longest_cutoff(request.lengths) &&
                   error_of(choice, request.contact) >= finest_single;
   choice.error = error_of(choice, request.contact);
@@ -313,14 +314,16 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   constexpr double least_single = 7e-7;  // nearly twice its own error
   if (request.accuracy > least_single) now.accuracy = std::max(now.accuracy, least_single);
   for (int round = 0; round < rounds; ++round) {
+    MeshChoice found = best;
     try {
-      best = choose_quick_mesh(now);
+      found = choose_quick_mesh(now);
     } catch (const InputError&) {  // so fine is out of reach
-      return best;
+      if (round > 0) return best;
     }
-    best.error = found_error(best, sources, exact);
-    if (!(best.error > request.accuracy) && !(best.error < request.accuracy / 3)) return best;
-    now.accuracy = std::clamp(now.accuracy * std::clamp(0.6 * request.accuracy / best.error, 0.1, 10.0), 1e-8, 0.1);
+    found.error = found_error(found, sources, exact);
+    if (round == 0 || found.error <= request.accuracy || found.error < best.error) best = found;
+    if (!(found.error > request.accuracy) && !(found.error < request.accuracy / 3)) return best;
+    now.accuracy = std::clamp(now.accuracy * std::clamp(0.6 * request.accuracy / found.error, 0.1, 10.0), 1e-8, 0.1);
   }
   return best;
 }

@@ -62,7 +62,8 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// The same, with parameters whose error at these places lies between a third of what is asked for and that: relative
 /// errors of clusters differ from those of charges at random places by up to two, either way. It is measured against a
 /// finer mesh, or Ewald's sum of some charges. Charges at random places get half of what is asked for, so that
-/// clusters which form later do not exceed it. Charges that are all 0 are taken for +1 and -1 in turns.
+/// clusters which form later do not exceed it. What cannot be had so says it in `error`. Charges that are all 0 are
+/// taken for +1 and -1 in turns.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
 
 /// The ParticleMesh or SingleMesh, for about so many charges.

@@ -4,14 +4,16 @@
 #include <cmath>
 #include <numeric>
 
+#include "solvers/error.hpp"
+
 namespace lichtenberg::periodic {
 
 Columns::Columns(Vec3 lengths, int charges, int together, double widest, double reach) : lengths_(lengths) {
   const double volume = lengths.x * lengths.y * lengths.z;
   const double width = std::min(widest, std::cbrt(together * volume / std::max(1, charges)));
   for (int k = 0; k < 2; ++k) {
-    // Rounding must not make what is in reach of one tile seem to be in reach of the next but one.
-    const int fit = static_cast<int>(lengths[k] / (2 * reach) * (1 - 1e-12));
+    // What is in reach of one tile must not be in reach of the next but one: places are rounded to single precision.
+    const int fit = static_cast<int>(lengths[k] / (2 * reach) * (1 - 1e-4));
     tiles_[k] = std::max(1, fit / 2 * 2);
     columns_[k] = static_cast<int>(std::ceil(lengths[k] / tiles_[k] / width));
   }
@@ -34,6 +36,8 @@ Columns::Columns(Vec3 lengths, int charges, int together, double widest, double 
 void Columns::sort(const Sources& sources, parallel::Team& team) {
   constexpr int charges_a_task = 4096;
   const int n = sources.size();
+  if (!std::ranges::all_of(sources.position, [](double x) { return std::isfinite(x); }))
+    throw Failure("the place of a charge is no finite number");
   found_.resize(n), bin_.resize(n), sorted_.resize(n);
   for (auto& axis : place_) axis.resize(n + spare);
   charge_.resize(n + spare);

@@ -24,7 +24,7 @@ constexpr int width = 16;
 #else
 constexpr int width = 8;
 #endif
-constexpr int lowest_degree = 4, highest_degree = 18;
+constexpr int lowest_degree = 4, highest_degree = SingleNear::highest_degree;
 
 using Many = Lanes<width, float>;
 using Places = Lanes<width, std::int32_t>;

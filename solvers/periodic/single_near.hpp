@@ -20,6 +20,7 @@ class SingleNear {
   /// The longest cut-off in this box, a third of it: what acts on a cluster, which is no larger than that, then has its
   /// nearest image in common for all of its charges.
   static double longest_cutoff(Vec3 lengths);
+  static constexpr int highest_degree = 18;  ///< of a cloud's polynomial
   /// Overwrites `sums`; the columns' reach is at least the cut-off. `sums`: field x, y, z and potential at each sorted
   /// charge, four numbers, in units of cut-off and Columns::charge_unit.
   void compute(const Columns& columns, std::span<float> sums, parallel::Team& team) const;

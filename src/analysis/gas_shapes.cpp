@@ -129,8 +129,10 @@ std::optional<SizeExponent> size_exponent(std::span<const int> sizes, int least)
   if (count < fewest || largest == least) return {};
   const double mean = logarithms / count;
   const auto loss = [&](double tau) { return std::log(hurwitz_zeta(tau, least)) + tau * mean; };
-  const double tau = boost::math::tools::brent_find_minima(loss, 1 + 1e-6, 10.0, 40).first;
+  constexpr double smallest = 1 + 1e-6, steepest = 10;
+  const double tau = boost::math::tools::brent_find_minima(loss, smallest, steepest, 40).first;
   const double step = 1e-3 * (tau - 1);
+  if (tau < 1.01 || tau > steepest - 0.01) return {};  // there is none between
   const double curvature = (loss(tau + step) - 2 * loss(tau) + loss(tau - step)) / (step * step);
   return SizeExponent{tau, 1 / std::sqrt(count * curvature), count};
 }

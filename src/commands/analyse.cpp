@@ -12,6 +12,7 @@
 #include "src/commands/analyse_columns.hpp"
 #include "src/commands/analyse_gas.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -146,7 +147,7 @@ void analyse(const AnalyseArguments& request) {
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));
   if (!request.frame) check_writable(request.file);
-  if (!request.csv.empty()) check_writable(request.csv);
+  check_outputs({request.csv}, {request.file});
   Scene scene = result.scene();
   if (scene.reference) return analyse(GasAnalyser(result, std::move(scene)), result, request);
   analyse(Analyser(result, std::move(scene)), result, request);

@@ -43,6 +43,12 @@ double rms_charge(const Scene& scene) {
   return std::sqrt(squares / static_cast<double>(scene.conductors.size()));
 }
 
+double mean_charge(const Scene& scene) {
+  double sum = 0;
+  for (const Conductor& grain : scene.conductors) sum += grain.charge;
+  return sum / static_cast<double>(scene.conductors.size());
+}
+
 std::optional<GasParameters::Exchange> exchange_of(const Scene& scene) {
   const auto* options = scene.effects.find<effects::ChargeExchangeOptions>();
   if (!options || options->model == effects::ExchangeModel::none) return {};
@@ -70,9 +76,12 @@ double initial_temperature(const Scene& scene) {
 }
 
 double warm_up(const Scene& scene) {
-  double sum = 0;
-  for (const Stage& stage : scene.stages) sum += stage.elastic ? stage.duration : 0;
-  return sum;
+  double sum = 0, warm = 0;
+  for (const Stage& stage : scene.stages) {
+    sum += stage.duration;
+    if (stage.elastic || stage.temperature) warm = sum;
+  }
+  return warm;
 }
 
 double restitution(const GrainContactLaw& law, double speed) {
@@ -107,10 +116,11 @@ GasParameters gas_parameters(const Scene& scene) {
                           .law = granular::contact_law(scene, effects::make_model(scene)),
                           .coupling = number_in(scene, &EffectKind::charge_strength).value_or(0),
                           .charge = rms_charge(scene),
+                          .mean_charge = mean_charge(scene),
                           .exchange = exchange_of(scene)};
   if (!(gas.temperature > 0)) throw InputError(scene.path + ": theories of gases are for grains that move, T > 0");
   if (!(gas.end > 0))
-    throw InputError(scene.path + ": the run ends before its stages do, and theory begins after them");
+    throw InputError(scene.path + ": the run ends before its warm-up does, after which theory begins");
   return gas;
 }
 
@@ -129,7 +139,7 @@ GasParameters source_monopolar_gas() {
   GasParameters gas = source_gas();
   gas.source = "the source's gas of equal charges (G 4.1a)";
   gas.law = LinearSpringLaw{278.6, linear_damping(278.6, 0.9, effective_mass)};
-  gas.coupling = 0.1, gas.charge = 1, gas.exchange.reset();
+  gas.coupling = 0.1, gas.charge = gas.mean_charge = 1, gas.exchange.reset();
   return gas;
 }
 

@@ -15,7 +15,7 @@ double grain_density(const Scene& scene);
 /// What the grains' velocities are the temperature of, m0 v0^2, at the start of what is not a stage.
 double initial_temperature(const Scene& scene);
 
-/// t0, of the stages in which nothing is lost: with them theory begins.
+/// t0, to the end of the last stage in which nothing is lost or that sets the temperature: then theory begins.
 double warm_up(const Scene& scene);
 
 /// Of two grains of diameter and mass 1 that meet at this speed.
@@ -33,6 +33,7 @@ struct GasParameters {
   GrainContactLaw law;
   double coupling = 0;  ///< K; 0 without forces of charges
   double charge = 0;    ///< of a grain at the start, rms
+  double mean_charge = 0;
   struct Exchange {
     double strength = 0, exponent = 0;  ///< Q and eta, once a collision (G 4.3)
   };

@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string_view>
 
 #include "solvers/error.hpp"
 #include "src/commands/draw.hpp"
@@ -28,7 +30,42 @@ struct TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
 };
 
+bool is_same(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return std::filesystem::weakly_canonical(a, error) == std::filesystem::weakly_canonical(b, error) ||
+         std::filesystem::equivalent(a, b, error);
+}
+
+bool holds_hdf5(const std::string& path) {
+  constexpr std::string_view signature = "\x89HDF";
+  std::string begin(signature.size(), ' ');
+  return std::ifstream(path, std::ios::binary).read(begin.data(), signature.size()) && begin == signature;
+}
+
+void check_output(const std::string& path) {
+  check_writable(path);
+  std::error_code error;
+  const auto there = std::filesystem::symlink_status(path, error).type();
+  if (there == std::filesystem::file_type::not_found) return;
+  if (there != std::filesystem::file_type::regular)
+    throw InputError(fmt::format("{} is no plain file, and is left as it is: name another one", path));
+  if (holds_hdf5(path)) throw InputError(fmt::format("{} is a result, and is left as it is: name another file", path));
+}
+
 }  // namespace
+
+void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read) {
+  for (auto file = written.begin(); file != written.end(); ++file) {
+    if (file->empty()) continue;
+    for (const std::string& source : read)
+      if (!source.empty() && is_same(*file, source))
+        throw InputError(fmt::format("{} is what is read, and is left as it is: name another file to write", *file));
+    for (auto other = written.begin(); other != file; ++other)
+      if (!other->empty() && is_same(*file, *other))
+        throw InputError(fmt::format("{} cannot be written twice: name another file", *file));
+    check_output(*file);
+  }
+}
 
 void write_json(const std::string& path, const nlohmann::ordered_json& json) {
   const std::string text = json.dump(1) + "\n";

@@ -52,14 +52,14 @@ TheoryAnswer stability_of(const TheoryArguments& request) {
     const GasParameters gas = parameters_of(request);
     eps = mean_restitution(gas);
     // The mean of charges that grains exchange is 0.
-    charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.charge, gas.temperature);
+    charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.mean_charge, gas.temperature);
   }
   return stability_theory(request.restitution.value_or(eps), request.charge_number.value_or(charged));
 }
 
 TheoryAnswer answer_to(const TheoryArguments& request) {
   if (request.name == "stability") return stability_of(request);
-  const bool needs_gas = request.name != "smoluchowski" || !request.result.empty();
+  const bool needs_gas = request.name != "smoluchowski" || !request.result.empty() || !request.scene.empty();
   const std::optional<GasParameters> gas = needs_gas ? std::optional(parameters_of(request)) : std::nullopt;
   std::optional<GasCourse> course;
   if (!request.result.empty()) course.emplace(request.result, gas->warm_up);
@@ -125,7 +125,7 @@ void print_found(const TheoryTable& table, const FoundSeries& found) {
     next = 2 * found.x[k];
     const double expected = value_at(table, *column, found.x[k]);
     fmt::print("{:>14}{:>14}{:>26}{:>10}\n", cell(found.x[k]), cell(found.y[k]), cell(expected),
-               std::isfinite(expected) ? fmt::format("{:.4g}", found.y[k] / expected) : "-");
+               std::isfinite(found.y[k] / expected) ? fmt::format("{:.4g}", found.y[k] / expected) : "-");
   }
 }
 
@@ -210,8 +210,9 @@ std::string theory_picture(const TheoryArguments& request) {
 void check_theory(const TheoryArguments& request) {
   if ((request.restitution || request.charge_number) && request.name != "stability")
     throw InputError("--restitution and --charge-number are for theory stability");
-  for (const std::string& path : {request.json, request.csv, request.plot ? theory_picture(request) : ""})
-    if (!path.empty()) check_writable(path);
+  if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
+  check_outputs({request.json, request.csv, request.plot ? theory_picture(request) : ""},
+                {request.result, request.scene});
 }
 
 void tell_theory(const TheoryArguments& request) {

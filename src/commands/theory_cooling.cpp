@@ -214,7 +214,8 @@ TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
 TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run) {
   if (!is_constant(gas.law))
     throw InputError(gas.source + ": theory monopolar is for a constant restitution, which effects.linear_contact has");
-  if (gas.coupling <= 0 || gas.charge <= 0 || gas.exchange)
+  constexpr double rounding = 1e-9;
+  if (gas.coupling <= 0 || gas.charge <= 0 || std::abs(gas.mean_charge) < (1 - rounding) * gas.charge || gas.exchange)
     throw InputError(gas.source +
                      ": theory monopolar is for grains that all have the same charge, which it needs together with "
                      "effects.coulomb and without effects.charge_exchange");

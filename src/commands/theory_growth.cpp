@@ -30,8 +30,10 @@ Growth growth_of(double beta, const std::vector<double>& times) {
   growth.lost = found.back().lost;
   growth.slope = analysis::local_slopes(std::span(times).first(found.size()), growth.size);
   const auto from = static_cast<std::size_t>(std::ranges::lower_bound(growth.size, first_fitted) - growth.size.begin());
-  growth.fit =
-      *analysis::fit_growth(std::span(times).subspan(from, found.size() - from), std::span(growth.size).subspan(from));
+  const auto fit =
+      analysis::fit_growth(std::span(times).subspan(from, found.size() - from), std::span(growth.size).subspan(from));
+  if (!fit) throw Failure("the growth of aggregates has no power law to fit");
+  growth.fit = *fit;
   growth.fitted_from = growth.size[from], growth.fitted_to = growth.size.back();
   growth.size.resize(times.size(), NAN), growth.slope.resize(times.size(), NAN);
   return growth;
@@ -105,7 +107,7 @@ TheoryTable critical_table(const theory::TransportCoefficients& c, double eps) {
   for (const double r : logarithmic_range(1e-4, 10, 51)) {
     const auto waves = theory::critical_waves(c, r);
     number.values.push_back(r);
-    charge.values.push_back(r / (1 - eps * eps));
+    charge.values.push_back(eps < 1 ? r / (1 - eps * eps) : NAN);
     heat.values.push_back(largest_wave(waves, false));
     sound.values.push_back(largest_wave(waves, true));
   }
@@ -157,10 +159,13 @@ TheoryAnswer stability_theory(double eps, double charge_number) {
     answer.figures.push_back({"critical", "1/l_0", wave.wave_number,
                               wave.oscillates ? "where sound modes begin to grow or cease to"
                                               : "where the heat mode begins to grow or ceases to"});
+  // The roots zeta/8 +- sqrt(zeta^2/64 - R): charges oscillate against each other unless the gas cools faster.
+  const double slow = c.cooling * c.cooling / 64 - charge_number;
   if (charge_number > 0)
     answer.figures.push_back(
-        {"growth_at_zero", "1/t_0", c.cooling / 8,
-         "of charged sound as k -> 0, since velocities are measured in a thermal speed that falls"});
+        {"growth_at_zero", "1/t_0", c.cooling / 8 + std::sqrt(std::max(0.0, slow)),
+         fmt::format("of {} as k -> 0, since velocities are measured in a thermal speed that falls",
+                     slow < 0 ? "charged sound" : "the flow of charge, too slow to oscillate,")});
   answer.tables = {modes_table(c, charge_number), critical_table(c, eps)};
   return answer;
 }

@@ -69,11 +69,14 @@ std::vector<Remark> explain(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
   const periodic::MeshChoice choice = mesh_for(scene);
+  const bool by_hand = options.cutoff && options.mesh && options.order;
   return {{"charges",
-           fmt::format("forces to {:g} of the rms force: pairs up to {:.3g} d0, the rest on {} x {} x {} "
-                       "points with splines of order {}, in {} precision; error {:.1e} where the grains are",
-                       options.accuracy, choice.cutoff, choice.mesh.points[0], choice.mesh.points[1],
-                       choice.mesh.points[2], choice.mesh.order, choice.single ? "single" : "double", choice.error)}};
+           fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with splines of order {}, in "
+                       "{} precision; error {:.1e} of the rms force {}",
+                       by_hand ? "by what is given by hand" : fmt::format("to {:g} of the rms force", options.accuracy),
+                       choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
+                       choice.mesh.order, choice.single ? "single" : "double", choice.error,
+                       by_hand ? "at random places" : "where the grains are")}};
 }
 
 void check(const Draft& draft) {

@@ -272,7 +272,15 @@ TEST_CASE("a polarized gas, restored or on more threads, has the same bits") {
   CHECK(check_restored(scene, 2) > 20);
 }
 
-// K Q^2 is all that counts, and both are changed by powers of two.
+/// K Q^2 is all that counts, and both are changed by powers of two. `end`: of a run with K and Q.
+std::pair<End, End> check_scaled(const auto& end) {
+  std::pair<End, End> ends{end(1, 0.25), end(4, 0.125)};
+  CHECK(ends.first.position == ends.second.position);
+  CHECK(ends.first.momentum == ends.second.momentum);
+  CHECK(ends.first.energy.potential != 0);
+  return ends;
+}
+
 TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
   for (const Integrator integrator : all) {
     CAPTURE(name_of(integrator));
@@ -283,10 +291,7 @@ TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
       run.to(1);
       return end_of(run);
     };
-    const End one = end(1, 0.25), other = end(4, 0.125);
-    CHECK(one.position == other.position);
-    CHECK(one.momentum == other.momentum);
-    CHECK(one.energy.potential != 0);
+    const auto [one, other] = check_scaled(end);
     for (std::size_t i = 0; i < one.charge.size(); ++i) CHECK(one.charge[i] == 2 * other.charge[i]);
   }
 }
@@ -299,11 +304,8 @@ TEST_CASE("dipoles are as charges: (K, Q) and (4 K, Q / 2) have the same traject
     run.to(1);
     return end_of(run);
   };
-  const End one = end(1, 0.25), other = end(4, 0.125);
-  CHECK(one.position == other.position);
-  CHECK(one.momentum == other.momentum);
+  const auto [one, other] = check_scaled(end);
   CHECK(one.energy.potential == other.energy.potential);
-  CHECK(one.energy.potential != 0);
 }
 
 TEST_CASE("the sum of charges is 0, as a number, after any number of exchanges") {

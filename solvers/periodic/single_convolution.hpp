@@ -21,7 +21,6 @@ class RowTransform {
 
   explicit RowTransform(int length);
 
-  int length() const { return length_; }
   /// Of re + i im, with exp(-2 pi i k x / length), into the same arrays; `spare`: twice the length. With re and im
   /// exchanged it is the transform back. Not normalized.
   void apply(Numbers* re, Numbers* im, Numbers* spare) const;

@@ -68,17 +68,16 @@ std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t
   return by_number;
 }
 
+Vec3 place_of(const Bodies& bodies, int i) {
+  return bodies.dimension == 2 ? in_space(position<2>(bodies, i)) : position<3>(bodies, i);
+}
+
 Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers) {
   const int d = bodies.dimension;
   std::vector<Vec3> place(bodies.size());  // sum of what is between a cluster's grains and its first
   std::vector<double> filled(bodies.size());
-  const auto at = [&](int i) {
-    Vec3 p{};
-    for (int k = 0; k < d; ++k) p[k] = bodies.position[i * d + k];
-    return p;
-  };
   for (int i = 0; i < bodies.size(); ++i) {
-    place[numbers[i]] += bodies.box.difference(at(i), at(numbers[i]));
+    place[numbers[i]] += bodies.box.difference(place_of(bodies, i), place_of(bodies, numbers[i]));
     filled[numbers[i]] += std::pow(bodies.radius[i], d);
   }
   Bodies found{.dimension = d, .box = bodies.box};
@@ -87,7 +86,7 @@ Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> number
   for (int i = 0; i < bodies.size(); ++i) {
     if (numbers[i] != i) continue;
     for (int k = 0; k < d; ++k) {
-      found.position.push_back(at(i)[k] + place[i][k] / cluster->grains);
+      found.position.push_back(place_of(bodies, i)[k] + place[i][k] / cluster->grains);
       found.momentum.push_back(cluster->mass * cluster->velocity[k]);
     }
     found.mass.push_back(cluster->mass);

@@ -14,6 +14,9 @@ namespace lichtenberg::analysis {
 /// [N]: of each grain the number of the first grain of its cluster.
 std::vector<std::int32_t> cluster_numbers(int grains, std::span<const Pair> pairs);
 
+/// In space, whatever the dimension.
+Vec3 place_of(const Bodies& bodies, int i);
+
 struct Cluster {
   int grains = 0;
   double mass = 0, charge = 0;

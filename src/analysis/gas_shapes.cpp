@@ -10,12 +10,6 @@
 namespace lichtenberg::analysis {
 namespace {
 
-Vec3 place_of(const Bodies& b, int i) {
-  Vec3 place{};
-  for (int k = 0; k < b.dimension; ++k) place[k] = b.position[i * b.dimension + k];
-  return place;
-}
-
 /// Partners of each grain, one list after the other.
 struct Partners {
   std::vector<int> begin, all;

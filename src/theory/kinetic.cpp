@@ -106,10 +106,6 @@ class LogTable {
   std::vector<double> value_;
 };
 
-double prefactor(const Aggregates& gas) {
-  return 2 * std::sqrt(pi * gas.temperature / gas.mass) * std::pow(gas.density * gas.diameter, 2);
-}
-
 /// Contacts of a gas of this beta where those of a neutral one have the mean f(T/m), an integral of psi x^(p - 2)
 /// exp(-x): charges keep apart what brings f((T/m) c/(1 + c)) (c/(1 + c))^p.
 double contact_mean(double beta, int p, double temperature, const std::function<double(double)>& f) {
@@ -120,6 +116,10 @@ double contact_mean(double beta, int p, double temperature, const std::function<
 }
 
 }  // namespace
+
+double encounter_rate(const Aggregates& gas) {
+  return 2 * std::sqrt(pi * gas.temperature / gas.mass) * std::pow(gas.density * gas.diameter, 2);
+}
 
 MergingIntegrals merging_integrals(double beta) {
   if (!(beta >= 0 && beta < 1e150))
@@ -166,7 +166,7 @@ ImpactMeans power_law_means(double dissipation, double transfer, double exponent
 }
 
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means) {
-  const double beta = 2 * gas.bjerrum(coupling), before = prefactor(gas), heat = gas.temperature / gas.mass;
+  const double beta = 2 * gas.bjerrum(coupling), before = encounter_rate(gas), heat = gas.temperature / gas.mass;
   const MergingIntegrals merging = merging_integrals(beta);
   return {.mergers = before / pi * merging.number,
           .contact_loss = before * gas.temperature * contact_mean(beta, 3, heat, means.loss),

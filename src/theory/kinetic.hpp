@@ -48,6 +48,9 @@ struct Aggregates {
   double bjerrum(double coupling) const { return coupling * charge_square / (temperature * diameter); }  ///< B
 };
 
+/// 2 sqrt(pi T/m) n^2 d^2, the encounters that rates are shares of, a volume and time.
+double encounter_rate(const Aggregates& gas);
+
 /// Of a unit of volume and time.
 struct KineticRates {
   double mergers = 0;         ///< N_m

@@ -121,7 +121,7 @@ KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const I
     mean = mean + attracted + without_charge * (weight / 2 * std::exp(-b));
     charge += 4 * w * attracted.mergers;
   }
-  const double before = 2 * std::sqrt(pi * heat) * std::pow(gas.density * gas.diameter, 2);
+  const double before = encounter_rate(gas);
   return {.mergers = before * mean.mergers,
           .contact_loss = before * gas.temperature * mean.contact_loss,
           .merging_loss = before * gas.temperature * mean.merging_loss,

@@ -10,6 +10,12 @@
 
 namespace lichtenberg::granular {
 
+/// What contacts did, and the elastic energy in them before and after.
+struct ContactsFollowed {
+  ContactRecord record;
+  double stored_at_start = 0, stored_at_end = 0;
+};
+
 /// Grains that feel their contacts and nothing else: each contact is integrated by itself (pair_motion.hpp), with the
 /// forces of the other contacts of its two grains as they are at the beginning and in the middle of a step. A pair that
 /// collides alone so has the restitution of its law to the sixth digit at the default step, and momentum is conserved
@@ -21,11 +27,12 @@ class ContactMotion {
 
   /// Advances places and momenta from `time` by `dt`, in `steps` equal steps, with other forces `held` ([N * d]; empty:
   /// none); `contacts` are those at the beginning and become those at the end. `pairs`: all that may touch in that
-  /// time, in ascending order; others change nothing. The same bits for any number of threads. Throws Failure if the
+  /// time, in ascending order; others change nothing. The same bits for any number of threads, and whatever number of
+  /// pairs a processor computes at once. Throws Failure if the
   /// centres of two grains come so close that they would fly through each other.
-  virtual ContactRecord advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs,
-                                std::span<const double> held, double time, double dt, int steps,
-                                parallel::Team& team) = 0;
+  virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs,
+                                   std::span<const double> held, double time, double dt, int steps,
+                                   parallel::Team& team) = 0;
 };
 
 /// For bodies of `dimension` 2 or 3.

@@ -11,16 +11,6 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Of the sum of radii. Where centres pass through each other, a contact has no direction.
-constexpr double too_close = 0.1;
-
-[[noreturn]] void refuse(const GrainContact& contact) {
-  throw Failure(fmt::format(
-      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it; a "
-      "larger stiffness, of a stage its stage.stiffness, or a lower temperature is needed",
-      contact.pair.i, contact.pair.j, contact.impact_speed));
-}
-
 /// A third grain at either end of a contact.
 void mark_company(std::vector<Touch>& touches, int grains) {
   std::vector<int> touching(grains);
@@ -40,6 +30,13 @@ GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double 
 }
 
 }  // namespace
+
+void refuse_flight_through(const GrainContact& contact) {
+  throw Failure(fmt::format(
+      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it; a "
+      "larger stiffness, of a stage its stage.stiffness, or a lower temperature is needed",
+      contact.pair.i, contact.pair.j, contact.impact_speed));
+}
 
 GrainContactLaw contact_law(const Scene& scene, const Model& model) {
   const GrainContactLaw* law = nullptr;
@@ -139,7 +136,7 @@ void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vec
       const PairState<d> state = seen(bodies, grains, contact.pair);
       const double distance = norm(state.apart), sum = reach(bodies, contact.pair);
       record.largest_overlap = std::max(record.largest_overlap, (sum - distance) / sum);
-      if (distance < too_close * sum) refuse(contact);
+      if (distance < too_close * sum) refuse_flight_through(contact);
       if (open)
         contacts.push_back(contact);
       else

@@ -43,6 +43,12 @@ std::vector<Touch> touches_between(std::span<const double> from, const Bodies& b
                                    std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
                                    double dt);
 
+/// Of the sum of radii. Where centres pass through each other, a contact has no direction.
+inline constexpr double too_close = 0.1;
+
+/// Throws Failure: the centres of two have come closer than that.
+[[noreturn]] void refuse_flight_through(const GrainContact& contact);
+
 /// Writes down the touches of a step, in ascending order of pairs, that has brought the grains to where they are at
 /// `end`; `contacts` become those that are open. Throws Failure if the centres of two come so close that they would fly
 /// through each other.

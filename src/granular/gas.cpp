@@ -116,13 +116,14 @@ ContactRecord Gas::advance_contacts(std::span<const Pair> pairs, const std::vect
                                     int steps_of_contacts) {
   const Stopwatch stopwatch(seconds_.contacts);
   const std::vector<double> from = held.empty() ? std::vector<double>{} : model_.bodies.position;
-  const double before = mechanical_energy();
-  ContactRecord record =
+  const double before = model_.kinetic_energy();
+  auto [record, stored_before, stored_after] =
       contact_motion_->advance(model_.bodies, contacts_, pairs, held, time_, dt, steps_of_contacts, *team_);
-  book_.contact_error += mechanical_energy() + record.dissipated - before - work(held, from, model_.bodies.position);
+  const double gained = model_.kinetic_energy() + stored_after - (before + stored_before);
+  book_.contact_error += gained + record.dissipated - work(held, from, model_.bodies.position);
   if (!std::isfinite(book_.contact_error))
     throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' places are no numbers", scene_.path, time_));
-  return record;
+  return std::move(record);
 }
 
 void Gas::follow_contacts(double end) {

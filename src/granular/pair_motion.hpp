@@ -1,34 +1,42 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "solvers/geometry/vec.hpp"
+#include "src/granular/lanes.hpp"
 #include "src/granular/pair_state.hpp"
 #include "src/model/contact_force.hpp"
 
 namespace lichtenberg::granular {
 
 /// The relative acceleration that all others give a pair during a step, linear in time.
-template <int d>
+template <int d, class Real = double>
 struct Outside {
-  Vec<d> start, slope;
+  typename VecOf<d, Real>::type start, slope;
 
-  LICHTENBERG_HOST_DEVICE Vec<d> acceleration(double t) const { return start + t * slope; }
+  LICHTENBERG_HOST_DEVICE auto acceleration(const Real& t) const { return start + t * slope; }
   /// What it alone adds to velocity and place within t.
-  LICHTENBERG_HOST_DEVICE Vec<d> velocity(double t) const { return t * start + (0.5 * t * t) * slope; }
-  LICHTENBERG_HOST_DEVICE Vec<d> path(double t) const { return (0.5 * t * t) * start + (t * t * t / 6) * slope; }
+  LICHTENBERG_HOST_DEVICE auto velocity(const Real& t) const { return t * start + (0.5 * t * t) * slope; }
+  LICHTENBERG_HOST_DEVICE auto path(const Real& t) const {
+    return (0.5 * t * t) * start + (t * t * t * (1.0 / 6)) * slope;
+  }
 };
 
 /// What the contact of a pair did within a step.
-template <int d>
+template <int d, class Real = double>
 struct PairStep {
-  PairState<d> end;
-  double dissipated = 0;
-  double touched = -1;      ///< instant within the step at which they touched; negative: they did not
-  double impact_speed = 0;  ///< along the line of centres, then
+  PairState<d, Real> end;
+  Real dissipated = 0;
+  Real touched = -1;      ///< instant within the step at which they touched; negative: they did not
+  Real impact_speed = 0;  ///< along the line of centres, then
 };
+
+/// What only a contact's motion changes.
+template <int d, class Real>
+LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const Which<Real>& which, const PairStep<d, Real>& yes,
+                                                 const PairStep<d, Real>& no) {
+  return {chosen(which, yes.end, no.end), chosen<Real>(which, yes.dissipated, no.dissipated), no.touched,
+          no.impact_speed};
+}
 
 /// The relative motion r'' = outside(t) + force / mass along r of two grains that are in contact or come into contact
 /// within a step, by the classical
@@ -36,188 +44,227 @@ struct PairStep {
 /// sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is smooth, and four evaluations a
 /// step leave an error hundreds of times smaller (src/granular/README.md).
 ///
-/// `Law` gives ContactParts for the overlap of this pair; none at 0 and below.
-template <int d, class Law>
+/// Of one pair or, with a `Real` of several lanes, of as many at once, with the same arithmetic for each.
+/// `Law` gives ContactPush for the overlap of this pair.
+template <int d, class Law, class Real = double>
 class PairMotion {
  public:
-  LICHTENBERG_HOST_DEVICE PairMotion(Law law, double reach, double mass, const Outside<d>& outside)
-      : law_(law), reach_(reach), mass_(mass), outside_(outside) {}
+  using V = typename VecOf<d, Real>::type;
+  using State = PairState<d, Real>;
+  using Step = PairStep<d, Real>;
+  using Mask = Which<Real>;
 
-  /// A step of length dt of a pair that touched `age` ago.
-  LICHTENBERG_HOST_DEVICE PairStep<d> in_contact(const PairState<d>& start, double age, double dt) const {
-    return over(start, true, age, dt);
-  }
-  /// The same of a pair that is apart and may touch.
-  LICHTENBERG_HOST_DEVICE PairStep<d> approaching(const PairState<d>& start, double dt) const {
-    return over(start, false, 0, dt);
-  }
-  /// Either of them: on a device all that is common is better written once.
-  LICHTENBERG_HOST_DEVICE PairStep<d> over(const PairState<d>& start, bool touching, double age, double dt) const {
-    PairStep<d> step{.end = start};
-    double begin = 0;
-    if (!touching) {
-      begin = time_of_touch(start, dt);
-      if (begin > dt) return {.end = flown(start, 0, dt)};
-      step.end = flown(start, 0, begin);
-      step.touched = begin;
-      step.impact_speed = closing(step.end);
+  LICHTENBERG_HOST_DEVICE PairMotion(const Law& law, const Real& reach, const Real& mass,
+                                     const Outside<d, Real>& outside)
+      : law_(law), reach_(reach), acceleration_a_force_(1.0 / mass), outside_(outside) {}
+
+  /// A step of length dt of a pair that touched `age` ago, or that is apart and may touch.
+  LICHTENBERG_HOST_DEVICE Step over(const State& start, const Mask& touching, const Real& age, double dt) const {
+    Begun begun = begin(start, touching, age, dt);
+    const Mask lets_go = go_on(begun, dt);
+    if (any(lets_go)) {
+      const Step released = let_go_within(begun, dt);
+      begun.step = chosen(lets_go, released, begun.step);
     }
-    advance(step, age, begin, dt);
+    return begun.step;
+  }
+
+  // The same in parts, so that pairs of which the force ends within the step can be put together.
+
+  struct Begun {
+    Step step;   ///< up to `from`
+    Real from;   ///< within the step
+    Real age;    ///< of the contact, then
+    Mask moves;  ///< not: it is apart throughout the step
+  };
+  /// Up to the beginning of the contact.
+  LICHTENBERG_HOST_DEVICE Begun begin(const State& start, const Mask& touching, const Real& age, double dt) const {
+    Begun begun{.step = {.end = start}, .from = 0, .age = age, .moves = touching};
+    if (!any(!touching)) return begun;
+    const Real t = time_of_touch(start, dt);
+    const Mask meets = !touching && t <= dt;
+    begun.moves = begun.moves || meets;
+    begun.from = chosen<Real>(meets, t, 0);
+    begun.age = chosen<Real>(meets, 0, age);
+    begun.step.end = flown(start, 0, chosen<Real>(touching, 0, not_above<Real>(t, dt)));
+    begun.step.touched = chosen<Real>(meets, t, -1);
+    begun.step.impact_speed = chosen<Real>(meets, closing(begun.step.end), 0);
+    return begun;
+  }
+
+  /// And on to the end of the step. True where the force ends within, and nothing has changed: the formula for smooth
+  /// forces would smear the kink.
+  LICHTENBERG_HOST_DEVICE Mask go_on(Begun& begun, double dt) const {
+    Mask rest = begun.moves;
+    if (!any(rest)) return rest;
+    const Load first = load(begun.step.end);
+    const Mask pulls = rest && first.unclamped < 0;
+    if (any(pulls)) rest = rest && !let_go(begun.step, pulls, begun.from, dt);
+    if (!any(rest)) return rest;
+    Step whole = begun.step;
+    press(whole, first, begun.age, begun.from, dt);
+    const Mask lets_go = rest && first.unclamped >= 0 && unclamped(whole.end) < 0;
+    begun.step = chosen(rest && !lets_go, whole, begun.step);
+    return lets_go;
+  }
+
+  /// To the end of the step with a force that ends within: advances to the instant at which it does, by regula falsi,
+  /// and follows the pair that pushes no more.
+  LICHTENBERG_HOST_DEVICE Step let_go_within(const Begun& begun, double dt) const {
+    const Load first = load(begun.step.end);
+    const auto pressed = [&](const Real& end) {
+      Step step = begun.step;
+      press(step, first, begun.age, begun.from, end);
+      return step;
+    };
+    Step step = pressed(dt);
+    Real low = begun.from, high = dt, f_low = first.unclamped, f_high = unclamped(step.end), middle = dt;
+    for (int k = 0; k < 3; ++k) {
+      const Real part = f_low / (f_low - f_high);
+      middle = low + (high - low) * not_above<Real>(not_below<Real>(part, 0.01), 0.99);
+      step = pressed(middle);
+      const Real f = unclamped(step.end);
+      const Mask pushes = f > 0;
+      low = chosen<Real>(pushes, middle, low);
+      f_low = chosen<Real>(pushes, f, f_low);
+      high = chosen<Real>(pushes, high, middle);
+      f_high = chosen<Real>(pushes, f_high, f);
+    }
+    let_go(step, begun.moves, middle, dt);
     return step;
   }
 
-  /// The repulsive force; negative where the damping would have it attract, and the contact lets go.
-  LICHTENBERG_HOST_DEVICE double unclamped(const PairState<d>& s) const {
-    const ContactParts parts = law_(overlap(s));
-    return parts.elastic + parts.damping * closing(s);
+  /// On the second of a pair; zero on those that do not touch.
+  LICHTENBERG_HOST_DEVICE V force(const State& s) const {
+    using std::sqrt;
+    const Real distance = sqrt(norm2(s.apart)), over = 1.0 / distance, speed = -over * dot(s.apart, s.velocity);
+    const ContactPush<Real> push = law_(overlap(distance));
+    const Real force = not_below<Real>(push.elastic + push.damping * speed, 0);
+    return chosen<Real>(distance < reach_, force * over, 0) * s.apart;
   }
-  LICHTENBERG_HOST_DEVICE double force(const PairState<d>& s) const { return std::max(unclamped(s), 0.0); }
 
  private:
   /// From `begin` to `end` within the step, without contact.
-  LICHTENBERG_HOST_DEVICE PairState<d> flown(const PairState<d>& s, double begin, double end) const {
-    const double t = end - begin;
-    const Vec<d> then = outside_.velocity(begin);
+  LICHTENBERG_HOST_DEVICE State flown(const State& s, const Real& begin, const Real& end) const {
+    const Real t = end - begin;
+    const V then = outside_.velocity(begin);
     return {s.apart + t * (s.velocity - then) + (outside_.path(end) - outside_.path(begin)),
             s.velocity + (outside_.velocity(end) - then)};
   }
 
   /// The first instant at which the pair is `reach_` apart; infinite if there is none up to dt. Straight flight gives
   /// it in closed form; Newton's steps then take account of what bends it.
-  LICHTENBERG_HOST_DEVICE double time_of_touch(const PairState<d>& s, double dt) const {
-    const double b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
-    if (c <= 0) return 0;
-    const auto beyond = [&](double t) { return norm2(flown(s, 0, t).apart) - reach_ * reach_; };
-    const double root = b * b - v2 * c;
-    double t = b < 0 && root > 0 ? c / (-b + std::sqrt(root)) : INFINITY;
-    if (t > dt) {
-      if (beyond(dt) >= 0) return INFINITY;
-      t = dt;
+  LICHTENBERG_HOST_DEVICE Real time_of_touch(const State& s, double dt) const {
+    using std::sqrt;
+    const Real b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
+    const auto beyond = [&](const State& then) { return norm2(then.apart) - reach_ * reach_; };
+    const Real root = b * b - v2 * c;
+    const Mask meets = b < 0 && root > 0;
+    Real t = chosen<Real>(meets, c / (sqrt(not_below<Real>(root, 0)) - b), INFINITY);
+    const Mask late = t > dt;
+    Mask none = late;
+    if (any(late)) none = late && beyond(flown(s, 0, dt)) >= 0;
+    t = not_above<Real>(t, dt);
+    Mask bends = !none;
+    for (int k = 0; k < 4 && any(bends); ++k) {
+      const State then = flown(s, 0, t);
+      const Real slope = 2 * dot(then.apart, then.velocity);
+      bends = bends && slope < 0;  // or it grazes
+      t = chosen<Real>(bends, not_below<Real>(t - beyond(then) / slope, 0), t);
     }
-    for (int k = 0; k < 4; ++k) {
-      const PairState<d> then = flown(s, 0, t);
-      const double slope = 2 * dot(then.apart, then.velocity);
-      if (slope >= 0) break;  // it grazes
-      t = std::max(t - (norm2(then.apart) - reach_ * reach_) / slope, 0.0);
-    }
-    return t;
+    return chosen<Real>(c <= 0, 0, chosen<Real>(none, INFINITY, t));
   }
 
-  /// From `begin` to `end` within the step. Where the force ends within, that instant is located: the formula for
-  /// smooth forces would smear the kink.
-  LICHTENBERG_HOST_DEVICE void advance(PairStep<d>& step, double age, double begin, double end) const {
-    if (unclamped(step.end) < 0 && let_go(step, begin, end)) return;
-    PairStep<d> whole = step;
-    press(whole, age, begin, end);
-    const double f_begin = unclamped(step.end), f_end = unclamped(whole.end);
-    if (f_begin < 0 || f_end >= 0) {
-      step = whole;
-      return;
-    }
-    PairStep<d> part = step;
-    const double release = time_of_release(part, age, begin, end, f_end);
-    step = part;
-    let_go(step, release, end);
+  /// Of pairs that push no more: follows those up to `end` that would not push again.
+  LICHTENBERG_HOST_DEVICE Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
+    const State then = flown(step.end, begin, end);
+    const Mask gone = which && !(unclamped(then) > 0);
+    step.dissipated += chosen<Real>(gone, stored(step.end) - stored(then), 0);
+    step.end = chosen(gone, then, step.end);
+    return gone;
   }
 
-  /// Follows a pair that pushes no more. False, and nothing changes, if it would push again.
-  LICHTENBERG_HOST_DEVICE bool let_go(PairStep<d>& step, double begin, double end) const {
-    const PairState<d> then = flown(step.end, begin, end);
-    if (unclamped(then) > 0) return false;
-    step.dissipated += stored(step.end) - stored(then);
-    step.end = then;
-    return true;
-  }
-
-  /// Advances a pair that pushes at `begin` but not at `end` up to where it lets go, by regula falsi.
-  LICHTENBERG_HOST_DEVICE double time_of_release(PairStep<d>& step, double age, double begin, double end,
-                                                 double f_end) const {
-    const PairStep<d> start = step;
-    double low = begin, high = end, f_low = unclamped(start.end), f_high = f_end, middle = end;
-    for (int k = 0; k < 3; ++k) {
-      middle = low + (high - low) * std::clamp(f_low / (f_low - f_high), 0.01, 0.99);
-      step = start;
-      press(step, age, begin, middle);
-      const double f = unclamped(step.end);
-      (f > 0 ? low : high) = middle;
-      (f > 0 ? f_low : f_high) = f;
-    }
-    return middle;
-  }
-
+  /// The repulsive force; below 0 where the damping would have it attract, and the contact lets go.
+  LICHTENBERG_HOST_DEVICE Real unclamped(const State& s) const { return load(s).unclamped; }
   /// Not below 0: where surfaces part or meet, rounding may put them on either side.
-  LICHTENBERG_HOST_DEVICE double overlap(const PairState<d>& s) const { return std::max(reach_ - norm(s.apart), 0.0); }
-  LICHTENBERG_HOST_DEVICE double stored(const PairState<d>& s) const { return law_(overlap(s)).stored; }
+  LICHTENBERG_HOST_DEVICE Real overlap(const Real& distance) const { return not_below<Real>(reach_ - distance, 0); }
+  LICHTENBERG_HOST_DEVICE Real stored(const State& s) const {
+    using std::sqrt;
+    return law_(overlap(sqrt(norm2(s.apart)))).stored;
+  }
 
-  /// The contact's acceleration of the pair, and the power that it takes.
+  /// The contact's acceleration of the pair, the power that it takes, and its force before it is clamped.
   struct Load {
-    Vec<d> acceleration;
-    double dissipation = 0;
+    V acceleration;
+    Real dissipation, unclamped;
   };
-  LICHTENBERG_HOST_DEVICE Load load(const PairState<d>& s) const {
-    const double distance = norm(s.apart), speed = closing(s);
-    const ContactParts parts = law_(overlap(s));
-    const double repulsion = std::max(parts.elastic + parts.damping * speed, 0.0);
-    return {(repulsion / (mass_ * distance)) * s.apart, (repulsion - parts.elastic) * speed};
+  LICHTENBERG_HOST_DEVICE Load load(const State& s) const {
+    using std::sqrt;
+    const Real distance = sqrt(norm2(s.apart)), over = 1.0 / distance, speed = -over * dot(s.apart, s.velocity);
+    const ContactPush<Real> push = law_(overlap(distance));
+    const Real force = push.elastic + push.damping * speed, repulsion = not_below<Real>(force, 0);
+    return {(repulsion * acceleration_a_force_ * over) * s.apart, (repulsion - push.elastic) * speed, force};
   }
 
-  /// Coefficients by powers of s = sigma - sigma(begin).
-  struct Polynomial {
-    std::array<Vec<d>, 3> acceleration;
-    std::array<double, 3> dissipation;
-  };
-  LICHTENBERG_HOST_DEVICE static Polynomial line(const Load& at_0, const Load& at_h, double h) {
-    return {{at_0.acceleration, (at_h.acceleration - at_0.acceleration) / h, {}},
-            {at_0.dissipation, (at_h.dissipation - at_0.dissipation) / h, 0}};
+  // Polynomials: coefficients by powers of s = sigma - sigma(begin).
+  template <class Value>
+  LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h, const Real& over_h) {
+    return {at_0, over_h * (at_h - at_0)};
   }
-  LICHTENBERG_HOST_DEVICE static Polynomial parabola(const Load& at_0, const Load& middle, const Load& at_h, double h) {
-    const auto slope = [&](auto a, auto m, auto b) { return (4.0 * m - 3.0 * a - b) / h; };
-    const auto bend = [&](auto a, auto m, auto b) { return 2.0 * (a - 2.0 * m + b) / (h * h); };
-    const auto [a, pa] = at_0;
-    const auto [m, pm] = middle;
-    const auto [b, pb] = at_h;
-    return {{a, slope(a, m, b), bend(a, m, b)}, {pa, slope(pa, pm, pb), bend(pa, pm, pb)}};
+  template <class Value>
+  LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
+                                                               const Value& at_h, const Real& over_h) {
+    const Real four = 4, three = 3, two = 2;
+    return {at_0, over_h * (four * middle - three * at_0 - at_h),
+            (two * over_h * over_h) * (at_0 - two * middle + at_h)};
   }
 
   /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and that integral's.
-  template <class Value>
-  LICHTENBERG_HOST_DEVICE static Value once(const std::array<Value, 3>& c, double from, double s) {
-    return (s * (2 * from + s)) * c[0] + (s * s * (from + 2.0 / 3 * s)) * c[1] +
-           (s * s * s * (2.0 / 3 * from + 0.5 * s)) * c[2];
+  template <class Value, std::size_t n>
+  LICHTENBERG_HOST_DEVICE static Value once(const std::array<Value, n>& c, const Real& from, const Real& s) {
+    Value sum = (s * (2.0 * from + s)) * c[0];
+    if constexpr (n > 1) sum += (s * s * (from + (2.0 / 3) * s)) * c[1];
+    if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
+    return sum;
   }
-  template <class Value>
-  LICHTENBERG_HOST_DEVICE static Value twice(const std::array<Value, 3>& c, double from, double s) {
-    const double s2 = s * s, f2 = from * from, fs = from * s;
-    return (s2 * (2 * f2 + 2 * fs + 0.5 * s2)) * c[0] +
-           (s2 * s * (2.0 / 3 * f2 + 5.0 / 6 * fs + 4.0 / 15 * s2)) * c[1] +
-           (s2 * s2 * (1.0 / 3 * f2 + 7.0 / 15 * fs + 1.0 / 6 * s2)) * c[2];
+  template <class Value, std::size_t n>
+  LICHTENBERG_HOST_DEVICE static Value twice(const std::array<Value, n>& c, const Real& from, const Real& s) {
+    const Real s2 = s * s, f2 = from * from, fs = from * s;
+    Value sum = (s2 * (2.0 * f2 + 2.0 * fs + 0.5 * s2)) * c[0];
+    if constexpr (n > 1) sum += (s2 * s * ((2.0 / 3) * f2 + (5.0 / 6) * fs + (4.0 / 15) * s2)) * c[1];
+    if constexpr (n > 2) sum += (s2 * s2 * ((1.0 / 3) * f2 + (7.0 / 15) * fs + (1.0 / 6) * s2)) * c[2];
+    return sum;
   }
 
-  /// One step in sigma from `begin` to `end`: four evaluations, as in the classical Runge-Kutta method, but the path
-  /// follows from the accelerations by integrating polynomials in sigma, so that just after touch, where the overlap is
-  /// of second order in sigma, it has a small relative error in each stage.
-  LICHTENBERG_HOST_DEVICE void press(PairStep<d>& step, double age, double begin, double end) const {
-    if (end <= begin) return;
-    const double from = std::sqrt(age), whole = std::sqrt(age + (end - begin)) - from, half = 0.5 * whole;
-    const PairState<d> start = step.end;
-    const auto state = [&](const Polynomial& p, double s) {
-      PairState<d> then = flown(start, begin, begin + s * (2 * from + s));
-      then.velocity += once(p.acceleration, from, s);
-      then.apart += twice(p.acceleration, from, s);
+  /// One step in sigma from `begin` to `end`, with the load at `begin`: four evaluations, as in the classical
+  /// Runge-Kutta method, but the path follows from the accelerations by integrating polynomials in sigma, so that just
+  /// after touch, where the overlap is of second order in sigma, it has a small relative error in each stage.
+  LICHTENBERG_HOST_DEVICE void press(Step& step, const Load& first, const Real& age, const Real& begin,
+                                     const Real& end) const {
+    using std::sqrt;
+    const Mask longer = end > begin;
+    if (!any(longer)) return;
+    const Real from = sqrt(age), whole = sqrt(age + (end - begin)) - from, half = 0.5 * whole;
+    const Real over_whole = 1.0 / whole, over_half = 2.0 * over_whole;
+    const State start = step.end;
+    const auto state = [&](const auto& acceleration, const Real& s) {
+      State then = flown(start, begin, begin + s * (2.0 * from + s));
+      then.velocity += once(acceleration, from, s);
+      then.apart += twice(acceleration, from, s);
       return then;
     };
-    const Load first = load(start);
-    const Load guess = load(state(line(first, first, half), half));
-    const Load middle = load(state(line(first, guess, half), half));
-    const Load last = load(state(line(first, middle, half), whole));
-    const Polynomial load_fit = parabola(first, middle, last, whole);
-    step.end = state(load_fit, whole);
-    step.dissipated += once(load_fit.dissipation, from, whole);
+    const V a = first.acceleration;
+    const Load guess = load(state(std::array{a}, half));
+    const Load middle = load(state(line(a, guess.acceleration, over_half), half));
+    const Load last = load(state(line(a, middle.acceleration, over_half), whole));
+    const auto power = parabola(first.dissipation, middle.dissipation, last.dissipation, over_whole);
+    step.end = chosen(longer, state(parabola(a, middle.acceleration, last.acceleration, over_whole), whole), start);
+    step.dissipated += chosen<Real>(longer, once(power, from, whole), 0);
   }
 
   Law law_;
-  double reach_, mass_;
-  Outside<d> outside_;
+  Real reach_, acceleration_a_force_;
+  Outside<d, Real> outside_;
 };
 
 }  // namespace lichtenberg::granular

@@ -5,21 +5,29 @@
 #include <span>
 
 #include "solvers/geometry/vec.hpp"
+#include "src/granular/lanes.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg::granular {
 
 /// Two grains at one instant, j as seen from i.
-template <int d>
+template <int d, class Real = double>
 struct PairState {
-  Vec<d> apart;     ///< r, from i to j
-  Vec<d> velocity;  ///< r'
+  typename VecOf<d, Real>::type apart;     ///< r, from i to j
+  typename VecOf<d, Real>::type velocity;  ///< r'
 };
 
+template <int d, class Real>
+LICHTENBERG_HOST_DEVICE PairState<d, Real> chosen(const Which<Real>& which, const PairState<d, Real>& yes,
+                                                  const PairState<d, Real>& no) {
+  return {chosen<d, Real>(which, yes.apart, no.apart), chosen<d, Real>(which, yes.velocity, no.velocity)};
+}
+
 /// The speed at which they come closer along the line of centres.
-template <int d>
-LICHTENBERG_HOST_DEVICE double closing(const PairState<d>& s) {
-  return -dot(s.apart, s.velocity) / norm(s.apart);
+template <int d, class Real>
+LICHTENBERG_HOST_DEVICE Real closing(const PairState<d, Real>& s) {
+  using std::sqrt;
+  return -dot(s.apart, s.velocity) / sqrt(norm2(s.apart));
 }
 
 /// Their speed across it.

@@ -13,7 +13,14 @@ struct ContactForce {
   double by_closing = 0;  ///< derivative of the force by the closing speed
 };
 
-/// The parts of a force elastic(overlap) + damping(overlap) closing.
+/// The parts of a force elastic(overlap) + damping(overlap) closing that who follows a contact needs, of one pair or of
+/// several at once.
+template <class Real>
+struct ContactPush {
+  Real elastic{}, damping{}, stored{};
+};
+
+/// All its parts.
 struct ContactParts {
   double elastic = 0, elastic_slope = 0, stored = 0;
   double damping = 0, damping_slope = 0;

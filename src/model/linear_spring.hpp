@@ -15,13 +15,22 @@ struct LinearSpringLaw {
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
-  LICHTENBERG_HOST_DEVICE double scale(double, double) const { return 1; }
+  template <class Real>
+  LICHTENBERG_HOST_DEVICE Real scale(const Real&, const Real&) const {
+    return 1;
+  }
 
+  /// Of a pair, or of several at once, at overlaps that are not below 0.
+  template <class Real>
+  LICHTENBERG_HOST_DEVICE ContactPush<Real> push(const Real& overlap, const Real& scale) const {
+    const Real force = scale * stiffness * overlap;
+    return {force, scale * damping, 0.5 * force * overlap};
+  }
   /// The parts of the force at an overlap; nothing below 0. The force jumps to B closing at touch.
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
     if (overlap < 0) return {};
-    const double spring = scale * stiffness;
-    return {spring * overlap, spring, 0.5 * spring * overlap * overlap, scale * damping, 0};
+    const auto [force, dashpot, stored] = push(overlap, scale);
+    return {force, scale * stiffness, stored, dashpot, 0};
   }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {

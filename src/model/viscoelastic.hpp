@@ -19,17 +19,25 @@ struct ViscoelasticLaw {
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
 
   /// What E and D of two grains of these radii are multiplied by.
-  LICHTENBERG_HOST_DEVICE double scale(double radius_i, double radius_j) const {
-    return 2 * std::sqrt(radius_i * radius_j / (radius_i + radius_j));
+  template <class Real>
+  LICHTENBERG_HOST_DEVICE Real scale(const Real& radius_i, const Real& radius_j) const {
+    using std::sqrt;
+    return 2.0 * sqrt(radius_i * radius_j / (radius_i + radius_j));
   }
 
+  /// Of a pair, or of several at once, at overlaps that are not below 0.
+  template <class Real>
+  LICHTENBERG_HOST_DEVICE ContactPush<Real> push(const Real& overlap, const Real& scale) const {
+    using std::sqrt;
+    const Real root = sqrt(overlap), force = scale * elastic * root * overlap;
+    return {force, scale * dissipative * root, 0.4 * force * overlap};
+  }
   /// The parts of the force at an overlap; nothing below 0. Towards overlap 0 `damping_slope` grows like
   /// 1 / sqrt(overlap).
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
-    if (overlap < 0) return {};
-    const double root = std::sqrt(overlap), spring = scale * elastic * root, dashpot = scale * dissipative;
-    return {spring * overlap, 1.5 * spring, 0.4 * spring * overlap * overlap, dashpot * root,
-            root > 0 ? 0.5 * dashpot / root : 0};
+    if (!(overlap > 0)) return {};
+    const auto [force, dashpot, stored] = push(overlap, scale);
+    return {force, 1.5 * force / overlap, stored, dashpot, 0.5 * dashpot / overlap};
   }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {

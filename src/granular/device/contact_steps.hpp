@@ -80,7 +80,7 @@ template <class Law>
 struct LawOfPair {
   Law law;
   double scale;
-  LICHTENBERG_HOST_DEVICE ContactParts operator()(double overlap) const { return law.parts(overlap, scale); }
+  LICHTENBERG_HOST_DEVICE ContactPush<double> operator()(double overlap) const { return law.push(overlap, scale); }
 };
 
 template <class Law>
@@ -119,7 +119,7 @@ struct ContactSteps {
     return {{law, scale}, reach(p), mass(p), outside};
   }
   LICHTENBERG_HOST_DEVICE Vec3 force(const NearPair& p, const PairState<3>& at) const {
-    return (motion(p, {}).force(at) / norm(at.apart)) * at.apart;
+    return motion(p, {}).force(at);
   }
   /// Marks entries that may matter within an outer step.
   LICHTENBERG_HOST_DEVICE void mark_near(int e) const {

@@ -1,0 +1,96 @@
+#pragma once
+
+// What follows one pair follows several at once as well, if it is written in these words: `Real` is a double, or as
+// many doubles as a processor computes with together (std::experimental::simd). Each lane's arithmetic is that of a
+// double.
+
+#include <array>
+#include <type_traits>
+
+#include "solvers/geometry/vec.hpp"
+
+namespace lichtenberg::granular {
+
+/// Which of them: a truth value, or one for each lane.
+template <class Real>
+using Which = std::decay_t<decltype(Real() < Real())>;
+
+template <class Mask>
+LICHTENBERG_HOST_DEVICE bool any(const Mask& which) {
+  if constexpr (std::is_same_v<Mask, bool>)
+    return which;
+  else
+    return any_of(which);
+}
+
+template <class Real>
+LICHTENBERG_HOST_DEVICE Real chosen(const Which<Real>& which, const Real& yes, const Real& no) {
+  if constexpr (std::is_same_v<Real, double>) {
+    return which ? yes : no;
+  } else {
+    Real result = no;
+    where(which, result) = yes;
+    return result;
+  }
+}
+/// What is no number stays none.
+template <class Real>
+LICHTENBERG_HOST_DEVICE Real not_below(const Real& x, const Real& least) {
+  return chosen<Real>(x < least, least, x);
+}
+template <class Real>
+LICHTENBERG_HOST_DEVICE Real not_above(const Real& x, const Real& most) {
+  return chosen<Real>(x > most, most, x);
+}
+
+/// Vectors of as many pairs as Real has lanes.
+template <int d, class Real>
+struct LaneVec {
+  std::array<Real, d> of{};
+
+  Real& operator[](int k) { return of[k]; }
+  const Real& operator[](int k) const { return of[k]; }
+  LaneVec& operator+=(const LaneVec& b) { return *this = *this + b; }
+  friend LaneVec operator+(const LaneVec& a, const LaneVec& b) {
+    return each([&](int k) { return a[k] + b[k]; });
+  }
+  friend LaneVec operator-(const LaneVec& a, const LaneVec& b) {
+    return each([&](int k) { return a[k] - b[k]; });
+  }
+  friend LaneVec operator*(const Real& s, const LaneVec& a) {
+    return each([&](int k) { return s * a[k]; });
+  }
+  friend Real dot(const LaneVec& a, const LaneVec& b) {
+    Real sum = a[0] * b[0];
+    for (int k = 1; k < d; ++k) sum += a[k] * b[k];
+    return sum;
+  }
+  friend Real norm2(const LaneVec& a) { return dot(a, a); }
+
+  template <class Component>
+  static LaneVec each(const Component& component) {
+    LaneVec v;
+    for (int k = 0; k < d; ++k) v[k] = component(k);
+    return v;
+  }
+};
+
+template <int d, class Real>
+struct VecOf {
+  using type = LaneVec<d, Real>;
+};
+template <int d>
+struct VecOf<d, double> {
+  using type = Vec<d>;
+};
+
+template <int d, class Real>
+LICHTENBERG_HOST_DEVICE typename VecOf<d, Real>::type chosen(const Which<Real>& which,
+                                                             const typename VecOf<d, Real>::type& yes,
+                                                             const typename VecOf<d, Real>::type& no) {
+  typename VecOf<d, Real>::type result;
+  for (int k = 0; k < d; ++k) result[k] = chosen<Real>(which, yes[k], no[k]);
+  return result;
+}
+
+}  // namespace lichtenberg::granular

@@ -8,6 +8,7 @@
 
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/record/hdf5.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"
@@ -377,4 +378,64 @@ TEST_CASE("work-precision refuses methods, sizes and pictures that are none") {
   check_refused(run(folder, "work-precision small.toml --output small.gif"), "small.gif");
   check_refused(run(folder, "work-precision small.toml --output a.png --json ./a.png"), "--json ./a.png");
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // the scene, out, err
+}
+
+TEST_CASE("--set changes keys of any scene that a command reads, texts without their quotes too") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  const Ended explained = run(folder, "explain small.toml --set field.cells=32 --set 'medium.depth = 2e-3'");
+  CHECK(explained.status == 0);
+  CHECK(contains(explained.out, "32 x 32 cells"));
+  CHECK(contains(run(folder, "explain small.toml --set field.method=multipole").out, "multipole"));
+  const json plain = json::parse(run(folder, "solve small.toml --json").out);
+  const json deep = json::parse(run(folder, "solve small.toml --json --set medium.depth=4e-3").out);
+  CHECK(deep["energy"].get<double>() == near(0.5 * plain["energy"].get<double>(), 1e-9));  // the same charge, depth x 2
+  check_refused(run(folder, "solve small.toml --set field.cell=32"), "the nearest known key is field.cells");
+  check_refused(run(folder, "solve small.toml --set field.cells=-1"), "small.toml: field.cells = -1 is not allowed");
+  check_refused(run(folder, "solve small.toml --set conductor[1].radius=0"), "conductor.radius = 0 is not allowed");
+  check_refused(run(folder, "solve small.toml --set field.cells"), "a key and its value are wanted");
+}
+
+TEST_CASE("a run starts from a frame of another, with other settings") {
+  const Folder folder;
+  folder.write("small.toml", small_scene + R"(
+  [effects.stokes_drag]
+  [output]
+  every = 0.01
+  picture = false
+  [stop]
+  time = 0.05
+)");
+  const std::string drag = " --quiet --set medium.viscosity=0.7";
+  REQUIRE(run(folder, "run small.toml --out first.h5" + drag).status == 0);
+  const Ended second = run(folder, "run small.toml --out second.h5 --from first.h5 --frame 3" + drag);
+  REQUIRE_MESSAGE(second.status == 0, second.err);
+  const auto rows = [&](const std::string& file, const std::string& column) {
+    return hdf5::get<double>(hdf5::load(folder / file), "particles/conductors/" + column + "/value");
+  };
+  for (const std::string column : {"position", "charge", "velocity"}) {
+    const std::vector<double> first = rows("first.h5", column), then = rows("second.h5", column);
+    const std::size_t row = first.size() / 6;  // frames
+    for (std::size_t k = 0; k < row; ++k) CHECK(then[k] == first[3 * row + k]);
+  }
+  check_refused(run(folder, "run small.toml --out third.h5 --from first.h5 --frame 6" + drag), "frames 0 to 5");
+  check_refused(run(folder, "run small.toml --out third.h5 --frame 1" + drag), "--from");
+  check_refused(run(folder, "run small.toml --out third.h5 --from first.h5 --set conductor[0].radius=0.9e-3" + drag),
+                "body 0 has a radius of 0.001");
+  check_refused(run(folder, "run small.toml --out second.h5 --resume" + drag), "with the same --from and --frame");
+  CHECK(run(folder, "run small.toml --out second.h5 --resume --from first.h5 --frame 3" + drag).status == 0);
+}
+
+TEST_CASE("a box in space has three lengths, on the screen and in the file") {
+  const Folder folder;
+  folder.write("cube.toml", R"(
+  domain = { size = [0.01, 0.02, 0.03] }
+  conductor = [{ position = [5e-3, 5e-3, 5e-3], radius = 1e-3 }]
+  output = { picture = false, every = 0.1 }
+  stop = { time = 0.1 }
+)");
+  CHECK(contains(run(folder, "explain cube.toml").out, "0.01 m x 0.02 m x 0.03 m"));
+  REQUIRE(run(folder, "run cube.toml --quiet").status == 0);
+  CHECK(hdf5::get<double>(hdf5::load(folder / "cube.h5"), "scene/domain/size") ==
+        std::vector<double>{0.01, 0.02, 0.03});
 }

@@ -1,4 +1,5 @@
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -360,6 +361,23 @@ TEST_CASE("a team does every task once, however often it is called, and hands on
   }
   team.start([] { throw Failure("aside"); });
   CHECK_THROWS_AS(team.finish(), Failure);
+}
+
+TEST_CASE("a team of more threads than the machine gives is refused, and those that there are go") {
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
+  rlimit little = before;
+  little.rlim_cur = std::min<rlim_t>(before.rlim_max, rlim_t{4} << 30);  // a thousand stacks of 8 MiB are twice that
+  REQUIRE(setrlimit(RLIMIT_AS, &little) == 0);
+  std::string sentence;
+  try {
+    parallel::Team team(1000);
+  } catch (const Failure& failure) {
+    sentence = failure.what();
+  }
+  setrlimit(RLIMIT_AS, &before);
+  CHECK(sentence.starts_with("thread "));
+  CHECK(sentence.ends_with("ask for fewer threads"));
 }
 
 [[gnu::noinline]] const void* call_site() { return __builtin_return_address(0); }

@@ -399,6 +399,44 @@ TEST_CASE("a folder has one ensemble at a time") {
   CHECK(ensemble(folder, "neutral.toml").status == 0);
 }
 
+TEST_CASE("two sweeps in one folder each keep their table, and a sweep that grows has one") {
+  const ScenesFolder folder;
+  const std::string in_one = "ensemble charged.toml --out both --quiet --set stop.time=0.01 ";
+  const auto members = [&](const std::string& table) {
+    return nlohmann::json::parse(text_of(folder / ("both/" + table)))["members"].size();
+  };
+  REQUIRE(run_program(folder, in_one + "--seeds 2").status == 0);
+  REQUIRE(run_program(folder, in_one + "--conductors 3").status == 0);
+  CHECK(members("ensemble.json") == 2);
+  CHECK(members("ensemble-2.json") == 1);
+  REQUIRE(run_program(folder, in_one + "--seeds 3").status == 0);
+  REQUIRE(run_program(folder, in_one + "--conductors 3,4").status == 0);
+  CHECK(members("ensemble.json") == 3);
+  CHECK(members("ensemble-2.json") == 2);
+  CHECK_FALSE(fs::exists(folder / "both/ensemble-3.json"));
+}
+
+TEST_CASE("shares of an ensemble are run one by one, and the same command without shares gathers them") {
+  const ScenesFolder folder;
+  const std::string command = "ensemble charged.toml --seeds 5 --out parts --quiet --set stop.time=0.01";
+  const auto results = [&] {
+    return std::ranges::count_if(fs::directory_iterator(folder / "parts"),
+                                 [](const auto& entry) { return entry.path().extension() == ".h5"; });
+  };
+  REQUIRE(run_program(folder, command + " --share 2/3").status == 0);
+  CHECK(results() == 2);  // the second and the fifth
+  CHECK_FALSE(fs::exists(folder / "parts/ensemble.json"));
+  for (const std::string share : {"1/3", "3/3"})
+    REQUIRE(run_program(folder, command + " --share " + share).status == 0);
+  CHECK(results() == 5);
+  const Ended gathered = run_program(folder, command);
+  CHECK(gathered.status == 0);
+  CHECK(contains(gathered.out, "5 of 5 runs"));
+  CHECK(fs::exists(folder / "parts/ensemble.json"));
+  for (const std::string share : {"0/3", "4/3", "3", "a/3", "1/3x"})
+    CHECK(run_program(folder, command + " --share " + share).status == 2);
+}
+
 TEST_CASE("an interruption stops all at their checkpoints, and the same command goes on") {
   const ScenesFolder folder;
   folder.write("charged.toml",

@@ -248,6 +248,25 @@ TEST_CASE("a field becomes VTKHDF image data, once") {
   CHECK_EQ(bytes_of(path), before);
 }
 
+TEST_CASE("a field may be stored in single precision, and takes the less room the smoother it is") {
+  const Folder folder;
+  laplace::Field field{256, 256, 1, {}, {}};
+  for (int k = 0; k < 256 * 256; ++k) field.value.push_back(1 + k / 256), field.body.push_back(-1);
+  field.value[7] = 1.0 / 3;
+  const auto bytes = [&](StoredField stored) {
+    const hdf5::Handle file = hdf5::create_in_memory();
+    put_vtkhdf(file, field, stored);
+    const std::vector<double> values = hdf5::get<double>(file, "VTKHDF/PointData/potential");
+    CHECK(values[7] == (stored == StoredField::single_precision ? double{1.0f / 3} : 1.0 / 3));
+    CHECK(values[256 * 256 + 7] == values[7]);
+    CHECK(values[300] == 2);
+    return hdf5::image(file).size();
+  };
+  const std::size_t raw = 2 * 256 * 256 * sizeof(double);
+  CHECK(bytes(StoredField::single_precision) < raw / 10);
+  CHECK(bytes(StoredField::double_precision) < raw / 10);
+}
+
 TEST_CASE("HDF5 leaves MPI alone") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);

@@ -2,7 +2,10 @@
 
 #include <chrono>
 #include <exception>
+#include <string>
 #include <utility>
+
+#include "solvers/error.hpp"
 
 namespace lichtenberg::parallel {
 
@@ -29,10 +32,18 @@ void pause() {
 }  // namespace
 
 Team::Team(int threads) {
-  for (int k = 1; k < threads; ++k) helpers_.emplace_back([this] { help_until_stopped(); });
+  for (int k = 1; k < threads; ++k) try {
+      helpers_.emplace_back([this] { help_until_stopped(); });
+    } catch (const std::exception& error) {
+      dismiss();  // those that there are: their own destructors would wait for them
+      throw Failure("thread " + std::to_string(k + 1) + " of " + std::to_string(threads) + " cannot be started (" +
+                    error.what() + "): ask for fewer threads");
+    }
 }
 
-Team::~Team() {
+Team::~Team() { dismiss(); }
+
+void Team::dismiss() {
   stop_ = true;
   loop_.fetch_add(std::uint64_t{1} << (2 * index_bits));
   loop_.notify_all();

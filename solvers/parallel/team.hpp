@@ -14,7 +14,7 @@ namespace lichtenberg::parallel {
 /// computes must not depend on who does it: then the results are the same bits for any number of threads.
 class Team {
  public:
-  /// Threads in all, the caller's among them.
+  /// Threads in all, the caller's among them. Throws Failure if the machine does not give so many.
   explicit Team(int threads);
   ~Team();
   Team(const Team&) = delete;
@@ -49,6 +49,7 @@ class Team {
   [[gnu::noinline, gnu::noclone]] static void do_one(const void* task, int k) {
     (*static_cast<const Task*>(task))(k);
   }
+  void dismiss();
   void share(int count, Call call, const void* context);
   bool help();
   void help_until_stopped();

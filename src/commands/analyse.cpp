@@ -23,6 +23,7 @@ struct AnalyseArguments {
   std::string file, csv;
   std::optional<int> frame;
   bool json = false;
+  std::string not_stored;  ///< why what is found is printed only; empty: it is stored
 };
 
 /// Goes through the frames of a result file.
@@ -137,16 +138,28 @@ void analyse(const Analysis& analyser, const Result& result, const AnalyseArgume
     write_atomically(request.csv, std::as_bytes(std::span(text)));
   }
   if (request.frame) return;
+  if (!request.not_stored.empty())
+    return fmt::print(stderr, "lichtenberg: nothing is stored: {}\n", request.not_stored);
   result.put_analysis(columns);
   if (!request.json) fmt::print("stored         {}:/analysis, all {} frames\n", request.file, found.size());
 }
 
-void analyse(const AnalyseArguments& request) {
+/// Why nothing can be stored in a result: its folder is read-only, say.
+std::string why_not_stored(const std::string& path) {
+  try {
+    check_writable(path);
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+void analyse(AnalyseArguments& request) {
   const Result result(request.file);
   if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));
-  if (!request.frame) check_writable(request.file);
+  request.not_stored = why_not_stored(request.file);
   check_outputs({request.csv}, {request.file});
   Scene scene = result.scene();
   if (scene.reference) return analyse(GasAnalyser(result, std::move(scene)), result, request);

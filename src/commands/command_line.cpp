@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <functional>
@@ -165,6 +166,7 @@ int status_of(const std::function<int()>& work) {
 }  // namespace
 
 int run_command_line(std::vector<std::string> arguments) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no larger is an error of writing, with a sentence
   const int status = status_of([&] {
     parallel::set_petsc_options(take_petsc_options(arguments));
     laplace::SolverShares shares;

@@ -21,8 +21,25 @@ inline bool is_for_cuda(const Scene& scene) {
   return std::visit([](const auto& field) { return field.device == FieldDevice::cuda; }, scene.field_table);
 }
 
-inline Scene read_scene_for(const std::string& path, const std::string& device) {
-  Scene scene = read_scene(path);
+/// `--set`, for each command that reads a scene.
+inline Argument set_argument(std::vector<std::string>& settings) {
+  return {"--set",
+          &settings,
+          "KEY=VALUE: a key of the scene set otherwise than in its file, as in mechanics.position_tolerance=1e-6 or "
+          "electrode[0].potential=2e3; again for another key",
+          {.repeated = true}};
+}
+
+/// What follows each `--set`.
+inline std::vector<Setting> settings_of(const std::vector<std::string>& written) {
+  std::vector<Setting> settings;
+  for (const std::string& each : written) settings.push_back(setting_of(each));
+  return settings;
+}
+
+inline Scene read_scene_for(const std::string& path, const std::string& device,
+                            const std::vector<std::string>& settings) {
+  Scene scene = read_scene(path, settings_of(settings));
   if (!device.empty())
     std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
   return scene;

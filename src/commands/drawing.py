@@ -145,7 +145,7 @@ def read_snapshot(file, index, count):
     return Snapshot(
         title=scene.attrs["title"],
         time=conductors["position/time"][index],
-        size=scene["domain/size"][()] * MM,
+        size=scene["domain/size"][:2] * MM,
         position=conductors["position/value"][index, :, :2] * MM,
         radius=conductors["radius"][()] * MM,
         contact_gap=scene["contact_gap"][()] * MM if "contact_gap" in scene else np.nan,

@@ -7,16 +7,20 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <thread>
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/device.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
@@ -31,8 +35,8 @@ using ensemble::MemberState;
 using ensemble::Variation;
 
 struct Arguments {
-  std::string scene, folder, conductors;
-  std::vector<std::string> vary;
+  std::string scene, folder, conductors, share;
+  std::vector<std::string> vary, settings;
   int seeds = 1, jobs = 0;
   bool json = false, quiet = false;
 };
@@ -60,21 +64,51 @@ std::vector<Variation> variations_of(const Arguments& request) {
   std::vector<Variation> variations;
   if (!request.conductors.empty()) variations.push_back({"population.count", listed_values(request.conductors)});
   for (const std::string& written : request.vary) variations.push_back(read_variation(written));
-  if (request.seeds != 1) variations.push_back(seeds_from(read_scene(request.scene).seed, request.seeds));
+  if (request.seeds != 1)
+    variations.push_back(seeds_from(read_scene(request.scene, settings_of(request.settings)).seed, request.seeds));
   for (const Variation& variation : variations)
     if (std::ranges::count(variations, variation.key, &Variation::key) > 1)
       throw InputError(fmt::format("{} is varied twice: list all its values in one place", variation.key));
   return variations;
 }
 
-/// Holds a folder for one ensemble at a time. The processes of the members inherit the lock: a folder in which one
-/// still runs is taken.
+/// "3/8": the third of eight shares of the members, which every eighth of them belongs to.
+struct Share {
+  int number = 1, of = 1;
+
+  bool is_all() const { return of == 1; }
+  /// Of the member at this place among all.
+  bool has(std::size_t member) const { return static_cast<int>(member % static_cast<std::size_t>(of)) == number - 1; }
+};
+
+Share read_share(const std::string& written) {
+  Share share;
+  if (written.empty()) return share;
+  const char* end = written.data() + written.size();
+  const auto number = std::from_chars(written.data(), end, share.number);
+  const bool slash = number.ec == std::errc() && number.ptr != end && *number.ptr == '/';
+  const auto of = slash ? std::from_chars(number.ptr + 1, end, share.of) : number;
+  if (!slash || of.ec != std::errc() || of.ptr != end || share.number < 1 || share.of < share.number)
+    throw InputError(
+        fmt::format("--share {}: a number from 1 on and how many shares there are, as in --share 3/8", written));
+  return share;
+}
+
+std::vector<Member> members_of(std::vector<Member> all, const Share& share) {
+  std::vector<Member> members;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (share.has(k)) members.push_back(std::move(all[k]));
+  return members;
+}
+
+/// Holds a folder for one ensemble at a time, or for its shares, each once. The processes of the members inherit the
+/// lock: a folder in which one still runs is taken.
 class FolderLock {
  public:
-  explicit FolderLock(const std::string& folder)
-      : file_(open((fs::path(folder) / ".lock").c_str(), O_RDWR | O_CREAT, 0666)) {
+  FolderLock(const std::string& folder, const std::string& name, int kind)
+      : file_(open((fs::path(folder) / name).c_str(), O_RDWR | O_CREAT, 0666)) {
     if (file_ < 0) throw InputError(fmt::format("{} cannot be written ({})", folder, std::strerror(errno)));
-    if (flock(file_, LOCK_EX | LOCK_NB) != 0)
+    if (flock(file_, kind | LOCK_NB) != 0)
       throw InputError(
           fmt::format("another ensemble is at work in {}: wait for it, or name another folder with --out", folder));
   }
@@ -88,7 +122,7 @@ class FolderLock {
 void make_folder(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (!fs::is_directory(folder))
+  if (std::error_code unknown; !fs::is_directory(folder, unknown))
     throw InputError(fmt::format("--out {}: this folder cannot be made ({})", folder,
                                  error ? error.message() : "a file of this name exists"));
 }
@@ -110,18 +144,43 @@ void report_failures(const std::vector<Member>& members) {
       fmt::print(stderr, "lichtenberg: {} failed: {}\n", member.name, member.sentence);
 }
 
-void write_summary(const std::string& folder, const nlohmann::ordered_json& json) {
-  const std::string text = json.dump(1) + "\n";
-  write_atomically((fs::path(folder) / "ensemble.json").string(), std::as_bytes(std::span(text)));
+/// Whether a table holds members that are none of these: that of another sweep, which must not be lost.
+bool holds_others(const std::string& table, const std::vector<Member>& members) {
+  std::ifstream file(table);
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  if (!json.is_object() || !json.contains("members") || !json["members"].is_array()) return true;
+  return std::ranges::any_of(json["members"], [&](const nlohmann::json& member) {
+    const std::string name = member.is_object() ? member.value("name", "") : "";
+    return std::ranges::find(members, name, &Member::name) == members.end();
+  });
 }
 
-void report(const Arguments& request, const std::vector<Member>& members) {
+/// "ensemble.json", or "ensemble-2.json" and so on beside the tables of other sweeps.
+std::string table_of(const std::string& folder, const std::vector<Member>& members) {
+  for (int number = 1;; ++number) {
+    const std::string name = number == 1 ? "ensemble.json" : fmt::format("ensemble-{}.json", number);
+    const std::string table = (fs::path(folder) / name).string();
+    std::error_code error;
+    if (!fs::exists(table, error) || !holds_others(table, members)) return table;
+  }
+}
+
+void report(const Arguments& request, const std::vector<Member>& members, const Share& share) {
   const ensemble::Summary summary = ensemble::summarize(members);
   const nlohmann::ordered_json json = ensemble::to_json(request.scene, members, summary);
-  write_summary(request.folder, json);
+  std::string what = request.folder;
+  if (share.is_all()) {
+    what = table_of(request.folder, members);
+    const std::string text = json.dump(1) + "\n";
+    write_atomically(what, std::as_bytes(std::span(text)));
+  }
   if (request.json) return fmt::print("{}\n", json.dump(1));
-  fmt::print("{}/ensemble.json and the result files beside it hold {} of {} runs of {}\n", request.folder,
-             count(members, MemberState::finished), members.size(), request.scene);
+  fmt::print("{} {} {} of {} runs of {}{}\n", what, share.is_all() ? "and the result files beside it hold" : "holds",
+             count(members, MemberState::finished), members.size(), request.scene,
+             share.is_all() ? ""
+                            : fmt::format(", share {} of {}: once all shares are done, the same command without "
+                                          "--share makes their table",
+                                          share.number, share.of));
   ensemble::print(summary);
 }
 
@@ -130,10 +189,15 @@ void run_ensemble(Arguments request) {
     throw InputError("ensemble runs processes of its own, one a member: leave mpirun out");
   if (request.folder.empty()) request.folder = fs::path(request.scene).stem().string() + "-ensemble";
   const int jobs = request.jobs > 0 ? request.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  std::vector<Member> members = ensemble::make_members(request.scene, variations_of(request), request.folder);
+  std::vector<Member> members =
+      ensemble::make_members(request.scene, settings_of(request.settings), variations_of(request), request.folder);
   refuse_hopeless(members);
+  const Share share = read_share(request.share);
+  members = members_of(std::move(members), share);
   make_folder(request.folder);
-  const FolderLock lock(request.folder);
+  const FolderLock lock(request.folder, ".lock", share.is_all() ? LOCK_EX : LOCK_SH);
+  std::optional<FolderLock> own;
+  if (!share.is_all()) own.emplace(request.folder, fmt::format(".lock-{}-of-{}", share.number, share.of), LOCK_EX);
   for (Member& member : members) {
     if (member.state == MemberState::failed)
       ensemble::write_scene(request.folder, member);  // its sentence names a line of it
@@ -141,7 +205,7 @@ void run_ensemble(Arguments request) {
   }
   report_failures(members);
   ensemble::run_members(request.folder, members, jobs, request.quiet);
-  report(request, members);
+  report(request, members, share);
   if (Interruption::requested()) {
     fmt::print(stderr, "lichtenberg: stopped; the same command goes on from there\n");
     Interruption::obey();
@@ -167,10 +231,15 @@ Command ensemble_command() {
         "effects.contact_discharge.gap=0.4e-3,0.8e-3 or electrode[0].radius=1e-3,2e-3; again for another "
         "key: all combinations are run",
         {.repeated = true}},
+       set_argument(request->settings),
        {"--out", &request->folder,
-        "folder of the result files, one a member, of their scenes and of ensemble.json; what is "
-        "finished there is not run again (default: the scene's name with -ensemble)"},
+        "folder of the result files, one a member, of their scenes and of ensemble.json (ensemble-2.json beside that "
+        "of "
+        "another sweep); what is finished there is not run again (default: the scene's name with -ensemble)"},
        {"--jobs", &request->jobs, "members that run at the same time (default: one a core)", {.positive = true}},
+       {"--share", &request->share,
+        "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work side "
+        "by side; the same command without it makes the table"},
        {"--json", &request->json, "print what ensemble.json holds in place of the table"},
        {"--quiet", &request->quiet, "show no progress"}},
       [request] { run_ensemble(*request); }};

@@ -37,10 +37,10 @@ struct Member {
   std::map<std::string, double> quantities;  ///< of a finished one
 };
 
-/// The product of the variations, the last varying fastest. Throws InputError for keys and values that no scene has.
-/// Members whose scenes are impossible have failed already.
-std::vector<Member> make_members(const std::string& scene_path, const std::vector<Variation>& variations,
-                                 const std::string& folder);
+/// The product of the variations of a scene with some keys `set`, the last varying fastest. Throws InputError for keys
+/// and values that no scene has. Members whose scenes are impossible have failed already.
+std::vector<Member> make_members(const std::string& scene_path, const std::vector<Setting>& set,
+                                 const std::vector<Variation>& variations, const std::string& folder);
 
 /// What the first line of a member's scene file ends with.
 constexpr std::string_view member_mark = "as a member of an ensemble (`lichtenberg ensemble`)";

@@ -79,7 +79,14 @@ std::string header(const std::string& scene_path, const std::vector<Setting>& va
 }
 
 void check_names(const std::vector<Member>& members) {
+  constexpr std::size_t longest = 200;  // of 255 that file systems allow, for what is put behind it
   std::set<std::string> names;
+  for (const Member& member : members)
+    if (member.name.size() > longest)
+      throw InputError(
+          fmt::format("the files of a member of the ensemble would have a name of {} characters, {}...: {} "
+                      "are allowed",
+                      member.name.size(), member.name.substr(0, 40), longest));
   for (const Member& member : members)
     if (!names.insert(member.name).second)
       throw InputError(fmt::format(
@@ -109,9 +116,9 @@ bool write_scene(const std::string& folder, Member& member) {
   return false;
 }
 
-std::vector<Member> make_members(const std::string& scene_path, const std::vector<Variation>& variations,
-                                 const std::string& folder) {
-  const Scene scene = read_scene(scene_path);
+std::vector<Member> make_members(const std::string& scene_path, const std::vector<Setting>& set,
+                                 const std::vector<Variation>& variations, const std::string& folder) {
+  const Scene scene = read_scene(scene_path, set);
   std::vector<Member> members;
   for (const std::vector<Setting>& settings : product(variations)) {
     Member member{.name = name_of(settings, scene_path), .settings = settings};

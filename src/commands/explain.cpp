@@ -15,6 +15,7 @@
 #include "src/commands/device.hpp"
 #include "src/commands/explain_grains.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/commands/progress.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
@@ -168,14 +169,14 @@ std::string refusal_of_run(const Scene& scene) {
 void explain_solves(const Scene& scene, const FieldCost& cost, double solves) {
   const int cells = effects::predictor_cells(scene);
   if (cells == 0) {
-    fmt::print("  a run                {:.2g} s: some {:.2g} field solves\n", solves * cost.moving_seconds, solves);
+    fmt::print("  a run                {}: some {:.2g} field solves\n", duration(solves * cost.moving_seconds), solves);
     return;
   }
   constexpr double share = 1.0 / 6;  // of field solves among them: a tenth to a quarter (README.md of this folder)
   const double coarsening = static_cast<double>(scene.field().cells) / cells;
   const double seconds = solves * cost.moving_seconds * (share + (1 - share) / (coarsening * coarsening));
-  fmt::print("  a run                {:.2g} s: some {:.2g} field solves, and {:.2g} on {} cells between them\n",
-             seconds, share * solves, (1 - share) * solves, cells);
+  fmt::print("  a run                {}: some {:.2g} field solves, and {:.2g} on {} cells between them\n",
+             duration(seconds), share * solves, (1 - share) * solves, cells);
 }
 
 void explain_run(const Scene& scene, const FieldCost& cost, const std::string& refusal) {
@@ -184,15 +185,17 @@ void explain_run(const Scene& scene, const FieldCost& cost, const std::string& r
   else if (const std::optional<double> solves = estimate_field_solves(scene))
     explain_solves(scene, cost, *solves);
   else
-    fmt::print("  a run                unknown: figures exist for conductors that are fed, dragged and discharged\n");
+    fmt::print(
+        "  a run                no estimate: how many field solves it takes is known of conductors that are fed, "
+        "dragged and discharged\n");
 }
 
 void explain_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
   const FieldCost cost = estimate_field_cost(scene.field(), size);
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
-  fmt::print("  a field solve        {:.2g} s on its own, {:.2g} s in a moving scene\n", cost.single_seconds,
-             cost.moving_seconds);
+  fmt::print("  a field solve        {} on its own, {} in a moving scene\n", duration(cost.single_seconds),
+             duration(cost.moving_seconds));
   explain_run(scene, cost, refusal_of_run);
 }
 
@@ -231,12 +234,15 @@ void explain(Scene scene) {
 Command explain_command() {
   struct Arguments {
     std::string scene, device;
+    std::vector<std::string> settings;
   };
   auto request = std::make_shared<Arguments>();
   return {"explain",
           "Says what a scene will compute, what not, and what it costs",
-          {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}}, device_argument(request->device)},
-          [request] { explain(read_scene_for(request->scene, request->device)); }};
+          {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
+           device_argument(request->device),
+           set_argument(request->settings)},
+          [request] { explain(read_scene_for(request->scene, request->device, request->settings)); }};
 }
 
 }  // namespace lichtenberg

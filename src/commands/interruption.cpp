@@ -14,7 +14,9 @@ volatile sig_atomic_t noted = 0;
 
 void note(int signal) {
   noted = signal;
-  constexpr std::string_view message = "\nstopping at the next checkpoint; the same once more stops at once\n";
+  constexpr std::string_view patient = "\nstopping at the next checkpoint; the same once more stops at once\n";
+  constexpr std::string_view urgent = "\nstopping after this step; the same once more stops at once\n";
+  const std::string_view message = signal == SIGINT ? patient : urgent;
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
 }
 
@@ -22,7 +24,11 @@ void set_handler(void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART | SA_RESETHAND;
-  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    const bool ignored = sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN;
+    if (signal != SIGHUP || !ignored) sigaction(signal, &action, nullptr);
+  }
 }
 
 }  // namespace
@@ -30,6 +36,7 @@ void set_handler(void (*handler)(int)) {
 Interruption::Interruption() { set_handler(note); }
 Interruption::~Interruption() { set_handler(SIG_DFL); }
 bool Interruption::requested() { return noted != 0; }
+bool Interruption::urgent() { return noted != 0 && noted != SIGINT; }
 
 void Interruption::obey() {
   const int signal = noted;

@@ -2,7 +2,8 @@
 
 namespace lichtenberg {
 
-/// While one of these lives, SIGINT and SIGTERM are noted instead of ending the program; a second one does end it.
+/// While one of these lives, SIGINT, SIGTERM and SIGHUP are noted instead of ending the program; a second one does end
+/// it. A SIGHUP that whoever started the program (nohup) has it ignore stays ignored.
 class Interruption {
  public:
   Interruption();
@@ -10,6 +11,8 @@ class Interruption {
   Interruption(const Interruption&) = delete;
 
   static bool requested();
+  /// By SIGTERM or SIGHUP: who sends these (a scheduler, a terminal that goes) does not wait long.
+  static bool urgent();
   /// Ends the program by the signal that was noted, so that whoever started it sees that.
   [[noreturn]] static void obey();
 };

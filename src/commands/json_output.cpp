@@ -44,11 +44,6 @@ bool holds_hdf5(const std::string& path) {
 
 void check_output(const std::string& path) {
   check_writable(path);
-  std::error_code error;
-  const auto there = std::filesystem::symlink_status(path, error).type();
-  if (there == std::filesystem::file_type::not_found) return;
-  if (there != std::filesystem::file_type::regular)
-    throw InputError(fmt::format("{} is no plain file, and is left as it is: name another one", path));
   if (holds_hdf5(path)) throw InputError(fmt::format("{} is a result, and is left as it is: name another file", path));
 }
 

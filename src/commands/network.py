@@ -46,7 +46,7 @@ def walls(file):
     if "scene/walls" in file:
         group = file["scene/walls"]
         return {name: (p, n) for name, p, n in zip(group.attrs["names"], group["point"][()], group["normal"][()])}
-    width, height = file["scene/domain/size"][()]
+    width, height = file["scene/domain/size"][:2]
     sides = {
         "left": (np.zeros(3), np.array([1.0, 0, 0])),
         "right": (np.array([width, 0, 0]), np.array([-1.0, 0, 0])),
@@ -100,7 +100,7 @@ def read_network(file, model):
     group = file["network"][model]
     position = file["particles/conductors/position/value"][int(group.attrs["frame"])]
     radius = file["particles/conductors/radius"][()]
-    size = file["scene/domain/size"][()]
+    size = file["scene/domain/size"][:2]
     shown = [0, 1]  # in three dimensions too, which are seen from the front
     names = [name.strip() for name in group.attrs["between"].split(",")]
     found = [walls(file).get(name) for name in names]

@@ -31,7 +31,7 @@ class DrawnPacking:
         self.position = position[:, :2]
         self.depth = position[:, 2] if self.spatial else np.zeros(len(position))
         self.radius = particles["radius"][()] * drawing.MM
-        self.size = file["scene/domain/size"][()] * drawing.MM
+        self.size = file["scene/domain/size"][:2] * drawing.MM
         self.energy = file["observables/energy/value"][index]
         walls = file["scene/walls"]
         self.wall_point, self.wall_normal = walls["point"][()][:, :2] * drawing.MM, walls["normal"][()][:, :2]

@@ -13,6 +13,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/commands/interruption.hpp"
 #include "src/commands/progress.hpp"
+#include "src/commands/start_from.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/granular/device/device.hpp"
@@ -27,12 +28,16 @@ namespace lichtenberg {
 namespace {
 
 struct RunArguments {
-  std::string scene, file, device;
+  std::string scene, file, device, from;
+  std::vector<std::string> settings;
+  std::optional<int> frame;
   bool resume = false, overwrite = false, quiet = false;
 };
 
 Scene requested_scene(const RunArguments& request) {
-  Scene scene = read_scene_for(request.scene, request.device);
+  Scene scene = read_scene_for(request.scene, request.device, request.settings);
+  if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
+  if (!request.from.empty()) start_from(request.from, request.frame, scene);
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
@@ -100,11 +105,14 @@ class Run {
   void advance(double due, Progress& progress) {
     saved_ = false;
     const auto pause = [&] {
+      if (!motion_->exact_anywhere()) return Interruption::urgent();
       if (progress.due()) progress.show(motion_->progress(), motion_->time());
       return Interruption::requested();
     };
     try {
       motion_->advance_to(due, pause);
+    } catch (const Paused&) {
+      stop_where_saved(progress);
     } catch (const Failure& failure) {
       if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
       progress.end_line();
@@ -118,7 +126,8 @@ class Run {
   void save_last_frame() {
     const std::unique_ptr<Motion> then = make_motion(scene_);
     then->restore(*last_state_);
-    Milestone milestone{.checkpoint = *last_state_, .field = then->field(), .seconds = seconds()};
+    Milestone milestone{
+        .checkpoint = *last_state_, .field = keeps_field() ? then->field() : std::nullopt, .seconds = seconds()};
     recorder_.save(milestone);
   }
 
@@ -138,7 +147,7 @@ class Run {
     for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
     Milestone milestone;
-    milestone.field = motion_->field();
+    milestone.field = field();
     if (over_) {
       conclude();
       milestone.summary = summary_.quantities;
@@ -152,6 +161,9 @@ class Run {
     saved_ = true;
     end_saved_ = over_;
   }
+
+  bool keeps_field() const { return scene_.output.field != StoredField::none; }
+  std::optional<laplace::Field> field() { return keeps_field() ? motion_->field() : std::nullopt; }
 
   void conclude() {
     summary_ = motion_->summary();
@@ -173,9 +185,14 @@ class Run {
 
   [[noreturn]] void stop_here(Progress& progress) {
     if (!saved_) save(progress);
+    stop_where_saved(progress);
+  }
+
+  /// The last checkpoint stands: one made at any other instant would make the resumed run another one.
+  [[noreturn]] void stop_where_saved(Progress& progress) {
     progress.end_line();
     fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from there\n",
-               instant(motion_->time()));
+               instant(*recorder_.saved_time()));
     { const Recorder done = std::move(recorder_); }  // which removes its lock
     Interruption::obey();
   }
@@ -224,6 +241,10 @@ Command run_command() {
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            {"--out", &request->file, "result file (default: output.file of the scene)"},
            device_argument(request->device),
+           set_argument(request->settings),
+           {"--from", &request->from,
+            "start where the particles of this result (.h5) are, with their velocities and charges"},
+           {"--frame", &request->frame, "of that result, from 0 (default: the last)"},
            {"--resume", &request->resume, "go on from the checkpoint in the result file"},
            {"--overwrite", &request->overwrite, "replace the result file if it exists", {.excluded = "--resume"}},
            {"--quiet", &request->quiet, "print nothing but errors"}},

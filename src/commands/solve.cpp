@@ -17,6 +17,7 @@ namespace {
 
 struct SolveArguments {
   std::string scene, field, device;
+  std::vector<std::string> settings;
   bool capacitance = false, json = false, overwrite = false;
 };
 
@@ -130,7 +131,10 @@ std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
 }
 
 Answer solve(const SolveArguments& request) {
-  Answer answer{.scene = read_scene_for(request.scene, request.device), .field = {}, .solution = {}, .capacitance = {}};
+  Answer answer{.scene = read_scene_for(request.scene, request.device, request.settings),
+                .field = {},
+                .solution = {},
+                .capacitance = {}};
   effects::check_processes(&answer.scene.field_table);
   answer.field = make_field_problem(answer.scene);
   const auto solver = solve_as_asked(answer);
@@ -148,6 +152,7 @@ Command solve_command() {
           "Solves the field of a scene's first instant once",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
            device_argument(request->device),
+           set_argument(request->settings),
            {"--capacitance", &request->capacitance, "the capacitance matrix as well: one more solve a group"},
            {"--json", &request->json, "print JSON (SI units) in place of a table"},
            {"--field", &request->field, "write potential and bodies to this file (VTKHDF, for ParaView)"},

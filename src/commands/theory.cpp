@@ -10,6 +10,7 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/commands/theory_tables.hpp"
@@ -23,6 +24,7 @@ namespace {
 
 struct TheoryArguments {
   std::string name, result, scene, json, csv, picture;
+  std::vector<std::string> settings;
   std::optional<double> restitution, charge_number;
   bool plot = false;
 };
@@ -36,7 +38,7 @@ GasParameters parameters_of(const TheoryArguments& request) {
     gas.source = request.result;
     return gas;
   }
-  if (!request.scene.empty()) return gas_parameters(read_scene(request.scene));
+  if (!request.scene.empty()) return gas_parameters(read_scene(request.scene, settings_of(request.settings)));
   return request.name == "monopolar" ? source_monopolar_gas() : source_gas();
 }
 
@@ -240,6 +242,7 @@ Command theory_command() {
         &request->scene,
         "scene file (.toml) whose gas it is (default: the source's)",
         {.excluded = "RESULT"}},
+       set_argument(request->settings),
        {"--plot", &request->plot, "draw it too"},
        {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
        {"--json", &request->json, "JSON file to write, with all rows"},

@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/effects/read_scene.hpp"
@@ -20,6 +21,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::string scene, json, picture;
+  std::vector<std::string> settings;
   bool time = false, overwrite = false;
   work_precision::Request request;
 };
@@ -68,7 +70,7 @@ void sweep(Arguments arguments) {
   if (arguments.picture.empty()) arguments.picture = default_picture(arguments);
   check(arguments);
   arguments.request.progress = show_progress;
-  const Scene scene = read_scene(arguments.scene);
+  const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
   work_precision::print(diagram, circumstances);
@@ -85,6 +87,7 @@ Command work_precision_command() {
   return {"work-precision",
           "Sweeps the accuracy of every method that can solve a scene: error against time, as a table and as a picture",
           {{"SCENE", &arguments->scene, "scene file (.toml)", {.required = true}},
+           set_argument(arguments->settings),
            {"--time", &arguments->time,
             "integrators over the scene's motion until stop.time, in place of field solvers at its first instant"},
            {"--methods",

@@ -6,7 +6,9 @@ namespace lichtenberg {
 
 using effects::all_kinds;
 
-Scene read_scene(const std::string& path) { return read_scene(path, all_kinds()); }
+Scene read_scene(const std::string& path, const std::vector<Setting>& settings) {
+  return read_scene(path, all_kinds(), settings);
+}
 
 Scene parse_scene(const std::string& text, const std::string& path) { return parse_scene(text, path, all_kinds()); }
 

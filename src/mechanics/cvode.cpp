@@ -299,6 +299,7 @@ double Cvode::advance(double start, double end, const Events& events) {
 
   double time = start;
   for (int flag = CV_SUCCESS, steps = 0; flag != CV_ROOT_RETURN && end - time > rounding; ++steps) {
+    if (between_steps) between_steps();
     if (order == high && steps >= patience) {
       self.count();
       self.start(time, order = low);

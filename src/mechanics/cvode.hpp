@@ -51,6 +51,9 @@ class Cvode {
   /// Called with the time before forces are evaluated, for what depends on the bodies as they are.
   std::function<void(double)> before_forces;
 
+  /// Called before each step of the integrator; may be empty.
+  std::function<void()> between_steps;
+
   /// Called after each step of the integrator with its length (s) and the momenta (kg m/s) at its start; the model's
   /// bodies are at its end, and `position` is where they were. May be empty.
   std::function<void(double dt, const std::vector<double>& position, const std::vector<double>& momentum)> after_step;

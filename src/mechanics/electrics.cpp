@@ -76,7 +76,59 @@ void Electrics::show_charges() {
   for (int i = 0; i < model_.bodies.size(); ++i) model_.bodies.charge[i] = ledger_.charge(i);
 }
 
+effects::Contact Electrics::contact_of(const effects::Resistor& resistor) const {
+  const int n = model_.bodies.size();
+  if (resistor.b < 0) return {resistor.a, n + resistor.supply};
+  if (resistor.b < n) return {resistor.a, resistor.b};
+  const auto terminal = std::ranges::find(terminals_, resistor.b, &effects::Terminal::node);
+  return {resistor.a, n + static_cast<int>(terminal - terminals_.begin())};
+}
+
+bool Electrics::is_held_at_both_ends(const effects::Resistor& resistor) const {
+  return groups_.potential[resistor.a] && (resistor.b < 0 || groups_.potential[resistor.b]);
+}
+
+std::string Electrics::sentence_about(const effects::Resistor& resistor, double difference) const {
+  const auto [conductor, partner] = contact_of(resistor);
+  const int n = model_.bodies.size();
+  const std::string who = partner < n ? fmt::format("conductors {} and {}", conductor, partner)
+                                      : fmt::format("conductor {} and {}", conductor, terminals_[partner - n].name);
+  const std::string remedy =
+      is_held_at_both_ends(resistor)
+          ? "both are held at their potentials, so that no contact makes them one: keep them apart"
+          : "lower the resistance in [effects.contact_resistance] or widen effects.contact_discharge.gap, so that they "
+            "share their charge before they touch";
+  return fmt::format("{} touch while their potentials are {:.3g} V apart, and the force between such has no limit: {}",
+                     who, difference, remedy);
+}
+
+std::string Electrics::pressed_apart_in_potential() const {
+  if (!discharge_ || field_.last().potential.empty()) return "";
+  const std::vector<double> potential = node_potentials();
+  double largest = 0;
+  for (const double p : potential) largest = std::max(largest, std::abs(p));
+  for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
+  for (const effects::Resistor& resistor : resistors_) {
+    if (resistor.series || discharge_->gap(model_.bodies, contact_of(resistor)) > 0) continue;
+    const double difference = std::abs(resistor_current(resistor, potential)) / resistor.conductance;
+    if (difference > scene_.field().moving_tolerance * largest) return sentence_about(resistor, difference);
+  }
+  return "";
+}
+
+/// Bodies that are held would attract each other for ever.
+void Electrics::check_held_contacts() const {
+  for (const effects::Resistor& resistor : resistors_) {
+    if (resistor.series || !is_held_at_both_ends(resistor)) continue;
+    const double other = resistor.b < 0 ? resistor.potential : *groups_.potential[resistor.b];
+    const double difference = std::abs(*groups_.potential[resistor.a] - other);
+    if (difference > 0 && discharge_->gap(model_.bodies, contact_of(resistor)) <= 0)
+      throw Failure(sentence_about(resistor, difference));
+  }
+}
+
 const effects::Electrostatics& Electrics::solve(double time) {
+  check_held_contacts();
   model_.currents(time, current_);
   const effects::ChargeStep step = effects::charge_step(time - booked_until_, last_step_, relaxation_time_);
   std::vector<double> charge;

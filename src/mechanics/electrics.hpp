@@ -53,6 +53,10 @@ class Electrics {
   /// contact_discharge.
   Events events(std::span<const double> travel) const;
 
+  /// Says which conductor overlaps another, or an electrode, at another potential, since a contact's resistance has not
+  /// made them one; the force between such has no limit. Empty: none does.
+  std::string pressed_apart_in_potential() const;
+
   const effects::Electrostatics& last() const { return field_.last(); }
   effects::FloatingConductors& field() { return field_; }
   /// The gap (m) below which conductors are one; infinite without contacts.
@@ -90,6 +94,10 @@ class Electrics {
   std::vector<double> node_potentials() const;
   double resistor_current(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   double work_since_booking(double time) const;
+  effects::Contact contact_of(const effects::Resistor& resistor) const;
+  bool is_held_at_both_ends(const effects::Resistor& resistor) const;
+  std::string sentence_about(const effects::Resistor& resistor, double difference) const;
+  void check_held_contacts() const;
 
   const Scene& scene_;
   Model& model_;

@@ -42,6 +42,7 @@ void Euler::mechanical_steps(double time, double end) {
   const double dt = (end - time) / steps;
   double drag_work = 0;
   for (int k = 0; k < steps; ++k) {
+    at_.between_steps();
     at_.model.forces(time + k * dt, force_);
     for (std::size_t c = 0; c < force_.size(); ++c) {
       drag_work +=

@@ -60,6 +60,7 @@ struct Simulation::Implementation {
   Implementation(const Scene& s, Solver solver) : Implementation(s, make_model(s, std::move(solver))) {}
   Implementation(const Scene& s, Made made);
   void begin();
+  void advance(double end);
   ConductorFrame now();
   Frame motion() const;
   std::optional<analysis::ContactNetwork> network(std::span<const Vec2> position) const;
@@ -81,11 +82,15 @@ struct Simulation::Implementation {
   // Of a scene that asks for an accuracy:
   std::optional<double> largest_error;  ///< of the field, estimated by warnings()
   double checking_seconds = 0;
+  std::function<bool()> pause;  ///< while it advances
 };
 
 Simulation::Implementation::Implementation(const Scene& s, Made made) : scene(s), model(std::move(made.model)) {
   if (made.field) electrics.emplace(scene, model, *made.field, made.discharge, counters);
-  stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters});
+  const auto between_steps = [this] {
+    if (pause && pause()) throw Paused();
+  };
+  stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters, between_steps});
 }
 
 void Simulation::Implementation::begin() {
@@ -127,13 +132,26 @@ double Simulation::time() const { return implementation_->time; }
 const Counters& Simulation::counters() const { return implementation_->counters; }
 const Model& Simulation::model() const { return implementation_->model; }
 
-void Simulation::advance_to(double time, const std::function<bool()>&) {
+void Simulation::advance_to(double time, const std::function<bool()>& pause) {
   Implementation& self = *implementation_;
+  self.pause = pause;
   self.begin();
   if (time <= self.time) return;
   if (self.electrics && self.electrics->energy()) self.before = now();
-  self.stepper->advance(self.time, time);
+  self.advance(time);
   self.time = time;
+}
+
+/// Bodies that are pressed together with more force than any contact can bear are no fault of the contact's where
+/// that force has no limit.
+void Simulation::Implementation::advance(double end) {
+  try {
+    stepper->advance(time, end);
+  } catch (const Failure& failure) {
+    const std::string cause = electrics ? electrics->pressed_apart_in_potential() : "";
+    if (cause.empty()) throw;
+    throw Failure(cause);
+  }
 }
 
 double Simulation::next_frame() const {

@@ -24,8 +24,8 @@ class Simulation : public Motion {
   /// A multiple of output.every, or stop.time.
   double next_frame() const override;
   double end_time() const override;
-  /// Does not pause. Throws InputError if the first instant cannot be solved (a short circuit, say), Failure if a
-  /// solver gives up or conductors short-circuit two electrodes.
+  /// Throws Paused where it is told to pause, InputError if the first instant cannot be solved (a short circuit, say),
+  /// Failure if a solver gives up or conductors short-circuit two electrodes.
   void advance_to(double time, const std::function<bool()>& pause = {}) override;
   /// stop.time is reached, or the scene is to stop when stationary and is.
   bool finished() override;

@@ -28,6 +28,7 @@ Split::Split(Workplace workplace)
       charge_(at_.model.bodies.size()),
       charge_rate_(at_.model.bodies.size()) {
   book_drag(at_, drag_, cvode_);
+  cvode_.between_steps = at_.between_steps;
 }
 
 void Split::begin(double time) {
@@ -45,6 +46,7 @@ void Split::begin(double time) {
 void Split::advance(double time, double end) {
   const bool predicts = at_.electrics->field().predictor() != nullptr;
   while (time < end) {
+    at_.between_steps();
     const double reached = predicts ? try_prediction(time, end) : try_step(time, end);
     if (reached > time) at_.model.accept(reached, reached - time);
     time = reached;
@@ -71,7 +73,10 @@ void Split::go_back(const Snapshot& start) {
 /// Steps with the predictor's field.
 void Split::predict(double time, double target) {
   at_.electrics->set_predicting(true);
-  while (time < target) time = try_step(time, target);
+  while (time < target) {
+    at_.between_steps();
+    time = try_step(time, target);
+  }
   at_.electrics->set_predicting(false);
 }
 
@@ -140,6 +145,7 @@ double Split::try_step(double time, double end) {
 /// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way.
 double Split::move(double time, double target) {
   while (time < target) {
+    at_.between_steps();
     const double dt = target - time;
     const std::vector<Vec2> force = held_forces(time);
     std::vector<Vec2> largest_force = force;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct Workplace {
   Model& model;
   Electrics* electrics;  ///< null in a neutral scene
   Counters& counters;
+  std::function<void()> between_steps;  ///< called between two steps of any integrator; ends the run by an exception
 };
 
 /// A way to carry a scene forward in time: mechanics, field and contacts together.

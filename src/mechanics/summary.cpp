@@ -90,11 +90,13 @@ void add_circuit(const Outcome& outcome, Lines& lines) {
   lines.push_back({"heat", heat(flows)});
   lines.push_back({"balance", fmt::format("{:.1e} J: stored - stored at the start + heat - supplied (relative {:.1e})",
                                           energy_imbalance(outcome), relative_energy_imbalance(outcome))});
-  if (frame.rates)
-    lines.push_back({"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal, {:.4g} W into heat, "
-                                               "{:.4g} W/K of entropy (means since the frame before)",
-                                               frame.rates->structure_resistance, frame.rates->dissipated_power,
-                                               frame.rates->entropy_production)});
+  if (!frame.rates) return;
+  lines.push_back({"power", fmt::format("{:.4g} W into heat, {:.4g} W/K of entropy (means since the frame before)",
+                                        frame.rates->dissipated_power, frame.rates->entropy_production)});
+  if (std::isfinite(frame.rates->structure_resistance))  // without two potentials or a current there is none
+    lines.push_back(
+        {"resistance", fmt::format("{:.4g} ohm between highest and lowest terminal (since the frame before)",
+                                   frame.rates->structure_resistance)});
 }
 
 void add_electrics(const Outcome& outcome, Lines& lines) {

@@ -31,6 +31,9 @@ struct Summary {
   std::string goal;  ///< the quantity that says whether what the scene aims at was reached: 1 or 0
 };
 
+/// What ends Motion::advance_to where it was told to stop at an instant that it has no checkpoint of.
+struct Paused {};
+
 /// A way to carry a scene on, in time or towards rest. `lichtenberg run` drives any of them: it asks for frames,
 /// records them, and makes checkpoints from which another Motion of the same scene goes on bit for bit.
 class Motion {
@@ -44,9 +47,9 @@ class Motion {
   virtual double next_frame() const = 0;
   /// The time at which all is over at the latest; infinite if nobody knows.
   virtual double end_time() const = 0;
-  /// Carries the scene on to `time`, or less far if it is over before. `pause` is asked now and then, if checkpoints
-  /// are exact at any instant; true: stop here. Throws InputError if the first instant cannot be computed, Failure if
-  /// the scene cannot be carried on.
+  /// Carries the scene on to `time`, or less far if it is over before. `pause` is asked between two steps; true: stop
+  /// here. A motion whose checkpoints are not exact at any instant then throws Paused, and is of no use any more.
+  /// Throws InputError if the first instant cannot be computed, Failure if the scene cannot be carried on.
   virtual void advance_to(double time, const std::function<bool()>& pause) = 0;
   /// Nothing is left to be done.
   virtual bool finished() = 0;

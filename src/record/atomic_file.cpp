@@ -139,12 +139,22 @@ void remove_partial_files(const std::string& path) {
 }
 
 void check_writable(const std::string& path) {
-  const std::string folder = folder_of(path);
-  if (!std::filesystem::is_directory(folder))
-    throw InputError(fmt::format("{} cannot be written: there is no folder {}", path, folder));
-  if (std::filesystem::is_directory(path)) throw InputError(fmt::format("{} cannot be written: it is a folder", path));
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    throw InputError(fmt::format("{} cannot be written: folder {} may not be written", path, folder));
+  namespace fs = std::filesystem;
+  const auto refuse_it = [&](const std::string& why) {
+    throw InputError(fmt::format("{} cannot be written: {}", path, why));
+  };
+  const std::string folder = folder_of(path), beside = path + ".partial-0000000";  // the longest name that is needed
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) refuse_it("there is no folder " + folder);
+  const fs::file_status status = fs::symlink_status(beside, error);
+  if (status.type() == fs::file_type::none) refuse_it(error.message());
+  const fs::file_type type = fs::symlink_status(path, error).type();
+  if (type == fs::file_type::directory) refuse_it("it is a folder");
+  if (type != fs::file_type::regular && type != fs::file_type::not_found)
+    throw InputError(fmt::format("{} is no plain file, and is left as it is: name another one", path));
+  if (access(folder.c_str(), W_OK | X_OK) == 0) return;
+  if (errno == EROFS) refuse_it("folder " + folder + " is on a file system that is read-only");
+  refuse_it("folder " + folder + " may not be written");
 }
 
 }  // namespace lichtenberg

@@ -60,7 +60,8 @@ class OpenFile {
   FileIdentity identity_;
 };
 
-/// Throws InputError if no file can be created where `path` says: its folder is missing or may not be written.
+/// Throws InputError if no file can be created where `path` says: its folder is missing or may not be written, its name
+/// is too long, or what stands there is no file: a folder, a link, a device, a pipe.
 void check_writable(const std::string& path);
 
 /// Removes what processes that were killed have left of a NewFile for this path; there must be no other writer.

@@ -225,6 +225,20 @@ void put(hid_t parent, const std::string& name, std::span<const Number> numbers,
   check(H5Dwrite(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
 }
 
+template <class Number>
+void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
+                    const Shape& chunk, hid_t type, const std::string& unit) {
+  constexpr unsigned fastest = 1;  // of deflate's levels: higher ones save a few percent of a potential
+  if (exists(parent, name)) check(H5Ldelete(parent, name.c_str(), H5P_DEFAULT));
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE)), space = dataspace(shape);
+  check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));
+  check(H5Pset_shuffle(creation));
+  check(H5Pset_deflate(creation, fastest));
+  const Handle dataset(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT));
+  put_attribute(dataset, "unit", unit);
+  check(H5Dwrite(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
+}
+
 void put_text(hid_t parent, const std::string& name, const std::string& text) {
   const Handle type = text_type(H5T_VARIABLE);
   const Handle dataset = dataset_for(parent, name, type, {}, "");
@@ -268,10 +282,12 @@ Shape shape(hid_t parent, const std::string& name) {
   return dataset_shape(Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)));
 }
 
-#define FOR_NUMBER(Number)                                                                                 \
-  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);           \
-  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&); \
-  template std::vector<Number> get(hid_t, const std::string&);                                             \
+#define FOR_NUMBER(Number)                                                                                            \
+  template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                      \
+  template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);            \
+  template void put_compressed(hid_t, const std::string&, std::span<const Number>, const Shape&, const Shape&, hid_t, \
+                               const std::string&);                                                                   \
+  template std::vector<Number> get(hid_t, const std::string&);                                                        \
   template std::vector<Number> get_rows(hid_t, const std::string&, hsize_t, hsize_t);
 FOR_NUMBER(double)
 FOR_NUMBER(std::int32_t)

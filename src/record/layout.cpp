@@ -75,8 +75,10 @@ void put_domain(hid_t scene_group, const Scene& scene) {
   const Domain& domain = scene.domain;
   const std::string unit = scene.units().length;
   const hdf5::Handle group = hdf5::open_group(scene_group, "domain");
-  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, unit);
-  hdf5::put<double>(group, "size", std::array{domain.size.x, domain.size.y}, {2}, unit);
+  if (domain.dimension() == 3) hdf5::put(group, "height", domain.size.z, unit);  // which earlier readers look for
+  const std::array size{domain.size.x, domain.size.y, domain.size.z};
+  const auto axes = static_cast<std::size_t>(domain.dimension());
+  hdf5::put<double>(group, "size", std::span(size).first(axes), {axes}, unit);
   std::vector<std::int32_t> electrode;
   std::vector<double> potential;
   std::vector<std::string> names;
@@ -152,6 +154,7 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   hdf5::put_attribute(group, "title", scene.title);
   hdf5::put_attribute(group, "path", scene.path);
   hdf5::put_text(group, "text", scene.text);
+  if (!scene.started_from.empty()) hdf5::put_attribute(group, "started_from", scene.started_from);
   hdf5::put(group, "seed", scene.seed, "1");
   put_domain(group, scene);
   if (scene.reference) return put_reference(file, *scene.reference);

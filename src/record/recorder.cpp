@@ -41,6 +41,15 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
                     scene.path, change, path));
 }
 
+/// What was fed and what had been there from the start are told apart by where the run began.
+void check_start(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
+  const std::string start = hdf5::text(hdf5::open_group(file, "scene"), "started_from");
+  if (start != scene.started_from)
+    throw InputError(fmt::format("{} was started {}: resume it {}", path,
+                                 start.empty() ? "where its scene says" : "from " + start,
+                                 start.empty() ? "without --from" : "with the same --from and --frame"));
+}
+
 std::string session_group(int session) { return fmt::format("provenance/session-{}", session); }
 
 void put_program(const hdf5::Handle& group, const Provenance& provenance) {
@@ -139,6 +148,7 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
                     path));
   remove_partial_files(path);
   recorder.particles_ = mass.size();
+  recorder.stored_field_ = scene.output.field;
   recorder.put_constants([&](const hdf5::Handle& file) {
     const Provenance here = provenance();
     put_header(file, scene, here);
@@ -166,7 +176,9 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
                       "resumed",
                       path));
     check_scene(result.file(), path, scene);
+    check_start(result.file(), path, scene);
     recorder.take_over(result);
+    recorder.stored_field_ = scene.output.field;
     recorder.put_constants([&](const hdf5::Handle& file) {
       while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
       put_session(file, recorder.session_, provenance(), scene);
@@ -346,7 +358,7 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
   {
     const hdf5::Handle file = hdf5::open_in_memory(pages);
     put_checkpoint(file, milestone.checkpoint);
-    if (milestone.field) put_vtkhdf(file, *milestone.field);
+    if (milestone.field) put_vtkhdf(file, *milestone.field, stored_field_);
     if (!last_lists_.empty()) put_columns(hdf5::open_group(file, "network"), last_lists_);
     for (const ColumnGroup& found : milestone.findings) put_columns(hdf5::open_group(file, found.name), found.columns);
     if (history_) {

@@ -92,6 +92,7 @@ class Recorder {
   std::size_t particles_ = 0;
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;
+  StoredField stored_field_ = StoredField::single_precision;
   std::vector<Quantity> summary_;
   std::optional<ColumnGroup> history_;  ///< all of it
 

@@ -4,13 +4,16 @@
 
 #include "solvers/laplace/problem.hpp"
 #include "src/record/hdf5.hpp"
+#include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
 /// Adds the field to an HDF5 file as the group /VTKHDF (VTKHDF 1.0 ImageData, which ParaView opens), over one of the
 /// same size. Its points are the centres of the cells and carry `potential` (V) and `body` (index, -1 in the fluid),
-/// the same in two layers: the reader of VTK 9.1 fails on flat images and on data of cells. Throws hdf5::Error.
-void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field);
+/// the same in two layers: the reader of VTK 9.1 fails on flat images and on data of cells. Both are compressed.
+/// `stored`: the potential's precision. Throws hdf5::Error.
+void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field,
+                StoredField stored = StoredField::double_precision);
 
 /// Writes the field to a file of its own. Throws InputError if the file exists and may not be overwritten or its folder
 /// cannot be written, Failure if the disk is full.

@@ -4,13 +4,41 @@
 #include <fmt/ranges.h>
 
 #include <sstream>
+#include <string_view>
 #include <vector>
 
 #include "solvers/error.hpp"
 
 namespace lichtenberg {
 
+namespace {
+
+/// Refuses keys of more parts than anybody writes: the parser makes a table of each, one in the other, and neither it
+/// nor who walks them has a stack without end. Nested arrays and inline tables it counts itself.
+void check_nesting(const std::string& text, const std::string& path) {
+  constexpr int most = 1000;
+  int line = 1, dots = 0;
+  char until = 0;  // what ends a text or a comment
+  for (const char c : text) {
+    if (c == '\n') ++line, until = 0;
+    if (until != 0) {
+      if (c == until) until = 0;
+    } else if (c == '"' || c == '\'') {
+      until = c;
+    } else if (c == '#') {
+      until = '\n';
+    } else if (c == '.') {
+      if (++dots == most) throw InputError(fmt::format("{}:{}: a key of {} parts and more is none", path, line, most));
+    } else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) {
+      dots = 0;
+    }
+  }
+}
+
+}  // namespace
+
 toml::table parse_document(const std::string& text, const std::string& path) {
+  check_nesting(text, path);
   try {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {

@@ -79,6 +79,32 @@ Shape build_shape(const ElectrodeDraft& electrode, Vec2 size) {
   return Disk{{electrode.at, size.y}, electrode.radius};
 }
 
+/// How deep (m) a body whose centre is not in the domain, or a ring, reaches into it; infinite for others.
+double depth_in_domain(const Shape& shape, Vec2 size) {
+  if (const Ring* ring = std::get_if<Ring>(&shape)) {
+    const auto from_ring = [&](double x, double y) { return norm(Vec2{x, y} - ring->centre) - ring->radius; };
+    return std::max({from_ring(0, 0), from_ring(size.x, 0), from_ring(0, size.y), from_ring(size.x, size.y)});
+  }
+  const Disk* disk = std::get_if<Disk>(&shape);
+  if (disk == nullptr) return INFINITY;
+  const Vec2 nearest{std::clamp(disk->centre.x, 0.0, size.x), std::clamp(disk->centre.y, 0.0, size.y)};
+  return nearest == disk->centre ? INFINITY : disk->radius - norm(nearest - disk->centre);
+}
+
+/// A grid knows an electrode by the cells whose centres lie in it, or by its own centre. Every point of the domain has
+/// such a cell within half a diagonal.
+void check_depth(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
+  const Vec2 size = plane(draft.scene.domain.size);
+  const double least = std::sqrt(0.5) * std::max(size.x, size.y) / draft.field.options.cells;
+  const double depth = depth_in_domain(shape, size);
+  if (depth < least)
+    refuse(
+        draft.scene.path, electrode.line,
+        fmt::format("the {} reaches into the domain by {:.3g} m{}: it must be {:.3g} m at least, half the diagonal of "
+                    "a cell of the field's grid",
+                    electrode.shape, std::max(depth, 0.0), depth <= 0 ? ", which is not at all" : "", least));
+}
+
 void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
   const Vec3 size = draft.scene.domain.size;
   const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, electrode.line, why); };
@@ -97,6 +123,7 @@ void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shap
   if (!touch(inside, box(plane(size))))
     refuse_it(fmt::format("the {} lies outside the domain, which goes from [0, 0] to [{:g}, {:g}] m", electrode.shape,
                           size.x, size.y));
+  check_depth(draft, electrode, shape);
 }
 
 /// Two electrode sides meet in a corner, where the field between two potentials and the charge on both have no limit.

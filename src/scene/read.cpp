@@ -139,8 +139,11 @@ class Reader {
 };
 
 std::string read_text(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw InputError(path + ": there is no such scene file");
-  if (std::filesystem::is_directory(path)) throw InputError(path + " is a directory, not a scene file");
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  if (type == std::filesystem::file_type::not_found) throw InputError(path + ": there is no such scene file");
+  if (error) throw InputError(path + ": this scene file cannot be read (" + error.message() + ")");
+  if (type == std::filesystem::file_type::directory) throw InputError(path + " is a directory, not a scene file");
   std::ifstream file(path, std::ios::binary);
   std::string text(std::istreambuf_iterator<char>(file), {});
   if (!file) throw InputError(path + ": this scene file cannot be read");
@@ -157,20 +160,23 @@ void refuse(const std::string& path, int line, const std::string& sentence) {
   throw InputError(place_in(path, line) + sentence);
 }
 
-Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds) {
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                  const std::vector<Setting>& settings) {
   const Schema schema(kinds);
+  toml::table document = parse_document(text, path);
+  apply(settings, schema, document);
   Draft draft;
   draft.scene.path = path;
-  draft.scene.text = text;
-  Reader(schema, draft).read_document(parse_document(text, path));
+  draft.scene.text = settings.empty() ? text : text_of(document);
+  Reader(schema, draft).read_document(document);
   draft.scene.effects.sort(kinds);
   settle_dimension(draft);
   if (draft.scene.reference) fill_in_grains(draft);
   return complete(draft);
 }
 
-Scene read_scene(const std::string& path, const EffectKinds& kinds) {
-  return parse_scene(read_text(path), path, kinds);
+Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings) {
+  return parse_scene(read_text(path), path, kinds, settings);
 }
 
 }  // namespace lichtenberg

@@ -218,10 +218,17 @@ struct MinimizeOptions {
   int threads = 0;                ///< 0: one a core, fewer for few particles
 };
 
+/// What a result keeps of the last frame's potential.
+enum class StoredField { single_precision, double_precision, none };
+template <>
+inline constexpr Named<StoredField> values_named<StoredField>[] = {
+    {StoredField::single_precision, "single"}, {StoredField::double_precision, "double"}, {StoredField::none, "none"}};
+
 struct OutputOptions {
   std::string file;           ///< result file; default: the scene's name with .h5
   double every = 0.1;         ///< s, between frames
   int checkpoint_every = 10;  ///< frames between checkpoints
+  StoredField field = StoredField::single_precision;
   bool picture = true;
 };
 
@@ -259,6 +266,7 @@ struct Scene {
   std::vector<Wall> walls;  ///< of a scene with a contact potential: the domain's sides first, if they are walls
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
+  std::string started_from;  ///< frame of a result that the bodies were put to; empty: places are those of the file
   std::optional<Reference> reference;  ///< of a scene of grains; others are in SI
   std::vector<Stage> stages;
   Effects effects;  ///< one is in a run only if its table stands in the scene
@@ -287,12 +295,20 @@ struct Scene {
   const FieldRequest* field_request() const { return std::get_if<FieldRequest>(&field_table); }
 };
 
+/// A key of a scene and a value for it, both as text: the value as a scene file has it.
+struct Setting {
+  std::string key;  ///< dotted; an element of a repeated table by its index from 0, as in electrode[1].radius
+  std::string value;
+};
+
 /// Reads and checks a scene, whose effects are of these kinds. Throws InputError (one sentence: file, line, key, value
 /// found, what is allowed). src/effects/read_scene.hpp reads scenes with the effects of this program.
-Scene read_scene(const std::string& path, const EffectKinds& kinds);
+/// `settings`: keys that are set as if the file had them so; then `Scene::text` is the file's with them.
+Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings = {});
 
 /// Reads and checks a scene from text already in memory; `path` is used in messages.
-Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds);
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                  const std::vector<Setting>& settings = {});
 
 /// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`.
 std::string scene_help(const EffectKinds& kinds);

@@ -227,6 +227,10 @@ Table output() {
                .place = [](Draft& d) { return &d.scene.output.checkpoint_every; },
                .range = {.low = 1, .high = 1e9},
                .help = "frames between two checkpoints"},
+              {.name = "field",
+               .place = [](Draft& d) { return &d.scene.output.field; },
+               .help = "what the result file keeps of the last frame's potential: single precision, four bytes a "
+                       "cell before they are compressed; double precision, twice that; or none"},
               {.name = "picture",
                .place = [](Draft& d) { return &d.scene.output.picture; },
                .help = "draw the final state"},

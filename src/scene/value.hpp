@@ -20,8 +20,13 @@ namespace lichtenberg {
 // An enumeration is a text to all of them (AtChoice).
 
 inline bool read(const toml::node& node, double& value) {
-  if (!node.is_number()) return false;
-  value = *node.value<double>();
+  // Not node.value<double>(), which has none for integers that a double cannot hold: they are rounded as 1e300 is.
+  if (const auto* integer = node.as_integer())
+    value = static_cast<double>(integer->get());
+  else if (const auto* number = node.as_floating_point())
+    value = number->get();
+  else
+    return false;
   return true;
 }
 inline const char* type_name(const double&) { return "a number"; }

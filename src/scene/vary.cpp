@@ -105,19 +105,41 @@ std::vector<std::string> listed_values(const std::string& list) {
   return values;
 }
 
-std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
-                          const EffectKinds& kinds) {
-  const Schema schema(kinds);
-  toml::table document = parse_document(text, path);
+Setting setting_of(const std::string& written) {
+  const std::size_t equals = written.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw InputError(
+        fmt::format("{}: a key and its value are wanted, as in effects.contact_discharge.gap=0.4e-3", written));
+  std::string key = written.substr(0, equals), value = written.substr(equals + 1);
+  while (key.ends_with(' ')) key.pop_back();
+  try {
+    parse_document("value = " + value, key);
+  } catch (const InputError&) {
+    value = shown(toml::value<std::string>(value));
+  }
+  return {key, value};
+}
+
+void apply(const std::vector<Setting>& settings, const Schema& schema, toml::table& document) {
   for (const auto& [key, value] : settings) {
     const KeyPlace place = place_of(schema, key);
     const toml::table parsed = parse_document("value = " + value, key);
     table_of(document, place, key).insert_or_assign(place.name, *parsed.get("value"));
   }
+}
+
+std::string text_of(const toml::table& document) {
   std::ostringstream out;
   out << toml::toml_formatter{document,
                               toml::toml_formatter::default_flags & ~toml::format_flags::allow_literal_strings};
   return out.str() + "\n";
+}
+
+std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
+                          const EffectKinds& kinds) {
+  toml::table document = parse_document(text, path);
+  apply(settings, Schema(kinds), document);
+  return text_of(document);
 }
 
 }  // namespace lichtenberg

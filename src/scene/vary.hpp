@@ -3,15 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "src/scene/effects.hpp"
+#include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
-/// A key of a scene and a value for it, both as text: the value as a scene file has it.
-struct Setting {
-  std::string key;  ///< dotted; an element of a repeated table by its index from 0, as in electrode[1].radius
-  std::string value;
-};
+/// A setting as a command line has it, "key=value"; a value that TOML does not know is a text without its quotes.
+/// Throws InputError.
+Setting setting_of(const std::string& written);
 
 /// The values of a list, as in "0.4e-3, 0.775e-3": each in the fewest digits that mean the same. Throws InputError
 /// unless it is at least one value of TOML.

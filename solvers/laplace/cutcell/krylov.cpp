@@ -1,5 +1,6 @@
 #include "solvers/laplace/cutcell/krylov.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -18,7 +19,7 @@ PetscErrorCode stop_test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedRe
   *reason = KSP_CONVERGED_ITERATING;
   if (!(std::isfinite(norm)))
     *reason = KSP_DIVERGED_NANORINF;
-  else if (norm <= criterion.tolerance * criterion.scale)
+  else if (norm <= std::max(criterion.tolerance * criterion.scale, criterion.rounding))
     *reason = iteration == 0 ? KSP_CONVERGED_ATOL : KSP_CONVERGED_RTOL;
   return 0;
 }

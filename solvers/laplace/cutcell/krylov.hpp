@@ -15,6 +15,8 @@ struct StopCriterion {
   double tolerance = 0;
   double energy_norm = 0;  ///< of the first guess; what the first residual adds is part of the solution's as well
   double scale = 0, last = 0;
+  /// The norm that rounding alone gives a residual: where all potentials are one there is no energy to compare with.
+  double rounding = 0;
 };
 
 /// A KSP with its matrix and vectors.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "solvers/error.hpp"
@@ -64,6 +65,7 @@ struct CutCellSolver::Implementation {
 
   LaplaceSolution solve(const LaplaceProblem& problem);
   void choose_scale(const LaplaceProblem& problem);
+  double rounding_of_residual(const std::vector<double>& potentials) const;
   void prepare_grids(const LaplaceProblem& problem);
   void fix_mean(const LaplaceProblem& problem);
   void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
@@ -119,6 +121,15 @@ void CutCellSolver::Implementation::choose_scale(const LaplaceProblem& problem) 
   scale = largest > 0 ? largest : 1;
 }
 
+/// A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|, random from row to
+/// row. Its natural norm squared is the sum of that squared over the Laplacian's eigenvalues, 4 pi k of the k-th of n
+/// modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4 pi is about 1.
+double CutCellSolver::Implementation::rounding_of_residual(const std::vector<double>& potentials) const {
+  double largest = 0;
+  for (const double p : potentials) largest = std::max(largest, std::abs(p));
+  return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(potentials.size())) * largest;
+}
+
 LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
   parallel::start_petsc();
   LaplaceSolution solution;
@@ -142,7 +153,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
   if (op.grounded_by_couplings()) op.level_out(x.data(), residual.data());
-  system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0}, solution);
+  system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0, rounding_of_residual(x)}, solution);
   op.balance(problem, scale, b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);
   solution.seconds.solve = seconds_since(start);

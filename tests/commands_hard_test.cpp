@@ -1,0 +1,226 @@
+// What users and machines do to the program that it must meet with a sentence: numbers and names beyond all measure,
+// files that are none, signals, scenes that could never end.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/program.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+/// A wire at 5954.5 V, hardly more than its radius above a side at -1653 V, which it falls onto.
+const std::string falling_wire = R"(
+[domain]
+size = [0.032, 0.032]
+bottom = { potential = -1653 }
+[medium]
+relative_permittivity = 2.5
+viscosity = 0.7
+[[conductor]]
+position = [0.016, 0.001849]
+radius = 1.324e-3
+group = "wire"
+[[group]]
+name = "wire"
+potential = 5954.5
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 1e-5
+[effects.contact_resistance]
+resistance = 6e7
+[field]
+cells = 128
+[output]
+every = 0.01
+picture = false
+[stop]
+time = 1
+)";
+
+/// Two neutral disks, and one supply behind a resistor: at rest, and all at one potential.
+const std::string lone_supply = R"(
+[domain]
+size = [0.032, 0.032]
+[medium]
+relative_permittivity = 2.5
+viscosity = 0.7
+[[electrode]]
+shape = "disk"
+centre = [0.016, 0.026]
+radius = 2e-3
+potential = 1000
+series_resistance = 1e9
+[[conductor]]
+position = [0.016, 0.01]
+radius = 1.3e-3
+[[conductor]]
+position = [0.011, 0.01]
+radius = 1.3e-3
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 1e-4
+[field]
+cells = 64
+[output]
+every = 0.05
+picture = false
+[stop]
+time = 0.2
+)";
+
+/// A disk in the middle of a ring of this radius, its charge the only one.
+std::string in_ring(double radius) {
+  return fmt::format(R"(
+[domain]
+size = [0.032, 0.032]
+[medium]
+relative_permittivity = 2.5
+[[electrode]]
+shape = "ring"
+centre = [0.016, 0.016]
+radius = {}
+potential = 0
+[[conductor]]
+position = [0.016, 0.016]
+radius = 1e-3
+charge = 1e-9
+[effects.floating_conductors]
+[field]
+cells = 128
+)",
+                     radius);
+}
+
+/// What must not go on for ever is ended after a time that no machine needs for it.
+Ended run_within_a_minute(const Folder& folder, const std::string& arguments) {
+  return run_shell(folder, "timeout -s KILL 60 LICHTENBERG " + arguments);
+}
+
+/// The status of a run that gets the signal once it has saved its first frame.
+Ended run_with_signal(const Folder& folder, const std::string& signal) {
+  return run_shell(folder, fmt::format("LICHTENBERG run scene.toml --out x.h5 & run=$!; "
+                                       "{{ sleep 60; kill -KILL $run; }} & watchdog=$!; "
+                                       "while [ ! -e x.h5 ]; do sleep 0.01; done; sleep 0.1; "
+                                       "kill -{} $run; wait $run; status=$?; kill $watchdog; exit $status",
+                                       signal));
+}
+
+void check_refused(const Ended& ended, int status, const std::string& part) {
+  INFO(ended.err);
+  CHECK(ended.status == status);
+  CHECK(contains(ended.err, part));
+  CHECK(ended.err.starts_with("lichtenberg: "));
+}
+
+}  // namespace
+
+TEST_CASE("conductors held at two potentials that a resistor joins end the run in a sentence once they touch") {
+  const Folder folder;
+  folder.write("scene.toml", falling_wire);
+  const Ended ended = run_within_a_minute(folder, "run scene.toml --quiet");
+  check_refused(ended, 1,
+                "conductor 0 and the bottom side of the domain touch while their potentials are 7.61e+03 V apart");
+  CHECK(contains(ended.err, "keep them apart"));
+  CHECK_FALSE(contains(ended.err, "too soft"));
+}
+
+TEST_CASE("a contact whose resistance lets charge pass too slowly is blamed, and not Young's modulus") {
+  const Folder folder;
+  std::string floating = replaced(falling_wire, "group = \"wire\"\n", "charge = 1e-9\n");
+  floating = replaced(floating, "[[group]]\nname = \"wire\"\npotential = 5954.5\n", "");
+  folder.write("scene.toml", replaced(floating, "6e7", "1e16"));
+  const Ended ended = run_within_a_minute(folder, "run scene.toml --quiet");
+  check_refused(ended, 1, "lower the resistance in [effects.contact_resistance]");
+  CHECK_FALSE(contains(ended.err, "too soft"));
+}
+
+TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
+  const Folder folder;
+  // One frame in a thousand simulated seconds, which takes hours.
+  std::string endless = replaced(lone_supply, "every = 0.05", "every = 1000");
+  endless = replaced(endless, "time = 0.2", "time = 1000\nstationary = false\n[mechanics]\nlargest_step = 1e-4");
+  folder.write("scene.toml", endless);
+  for (const auto& [signal, status] : {std::pair{"TERM", 143}, std::pair{"HUP", 129}}) {
+    std::filesystem::remove(folder / "x.h5");
+    const Ended ended = run_with_signal(folder, signal);
+    CHECK_MESSAGE(ended.status == status, ended.err);
+    CHECK_MESSAGE(contains(ended.err, "stopped at t = 0 s; the same command with --resume goes on from there"),
+                  ended.err);
+  }
+}
+
+TEST_CASE("a file that may grow no larger is an error of writing") {
+  const Folder folder;
+  folder.write("scene.toml", lone_supply);
+  const Ended ended = run_shell(folder, "ulimit -f 16; LICHTENBERG run scene.toml --quiet");
+  check_refused(ended, 1, "File too large");
+}
+
+TEST_CASE("whole numbers beyond 2^53 are read as numbers, and refused as such") {
+  const Folder folder;
+  folder.write("large.toml", replaced(falling_wire, "1.324e-3", "9007199254740993"));
+  check_refused(run_program(folder, "explain large.toml"), 2, "by 9.01e+15 m");
+  folder.write("negative.toml", "material = { density = -9223372036854775808 }\n" + falling_wire);
+  check_refused(run_program(folder, "explain negative.toml"), 2,
+                "material.density = -9223372036854775808 is not allowed");
+}
+
+TEST_CASE("a ring that leaves nothing of itself in the domain is refused, also where no cell would see it") {
+  const Folder folder;
+  // The corners are 0.022627 m from the centre, half the diagonal of a cell is 1.77e-4 m.
+  for (const auto& [radius, depth] :
+       {std::pair{0.03, "by 0 m, which is not at all"}, std::pair{0.0225, "by 0.000127 m"}}) {
+    folder.write("ring.toml", in_ring(radius));
+    check_refused(run_program(folder, "solve ring.toml"), 2, std::string("the ring reaches into the domain ") + depth);
+  }
+  folder.write("ring.toml", in_ring(0.0224));
+  CHECK(run_program(folder, "solve ring.toml").status == 0);
+  folder.write("disk.toml",
+               replaced(replaced(replaced(in_ring(1e-3), "ring", "disk"), "radius = 0.001", "radius = 4.1e-3"),
+                        "centre = [0.016, 0.016]", "centre = [-4e-3, 0.016]"));
+  check_refused(run_program(folder, "solve disk.toml"), 2, "the disk reaches into the domain by 0.0001 m");
+}
+
+TEST_CASE("one supply behind a resistor beside neutral conductors is a scene, in which nothing happens") {
+  const Folder folder;
+  folder.write("scene.toml", lone_supply);
+  const Ended ended = run_within_a_minute(folder, "run scene.toml");
+  CHECK_MESSAGE(ended.status == 0, ended.err);
+  CHECK_FALSE(contains(ended.out, "nan"));
+}
+
+TEST_CASE("results never take the place of a pipe, a device or a link") {
+  const Folder folder;
+  folder.write("scene.toml", lone_supply);
+  REQUIRE(run_shell(folder, "mkfifo pipe; ln -s elsewhere link").status == 0);
+  for (const std::string file : {"pipe", "link", "/dev/null"})
+    for (const std::string how : {"", " --overwrite"})
+      check_refused(run_program(folder, "run scene.toml --out " + file + how), 2, file + " is no plain file");
+  CHECK(std::filesystem::is_fifo(folder / "pipe"));
+  CHECK(std::filesystem::is_symlink(folder / "link"));
+}
+
+TEST_CASE("names and keys beyond all measure are refused in a sentence") {
+  const Folder folder;
+  folder.write("scene.toml", lone_supply);
+  const std::string name(300, 'x');
+  check_refused(run_program(folder, "run scene.toml --out " + name + ".h5"), 2, "File name too long");
+  check_refused(run_program(folder, "explain " + name + ".toml"), 2, "File name too long");
+  check_refused(run_program(folder, "ensemble scene.toml --vary title=\\\"" + name + "\\\""), 2, "306 characters");
+  std::string keys = "a";
+  for (int k = 0; k < 50000; ++k) keys += ".a";
+  folder.write("deep.toml", "title = \"1.2\" # ...\n" + keys + " = 1\n");
+  check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:2: a key of 1000 parts and more is none");
+  folder.write("deep.toml", "[" + keys + "]\n");
+  check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:1: a key of 1000 parts");
+}

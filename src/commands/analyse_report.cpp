@@ -124,6 +124,18 @@ void print_head() {
       "masses", "f1", "f2", "f3", "f4", "(W)");
 }
 
+/// What the columns are, below them.
+void print_legend() {
+  fmt::print(
+      "\nM: conductors in contact with the ground. ends, forks: those of degree 1, of 3 and more. f1 ... f>4: shares "
+      "of "
+      "M by\ndegree, the ground counting as one contact. loops: contacts beyond those of a tree. orders: the highest "
+      "Strahler number.\nedge / R: mean length between centres over the mean radius. D of boxes, of masses: dimensions "
+      "of the tree, - where it\nis too small. EMST: the Euclidean minimum spanning tree of all centres. dissipated: "
+      "mean "
+      "power since the frame before.\n");
+}
+
 std::string dimension(const std::optional<PowerLaw>& law) { return law ? fmt::format("{:.2f}", law->exponent) : "-"; }
 
 double fraction_above_4(const analysis::DegreeDistribution& degrees) {
@@ -223,6 +235,7 @@ void print_analysis(const AnalysedRun& run, const Frames& frames) {
              run.contacts_recorded ? "as recorded" : "by D 7.1 and the recorded tree");
   print_head();
   for (const FrameAnalysis& found : frames) print_line(run, found);
+  print_legend();
   const FrameAnalysis& last = frames.back();
   fmt::print("\nframe {} at t = {:.6g} s\n", last.frame, last.time);
   print_degrees(run, last.topology);

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -79,11 +80,13 @@ void declare(CLI::App& program, const Command& command) {
   subcommand->callback(command.act);
 }
 
-std::string help_text(const CLI::App& program, const std::string& topic) {
+std::string help_text(const CLI::App& program, const std::string& topic, const std::string& part) {
+  if (!part.empty() && topic != "scene")
+    throw InputError(fmt::format("help {} {}: only `help scene` has parts, as in `help scene field`", topic, part));
   // Not program.help(): that would pass the question on to the subcommand that was given, which is this one.
   if (topic.empty())
     return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
-  if (topic == "scene") return scene_help();
+  if (topic == "scene") return scene_help(part);
   std::vector<std::string> topics{"scene"};
   for (const CLI::App* command : program.get_subcommands({})) {
     if (command->get_name() == topic) return command->help(program.get_name());
@@ -94,11 +97,13 @@ std::string help_text(const CLI::App& program, const std::string& topic) {
 }
 
 Command help_command(const CLI::App& program) {
-  auto topic = std::make_shared<std::string>();
+  auto words = std::make_shared<std::array<std::string, 2>>();
+  auto& [topic, part] = *words;
   return {"help",
           "Explains a command, or with `help scene` every key of a scene file",
-          {{"TOPIC", topic.get(), "a command, or scene"}},
-          [&program, topic] { fmt::print("{}", help_text(program, *topic)); }};
+          {{"TOPIC", &topic, "a command, or scene"},
+           {"PART", &part, "of a scene: a table, an effect or a key, as in `help scene field`"}},
+          [&program, words] { fmt::print("{}", help_text(program, (*words)[0], (*words)[1])); }};
 }
 
 void declare(CLI::App& program) {

@@ -115,12 +115,18 @@ void explain_cells(const ExplainedGrid& grid, std::int64_t floating) {
                grid.cells(), floating);
 }
 
+std::string resolution_in_words(const Scene& scene, double h) {
+  if (scene.conductors.empty()) return "";
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  return fmt::format("; the smallest radius is {:.3g} cells{}", radius / h,
+                     radius < h ? ", less than one: unresolved" : "");
+}
+
 /// A method on a grid. Returns its cells.
 double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
   const ExplainedGrid grid = make_grid(scene, problem);
-  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
-  fmt::print("  grid                 {} x {} cells of {:.4g} m; the smallest radius is {:.3g} cells{}\n", grid.nx,
-             grid.ny, grid.h, radius / grid.h, radius < grid.h ? ", less than one: unresolved" : "");
+  fmt::print("  grid                 {} x {} cells of {:.4g} m{}\n", grid.nx, grid.ny, grid.h,
+             resolution_in_words(scene, grid.h));
   explain_cells(grid, std::ranges::count(problem.groups, true, &laplace::Group::floating));
   return grid.cells();
 }
@@ -130,7 +136,7 @@ double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& pro
   const long unknowns = laplace::multipole_unknowns(problem, {.tolerance = scene.field().tolerance});
   fmt::print("  grid                 none\n");
   fmt::print("  unknowns             {}: some {} a disk, more in narrow gaps\n", unknowns,
-             unknowns / static_cast<long>(problem.bodies.size()));
+             unknowns / std::max(static_cast<long>(problem.bodies.size()), 1L));
   return static_cast<double>(unknowns);
 }
 
@@ -180,7 +186,9 @@ void explain_solves(const Scene& scene, const FieldCost& cost, double solves) {
 }
 
 void explain_run(const Scene& scene, const FieldCost& cost, const std::string& refusal) {
-  if (!refusal.empty())
+  if (scene.conductors.empty())
+    fmt::print("  a run                none: without conductors nothing moves\n");
+  else if (!refusal.empty())
     fmt::print("  a run                refused: {}\n", refusal);
   else if (const std::optional<double> solves = estimate_field_solves(scene))
     explain_solves(scene, cost, *solves);

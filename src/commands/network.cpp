@@ -69,7 +69,7 @@ std::string some(const std::vector<int>& numbers) {
 
 void print_table(const SolvedNetwork& solved) {
   const network::Conduction& c = solved.conduction;
-  fmt::print("{}-centred network\n", name_of(solved.model));
+  fmt::print("{}-centred network of particles whose surfaces touch or overlap\n", name_of(solved.model));
   fmt::print("  resistor              {}\n", resistor_in_words(solved.options));
   fmt::print("  nodes, resistors      {}, {}\n", solved.network.network.nodes, solved.network.network.links.size());
   if (!c.connected) {

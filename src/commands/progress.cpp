@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -35,12 +36,26 @@ bool Progress::due() const {
   return !quiet_ && !(shown_ && Clock::now() - *shown_ < (terminal_ ? between_redraws : between_lines));
 }
 
+std::optional<double> seconds_left(double done, double seconds, double recent, double recent_seconds) {
+  constexpr double least = 0.1, factor = 2;
+  if (done < least || recent <= 0) return {};
+  const double mean = seconds * (1 - done) / done, now = recent_seconds * (1 - done) / recent;
+  if (now > factor * mean || mean > factor * now) return {};
+  return now;
+}
+
+/// The recent pace is that of the last third of what is done.
+std::string Progress::time_left(double now) {
+  const double done = (now - start_) / (stop_ - start_), seconds = Seconds(Clock::now() - began_).count();
+  samples_.push_back({done, seconds});
+  const auto since = std::ranges::find_if(samples_, [&](const Sample& s) { return s.done >= 2.0 / 3 * done; });
+  const auto left = seconds_left(done, seconds, done - since->done, seconds - since->seconds);
+  return left ? fmt::format(", about {} left", duration(*left)) : "";
+}
+
 void Progress::show(std::string line, double now) {
   shown_ = Clock::now();
-  if (now > start_ && std::isfinite(stop_)) {
-    const double elapsed = Seconds(Clock::now() - began_).count();
-    line += fmt::format(", at most {} left", duration(elapsed * (stop_ - now) / (now - start_)));
-  }
+  if (now > start_ && std::isfinite(stop_)) line += time_left(now);
   if (terminal_)
     fmt::print(stderr, "\r{}\033[K", line);  // \033[K clears what is left of a longer line
   else

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -37,6 +38,8 @@ struct RunArguments {
 Scene requested_scene(const RunArguments& request) {
   Scene scene = read_scene_for(request.scene, request.device, request.settings);
   if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
+  if (scene.conductors.empty())
+    throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
   if (!request.from.empty()) start_from(request.from, request.frame, scene);
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
@@ -81,7 +84,9 @@ class Run {
 
  private:
   void advance_to_the_end() {
-    Progress progress(motion_->time(), motion_->end_time(), request_.quiet);
+    // One that stops once all is at rest ends nobody knows when.
+    const bool open = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
+    Progress progress(motion_->time(), open ? INFINITY : motion_->end_time(), request_.quiet);
     look();
     const Interruption interruption;  // after the first solve, which starts PETSc with handlers of its own
     if (recorder_.frames() == 0) record(progress);
@@ -117,8 +122,10 @@ class Run {
       if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
       progress.end_line();
       if (last_state_) save_last_frame();
-      throw Failure(fmt::format("{}; {} holds the run up to {}, and --resume goes on from there", failure.what(),
-                                scene_.output.file, instant(*recorder_.saved_time())));
+      throw Failure(
+          fmt::format("{}; {} holds the run up to {}, and --resume goes on from there; where the scene is to "
+                      "change, --from {} --out ANOTHER does",
+                      failure.what(), scene_.output.file, instant(*recorder_.saved_time()), scene_.output.file));
     }
   }
 

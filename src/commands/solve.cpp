@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
@@ -10,6 +13,7 @@
 #include "src/commands/field_problem.hpp"
 #include "src/commands/output.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/effects/groups.hpp"
 #include "src/record/vtkhdf.hpp"
 
 namespace lichtenberg {
@@ -21,12 +25,24 @@ struct SolveArguments {
   bool capacitance = false, json = false, overwrite = false;
 };
 
+/// An electrode or a side that is one: what holds it and what it carries.
+struct TerminalAnswer {
+  std::string name;
+  double potential = 0, charge = 0;  ///< V, C
+};
+
+/// The charge on each of these when one is at 1 V and all others at 0 V.
+struct Capacitances {
+  std::vector<std::string> names;
+  std::vector<double> matrix;  ///< F, names x names
+};
+
 /// The answer in SI units, the scene's depth multiplied in.
 struct Answer {
   Scene scene;
   FieldProblem field;
   laplace::LaplaceSolution solution;  ///< per metre of depth
-  std::vector<double> capacitance;    ///< F, groups x groups; empty if not asked for
+  Capacitances capacitance;           ///< empty if not asked for
 
   int size() const { return static_cast<int>(scene.conductors.size()); }
   double depth() const { return scene.medium.depth; }
@@ -48,20 +64,48 @@ void print_conductors(const Answer& answer) {
   }
 }
 
+/// In the order of effects::terminals_of: the electrodes, then those sides that are.
+std::vector<TerminalAnswer> terminals(const Answer& answer) {
+  std::vector<TerminalAnswer> found;
+  const auto& [problem, solution] = std::tie(answer.field.problem, answer.solution);
+  std::size_t body = answer.scene.conductors.size(), side = 0;
+  for (const effects::Terminal& terminal : effects::terminals_of(answer.scene)) {
+    if (body < problem.bodies.size()) {
+      found.push_back({terminal.name, solution.group_potential[problem.bodies[body].group],
+                       answer.depth() * solution.body_charge[body]});
+      ++body;
+      continue;
+    }
+    while (problem.sides[side].kind != laplace::Side::Kind::electrode) ++side;
+    found.push_back({terminal.name, terminal.potential, answer.depth() * solution.side_charge[side++]});
+  }
+  return found;
+}
+
+void print_terminals(const Answer& answer) {
+  const std::vector<TerminalAnswer> all = terminals(answer);
+  if (all.empty()) return;
+  fmt::print("\n{:>14} {:>13}  electrode\n", "potential (V)", "charge (C)");
+  for (const auto& [name, potential, charge] : all) fmt::print("{:>14.7g} {:>13.6g}  {}\n", potential, charge, name);
+}
+
 void print_capacitance(const Answer& answer) {
-  const std::vector<std::string>& names = answer.field.group_names;
-  fmt::print("\ncapacitance matrix (F): charge on the row's group when the column's is at 1 V, all others at 0 V\n");
+  const auto& [names, matrix] = answer.capacitance;
+  fmt::print(
+      "\ncapacitance matrix (F): charge on the row's conductor when the column's is at 1 V, all others at 0 V\n");
   for (std::size_t row = 0; row < names.size(); ++row) {
     for (std::size_t column = 0; column < names.size(); ++column)
-      fmt::print("{:>14.6e}", answer.capacitance[row * names.size() + column]);
+      fmt::print("{:>14.6e}", matrix[row * names.size() + column]);
     fmt::print("  {}\n", names[row]);
   }
 }
 
 void print_table(const Answer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
-  print_conductors(answer);
+  if (answer.size() > 0) print_conductors(answer);
+  print_terminals(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
+  fmt::print("depth       {:g} m: charges, forces and energy are those of a slab so deep\n", answer.depth());
   fmt::print("method      {}\n", method_in_words(answer.scene.field()));
   if (answer.scene.field().chosen_for) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field()));
   fmt::print("unknowns    {}\n", solution.unknowns);
@@ -71,7 +115,7 @@ void print_table(const Answer& answer) {
   fmt::print("residual    {:.2g}\n", solution.residual);
   fmt::print("seconds     {:.4f} setup, {:.4f} solve, {:.4f} forces\n", solution.seconds.setup, solution.seconds.solve,
              solution.seconds.forces);
-  if (!answer.capacitance.empty()) print_capacitance(answer);
+  if (!answer.capacitance.names.empty()) print_capacitance(answer);
 }
 
 nlohmann::ordered_json conductor_json(const Answer& answer, int i) {
@@ -86,11 +130,11 @@ nlohmann::ordered_json conductor_json(const Answer& answer, int i) {
 }
 
 nlohmann::ordered_json capacitance_json(const Answer& answer) {
-  const std::size_t n = answer.field.group_names.size();
+  const auto& [names, matrix] = answer.capacitance;
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (auto row = answer.capacitance.begin(); row != answer.capacitance.end(); row += n)
-    rows.push_back(std::vector<double>(row, row + n));
-  return {{"groups", answer.field.group_names}, {"matrix", rows}};
+  for (auto row = matrix.begin(); row != matrix.end(); row += names.size())
+    rows.push_back(std::vector<double>(row, row + names.size()));
+  return {{"groups", names}, {"matrix", rows}};
 }
 
 void print_json(const Answer& answer) {
@@ -99,7 +143,13 @@ void print_json(const Answer& answer) {
   nlohmann::ordered_json json;
   json["conductors"] = nlohmann::ordered_json::array();
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
+  json["electrodes"] = nlohmann::ordered_json::array();
+  for (const auto& [name, potential, charge] : terminals(answer))
+    json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}});
   json["energy"] = answer.energy();
+  json["depth"] = answer.depth();
+  json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
+                   {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
   json["method"] = name_of(field.method);
   if (field.chosen_for)
     json["accuracy"] = {{"asked", field.chosen_for->asked},
@@ -112,7 +162,7 @@ void print_json(const Answer& answer) {
   json["residual"] = solution.residual;
   json["seconds"] = {
       {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
-  if (!answer.capacitance.empty()) json["capacitance"] = capacitance_json(answer);
+  if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
   fmt::print("{}\n", json.dump(2));
 }
 
@@ -130,6 +180,52 @@ std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
   return solver;
 }
 
+/// Electrode sides that meet in a corner, by the first of them; -1: the side is none. They have one potential.
+std::array<int, 4> joined_sides(const laplace::LaplaceProblem& problem) {
+  std::array<int, 4> first{-1, -1, -1, -1};
+  for (int s = 0; s < 4; ++s)
+    if (problem.sides[s].kind == laplace::Side::Kind::electrode) first[s] = s;
+  for (const int across : {0, 1})
+    for (const int along : {2, 3})
+      if (first[across] >= 0 && first[along] >= 0) {
+        const int one = std::min(first[across], first[along]), other = std::max(first[across], first[along]);
+        std::ranges::replace(first, other, one);
+      }
+  return first;
+}
+
+/// Of the groups, as laplace::capacitance_matrix, and of the sides of the domain that are electrodes.
+Capacitances capacitances(laplace::LaplaceSolver& solver, const Answer& answer) {
+  laplace::LaplaceProblem unit = answer.field.problem;
+  const std::array<int, 4> side = joined_sides(unit);
+  Capacitances found{answer.field.group_names, {}};
+  std::vector<int> sides;  // the first of those that are one
+  for (int s = 0; s < 4; ++s)
+    if (side[s] == s) sides.push_back(s);
+  for (const int first : sides) {
+    std::vector<std::string> names;
+    for (int s = 0; s < 4; ++s)
+      if (side[s] == first) names.emplace_back(side_names[s]);
+    found.names.push_back(
+        fmt::format("the {} side{} of the domain", fmt::join(names, ", "), names.size() > 1 ? "s" : ""));
+  }
+  const std::size_t groups = unit.groups.size(), n = found.names.size();
+  for (laplace::Group& group : unit.groups) group = {.floating = false};
+  unit.couplings.clear();
+  found.matrix.assign(n * n, 0);
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t g = 0; g < groups; ++g) unit.groups[g].potential = g == j;
+    for (int s = 0; s < 4; ++s) unit.sides[s].potential = j >= groups && side[s] == sides[j - groups];
+    const laplace::LaplaceSolution solution = solver.solve(unit);
+    for (std::size_t b = 0; b < unit.bodies.size(); ++b)
+      found.matrix[unit.bodies[b].group * n + j] += answer.depth() * solution.body_charge[b];
+    for (std::size_t k = 0; k < sides.size(); ++k)
+      for (int s = 0; s < 4; ++s)
+        if (side[s] == sides[k]) found.matrix[(groups + k) * n + j] += answer.depth() * solution.side_charge[s];
+  }
+  return found;
+}
+
 Answer solve(const SolveArguments& request) {
   Answer answer{.scene = read_scene_for(request.scene, request.device, request.settings),
                 .field = {},
@@ -139,8 +235,7 @@ Answer solve(const SolveArguments& request) {
   answer.field = make_field_problem(answer.scene);
   const auto solver = solve_as_asked(answer);
   if (!request.field.empty()) write_field_vtkhdf(request.field, solver->field(), request.overwrite);
-  if (request.capacitance) answer.capacitance = capacitance_matrix(*solver, answer.field.problem);
-  for (double& entry : answer.capacitance) entry *= answer.depth();
+  if (request.capacitance) answer.capacitance = capacitances(*solver, answer);
   return answer;
 }
 

@@ -12,7 +12,7 @@ Scene read_scene(const std::string& path, const std::vector<Setting>& settings) 
 
 Scene parse_scene(const std::string& text, const std::string& path) { return parse_scene(text, path, all_kinds()); }
 
-std::string scene_help() { return scene_help(all_kinds()); }
+std::string scene_help(const std::string& part) { return scene_help(all_kinds(), part); }
 
 std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings) {
   return with_settings(text, path, settings, all_kinds());

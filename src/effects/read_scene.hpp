@@ -12,7 +12,7 @@ namespace lichtenberg {
 
 Scene read_scene(const std::string& path, const std::vector<Setting>& settings = {});
 Scene parse_scene(const std::string& text, const std::string& path);
-std::string scene_help();
+std::string scene_help(const std::string& part = "");
 std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings);
 
 }  // namespace lichtenberg

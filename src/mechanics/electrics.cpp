@@ -323,8 +323,9 @@ void Electrics::book_energy(double time, bool merged, std::span<const double> ca
 bool Electrics::stationary(double fraction) const {
   const Bodies& bodies = model_.bodies;
   for (int i = 0; i < bodies.size(); ++i)
-    if (groups_.connected[i] != -1 || norm(field_.last().force[i]) > fraction * largest_force_ ||
-        norm(velocity(bodies, i)) > fraction * largest_speed_)
+    if (groups_.connected[i] != -1 ||
+        (!scene_.conductors[i].held && (norm(field_.last().force[i]) > fraction * largest_force_ ||
+                                        norm(velocity(bodies, i)) > fraction * largest_speed_)))
       return false;
   return true;
 }

@@ -42,11 +42,19 @@ void check_dimension(const Bodies& bodies, int d) {
         fmt::format("the bodies have {} dimensions, but what they are asked for is for {} only", bodies.dimension, d));
 }
 
+namespace {
+
+/// What is held has so much inertia that no force moves it by as much as a last digit.
+constexpr double held_inertia = 0x1p100;
+
+}  // namespace
+
 Bodies make_bodies(const Scene& scene) {
   Bodies bodies{.dimension = scene.dimension(), .box = scene.domain.box()};
   for (const Conductor& conductor : scene.conductors) {
     const double r = conductor.radius;
-    const double mass = 4.0 / 3.0 * std::numbers::pi * scene.material.density * r * r * r;
+    const double inertia = conductor.held ? held_inertia : 1;
+    const double mass = inertia * (4.0 / 3.0 * std::numbers::pi * scene.material.density * r * r * r);
     for (int k = 0; k < bodies.dimension; ++k) {
       bodies.position.push_back(conductor.position[k]);
       bodies.momentum.push_back(mass * conductor.velocity[k]);

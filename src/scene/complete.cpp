@@ -61,23 +61,41 @@ double permittivity(const Draft& draft) {
   return draft.permittivity.value_or(0);
 }
 
-/// Square cells: S along the longer side must give a whole number along the shorter one.
-double cell_size(const Draft& draft) {
+/// Whether S cells along the longer side give whole ones along the shorter.
+bool fits(Vec3 size, int cells) {
+  const double across = cells * std::min(size.x, size.y) / std::max(size.x, size.y), whole = std::round(across);
+  constexpr double rounding = 1e-9;  // of sides written as decimal numbers
+  return whole >= 1 && std::abs(across - whole) <= rounding * whole;
+}
+
+/// The nearest numbers of cells that fit a box, from `cells` on in steps of `step`, within a factor of two; 0: none.
+int nearest_that_fits(Vec3 size, int cells, int step) {
+  for (int n = cells; n >= cells / 2 && n <= 2 * cells && n > 0; n += step)
+    if (fits(size, n)) return n;
+  return 0;
+}
+
+/// What would do in place of a number of cells that does not fit.
+std::string fitting(Vec3 size, int cells) {
+  const int fewer = nearest_that_fits(size, cells, -1), more = nearest_that_fits(size, cells, 1);
+  if (fewer > 0 && more > 0) return fmt::format("field.cells = {} or {} would do", fewer, more);
+  if (fewer > 0 || more > 0) return fmt::format("field.cells = {} would do", std::max(fewer, more));
+  const double h = std::max(size.x, size.y) / cells;
+  return fmt::format("{:.12g} m would do", std::max(1.0, std::round(std::min(size.x, size.y) / h)) * h);
+}
+
+/// Cells along the longer side, such that they are square; those that the scene gives, or the default or a few more.
+int fitting_cells(const Draft& draft) {
   const Vec3 size = draft.scene.domain.size;
   const int cells = draft.field.options.cells;
-  const double h = std::max(size.x, size.y) / cells;
-  if (draft.field.accuracy) return h;  // another number will be chosen
-  const double shorter = std::min(size.x, size.y);
-  const double across = shorter / h;
-  const double whole = std::max(1.0, std::round(across));
-  constexpr double rounding = 1e-9;  // of sides written as decimal numbers
-  if (std::abs(across - whole) > rounding * whole)
-    refuse(draft.scene.path, draft.line("domain.size"),
-           fmt::format(
-               "domain.size = [{:g}, {:g}] m does not give square cells: with field.cells = {} along the longer side "
-               "the shorter one would have {:g}, and a whole number is allowed; {:.12g} m would do",
-               size.x, size.y, cells, across, whole * h));
-  return h;
+  if (draft.field.accuracy || fits(size, cells)) return cells;  // for an accuracy another number will be chosen
+  const int more = draft.line("field.cells") > 0 ? 0 : nearest_that_fits(size, cells, 1);
+  if (more > 0) return more;
+  refuse(draft.scene.path, draft.line("domain.size"),
+         fmt::format("domain.size = [{:g}, {:g}] m does not give square cells: with field.cells = {} along the longer "
+                     "side the shorter one would have {:g}, and a whole number is allowed; {}",
+                     size.x, size.y, cells, cells * std::min(size.x, size.y) / std::max(size.x, size.y),
+                     fitting(size, cells)));
 }
 
 /// What is asked for in place of other keys excludes them.
@@ -125,9 +143,10 @@ void fill_in_tolerances(const Draft& draft, FieldOptions& field) {
 }
 
 /// [field] with its defaults.
-FieldTable field_of(const Draft& draft) {
+FieldTable field_of(const Draft& draft, int cells) {
   const FieldDraft& given = draft.field;
   FieldOptions options = given.options;
+  options.cells = cells;
   if (given.accuracy)
     return FieldRequest{.accuracy = *given.accuracy,
                         .method = given.method,
@@ -253,12 +272,34 @@ void check_frames(const Draft& draft) {
                     every, time, time / every, most));
 }
 
+/// A field alone may do without conductors.
+void check_empty(const Draft& draft, const Scene& scene) {
+  const bool field_alone = scene.effects.has(&EffectKind::field) &&
+                           std::ranges::all_of(scene.effects, [](const auto& entry) { return entry.kind->field; });
+  if (!field_alone)
+    refuse(scene.path, 0,
+           "the scene has no conductors: at least one [[conductor]] or [[population]] is needed, but for a scene whose "
+           "only effect is [effects.floating_conductors], between electrodes");
+  const bool any_side = std::ranges::any_of(scene.domain.sides, &DomainSide::electrode);
+  if (scene.electrodes.empty() && !any_side)
+    refuse(scene.path, draft.line("domain"), "the scene has neither conductors nor electrodes: nothing makes a field");
+}
+
+void check_held(const Draft& draft, bool can_be_held) {
+  for (const ConductorDraft& conductor : draft.conductors) {
+    if (!conductor.conductor.held) continue;
+    if (!can_be_held)
+      refuse(draft.scene.path, conductor.line, "conductor.held is for scenes in time of conductors only");
+    if (conductor.velocity)
+      refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed for a conductor that is held");
+  }
+}
+
 void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
   scene.medium = {.permittivity = permittivity(draft),
                   .viscosity = draft.viscosity.value_or(0),
-                  .depth = draft.depth.value_or(2 * largest_radius),
+                  .depth = draft.depth.value_or(largest_radius > 0 ? 2 * largest_radius : 1),
                   .temperature = scene.medium.temperature};
-  scene.field_table = field_of(draft);
   scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
   scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
   scene.output.file = draft.output_file.value_or(std::filesystem::path(scene.path).stem().string() + ".h5");
@@ -281,14 +322,18 @@ Scene complete(const Draft& draft) {
   scene.groups = build_groups(draft);
   if (!packing) check_given_conductors(draft, scene.electrodes);
   const bool has_no_field = packing || scene.reference || scene.dimension() == 3 || scene.domain.box().any_periodic();
-  const double h = has_no_field ? 0 : cell_size(draft);
-  scene.conductors = place_conductors(draft, scene.electrodes, scene.walls);
-  if (scene.conductors.empty())
-    refuse(scene.path, 0, "the scene has no conductors: at least one [[conductor]] or [[population]] is needed");
+  const int cells = has_no_field ? draft.field.options.cells : fitting_cells(draft);
+  const double h = has_no_field ? 0 : std::max(scene.domain.size.x, scene.domain.size.y) / cells;
+  const bool empty = draft.conductors.empty() && draft.populations.empty();
+  if (empty) check_empty(draft, scene);
+  check_held(draft, !packing && !scene.reference);
+  if (!empty) scene.conductors = place_conductors(draft, scene.electrodes, scene.walls);
   assign_groups(draft, scene);
   if (scene.reference) complete_grains(draft, scene);
-  const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
-  check_resolution(draft, smallest.radius, h);
+  const auto [smallest, largest] =
+      empty ? std::ranges::minmax_result<Conductor>{} : std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
+  if (!empty) check_resolution(draft, smallest.radius, h);
+  scene.field_table = field_of(draft, cells);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->complete) entry.kind->complete(draft, scene);

@@ -1,22 +1,74 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <sstream>
+
+#include "solvers/error.hpp"
+#include "src/scene/nearest.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
+namespace {
 
-std::string scene_help(const EffectKinds& kinds) {
+constexpr std::size_t line_width = 100;
+
+/// Words in lines of at most `line_width`, each behind as many spaces.
+std::string wrapped(const std::string& text, std::size_t indent) {
+  std::string lines, line;
+  const auto end_line = [&] {
+    lines += std::string(line.empty() ? 0 : indent, ' ') + line + "\n";
+    line.clear();
+  };
+  std::istringstream words(text);
+  for (std::string word; words >> word; line += word) {
+    if (!line.empty() && indent + line.size() + 1 + word.size() > line_width) end_line();
+    if (!line.empty()) line += ' ';
+  }
+  end_line();
+  return lines;
+}
+
+std::string help_of(const Table& table, const std::vector<Key>& keys, Draft& untouched) {
+  constexpr std::size_t indent = 27;
+  std::string text = fmt::format("\n{}\n{}", table.header(), wrapped(table.help, 2));
+  for (const Key& key : keys) {
+    const std::string help =
+        wrapped(key.help, indent) + wrapped(fmt::format("{}; {}", key.allowed(), key.fallback(untouched)), indent);
+    const std::string name = fmt::format("    {:<22} ", key.name);
+    text += name + (name.size() > indent ? "\n" + help : help.substr(indent));
+  }
+  return text;
+}
+
+/// What "field", "effects.leakage", "leakage" or "field.cells" names: a table, or one key of it.
+std::string help_of_part(const Schema& schema, Draft& untouched, const std::string& part) {
+  for (const std::string path : {part, "effects." + part})
+    if (const Table* table = schema.find_table(path)) {
+      std::string text = help_of(*table, table->keys, untouched);
+      for (const Table& inner : schema.tables())
+        if (inner.path.starts_with(path + ".")) text += help_of(inner, inner.keys, untouched);
+      return text;
+    }
+  for (const Table& table : schema.tables())
+    for (const Key& key : table.keys)
+      if (path_in(table, key.name) == part) return help_of(table, {key}, untouched);
+  throw InputError(
+      fmt::format("there is no part {} of a scene; the nearest is {}", part, nearest_path(part, schema.known_paths())));
+}
+
+}  // namespace
+
+std::string scene_help(const EffectKinds& kinds, const std::string& part) {
   const Schema schema(kinds);
   Draft untouched = schema.blank_draft();
-  std::string text =
+  if (!part.empty()) return help_of_part(schema, untouched, part).substr(1);
+  std::string text = wrapped(
       "A scene is a TOML file. Every number is in the SI unit named here and written without it. A [[table]] may stand "
-      "any "
-      "number of times. D is the dissertation that the conductors' model comes from.\n";
-  for (const Table& table : schema.tables()) {
-    text += fmt::format("\n{}\n  {}\n", table.header(), table.help);
-    for (const Key& key : table.keys)
-      text += fmt::format("    {:<22} {}\n    {:<22} {}; {}\n", key.name, key.help, "", key.allowed(),
-                          key.fallback(untouched));
-  }
+      "any number of times. D is the dissertation that the conductors' model comes from. `lichtenberg help scene PART` "
+      "shows a table or a key alone, as in `help scene field`.",
+      0);
+  for (const Table& table : schema.tables()) text += help_of(table, table.keys, untouched);
   return text;
 }
 

@@ -71,6 +71,7 @@ struct Conductor {
   double charge = 0;                ///< C
   int group = -1;                   ///< index into Scene::groups, -1: of its own
   double relative_resistivity = 1;  ///< of its material, in units of NetworkOptions::parameters
+  bool held = false;                ///< at its place, whatever pulls
 };
 
 /// m, of the conductor's centre from the wall; negative beyond it.
@@ -310,7 +311,9 @@ Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::v
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
                   const std::vector<Setting>& settings = {});
 
-/// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`.
-std::string scene_help(const EffectKinds& kinds);
+/// Every key with its type, unit, default, what is allowed and what it means, as printed by `lichtenberg help scene`;
+/// of a `part` that is not empty (a table's or a key's path, an effect's name) that alone. Throws InputError if there
+/// is none of that name.
+std::string scene_help(const EffectKinds& kinds, const std::string& part = "");
 
 }  // namespace lichtenberg

@@ -100,8 +100,7 @@ class Motion final : public ContactMotion {
     ContactsFollowed followed{.record = {.time = time + dt, .dt = dt}};
     held_.assign(held.begin(), held.end());
     held_.resize(bodies.momentum.size());
-    start_.resize(held_.size());
-    halfway_.resize(held_.size());
+    felt_.resize(bodies.size());
     largest_held_ = largest_over_mass(bodies, held_);
     steps_ = steps;
     dt_ = dt / steps;
@@ -130,6 +129,10 @@ class Motion final : public ContactMotion {
   static constexpr std::size_t ahead = 16;  ///< pairs
   static constexpr int pairs_a_task = 512;  ///< a multiple of any width
   using Pairs = PairMotion<d, OfPairs<Law>, Several>;
+  /// All forces on a grain, at the start and in the middle of a step; in one line of a cache.
+  struct alignas(64) Felt {
+    std::array<double, d> start, halfway;
+  };
 
   /// Pairs in the order of the contacts, then those that may come to it.
   void resize(std::size_t pairs) {
@@ -161,25 +164,56 @@ class Motion final : public ContactMotion {
   /// `speed_`; contacts excepted.
   void find_near(const Bodies& bodies, std::span<const GrainContact> contacts, std::span<const Pair> pairs) {
     const NearestImage<d> nearest(spheres<d>(bodies).box);
-    near_.resize(pairs.size());
-    distance2_.resize(pairs.size());
-    std::size_t count = 0;
-    for (std::size_t p = 0; p < pairs.size(); ++p) {  // no branch: which are near is hard to guess
+    near_.resize(pairs.size() + width);
+    int count = 0;
+    std::size_t p = 0;
+    for (; p + width <= pairs.size(); p += width) {
       // They lie anywhere in memory.
-      if (p + ahead < pairs.size()) __builtin_prefetch(&bodies.position[pairs[p + ahead].j * d]);
-      near_[count] = pairs[p];
-      distance2_[count] = norm2(apart(bodies, nearest, pairs[p]));
-      const double most = reach(bodies, pairs[p]) + 2 * speed_ * dt_ * steps_;
-      count += distance2_[count] < most * most;
+      if (p + ahead + width <= pairs.size())
+        for (std::size_t q = p + ahead; q < p + ahead + width; ++q)
+          __builtin_prefetch(&bodies.position[pairs[q].j * d]);
+      count += put_near(bodies, nearest, &pairs[p], &near_[count]);
+    }
+    for (; p < pairs.size(); ++p) {
+      const double most = reach(bodies, pairs[p]) + farthest_approach();
+      if (norm2(apart(bodies, nearest, pairs[p])) < most * most) near_[count++] = pairs[p];
     }
     due_.resize(steps_);
     for (auto& pairs_due : due_) pairs_due.clear();
     auto contact = contacts.begin();
-    for (std::size_t p = 0; p < count; ++p) {
+    for (int p = 0; p < count; ++p) {
       while (contact != contacts.end() && contact->pair < near_[p]) ++contact;
       if (contact != contacts.end() && contact->pair == near_[p]) continue;
-      wait(near_[p], 0, steps_ == 1 ? 0 : std::sqrt(distance2_[p]) - reach(bodies, near_[p]));
+      wait(near_[p], 0, steps_ == 1 ? 0 : norm(apart(bodies, nearest, near_[p])) - reach(bodies, near_[p]));
     }
+  }
+  double farthest_approach() const { return 2 * speed_ * dt_ * steps_; }
+  /// Copies those of a row that are near, without branches: which ones is hard to guess. Returns how many.
+  [[gnu::flatten]] int put_near(const Bodies& bodies, const NearestImage<d>& nearest, const Pair* row, Pair* to) const {
+    const Several most = of(bodies.radius, [&](int lane) { return row[lane].i; }) +
+                         of(bodies.radius, [&](int lane) { return row[lane].j; }) + farthest_approach();
+    Several distance2 = 0;
+    for (int k = 0; k < d; ++k) {
+      const Several r = nearest_image(nearest,
+                                      of(bodies.position, [&](int lane) { return row[lane].j * d + k; }) -
+                                          of(bodies.position, [&](int lane) { return row[lane].i * d + k; }),
+                                      k);
+      distance2 += r * r;
+    }
+    const auto is_near = distance2 < most * most;
+    int count = 0;
+    for (int lane = 0; lane < width; ++lane) {
+      to[count] = row[lane];
+      count += is_near[lane];
+    }
+    return count;
+  }
+  template <class Index>
+  static Several of(const std::vector<double>& values, const Index& index) {
+    return Several([&](int lane) { return values[index(lane)]; });
+  }
+  static Several nearest_image(const NearestImage<d>& nearest, const Several& x, int k) {
+    return x - nearest.length[k] * nearbyint(x * nearest.turns_a_metre[k]);
   }
   static Vec<d> apart(const Bodies& bodies, const NearestImage<d>& nearest, Pair pair) {
     Vec<d> r;
@@ -209,21 +243,19 @@ class Motion final : public ContactMotion {
     });
   }
   [[gnu::flatten]] void see(const Bodies& bodies, Row row) {
-    const double *position = bodies.position.data(), *momentum = bodies.momentum.data();
     const NearestImage<d> nearest(spheres<d>(bodies).box);
-    const auto of_lower = [&](const double* of, int size, int k) {
-      return Several([&](int lane) { return of[pair_[row[lane]].i * size + k]; });
+    const auto lower_of = [&](const std::vector<double>& values, int size, int k) {
+      return of(values, [&](int lane) { return pair_[row[lane]].i * size + k; });
     };
-    const auto of_higher = [&](const double* of, int size, int k) {
-      return Several([&](int lane) { return of[pair_[row[lane]].j * size + k]; });
+    const auto higher_of = [&](const std::vector<double>& values, int size, int k) {
+      return of(values, [&](int lane) { return pair_[row[lane]].j * size + k; });
     };
-    const Several radius_i = of_lower(bodies.radius.data(), 1, 0), radius_j = of_higher(bodies.radius.data(), 1, 0);
-    const Several lower = 1.0 / of_lower(bodies.mass.data(), 1, 0), higher = 1.0 / of_higher(bodies.mass.data(), 1, 0);
+    const Several radius_i = lower_of(bodies.radius, 1, 0), radius_j = higher_of(bodies.radius, 1, 0);
+    const Several lower = 1.0 / lower_of(bodies.mass, 1, 0), higher = 1.0 / higher_of(bodies.mass, 1, 0);
     Vectors<d> r, v;
     for (int k = 0; k < d; ++k) {
-      const Several x = of_higher(position, d, k) - of_lower(position, d, k);
-      r[k] = x - nearest.length[k] * nearbyint(x * nearest.turns_a_metre[k]);
-      v[k] = of_higher(momentum, d, k) * higher - of_lower(momentum, d, k) * lower;
+      r[k] = nearest_image(nearest, higher_of(bodies.position, d, k) - lower_of(bodies.position, d, k), k);
+      v[k] = higher_of(bodies.momentum, d, k) * higher - lower_of(bodies.momentum, d, k) * lower;
     }
     apart_.put(row, r);
     velocity_.put(row, v);
@@ -315,31 +347,30 @@ class Motion final : public ContactMotion {
   /// grains do. In the middle grains are where the forces at the start carry them.
   void feel_each_other(parallel::Team& team) {
     for (int p = 0; p < count_; ++p)
-      for (const int i : {pair_[p].i, pair_[p].j}) {
-        std::copy_n(&held_[i * d], d, &start_[i * d]);
-        std::copy_n(&held_[i * d], d, &halfway_[i * d]);
-      }
-    for (int p = 0; p < touching_; ++p) add(start_, pair_[p], force_[p]);
+      for (const int i : {pair_[p].i, pair_[p].j})
+        for (int k = 0; k < d; ++k) felt_[i].start[k] = felt_[i].halfway[k] = held_[i * d + k];
+    for (int p = 0; p < touching_; ++p) add(&Felt::start, pair_[p], force_[p]);
     const double h = 0.5 * dt_;
     for_each_row(0, count_, team, [&](Row row) [[gnu::flatten]] {
-      const Vectors<d> acceleration = relative(start_, row);
+      const Vectors<d> acceleration = relative(&Felt::start, row);
       const PairState<d, Several> now = state(row);
       const Several time = h, half_square = 0.5 * h * h;
       outside_.put(row, acceleration - (1.0 / mass_.at(row)) * force_.at(row));
       halfway_force_.put(row, motion(row).force({now.apart + time * now.velocity + half_square * acceleration,
                                                  now.velocity + time * acceleration}));
     });
-    for (int p = 0; p < count_; ++p) add(halfway_, pair_[p], halfway_force_[p]);
+    for (int p = 0; p < count_; ++p) add(&Felt::halfway, pair_[p], halfway_force_[p]);
   }
-  static void add(std::vector<double>& sums, Pair pair, Vec<d> push) {
-    for (int k = 0; k < d; ++k) sums[pair.i * d + k] -= push[k], sums[pair.j * d + k] += push[k];
+  void add(std::array<double, d> Felt::*when, Pair pair, Vec<d> push) {
+    auto &on_i = felt_[pair.i].*when, &on_j = felt_[pair.j].*when;
+    for (int k = 0; k < d; ++k) on_i[k] -= push[k], on_j[k] += push[k];
   }
   template <class Which>
-  Vectors<d> relative(const std::vector<double>& force, const Which& of) const {
+  Vectors<d> relative(std::array<double, d> Felt::*when, const Which& of) const {
     const Several lower = lower_.at(of), higher = higher_.at(of);
     return Vectors<d>::each([&](int k) {
-      const Several on_higher([&](int lane) { return force[pair_[of[lane]].j * d + k]; });
-      const Several on_lower([&](int lane) { return force[pair_[of[lane]].i * d + k]; });
+      const Several on_higher([&](int lane) { return (felt_[pair_[of[lane]].j].*when)[k]; });
+      const Several on_lower([&](int lane) { return (felt_[pair_[of[lane]].i].*when)[k]; });
       return on_higher * higher - on_lower * lower;
     });
   }
@@ -370,7 +401,7 @@ class Motion final : public ContactMotion {
     const Several mass = mass_.at(of), dt = dt_;
     const PairState<d, Several> start = state(of);
     const Vectors<d> first = outside_.at(of);
-    const Vectors<d> middle = relative(halfway_, of) - (1.0 / mass) * halfway_force_.at(of);
+    const Vectors<d> middle = relative(&Felt::halfway, of) - (1.0 / mass) * halfway_force_.at(of);
     const Outside<d, Several> outside{first, Several(2 / dt_) * (middle - first)};
     const Pairs pairs = motion(of, outside);
     const Several age = age_.at(of);
@@ -390,15 +421,8 @@ class Motion final : public ContactMotion {
   }
 
   void move(Bodies& bodies) const {
+    fly(bodies);
     double *position = bodies.position.data(), *momentum = bodies.momentum.data();
-    const double *held = held_.data(), *mass = bodies.mass.data();
-    for (int i = 0; i < bodies.size(); ++i) {
-      const double flight = dt_ / mass[i];
-      for (int k = i * d; k < (i + 1) * d; ++k) {
-        position[k] += flight * (momentum[k] + 0.5 * dt_ * held[k]);
-        momentum[k] += dt_ * held[k];
-      }
-    }
     for (int p = 0; p < count_; ++p) {
       const auto [i, j] = pair_[p];
       const Vec<d> shift = shift_[p], impulse = impulse_[p];
@@ -408,6 +432,23 @@ class Motion final : public ContactMotion {
         momentum[i * d + k] -= impulse[k];
         momentum[j * d + k] += impulse[k];
       }
+    }
+  }
+
+  /// Without contacts.
+  [[gnu::flatten]] void fly(Bodies& bodies) const {
+    double *position = bodies.position.data(), *momentum = bodies.momentum.data();
+    const int components = static_cast<int>(held_.size());
+    int k = 0;
+    for (; k + width <= components; k += width) {
+      const Several flight = dt_ / of(bodies.mass, [&](int lane) { return (k + lane) / d; });
+      const Several p(&momentum[k], anywhere), force(&held_[k], anywhere);
+      (Several(&position[k], anywhere) + flight * (p + 0.5 * dt_ * force)).copy_to(&position[k], anywhere);
+      (p + dt_ * force).copy_to(&momentum[k], anywhere);
+    }
+    for (; k < components; ++k) {
+      position[k] += dt_ / bodies.mass[k / d] * (momentum[k] + 0.5 * dt_ * held_[k]);
+      momentum[k] += dt_ * held_[k];
     }
   }
 
@@ -439,11 +480,10 @@ class Motion final : public ContactMotion {
   double dt_ = 0, speed_ = 0, largest_held_ = 0;
   int steps_ = 0, touching_ = 0, count_ = 0;
   std::vector<Pair> near_;
-  std::vector<double> distance2_;
-  std::vector<std::vector<Pair>> due_;   ///< by step: apart, to be looked at then
-  std::vector<int> touches_;             ///< of a grain, [N]
-  std::vector<double> held_;             ///< forces of all else on the grains, [N * d]
-  std::vector<double> start_, halfway_;  ///< all forces on the grains, [N * d], of those of pairs that are computed
+  std::vector<std::vector<Pair>> due_;  ///< by step: apart, to be looked at then
+  std::vector<int> touches_;            ///< of a grain, [N]
+  std::vector<double> held_;            ///< forces of all else on the grains, [N * d]
+  std::vector<Felt> felt_;              ///< by grains, [N], of those of pairs that are computed
   std::vector<GrainContact> begun_, open_;
 
   // Of the pairs that are computed in a step: those in contact in ascending order, then those that may come to it.

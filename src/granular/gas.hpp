@@ -88,8 +88,7 @@ class Gas {
   const GasSeconds& seconds() const { return seconds_; }
 
  private:
-  ContactRecord advance_contacts(std::span<const Pair> pairs, const std::vector<double>& held, double dt,
-                                 int steps_of_contacts);
+  ContactRecord advance_contacts(const std::vector<double>& held, double dt, int times, double gain);
   void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.

@@ -1,0 +1,92 @@
+// One pair by itself and several at once: the same bits. Compiled without contraction of products and sums, as the
+// contacts of a gas are.
+
+#include <doctest/doctest.h>
+
+#include <experimental/simd>
+
+#include "solvers/random.hpp"
+#include "src/granular/pair_motion.hpp"
+#include "src/model/linear_spring.hpp"
+#include "src/model/viscoelastic.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::granular;
+
+namespace {
+
+template <class Law, class Real>
+struct Push {
+  Law law;
+  ContactPush<Real> operator()(const Real& overlap) const { return law.push(overlap, Real(1.0)); }
+};
+
+/// A pair at the beginning of a step of `dt`: in contact since some time or apart.
+struct Start {
+  Vec3 apart, velocity, held, slope;
+  bool touching = false;
+  double age = 0;
+};
+constexpr double dt = 0.01;
+
+/// Of contacts that begin, go on, end and begin anew within a step, and of pairs that miss each other.
+Start random_start(Random& random) {
+  const auto direction = [&] { return Vec3{random.normal(), random.normal(), random.normal()}; };
+  Start start{.velocity = 2.0 * direction(), .held = direction(), .slope = 10.0 * direction()};
+  start.touching = random.uniform(0, 1) < 0.6;
+  const Vec3 way = direction();
+  start.apart = (start.touching ? random.uniform(0.9, 1) : random.uniform(1, 1.03)) / norm(way) * way;
+  start.age = start.touching ? random.uniform(0, 0.2) : 0;
+  return start;
+}
+
+PairStep<3> alone(const auto& law, const Start& s) {
+  const PairMotion<3, Push<std::decay_t<decltype(law)>, double>> pair({law}, 1, 0.5, {s.held, s.slope});
+  return pair.over({s.apart, s.velocity}, s.touching, s.age, dt);
+}
+
+template <int lanes, class Law>
+void check_same_bits(const Law& law, const std::vector<Start>& starts) {
+  using Real = std::experimental::fixed_size_simd<double, lanes>;
+  for (std::size_t first = 0; first + lanes <= starts.size(); first += lanes) {
+    const auto number = [&](auto of) { return Real([&](int lane) { return of(starts[first + lane]); }); };
+    const auto vector = [&](Vec3 Start::*of) {
+      return LaneVec<3, Real>::each([&](int k) { return number([&](const Start& s) { return (s.*of)[k]; }); });
+    };
+    const PairMotion<3, Push<Law, Real>, Real> pairs({law}, 1, 0.5, {vector(&Start::held), vector(&Start::slope)});
+    const auto touching = number([](const Start& s) { return s.touching; }) > 0.5;
+    const PairStep<3, Real> found = pairs.over({vector(&Start::apart), vector(&Start::velocity)}, touching,
+                                               number([](const Start& s) { return s.age; }), dt);
+    for (int lane = 0; lane < lanes; ++lane) {
+      const PairStep<3> expected = alone(law, starts[first + lane]);
+      for (int k = 0; k < 3; ++k) {
+        CHECK(found.end.apart[k][lane] == expected.end.apart[k]);
+        CHECK(found.end.velocity[k][lane] == expected.end.velocity[k]);
+      }
+      CHECK(found.dissipated[lane] == expected.dissipated);
+      CHECK(found.touched[lane] == expected.touched);
+      CHECK(found.impact_speed[lane] == expected.impact_speed);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a pair moves by the same bits alone and beside 1, 3 or 7 others") {
+  Random random({.seed = 1, .purpose = RandomPurpose::population});
+  std::vector<Start> starts;
+  for (int n = 0; n < 800; ++n) starts.push_back(random_start(random));
+  const ViscoelasticLaw law{278.6, 27.7};
+  int begun = 0, ended = 0;
+  for (const Start& start : starts) {
+    const PairStep<3> step = alone(law, start);
+    begun += step.touched >= 0;
+    ended += start.touching && norm(step.end.apart) > 1;
+  }
+  REQUIRE(begun > 50);
+  REQUIRE(ended > 20);
+  check_same_bits<2>(law, starts);
+  check_same_bits<4>(law, starts);
+  check_same_bits<8>(law, starts);
+  check_same_bits<8>(LinearSpringLaw{278.6, 10}, starts);
+}

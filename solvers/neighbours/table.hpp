@@ -11,6 +11,7 @@
 #include "solvers/geometry/host_device.hpp"
 #include "solvers/geometry/vec.hpp"
 #include "solvers/parallel/array.hpp"
+#include "solvers/parallel/host_executor.hpp"
 
 namespace lichtenberg {
 
@@ -49,31 +50,31 @@ template <class Executor>
 class CellGrid {
  public:
   /// Cells have edges of `edge` at least.
-  CellGrid(const Executor& run, Vec3 lengths, Vec3 edge) : run_(&run), key_(run), order_(run), first_(run) {
+  CellGrid(const Executor& run, Vec3 lengths, Vec3 edge)
+      : run_(&run), cell_(run), among_(run), order_(run), first_(run) {
     for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(static_cast<int>(lengths[k] / edge[k]), 1, 1024);
   }
 
-  /// Sorts n particles, of which `place_of(i)` gives Turns; order() then says which is where. Equal cells keep theirs.
+  /// Sorts n particles, of which `place_of(i)` gives Turns; order() then says which is where. Those of a cell stand in
+  /// any order.
   template <class PlaceOf>
   void sort(int n, PlaceOf place_of) {
-    key_.resize(n);
+    cell_.resize(n);
+    among_.resize(n);
     order_.resize(n);
     const CellsView cells{cells_};
-    int *key = key_.data(), *order = order_.data();
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) {
-      const Turns at = place_of(i);
-      key[i] =
-          cells.number(cell_of(at.x, cells.cells[0]), cell_of(at.y, cells.cells[1]), cell_of(at.z, cells.cells[2]));
-      order[i] = i;
-    });
-    run_->sort(key, order, n);
     const int all = cells_[0] * cells_[1] * cells_[2];
     first_.resize(all + 1);
-    int* first = first_.data();
-    run_->for_each(n + 1, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      const int before = s == 0 ? -1 : key[s - 1], now = s == n ? all : key[s];
-      for (int cell = before + 1; cell <= now; ++cell) first[cell] = s;
+    first_.zero();
+    int *cell = cell_.data(), *among = among_.data(), *first = first_.data(), *order = order_.data();
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) {
+      const Turns at = place_of(i);
+      cell[i] =
+          cells.number(cell_of(at.x, cells.cells[0]), cell_of(at.y, cells.cells[1]), cell_of(at.z, cells.cells[2]));
+      among[i] = parallel::take_place(&first[cell[i]]);
     });
+    run_->exclusive_scan(first, all + 1);
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) { order[first[cell[i]] + among[i]] = i; });
   }
   const int* order() const { return order_.data(); }
   CellsView view() const { return {cells_, first_.data()}; }
@@ -81,7 +82,7 @@ class CellGrid {
  private:
   const Executor* run_;
   std::array<int, 3> cells_{};
-  parallel::Array<int, Executor> key_, order_, first_;
+  parallel::Array<int, Executor> cell_, among_, order_, first_;
 };
 
 /// The cells around a place that hold all within a range: columns along z, each at most two runs of particles.
@@ -95,7 +96,7 @@ struct CellWindow {
       width[k] = std::min(2 * reach[k] + 1, cells.cells[k]);
     }
   }
-  int columns() const { return width[0] * width[1]; }
+  LICHTENBERG_HOST_DEVICE int columns() const { return width[0] * width[1]; }
 
   /// visit(j) for the particles of column c of those around `at`.
   template <class Visit>
@@ -135,6 +136,29 @@ struct Within {
   }
 };
 
+/// Rows of partners while they are made, each in some parts; a part looks into some columns of cells.
+template <class PlaceOf>
+struct RowParts {
+  CellWindow window;
+  Within within;
+  PlaceOf place_of;
+  int n, parts;
+  bool once;  ///< each pair in one row only
+
+  /// found(j) for the partners in part k / n of row k % n: threads beside each other look from particles beside each
+  /// other into the same columns.
+  template <class Found>
+  LICHTENBERG_HOST_DEVICE void operator()(int k, Found found) const {
+    const int s = k % n, all = window.columns(), a_part = (all + parts - 1) / parts, first = k / n * a_part;
+    const int end = first + a_part < all ? first + a_part : all;
+    const Turns at = place_of(s);
+    for (int c = first; c < end; ++c)
+      window.visit(at, c, [&](int j) {
+        if ((once ? j > s : j != s) && within(at, place_of(j))) found(j);
+      });
+  }
+};
+
 /// Rows of partners.
 struct TableView {
   const int *start = nullptr, *partner = nullptr;
@@ -144,45 +168,38 @@ struct TableView {
   LICHTENBERG_HOST_DEVICE int end(int s) const { return start[static_cast<long>(s + 1) * columns]; }
 };
 
-/// For each particle those within a range, each pair from both its ends. Its size is found while it is made: no crowd
-/// is too dense for it.
+/// For each particle those within a range. Its size is found while it is made: no crowd is too dense for it.
 template <class Executor>
 class NeighbourTable {
  public:
   explicit NeighbourTable(const Executor& run) : run_(&run), start_(run), partner_(run) {}
 
   /// Of n particles as they are sorted; `place_of(s)` gives Turns. The range is at most half of the box, and may be
-  /// exceeded by rounding.
+  /// exceeded by rounding. Each pair stands in the rows of both its ends, or if it is wanted `once` in that of the one
+  /// that is sorted first.
   template <class PlaceOf>
-  void build(int n, const CellsView& cells, Vec3 lengths, double range, PlaceOf place_of) {
+  void build(int n, const CellsView& cells, Vec3 lengths, double range, PlaceOf place_of, bool once = false) {
     const CellWindow window(cells, lengths, range);
-    columns_ = window.columns();
+    const int columns = window.columns(), threads = cut(n, columns);
     start_.resize(static_cast<std::size_t>(n) * columns_ + 1);
     const Within within{static_cast<float>(lengths.x / whole_turn), static_cast<float>(lengths.y / whole_turn),
                         static_cast<float>(lengths.z / whole_turn), static_cast<float>(range * range * (1 + 1e-6))};
-    const int columns = columns_;
+    const int parts = columns_;
+    const RowParts<PlaceOf> visit{window, within, place_of, n, parts, once};
     int* start = start_.data();
-    run_->for_each(static_cast<long>(n) * columns + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    run_->template for_each<128>(threads, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int count = 0;
-      if (k < n * columns) {
-        const int s = k / columns;
-        const Turns at = place_of(s);
-        window.visit(at, k % columns, [&](int j) { count += j != s && within(at, place_of(j)); });
-      }
-      start[k] = count;
+      visit(k, [&](int) { ++count; });
+      start[k % n * parts + k / n] = count;
     });
-    run_->exclusive_scan(start, static_cast<long>(n) * columns + 1);
+    run_->exclusive_scan(start, static_cast<long>(threads) + 1);
     int total = 0;
-    run_->to_host(&total, start + static_cast<long>(n) * columns, sizeof(int));
+    run_->to_host(&total, start + threads, sizeof(int));
     partner_.resize(total);
     int* partner = partner_.data();
-    run_->for_each(static_cast<long>(n) * columns, [=] LICHTENBERG_HOST_DEVICE(int k) {
-      const int s = k / columns;
-      int* to = partner + start[k];
-      const Turns at = place_of(s);
-      window.visit(at, k % columns, [&](int j) {
-        if (j != s && within(at, place_of(j))) *to++ = j;
-      });
+    run_->template for_each<128>(threads, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      int* to = partner + start[k % n * parts + k / n];
+      visit(k, [&](int j) { *to++ = j; });
     });
   }
   TableView view() const { return {start_.data(), partner_.data(), columns_}; }
@@ -190,6 +207,13 @@ class NeighbourTable {
   std::size_t entries() const { return partner_.size(); }
 
  private:
+  /// Into parts of rows, a thread each: enough to keep a device busy, as few as that takes. How many those are.
+  int cut(int n, int columns) {
+    constexpr int enough = 1 << 18;
+    columns_ = std::clamp((enough + n - 1) / std::max(n, 1), 1, columns);
+    return n * columns_;
+  }
+
   const Executor* run_;
   int columns_ = 1;
   parallel::Array<int, Executor> start_, partner_;

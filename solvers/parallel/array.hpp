@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <new>
 #include <span>
 #include <utility>
 #include <vector>
@@ -50,11 +51,36 @@ class Array {
   }
   T* data() const { return data_; }
   std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
 
  private:
   const Executor* run_;
   T* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
+};
+
+/// A value of which the host and the device each have a copy. Copies are made in the order of kernels: the host's is as
+/// it was fetched once the executor has waited, and changes only then.
+template <class T, class Executor>
+class Mirrored {
+ public:
+  explicit Mirrored(const Executor& run) : run_(&run), device_(run) {
+    device_.resize(1);
+    host_ = new (run.allocate_on_host(sizeof(T))) T{};
+  }
+  Mirrored(const Mirrored&) = delete;
+  Mirrored& operator=(const Mirrored&) = delete;
+  ~Mirrored() { run_->release_on_host(host_); }
+
+  T& host() { return *host_; }
+  T* device() const { return device_.data(); }
+  void send() { run_->begin_to_device(device_.data(), host_, sizeof(T)); }
+  void fetch() { run_->begin_to_host(host_, device_.data(), sizeof(T)); }
+
+ private:
+  const Executor* run_;
+  Array<T, Executor> device_;
+  T* host_ = nullptr;
 };
 
 }  // namespace lichtenberg::parallel

@@ -67,6 +67,34 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
   if (lane == 0 && segment < n) finish(s, sum);
 }
 
+/// Places for all that a warp keeps are taken at once: they stand in order.
+template <class Count, class Keep, class Put>
+__global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
+  constexpr int rounds = 8, lanes = 32;
+  const int lane = threadIdx.x % lanes, n = count();
+  const long warps = gridDim.x * static_cast<long>(blockDim.x) / lanes;
+  long first = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes * (rounds * lanes);
+  for (; first < n; first += warps * rounds * lanes) {
+    unsigned kept[rounds];
+    int total = 0, place = 0;
+#pragma unroll
+    for (int r = 0; r < rounds; ++r) {
+      const long k = first + r * lanes + lane;
+      kept[r] = __ballot_sync(0xffffffffu, k < n && keep(static_cast<int>(k)));
+      total += __popc(kept[r]);
+    }
+    if (total == 0) continue;
+    if (lane == 0) place = atomicAdd(taken, total);
+    place = __shfl_sync(0xffffffffu, place, 0);
+#pragma unroll
+    for (int r = 0; r < rounds; ++r) {
+      if (kept[r] >> lane & 1)
+        put(place + __popc(kept[r] & ((1u << lane) - 1)), static_cast<int>(first + r * lanes + lane));
+      place += __popc(kept[r]);
+    }
+  }
+}
+
 /// The threads of a block, as HostExecutor::Block.
 class CudaBlock {
  public:
@@ -159,6 +187,16 @@ class CudaExecutor {
     return static_cast<std::size_t>(bytes);
   }
 
+  template <class Count, class Keep, class Put>
+  void select(long most, Count n, int* taken, Keep keep, Put put) const {
+    if (most <= 0) return;
+    constexpr long threads = 256, a_block = 8 * threads, blocks = 2048;
+    const long wanted = (most + a_block - 1) / a_block;
+    select_kernel<<<static_cast<unsigned>(wanted < blocks ? wanted : blocks), threads, 0, stream_>>>(n, taken, keep,
+                                                                                                     put);
+    check_cuda(cudaGetLastError());
+  }
+
   template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     if (n <= 0) return;
@@ -222,6 +260,16 @@ class CudaExecutor {
     check_cuda(cudaMemcpyAsync(small ? pinned_ : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
     wait();
     if (small) std::memcpy(to, pinned_, bytes);
+  }
+  void* allocate_on_host(std::size_t bytes) const {
+    void* memory = nullptr;
+    check_cuda(cudaMallocHost(&memory, bytes));
+    return memory;
+  }
+  void release_on_host(void* memory) const { cudaFreeHost(memory); }
+  void begin_to_device(void* to, const void* from, std::size_t bytes) const { to_device(to, from, bytes); }
+  void begin_to_host(void* to, const void* from, std::size_t bytes) const {
+    check_cuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_));
   }
   void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
 

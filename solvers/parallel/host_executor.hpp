@@ -34,6 +34,14 @@ LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
   return (*count)++;
 #endif
 }
+/// Puts a value there, and returns what was there before.
+LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
+#ifdef __CUDA_ARCH__
+  return atomicExch(at, value);
+#else
+  return std::exchange(*at, value);
+#endif
+}
 /// Not for negative values: those of floating point are compared by their bits.
 template <class T>
 LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
@@ -94,6 +102,15 @@ class HostExecutor {
   }
   std::size_t most_block_memory() const { return 200 << 10; }
 
+  /// put(place, k) for those k = 0 ... n() - 1, at most `most`, with keep(k), in any order; their places are the
+  /// numbers from *taken on, to which their count is added. On a device n() is asked there.
+  template <class Count, class Keep, class Put>
+  void select(long most, Count n, int* taken, Keep keep, Put put) const {
+    const int end = n();
+    for (int k = 0; k < end && k < most; ++k)
+      if (keep(k)) put(take_place(taken), k);
+  }
+
   /// finish(s, sum of value(s, t) over t = 0 ... count(s) - 1) for every segment s; the same order of summation each
   /// time. On a device `lanes` threads share a segment.
   template <int lanes = 32, class Count, class Value, class Finish>
@@ -137,6 +154,11 @@ class HostExecutor {
   void copy(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  /// Memory of the host that copies are fast from and to; they have been made after a wait.
+  void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }
+  void release_on_host(void* memory) const { std::free(memory); }
+  void begin_to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  void begin_to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void wait() const {}
 
   /// A sequence of kernels that is run many times.

@@ -52,10 +52,14 @@ class ChargeSums {
   MeshPart<Executor>& mesh() { return mesh_; }
   const MeshTables& tables() const { return tables_; }
 
-  /// For n charges that are sorted in cells, and move by at most `moved` before they are sorted again.
-  void arrange(int n, const CellsView& cells, double moved) {
+  /// For what n charges feel.
+  void make_room(int n) {
     n_ = n;
     felt_.resize(n);
+  }
+  /// For n charges that are sorted in cells, and move by at most `moved` before they are sorted again.
+  void arrange(int n, const CellsView& cells, double moved) {
+    make_room(n);
     mesh_.arrange(n, cells, moved);
   }
   /// Partners beyond the cutoff change nothing. Without potentials their energy is not computed either.

@@ -16,20 +16,20 @@ struct Window {
   float term[order][order];  ///< of t^d in the c-th weight: [d][c]
 
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight) const {
-#pragma GCC unroll 8
+    LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) {
       float value = term[order - 1][c];
-#pragma GCC unroll 8
+      LICHTENBERG_UNROLL(8)
       for (int d = order - 2; d >= 0; --d) value = value * t + term[d][c];
       weight[c] = value;
     }
   }
   /// And their derivatives by t.
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight, float* slope) const {
-#pragma GCC unroll 8
+    LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) {
       float value = term[order - 1][c], by_t = 0;
-#pragma GCC unroll 8
+      LICHTENBERG_UNROLL(8)
       for (int d = order - 2; d >= 0; --d) by_t = by_t * t + value, value = value * t + term[d][c];
       weight[c] = value, slope[c] = by_t;
     }
@@ -153,7 +153,7 @@ struct Spread {
     float weight[order];
     window.weights(at.behind, weight);
     const float factor = axis == 0 ? unit * of.charge : 1;
-#pragma GCC unroll 8
+    LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) to.weight[axis][c] = factor * weight[c];
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
@@ -161,21 +161,25 @@ struct Spread {
   LICHTENBERG_HOST_DEVICE void spread(const Weights& of, int a, int* local) const {
     const int plane = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1];
     float y[order], z[order];  // what is added to might lie where the weights do, for all that a compiler knows
-#pragma GCC unroll 8
+    LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) y[c] = of.weight[0][a] * of.weight[1][c], z[c] = of.weight[2][c];
     const int j = of.at[1], l = of.at[2];
-#pragma GCC unroll 8
+    const bool wraps = l + order > tiles.points[2];
+    LICHTENBERG_UNROLL(8)
     for (int b = 0; b < order; ++b) {
       int* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
-#pragma GCC unroll 8
-      for (int c = 0; c < order; ++c) parallel::add_atomically(&row[tiles.wrapped(l + c, 2)], whole(y[b] * z[c]));
+      LICHTENBERG_UNROLL(8)
+      for (int c = 0; c < order; ++c)
+        parallel::add_atomically(&row[wraps ? tiles.wrapped(l + c, 2) : l + c], whole(y[b] * z[c]));
     }
   }
 };
 
-/// Adds field and potential of a mesh of potentials to what charges feel, without that of their own clouds.
+/// Adds field and potential of a mesh of potentials to what charges feel, without that of their own clouds. A block a
+/// tile, a thread a plane of a charge's points.
 template <int order>
 struct Gather {
+  static constexpr int batch = 2048 / order;  ///< charges whose weights are kept
   Tiles tiles;
   Window<order> window;
   const Charged* charges;
@@ -183,61 +187,93 @@ struct Gather {
   Felt* felt;
   float over_spacing[3], self, wave[2][3];
 
-  static std::size_t bytes(const Tiles& tiles) { return sizeof(float) * tiles.region(); }
+  struct Weights {
+    float weight[3][order], slope[3][order];
+    int at[3];
+  };
+  static std::size_t bytes(const Tiles& tiles) {
+    return sizeof(float) * tiles.region() + batch * (sizeof(Weights) + order * sizeof(Felt)) + alignof(Felt);
+  }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int tile) const {
-    float* local = block.template memory<float>();
+    Felt* parts = block.template memory<Felt>();
+    Weights* weights = reinterpret_cast<Weights*>(parts + batch * order);
+    float* local = reinterpret_cast<float*>(weights + batch);
     const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
+    const int begin = tiles.begin(tile), end = tiles.begin(tile + 1);
+    if (begin == end) return;
     block.template each<8>(tiles.region(), [&](int k) { local[k] = mesh[tiles.global(from, k)]; });
-    const int first = tiles.begin(tile);
-    block.each(tiles.begin(tile + 1) - first, [&](int k) {
-      const int s = tiles.charge[first + k];
-      add(felt[s], charges[s], from, local);
-    });
+    for (int first = begin; first < end; first += batch) {
+      const int now = end - first < batch ? end - first : batch;
+      block.each(3 * now, [&](int k) { weigh(weights[k / 3], k % 3, charges[tiles.charge[first + k / 3]], from); });
+      block.each(now * order, [&](int k) { parts[k] = plane(weights[k / order], k % order, local); });
+      block.each(now, [&](int k) {
+        const int s = tiles.charge[first + k];
+        Felt all;
+        LICHTENBERG_UNROLL(8)
+        for (int a = 0; a < order; ++a) {
+          const Felt part = parts[k * order + a];
+          all.x += part.x, all.y += part.y, all.z += part.z, all.potential += part.potential;
+        }
+        add(felt[s], charges[s], all);
+      });
+    }
   }
 
  private:
-  LICHTENBERG_HOST_DEVICE void add(Felt& to, const Charged& of, const int* from, const float* local) const {
-    const OnMesh x(of.at.x, tiles.points[0]), y(of.at.y, tiles.points[1]), z(of.at.z, tiles.points[2]);
-    const int i = tiles.local(x.point, from[0], 0), j = tiles.local(y.point, from[1], 1),
-              l = tiles.local(z.point, from[2], 2);
-    float wx[order], wy[order], wz[order], sx[order], sy[order], sz[order];
-    window.weights(x.behind, wx, sx);
-    window.weights(y.behind, wy, sy);
-    window.weights(z.behind, wz, sz);
-    float potential = 0, along_x = 0, along_y = 0, along_z = 0;
-#pragma GCC unroll 8
-    for (int a = 0; a < order; ++a) {
-      const int plane = tiles.wrapped(i + a, 0) * tiles.size[1];
-      float here = 0, slope_y = 0, slope_z = 0;
-#pragma GCC unroll 8
-      for (int b = 0; b < order; ++b) {
-        const float* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
-        float value = 0, slope = 0;
-#pragma GCC unroll 8
-        for (int c = 0; c < order; ++c) {
-          const float point = row[tiles.wrapped(l + c, 2)];
-          value += wz[c] * point, slope += sz[c] * point;
-        }
-        here += wy[b] * value, slope_y += sy[b] * value, slope_z += wy[b] * slope;
+  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
+    const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
+    float weight[order], slope[order];
+    window.weights(at.behind, weight, slope);
+    LICHTENBERG_UNROLL(8)
+    for (int c = 0; c < order; ++c) to.weight[axis][c] = weight[c], to.slope[axis][c] = slope[c];
+    to.at[axis] = tiles.local(at.point, from[axis], axis);
+  }
+  /// What the a-th plane of a charge's points gives: slopes by mesh points, and the potential.
+  LICHTENBERG_HOST_DEVICE Felt plane(const Weights& of, int a, const float* local) const {
+    const int from = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1], j = of.at[1], l = of.at[2];
+    float wz[order], sz[order];
+    LICHTENBERG_UNROLL(8)
+    for (int c = 0; c < order; ++c) wz[c] = of.weight[2][c], sz[c] = of.slope[2][c];
+    const bool wraps = l + order > tiles.points[2];
+    float here = 0, slope_y = 0, slope_z = 0;
+    LICHTENBERG_UNROLL(8)
+    for (int b = 0; b < order; ++b) {
+      const float* row = local + (from + tiles.wrapped(j + b, 1)) * tiles.size[2];
+      float value = 0, slope = 0;
+      LICHTENBERG_UNROLL(8)
+      for (int c = 0; c < order; ++c) {
+        const float point = row[wraps ? tiles.wrapped(l + c, 2) : l + c];
+        value += wz[c] * point, slope += sz[c] * point;
       }
-      potential += wx[a] * here, along_x += sx[a] * here, along_y += wx[a] * slope_y, along_z += wx[a] * slope_z;
+      here += of.weight[1][b] * value, slope_y += of.slope[1][b] * value, slope_z += of.weight[1][b] * slope;
     }
+    return {of.slope[0][a] * here, of.weight[0][a] * slope_y, of.weight[0][a] * slope_z, of.weight[0][a] * here};
+  }
+  /// `sum`: over all planes.
+  LICHTENBERG_HOST_DEVICE void add(Felt& to, const Charged& of, const Felt& sum) const {
+    const OnMesh x(of.at.x, tiles.points[0]), y(of.at.y, tiles.points[1]), z(of.at.z, tiles.points[2]);
     float own = self, off[3];
     own += own_wave(x.behind - 0.5f, 0, off[0]);
     own += own_wave(y.behind - 0.5f, 1, off[1]);
     own += own_wave(z.behind - 0.5f, 2, off[2]);
-    to.x += of.charge * off[0] - along_x * over_spacing[0];
-    to.y += of.charge * off[1] - along_y * over_spacing[1];
-    to.z += of.charge * off[2] - along_z * over_spacing[2];
-    to.potential += potential - of.charge * own;
+    to.x += of.charge * off[0] - sum.x * over_spacing[0];
+    to.y += of.charge * off[1] - sum.y * over_spacing[1];
+    to.z += of.charge * off[2] - sum.z * over_spacing[2];
+    to.potential += sum.potential - of.charge * own;
   }
   /// What splines make a unit charge see of its own cloud beyond the mean, u from the middle between two points, and
   /// half its slope: half, for the cloud moves with the charge.
   LICHTENBERG_HOST_DEVICE float own_wave(float u, int axis, float& half_slope) const {
     constexpr float pi = 3.14159265f;
-    const float cosine = std::cos(2 * pi * u), sine = std::sin(2 * pi * u), twice = 2 * cosine * cosine - 1;
+    float sine = 0, cosine = 0;
+#ifdef __CUDA_ARCH__
+    sincospif(2 * u, &sine, &cosine);
+#else
+    sine = std::sin(2 * pi * u), cosine = std::cos(2 * pi * u);
+#endif
+    const float twice = 2 * cosine * cosine - 1;
     half_slope = -pi * sine * (wave[0][axis] + 4 * wave[1][axis] * cosine) * over_spacing[axis];
     return wave[0][axis] * cosine + wave[1][axis] * twice;
   }
@@ -280,7 +316,7 @@ class MeshPart {
       if (tiles_.count() >= enough && tiles_.region() <= most_points) break;
     }
     // Above 1 / n by so little that products with numbers up to 2^22 are rounded down to the right one.
-    const auto above = [](int n) { return std::nextafter(1.0f / static_cast<float>(n), 1.0f); };
+    const auto above = [](int size) { return std::nextafter(1.0f / static_cast<float>(size), 1.0f); };
     tiles_.over_plane = above(tiles_.size[1] * tiles_.size[2]);
     tiles_.over_row = above(tiles_.size[2]);
     const Tiles tiles = tiles_;
@@ -350,7 +386,7 @@ class MeshPart {
         gather.over_spacing[k] = tables_.over_spacing[k];
         gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
       }
-      run_->template for_each_block<256>(tiles_.count(), Gather<order>::bytes(tiles_), gather);
+      run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_), gather);
     });
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solvers/neighbours/table.hpp"
+#include "solvers/parallel/unroll.hpp"
 #include "solvers/periodic/device/tables.hpp"
 
 namespace lichtenberg::periodic::device {
@@ -54,7 +55,7 @@ LICHTENBERG_HOST_DEVICE FeltSum near_felt(const NearTable& table, const Charged&
   const float r2 = x * x + y * y + z * z, turned = table.turn * r2 - 1;
   const float over = reciprocal_root(r2);
   float slope = table.slope[terms - 1], value = table.value[terms - 1];
-#pragma GCC unroll 20
+  LICHTENBERG_UNROLL(20)
   for (int n = terms - 2; n >= 0; --n) {
     slope = slope * turned + table.slope[n];
     if constexpr (potential) value = value * turned + table.value[n];

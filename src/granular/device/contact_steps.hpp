@@ -1,8 +1,8 @@
 #pragma once
 
 // The steps of contacts (../contact_motion.cpp) on an executor. Pairs that may matter within an outer step are listed,
-// each once, and each is computed by itself; a grain adds up what its own pairs do to it, in ascending order of its
-// partners, as the CPU does. The order of the list does not matter.
+// each once, and of them in each step of contacts those that do. What grains get from their pairs is added up in whole
+// numbers: neither the order of lists nor that of threads shows.
 
 #include <array>
 #include <cmath>
@@ -11,60 +11,96 @@
 #include "solvers/geometry/box.hpp"
 #include "solvers/neighbours/table.hpp"
 #include "src/effects/charge_exchange_law.hpp"
-#include "src/granular/pair_motion.hpp"
+#include "src/granular/device/pair_path.hpp"
 
 namespace lichtenberg::granular::device {
+
+/// A vector in quanta.
+struct WholeVec {
+  std::int64_t x = 0, y = 0, z = 0;
+
+  LICHTENBERG_HOST_DEVICE Vec3 times(double quantum) const {
+    return {quantum * static_cast<double>(x), quantum * static_cast<double>(y), quantum * static_cast<double>(z)};
+  }
+};
+
+LICHTENBERG_HOST_DEVICE inline std::int64_t whole(double value) {
+#ifdef __CUDA_ARCH__
+  return __double2ll_rn(value);
+#else
+  return static_cast<std::int64_t>(std::nearbyint(value));
+#endif
+}
+
+/// What sums of pairs are multiples of: powers of two.
+struct Quanta {
+  double force = 1, impulse = 1, shift = 1, energy = 1, charge = 1;
+};
+
+/// Where a grain is, for who looks for those near it.
+struct alignas(16) Located {
+  Turns at;
+  float radius = 0;
+};
 
 /// Grains as they are sorted.
 struct GrainsView {
   int count = 0;
   Vec3 *place = nullptr, *momentum = nullptr;
-  const double *mass = nullptr, *radius = nullptr;
-  const int* number = nullptr;           ///< by which the scene knows it
-  const Vec3* held = nullptr;            ///< forces of charges
+  const double *over_mass = nullptr, *radius = nullptr;
+  const int* number = nullptr;  ///< by which the scene knows it
+  Located* located = nullptr;
+  const Vec3* held = nullptr;  ///< forces of charges
+  // What its pairs add up to within a step; all 0 between two.
+  WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
   int* busy = nullptr;                   ///< 1: some pair of its is active
   int* touches = nullptr;                ///< contacts of the last step
+  int* begun = nullptr;                  ///< ends of pairs that have begun to touch, as a chain; no_end: none
   std::int64_t* collisions = nullptr;    ///< that have begun, while charge was exchanged
   std::int64_t* moved_charge = nullptr;  ///< quanta, that are still to be added to its charge
   std::int64_t* dissipated = nullptr;    ///< quanta of energy
 };
+constexpr int no_end = -1;
 
 /// A pair that may matter within an outer step.
 struct NearPair {
   int lower = 0, higher = 0;  ///< where the two are sorted: that of the lower number first
-  int entry = 0;              ///< of the table, in the lower's row: what is known of a contact stands there
-  int state = 0;              ///< PairStates of a step
+  int entry = 0;              ///< of the table: what is known of a contact stands there
 };
-enum PairStates { idle, moving, pushed, touched };  ///< looked at; in contact; and this since this step
+/// One that is computed in a step of contacts. Its ends are 2 k and 2 k + 1 if it is the k-th: lower and higher.
+struct ActivePair {
+  NearPair pair;
+  int touching = 0;
+};
 
 struct ContactsView {
-  TableView table;
-  const int* owner = nullptr;  ///< of an entry: whose row it is in
-  int* near = nullptr;         ///< which entries may matter within an outer step
-  int* count = nullptr;        ///< how many of a grain's, [N]
-  int* pair_of = nullptr;  ///< the k-th of grain s at begin(s) + k, by partner's number: its pair, ~ if s is the higher
+  TableView table;                                   ///< each pair once
+  const int* owner = nullptr;                        ///< of an entry: whose row it is in
   double *since = nullptr, *impact_speed = nullptr;  ///< of an entry; no number of 0 or more: no contact
   int* alone = nullptr;
 
-  NearPair* pair = nullptr;
-  int* active = nullptr;                                        ///< pairs that are computed in a step
-  Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;  ///< of a pair: on the higher; without it, relative
-  Vec3 *impulse = nullptr, *shift = nullptr;
-  double* dissipated = nullptr;
+  NearPair* near = nullptr;
+  ActivePair* active = nullptr;
+  PairState<3>* seen = nullptr;                                 ///< of an active pair, at the start of a step
+  double* scale = nullptr;                                      ///< of its law
+  Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;  ///< on the higher; without it, relative
+  int* next = nullptr;                                          ///< of an end: in the chain of its grain
 };
 
 /// What steps find, for the host.
 struct Found {
   std::int64_t begun = 0, transfers = 0;
-  double largest_overlap = 0;  ///< over the sum of radii
-  double speed2 = 0;           ///< of the fastest grain
-  double acceleration2 = 0;    ///< by charges
-  double impact2 = 0;          ///< the square of the largest speed that a contact may still give to its two
-  double moved2 = 0;           ///< of the grain that has moved most since grains were sorted
-  double push = 0;             ///< largest acceleration by a contact, at the start of a step of contacts
-  int passed = 0;              ///< 1 + number of a grain through which another flew
-  int lost = 0;                ///< grains whose places are no numbers
-  int pairs = 0, active = 0;   ///< in lists
+  double speed2 = 0;         ///< of the fastest grain
+  double acceleration2 = 0;  ///< by charges
+  double impact2 = 0;        ///< the square of the largest speed that a contact may still give to its two
+  double moved2 = 0;         ///< of the grain that has moved most since grains were sorted
+  int lost = 0;              ///< grains whose places are no numbers
+  int pairs = 0, active = 0;
+  int passed = 0;  ///< 1 + number of a grain through which another flew
+};
+/// What is kept from step to step.
+struct Extremes {
+  double overlap = 0;  ///< over the sum of radii
 };
 
 struct StepParameters {
@@ -72,8 +108,7 @@ struct StepParameters {
   double outer = 0;  ///< its length
   double inner = 0;  ///< that of a step of contacts
   double reach = 0;  ///< which pairs may matter within an outer step: gap between surfaces
-  double held = 0;   ///< largest acceleration by charges
-  double charge_quantum = 0;
+  double bend = 0;   ///< acceleration that may bend a flight
 };
 
 template <class Law>
@@ -85,25 +120,27 @@ struct LawOfPair {
 
 template <class Law>
 struct ContactSteps {
-  using Motion = PairMotion<3, LawOfPair<Law>>;
   static constexpr double too_close = 0.1;  ///< of the sum of radii: centres that pass each other are no contact
 
   GrainsView grains;
   ContactsView contacts;
   Law law;
   NearestImage<3> nearest;
+  float turn[3];  ///< lengths of the box, over 2^32
   const StepParameters* parameters;
   Found* found;
+  Extremes* extremes;
   effects::ImpactExchange exchange;
+  Quanta quanta;
   std::uint64_t seed = 0;
   bool exchanges = false;
-  double energy_quantum = 1;
 
   LICHTENBERG_HOST_DEVICE double reach(const NearPair& p) const {
     return grains.radius[p.lower] + grains.radius[p.higher];
   }
-  LICHTENBERG_HOST_DEVICE double mass(const NearPair& p) const {
-    return grains.mass[p.lower] * grains.mass[p.higher] / (grains.mass[p.lower] + grains.mass[p.higher]);
+  /// 1 / reduced mass.
+  LICHTENBERG_HOST_DEVICE double over_mass(const NearPair& p) const {
+    return grains.over_mass[p.lower] + grains.over_mass[p.higher];
   }
   LICHTENBERG_HOST_DEVICE Vec3 apart(const NearPair& p) const {
     Vec3 r = grains.place[p.higher] - grains.place[p.lower];
@@ -111,210 +148,196 @@ struct ContactSteps {
     return r;
   }
   LICHTENBERG_HOST_DEVICE PairState<3> state(const NearPair& p) const {
-    return {apart(p),
-            grains.momentum[p.higher] / grains.mass[p.higher] - grains.momentum[p.lower] / grains.mass[p.lower]};
+    return {apart(p), grains.over_mass[p.higher] * grains.momentum[p.higher] -
+                          grains.over_mass[p.lower] * grains.momentum[p.lower]};
   }
-  LICHTENBERG_HOST_DEVICE Motion motion(const NearPair& p, const Outside<3>& outside) const {
-    const double scale = law.scale(grains.radius[p.lower], grains.radius[p.higher]);
-    return {{law, scale}, reach(p), mass(p), outside};
-  }
-  LICHTENBERG_HOST_DEVICE Vec3 force(const NearPair& p, const PairState<3>& at) const {
-    return motion(p, {}).force(at);
-  }
-  /// Marks entries that may matter within an outer step.
-  LICHTENBERG_HOST_DEVICE void mark_near(int e) const {
-    const NearPair p{contacts.owner[e], contacts.table.partner[e]};
-    const double most = reach(p) + parameters->reach;
-    contacts.near[e] = norm2(apart(p)) < most * most;
-  }
-  /// The marked entries of a grain, in ascending order of its partners' numbers.
-  LICHTENBERG_HOST_DEVICE void list_near(int s) const {
-    const int begin = contacts.table.begin(s), end = contacts.table.end(s);
-    const int* partner = contacts.table.partner;
-    int count = 0;
-    for (int e = begin; e < end; ++e) {
-      if (!contacts.near[e]) continue;
-      int to = begin + count++;
-      for (; to > begin && grains.number[partner[contacts.near[to - 1]]] > grains.number[partner[e]]; --to)
-        contacts.near[to] = contacts.near[to - 1];
-      contacts.near[to] = e;
-    }
-    contacts.count[s] = count;
-    grains.touches[s] = grains.busy[s] = 0;
-  }
-  /// Lists a grain's pairs with higher numbers, and tells both who they are.
-  LICHTENBERG_HOST_DEVICE void list_pairs(int s) const {
-    const int begin = contacts.table.begin(s), count = contacts.count[s];
-    for (int k = 0; k < count; ++k) {
-      const int e = contacts.near[begin + k], j = contacts.table.partner[e];
-      if (grains.number[s] > grains.number[j]) continue;
-      const int place = parallel::take_place(&found->pairs);
-      contacts.pair[place] = {s, j, e, idle};
-      contacts.pair_of[begin + k] = place;
-      const int other = contacts.table.begin(j);
-      int at = 0;
-      while (contacts.table.partner[contacts.near[other + at]] != s) ++at;
-      contacts.pair_of[other + at] = ~place;
-    }
+  LICHTENBERG_HOST_DEVICE double scale(const NearPair& p) const {
+    return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// Notes what the last step has made of a contact; the force of one that is still there.
-  LICHTENBERG_HOST_DEVICE void note_and_push(int number) const {
-    const NearPair p = contacts.pair[number];
-    contacts.force[number] = {};
-    if (!(contacts.since[p.entry] >= 0)) return;
-    const PairState<3> at = state(p);
-    if (!stays(p, norm(at.apart))) return;
-    const Vec3 push = force(p, at);
-    contacts.force[number] = push;
-    const double lighter = grains.mass[p.lower] < grains.mass[p.higher] ? grains.mass[p.lower] : grains.mass[p.higher];
-    parallel::enlarge_atomically(&found->push, norm(push) / lighter);
+  /// Whether an entry's two may matter within an outer step.
+  LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
+    return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }
-  LICHTENBERG_HOST_DEVICE void note(int number) const {
-    const NearPair p = contacts.pair[number];
-    if (contacts.since[p.entry] >= 0) stays(p, norm(apart(p)));
+  LICHTENBERG_HOST_DEVICE void list_near(int place, int e) const {
+    const int i = contacts.owner[e], j = contacts.table.partner[e];
+    const bool first = grains.number[i] < grains.number[j];
+    contacts.near[place] = {first ? i : j, first ? j : i, e};
+  }
+
+  // A step of contacts, one after the other.
+
+  /// Notes what the last step has made of a contact; finds pairs that this step moves, and what contacts do at its
+  /// start.
+  LICHTENBERG_HOST_DEVICE void find_active(int k) const {
+    const NearPair p = contacts.near[k];
+    const bool open = contacts.since[p.entry] >= 0;
+    const double dt = parameters->inner, slack = parameters->bend * dt * dt;
+    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer + slack);
+    if (!open && !come_within(p.lower, p.higher, path)) return;
+    const PairState<3> at = state(p);
+    const bool touching = open && stays(p, norm2(at.apart));
+    if (!touching && !may_touch(reach(p) + slack, at, dt)) return;
+    const int a = parallel::take_place(&found->active);
+    const double of_pair = scale(p);
+    Vec3 push{};
+    if (touching) push = force({law, of_pair}, reach(p), at);
+    contacts.active[a] = {p, touching};
+    contacts.seen[a] = at;
+    contacts.scale[a] = of_pair;
+    contacts.force[a] = push;
+    grains.busy[p.lower] = grains.busy[p.higher] = 1;
+    if (touching) add(grains.force, p, (1 / quanta.force) * push);
   }
 
   /// In the middle of a step grains are where the forces at its start carry them.
-  LICHTENBERG_HOST_DEVICE void push_halfway(int number) const {
-    NearPair& p = contacts.pair[number];
-    const double dt = parameters->inner, h = 0.5 * dt;
-    p.state = idle;
-    contacts.halfway[number] = {};
-    const bool touching = contacts.since[p.entry] >= 0;
-    if (!touching && !may_come(p, dt)) return;
-    const PairState<3> at = state(p);
-    if (!touching && !may_touch(p, at, dt)) return;
-    p.state = moving;
-    contacts.active[parallel::take_place(&found->active)] = number;
-    grains.busy[p.lower] = grains.busy[p.higher] = 1;
-    const Vec3 acceleration = relative(contacts.force, p);
-    contacts.first[number] = acceleration - contacts.force[number] / mass(p);
-    contacts.halfway[number] =
-        force(p, {at.apart + h * at.velocity + (0.5 * h * h) * acceleration, at.velocity + h * acceleration});
+  LICHTENBERG_HOST_DEVICE void push_halfway(int a) const {
+    const NearPair p = contacts.active[a].pair;
+    const PairState<3> at = contacts.seen[a];
+    const double h = 0.5 * parameters->inner;
+    const Vec3 acceleration = relative(grains.force, p);
+    const Vec3 push =
+        force({law, contacts.scale[a]}, reach(p),
+              {at.apart + h * at.velocity + (0.5 * h * h) * acceleration, at.velocity + h * acceleration});
+    contacts.first[a] = acceleration - over_mass(p) * contacts.force[a];
+    contacts.halfway[a] = push;
+    grains.touches[p.lower] = grains.touches[p.higher] = 0;
+    if (norm2(push) > 0) add(grains.halfway, p, (1 / quanta.force) * push);
   }
 
   /// A pair by itself, with what its two feel of others linear in time.
-  LICHTENBERG_HOST_DEVICE void integrate(int number, int step) const {
-    NearPair& p = contacts.pair[number];
-    const double dt = parameters->inner, time = parameters->begin + step * dt, reduced = mass(p);
-    const PairState<3> at = state(p);
-    const Vec3 first = contacts.first[number];
-    const Vec3 middle = relative(contacts.halfway, p) - contacts.halfway[number] / reduced;
+  LICHTENBERG_HOST_DEVICE void integrate(int a, int step) const {
+    const auto [p, touching] = contacts.active[a];
+    const double dt = parameters->inner, time = parameters->begin + step * dt, over = over_mass(p);
+    const PairState<3> at = contacts.seen[a];
+    const Vec3 first = contacts.first[a], middle = relative(grains.halfway, p) - over * contacts.halfway[a];
     const Outside<3> outside{first, (2 / dt) * (middle - first)};
-    const Motion pair = motion(p, outside);
-    const double since = contacts.since[p.entry], age = time - since;
-    const bool touching = since >= 0;
-    const PairStep<3> result = pair.over(at, touching, touching && age > 0 ? age : 0, dt);
+    const double age = touching ? time - contacts.since[p.entry] : 0;
+    const PairPath<LawOfPair<Law>> path({law, contacts.scale[a]}, reach(p), over, outside);
+    const PairStep<3> result = path.over(at, touching, age > 0 ? age : 0, dt);
     if (!touching && result.touched < 0) return;
-    p.state = touching ? pushed : touched;
-    contacts.impulse[number] = reduced * (result.end.velocity - at.velocity - outside.velocity(dt));
-    contacts.shift[number] = reduced * (result.end.apart - at.apart - dt * at.velocity - outside.path(dt));
-    contacts.dissipated[number] = result.dissipated;
+    const double reduced = 1 / over;
+    const Vec3 impulse = reduced * (result.end.velocity - at.velocity - outside.velocity(dt));
+    const Vec3 shift = reduced * (result.end.apart - at.apart - dt * at.velocity - outside.path(dt));
+    add(grains.impulse, p, (1 / quanta.impulse) * impulse);
+    add(grains.shift, p, (1 / quanta.shift) * shift);
+    parallel::add_atomically(&grains.dissipated[p.lower], whole(result.dissipated / quanta.energy));
+    parallel::add_atomically(&grains.touches[p.lower], 1);
+    parallel::add_atomically(&grains.touches[p.higher], 1);
     if (touching) return;
     contacts.since[p.entry] = time + result.touched;
     contacts.impact_speed[p.entry] = result.impact_speed;
     contacts.alone[p.entry] = 1;
+    parallel::add_atomically(&found->begun, std::int64_t{1});
+    if (!exchanges) return;
+    contacts.next[2 * a] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * a);
+    contacts.next[2 * a + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * a + 1);
   }
 
   LICHTENBERG_HOST_DEVICE void move(int s) const {
-    const int begin = contacts.table.begin(s), count = grains.busy[s] ? contacts.count[s] : 0;
-    const double dt = parameters->inner, m = grains.mass[s];
+    const double dt = parameters->inner, over = grains.over_mass[s];
     const Vec3 held = grains.held[s], p0 = grains.momentum[s];
-    Vec3 place = grains.place[s] + (dt / m) * (p0 + (0.5 * dt) * held), momentum = p0 + dt * held;
-    int touches = 0, begun = 0;
-    std::int64_t dissipated = 0;
-    for (int k = 0; k < count; ++k) {
-      const int of = contacts.pair_of[begin + k], number = of < 0 ? ~of : of;
-      const NearPair p = contacts.pair[number];
-      if (p.state < pushed) continue;
-      ++touches;
-      const bool first = of >= 0;
-      place += (first ? -1 / m : 1 / m) * contacts.shift[number];
-      momentum += first ? -contacts.impulse[number] : contacts.impulse[number];
-      if (first) dissipated += static_cast<std::int64_t>(std::nearbyint(contacts.dissipated[number] / energy_quantum));
-      if (p.state == pushed) continue;
-      if (first) begin_contact(p, begun, contacts.impact_speed[p.entry]);
-      ++begun;
+    Vec3 place = grains.place[s] + (dt * over) * (p0 + (0.5 * dt) * held), momentum = p0 + dt * held;
+    if (grains.busy[s]) {
+      place += over * grains.shift[s].times(quanta.shift);
+      momentum += grains.impulse[s].times(quanta.impulse);
+      grains.force[s] = grains.halfway[s] = grains.impulse[s] = grains.shift[s] = {};
+      grains.busy[s] = 0;
+      if (exchanges && grains.begun[s] != no_end) begin_contacts(s);
     }
     grains.place[s] = place;
     grains.momentum[s] = momentum;
-    grains.dissipated[s] += dissipated;
-    grains.touches[s] = touches;
-    grains.busy[s] = 0;
-    if (exchanges) grains.collisions[s] += begun;
-    if (s == 0) found->push = 0, found->active = 0;
+    locate(s, place);
+    if (s == 0) found->active = 0;
+  }
+  LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 place) const {
+    const Vec3 over = whole_turn * nearest.turns_a_metre;
+    grains.located[s] = {{turns(place.x, over.x), turns(place.y, over.y), turns(place.z, over.z)},
+                         static_cast<float>(grains.radius[s])};
   }
 
-  /// The square of the largest speed that a contact may still give to its two.
-  LICHTENBERG_HOST_DEVICE double impact2(int s) const {
-    const int begin = contacts.table.begin(s), count = contacts.count[s];
-    double most = 0;
-    for (int k = 0; k < count; ++k) {
-      const int of = contacts.pair_of[begin + k];
-      if (of < 0) continue;
-      const NearPair p = contacts.pair[of];
-      if (!(contacts.since[p.entry] >= 0)) continue;
-      const double overlap = reach(p) - norm(apart(p));
-      if (overlap <= 0) continue;
-      const double stored = law.parts(overlap, law.scale(grains.radius[p.lower], grains.radius[p.higher])).stored;
-      const double impact2 = 2 * stored / mass(p);
-      most = impact2 > most ? impact2 : most;
-    }
-    return most;
+  /// After the last step of contacts: notes as above, and the square of the largest speed that a contact may still give
+  /// to its two.
+  LICHTENBERG_HOST_DEVICE double impact2(int k) const {
+    const NearPair p = contacts.near[k];
+    if (!(contacts.since[p.entry] >= 0)) return 0;
+    const double distance2 = norm2(apart(p));
+    if (!stays(p, distance2)) return 0;
+    return 2 * over_mass(p) * law.push(reach(p) - root(distance2), scale(p)).stored;
   }
 
  private:
-  /// All forces on a grain, of which those of its contacts stand in `of`.
-  LICHTENBERG_HOST_DEVICE Vec3 all(const Vec3* of, int s) const {
-    const int begin = contacts.table.begin(s), count = contacts.count[s];
-    Vec3 sum = grains.held[s];
-    for (int k = 0; k < count; ++k) {
-      const int pair = contacts.pair_of[begin + k];
-      sum += pair < 0 ? of[~pair] : -of[pair];
-    }
-    return sum;
+  /// Whether the gap between two is less than `gap`, or by rounding hardly more.
+  LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
+    const Located a = grains.located[i], b = grains.located[j];
+    const float x = turn[0] * lichtenberg::apart(a.at.x, b.at.x), y = turn[1] * lichtenberg::apart(a.at.y, b.at.y),
+                z = turn[2] * lichtenberg::apart(a.at.z, b.at.z), most = (a.radius + b.radius + gap) * (1 + 1e-5f);
+    return x * x + y * y + z * z < most * most;
   }
-  LICHTENBERG_HOST_DEVICE Vec3 relative(const Vec3* of, const NearPair& p) const {
-    return all(of, p.higher) / grains.mass[p.higher] - all(of, p.lower) / grains.mass[p.lower];
+  LICHTENBERG_HOST_DEVICE Vec3 force(const LawOfPair<Law>& of, double reach, const PairState<3>& at) const {
+    if (norm2(at.apart) >= reach * reach) return {};
+    const Push push = push_of(of, reach, at);
+    return (push.force() * push.over_distance) * at.apart;
+  }
+
+  /// To both of a pair, of what is done to the higher.
+  LICHTENBERG_HOST_DEVICE static void add(WholeVec* to, const NearPair& p, Vec3 quanta) {
+    const std::int64_t x = whole(quanta.x), y = whole(quanta.y), z = whole(quanta.z);
+    parallel::add_atomically(&to[p.higher].x, x), parallel::add_atomically(&to[p.lower].x, -x);
+    parallel::add_atomically(&to[p.higher].y, y), parallel::add_atomically(&to[p.lower].y, -y);
+    parallel::add_atomically(&to[p.higher].z, z), parallel::add_atomically(&to[p.lower].z, -z);
+  }
+  /// The relative acceleration by all forces, of which those of contacts are `of`.
+  LICHTENBERG_HOST_DEVICE Vec3 relative(const WholeVec* of, const NearPair& p) const {
+    const double lower = grains.over_mass[p.lower], higher = grains.over_mass[p.higher];
+    return higher * (grains.held[p.higher] + of[p.higher].times(quanta.force)) -
+           lower * (grains.held[p.lower] + of[p.lower].times(quanta.force));
   }
 
   /// Whether a contact is still one, at this distance.
-  LICHTENBERG_HOST_DEVICE bool stays(const NearPair& p, double distance) const {
-    const double sum = reach(p);
+  LICHTENBERG_HOST_DEVICE bool stays(const NearPair& p, double distance2) const {
+    const double sum = reach(p), distance = root(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
-    parallel::enlarge_atomically(&found->largest_overlap, (sum - distance) / sum);
+    parallel::enlarge_atomically(&extremes->overlap, (sum - distance) / sum);
     if (distance < too_close * sum) parallel::enlarge_atomically(&found->passed, 1 + grains.number[p.lower]);
     if (distance < sum) return true;
     contacts.since[p.entry] = -1;
     return false;
   }
 
-  /// Whether two are near enough for a step, whatever their velocities.
-  LICHTENBERG_HOST_DEVICE bool may_come(const NearPair& p, double dt) const {
-    const double most = reach(p) + parameters->reach * dt / parameters->outer + slack(dt);
-    return norm2(apart(p)) < most * most;
-  }
-  LICHTENBERG_HOST_DEVICE double slack(double dt) const { return (2 * found->push + parameters->held) * dt * dt; }
-
-  /// Whether two in flight that what they feel bends come into reach within dt.
-  LICHTENBERG_HOST_DEVICE bool may_touch(const NearPair& p, const PairState<3>& at, double dt) const {
-    const double distance = reach(p) + slack(dt);
+  /// Whether two in flight come closer than `distance` within dt.
+  LICHTENBERG_HOST_DEVICE static bool may_touch(double distance, const PairState<3>& at, double dt) {
     const double approach = -dot(at.apart, at.velocity), v2 = norm2(at.velocity);
     const double t = approach <= 0 ? 0 : approach < v2 * dt ? approach / v2 : dt;
     return norm2(at.apart + t * at.velocity) < distance * distance;
   }
 
-  /// A collision of its lower grain, the `before`-th in this step: charge moves, once, by the same random numbers as on
-  /// the CPU (effects::ChargeExchange), which counts those of a step in ascending order of pairs as well.
-  LICHTENBERG_HOST_DEVICE void begin_contact(const NearPair& p, int before, double speed) const {
-    parallel::add_atomically(&found->begun, std::int64_t{1});
-    if (!exchanges) return;
-    const auto count = static_cast<std::uint64_t>(grains.collisions[p.lower] + before);
+  /// Contacts of a grain that have begun in this step: those in which it is the lower move charge, once, by the same
+  /// random numbers as on the CPU (effects::ChargeExchange), which counts those of a step in ascending order of pairs.
+  LICHTENBERG_HOST_DEVICE void begin_contacts(int s) const {
+    int count = 0;
+    for (int end = grains.begun[s]; end != no_end; end = contacts.next[end]) {
+      ++count;
+      if (end % 2) continue;
+      int before = 0;
+      for (int other = grains.begun[s]; other != no_end; other = contacts.next[other])
+        before += partner(other) < partner(end);
+      exchange_charge(end / 2, grains.collisions[s] + before);
+    }
+    grains.collisions[s] += count;
+    grains.begun[s] = no_end;
+  }
+  /// The number of the grain at the other end.
+  LICHTENBERG_HOST_DEVICE int partner(int end) const {
+    const NearPair& p = contacts.active[end / 2].pair;
+    return grains.number[end % 2 ? p.lower : p.higher];
+  }
+  LICHTENBERG_HOST_DEVICE void exchange_charge(int a, std::int64_t count) const {
+    const NearPair p = contacts.active[a].pair;
     Random random({seed, RandomPurpose::exchange, static_cast<std::uint64_t>(grains.number[p.lower]),
-                   static_cast<std::uint64_t>(grains.number[p.higher]), count});
-    const double quanta = std::nearbyint(exchange(mass(p), speed, random) / parameters->charge_quantum);
-    const auto moved = static_cast<std::int64_t>(quanta);
+                   static_cast<std::uint64_t>(grains.number[p.higher]), static_cast<std::uint64_t>(count)});
+    const std::int64_t moved =
+        whole(exchange(1 / over_mass(p), contacts.impact_speed[p.entry], random) / quanta.charge);
     parallel::add_atomically(&grains.moved_charge[p.lower], moved);
     parallel::add_atomically(&grains.moved_charge[p.higher], -moved);
     parallel::add_atomically(&found->transfers, std::int64_t{1});

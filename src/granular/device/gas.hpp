@@ -11,89 +11,12 @@
 #include <vector>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/device/charges.hpp"
 #include "solvers/stopwatch.hpp"
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/device.hpp"
+#include "src/granular/device/gas_parts.hpp"
 
 namespace lichtenberg::granular::device {
-
-using periodic::device::Charged;
-using periodic::device::ChargeSums;
-using periodic::device::Felt;
-using periodic::device::Totals;
-
-/// What a scene has that a device needs to know.
-struct GasOptions {
-  Vec3 lengths;
-  std::vector<double> mass, radius;  ///< [N]
-  double step = 0;                   ///< the longest
-  int contact_steps = 1;
-  std::uint64_t seed = 0;
-  std::string path;
-  std::optional<periodic::device::MeshTables> tables;  ///< of charges; empty: they do not act
-  double strength = 0;                                 ///< K
-  bool charged = false, exchanges = false;
-  effects::ImpactExchange exchange{};
-  double bytes = 0;  ///< of the device, by an estimate
-};
-
-/// Of a scene that check_scene does not refuse.
-GasOptions gas_options(const Scene& scene);
-
-/// An open contact, as a checkpoint has it.
-struct OpenContact {
-  int i, j;
-  double since, impact_speed;
-  int alone;
-};
-
-/// Things of which the largest is sought.
-struct Largest {
-  double speed2 = 0, acceleration2 = 0, moved2 = 0, impact2 = 0;
-  int lost = 0, unused = 0;
-
-  LICHTENBERG_HOST_DEVICE static double larger(double a, double b) { return b > a ? b : a; }
-  LICHTENBERG_HOST_DEVICE Largest& operator+=(const Largest& o) {
-    speed2 = larger(speed2, o.speed2), acceleration2 = larger(acceleration2, o.acceleration2);
-    moved2 = larger(moved2, o.moved2), impact2 = larger(impact2, o.impact2);
-    lost |= o.lost;
-    return *this;
-  }
-  friend LICHTENBERG_HOST_DEVICE Largest operator+(Largest a, const Largest& b) { return a += b; }
-};
-
-struct TurnsAround {
-  int x = 0, y = 0, z = 0;
-};
-
-/// The energy of the field, and what exchange has given to it.
-struct FieldBook {
-  double energy = 0, exchanged = 0;
-  double scale = 1;           ///< of Charged::charge
-  double largest_charge = 0;  ///< magnitude
-};
-
-/// The forces of charges on grains.
-struct ForceView {
-  const Charged* charges = nullptr;
-  const Felt* felt = nullptr;
-  const Totals* totals = nullptr;
-  const FieldBook* book = nullptr;
-  double strength = 0, background = 0;
-
-  LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
-    if (!felt || totals->square == 0) return {};
-    const double q = charges[s].charge, over = q / totals->square, factor = strength * q / (book->scale * book->scale);
-    return {factor * (felt[s].x - over * totals->x), factor * (felt[s].y - over * totals->y),
-            factor * (felt[s].z - over * totals->z)};
-  }
-  LICHTENBERG_HOST_DEVICE double energy() const {
-    if (!felt) return 0;
-    return strength / (book->scale * book->scale) *
-           (totals->energy + 0.5 * background * totals->charge * totals->charge);
-  }
-};
 
 template <class Executor>
 class GasOn final : public DeviceGas {
@@ -112,20 +35,16 @@ class GasOn final : public DeviceGas {
     box_.sides.fill(Boundary::periodic);
     largest_radius_ = *std::ranges::max_element(options.radius);
     // A sum of all energies has 52 bits of so much.
-    energy_quantum_ = std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(n_ / 32768.0)))));
+    quanta_.energy = std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(n_ / 32768.0)))));
+    if (options.exchanges) quanta_.charge = effects::charge_quantum(options.exchange.strength);
     run_->check_room(static_cast<std::size_t>(options.bytes));
     if (options.tables) sums_.emplace(*run_, *options.tables);
-    found_.resize(1);
-    parameters_.resize(1);
     book_.resize(1);
-    for_each_grain_array([&](auto& array) { array.resize(n_); });
-    held_.resize(n_);
-    charges_.resize(n_);
-    sorted_at_.resize(n_);
-    touches_.resize(n_);
-    busy_.resize(n_);
-    near_count_.resize(n_);
-    order_.resize(n_);
+    extremes_.resize(1);
+    const auto make = [&](auto&... arrays) { (arrays.resize(n_), ...); };
+    make(place_, momentum_, image_, charge_, over_mass_, radius_, number_, collisions_, moved_charge_, dissipated_);
+    make(located_, held_, charges_, sorted_at_, busy_, touches_, begun_, spare_, place_of_);
+    make(force_, halfway_, impulse_, shift_);
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic) override {
@@ -135,8 +54,11 @@ class GasOn final : public DeviceGas {
     const std::size_t n = n_;
     upload_vectors(place_, reals("position", 3 * n));
     upload_vectors(momentum_, reals("momentum", 3 * n));
-    mass_.upload(options_.mass);
+    std::vector<double> over_mass;
+    for (const double mass : options_.mass) over_mass.push_back(1 / mass);
+    over_mass_.upload(over_mass);
     radius_.upload(options_.radius);
+    choose_quanta();
     charge_.upload(options_.charged ? reals("charge", n) : std::vector<double>(n));
     const auto& image = integers(checkpoint, "image");
     std::vector<TurnsAround> around(n);
@@ -157,12 +79,15 @@ class GasOn final : public DeviceGas {
     collisions_.upload(collisions);
     moved_charge_.upload(zeros);
     dissipated_.upload(zeros);
+    begun_.upload(std::vector<int>(n, no_end));
+    const auto clear = [](auto&... arrays) { (arrays.zero(), ...); };
+    clear(busy_, touches_, force_, halfway_, impulse_, shift_, held_, charges_);
     time_ = reals("time", 1).front();
     const auto& counters = integers(checkpoint, "counters");
     steps_ = counters.at(0), contact_steps_ = counters.at(1), collisions_counted_ = counters.at(2);
     const auto book = reals("book", 5);
-    dissipated_before_ = static_cast<std::int64_t>(std::nearbyint(book[0] / energy_quantum_));
-    largest_overlap_ = book[4];
+    dissipated_before_ = static_cast<std::int64_t>(std::nearbyint(book[0] / quanta_.energy));
+    extremes_.upload({Extremes{.overlap = book[4]}});
     book_.upload({FieldBook{.exchanged = book[1]}});
     evaluations_ = sums_ ? integers(checkpoint, "effects.coulomb.counters").at(0) : 0;
     graphs_.clear();
@@ -203,9 +128,9 @@ class GasOn final : public DeviceGas {
     std::int64_t dissipated = dissipated_before_;
     for (const std::int64_t quanta : dissipated_.download()) dissipated += quanta;
     std::vector<double>& book = checkpoint.reals["book"];
-    book[0] = static_cast<double>(dissipated) * energy_quantum_;
+    book[0] = static_cast<double>(dissipated) * quanta_.energy;
     book[1] = book_.download().front().exchanged;
-    book[4] = largest_overlap_;
+    book[4] = extremes_.download().front().overlap;
     store_contacts(checkpoint);
   }
 
@@ -226,8 +151,8 @@ class GasOn final : public DeviceGas {
     // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
     const double travel = 2 * (speed + gain) * dt;
     if (std::sqrt(now_.moved2) + travel > 0.5 * skin_) arrange(travel);
-    parameters_.upload(
-        {StepParameters{time_, dt, dt / inner, 2 * travel, std::sqrt(now_.acceleration2), charge_quantum()}});
+    const double acceleration = std::sqrt(now_.acceleration2);
+    parameters_.host() = {time_, dt, dt / inner, 2 * travel, 2 * hardest_push(impact + 2 * gain) + acceleration};
     run_->run(graphs_[inner], [&] { outer_step(inner); });
     read_found();
     time_ = end;
@@ -243,13 +168,17 @@ class GasOn final : public DeviceGas {
   // Public, as nvcc wants all functions that have kernels.
 
   void begin() {
-    charges_.zero();
     arrange(0);
     if (sums_) recharge(false);
-    parameters_.upload({StepParameters{}});
-    std::visit([&](const auto& law) { list_near(law); }, law_);  // those that overlap
-    look();
+    parameters_.host() = {};
+    std::visit([&](const auto& law) { begin(law); }, law_);
     read_found();
+  }
+  template <class Law>
+  void begin(const Law& law) {
+    enter(law);  // those that overlap
+    look_at_contacts(law);
+    finish();
   }
 
   /// Sorts the grains, and lists those that may touch and whose charges are near, with room for moves.
@@ -261,25 +190,19 @@ class GasOn final : public DeviceGas {
     if (!(skin <= skin_ && skin_ <= 2 * skin)) skin_ = 1.2 * skin;
     const Vec3* place = place_.data();
     const Vec3 over{whole_turn / box_.lengths.x, whole_turn / box_.lengths.y, whole_turn / box_.lengths.z};
-    const auto turned = [=] LICHTENBERG_HOST_DEVICE(int i) {
+    cells_.sort(n_, [=] LICHTENBERG_HOST_DEVICE(int i) {
       return Turns{turns(place[i].x, over.x), turns(place[i].y, over.y), turns(place[i].z, over.z)};
-    };
-    cells_.sort(n_, turned);
-    run_->copy(order_.data(), cells_.order(), n_ * sizeof(int));
+    });
     if (loaded_) list_open();
-    for_each_grain_array([&](auto& array) { permute(array.data()); });
-    Turns* at = sorted_at_.data();
-    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { at[s] = turned(s); });
+    permute();
     const Turns* places = sorted_at_.data();
     const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return places[s]; };
-    table_.build(n_, cells_.view(), box_.lengths, 2 * largest_radius_ + skin_, place_of);
+    table_.build(n_, cells_.view(), box_.lengths, 2 * largest_radius_ + skin_, place_of, true);
     resize_contacts();
     take_open();
     if (sums_) {
       partners_.build(n_, cells_.view(), box_.lengths, sums_->cutoff() + skin_, place_of);
       sums_->arrange(n_, cells_.view(), 0.5 * skin_);
-      permute(charges_.data());
-      permute(sums_->felt());
     }
     now_.moved2 = 0;
     if (const Kernels seen = kernels(); !(seen == recorded_)) {
@@ -287,6 +210,37 @@ class GasOn final : public DeviceGas {
       recharge_.clear();
       recorded_ = seen;
     }
+  }
+
+  /// Puts all that goes with grains in the order of cells.
+  void permute() {
+    Grain* spare = spare_.data();
+    const int* order = cells_.order();
+    Vec3 *place = place_.data(), *momentum = momentum_.data();
+    double *charge = charge_.data(), *over_mass = over_mass_.data(), *radius = radius_.data();
+    std::int64_t *collisions = collisions_.data(), *dissipated = dissipated_.data();
+    Charged* charged = charges_.data();
+    if (sums_) sums_->make_room(n_);
+    Felt* felt = sums_ ? sums_->felt() : nullptr;
+    TurnsAround* image = image_.data();
+    int* number = number_.data();
+    Turns* at = sorted_at_.data();
+    const Vec3 over{whole_turn / box_.lengths.x, whole_turn / box_.lengths.y, whole_turn / box_.lengths.z};
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      const int i = order[s];
+      spare[s] = {place[i],      momentum[i], charge[i],
+                  over_mass[i],  radius[i],   collisions[i],
+                  dissipated[i], charged[i],  felt ? felt[i] : Felt{},
+                  image[i],      number[i]};
+    });
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      const Grain g = spare[s];
+      place[s] = g.place, momentum[s] = g.momentum, charge[s] = g.charge, over_mass[s] = g.over_mass;
+      radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
+      if (felt) felt[s] = g.felt;
+      image[s] = g.image, number[s] = g.number;
+      at[s] = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
+    });
   }
 
   /// After charges or the order of grains have changed: what charges feel. `booked`: the change of energy is what an
@@ -320,19 +274,26 @@ class GasOn final : public DeviceGas {
     });
   }
 
-  /// Lists the pairs that may matter within a step; nothing has been found yet.
+  /// Forces at the start of a step, and the pairs that may matter within it.
   template <class Law>
-  void list_near(const Law& law) {
-    found_.zero();
+  void enter(const Law& law) {
+    parameters_.send();
     const ContactSteps<Law> steps = contact_steps(law);
-    // Kernels that are recorded read how many entries there are.
-    const int n = n_, lanes = 16 * n_;
-    run_->for_each(lanes, [=] LICHTENBERG_HOST_DEVICE(int k) {
-      const int entries = steps.contacts.table.end(n - 1);
-      for (int e = k; e < entries; e += lanes) steps.mark_near(e);
+    const ForceView force = forces();
+    Found* found = found_.device();
+    Vec3* held = held_.data();
+    const int n = n_;
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      held[s] = force(s);
+      steps.grains.touches[s] = 0;
+      steps.locate(s, steps.grains.place[s]);
+      if (s == 0) *found = {};
     });
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { steps.list_near(s); });
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { steps.list_pairs(s); });
+    // Kernels that are recorded ask how many entries there are.
+    run_->select(
+        static_cast<long>(near_.size()), [=] LICHTENBERG_HOST_DEVICE() { return steps.contacts.table.end(n - 1); },
+        &found->pairs, [=] LICHTENBERG_HOST_DEVICE(int e) { return steps.is_near(e); },
+        [=] LICHTENBERG_HOST_DEVICE(int place, int e) { steps.list_near(place, e); });
   }
 
   void outer_step(int inner) {
@@ -340,43 +301,35 @@ class GasOn final : public DeviceGas {
   }
   template <class Law>
   void outer_step(const Law& law, int inner) {
-    const ForceView force = forces();
-    list_near(law);
-    const ContactSteps<Law> steps = contact_steps(law);
-    const Found* found = found_.data();
-    const int* active = active_.data();
-    const int n = n_;
-    Vec3* held = held_.data();
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { held[s] = force(s); });
-    for (int step = 0; step < inner; ++step) {
-      run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-        for (int p = k; p < found->pairs; p += n) steps.note_and_push(p);
-      });
-      run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-        for (int p = k; p < found->pairs; p += n) steps.push_halfway(p);
-      });
-      run_->template for_each<32>(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-        for (int a = k; a < found->active; a += n) steps.integrate(active[a], step);
-      });
-      run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int s) { steps.move(s); });
-    }
-    run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-      for (int p = k; p < found->pairs; p += n) steps.note(p);
-    });
-    wrap();
+    enter(law);
+    for (int step = 0; step < inner; ++step) step_contacts(law, step, step == inner - 1);
+    look_at_contacts(law);
     if (sums_) sums_->evaluate(charges_.data(), partners_.view(), options_.exchanges);
     finish();
-    look();
   }
-
-  /// Brings the grains back into the box.
-  void wrap() {
+  template <class Law>
+  void step_contacts(const Law& law, int step, bool last) {
+    const ContactSteps<Law> steps = contact_steps(law);
+    const Found* found = found_.device();
+    const int n = n_;
+    // How many there are is known on the device alone.
+    run_->template for_each<128>(2L * n, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      for (; k < found->pairs; k += 2 * n) steps.find_active(k);
+    });
+    run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int a) {
+      for (; a < found->active; a += n) steps.push_halfway(a);
+    });
+    run_->template for_each<32>(n, [=] LICHTENBERG_HOST_DEVICE(int a) {
+      for (; a < found->active; a += n) steps.integrate(a, step);
+    });
     Vec3* place = place_.data();
     TurnsAround* image = image_.data();
     Charged* charges = charges_.data();
     const Box<3> box = box_;
     const Vec3 over{whole_turn / box_.lengths.x, whole_turn / box_.lengths.y, whole_turn / box_.lengths.z};
-    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+    run_->template for_each<128>(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      steps.move(s);
+      if (!last) return;
       Vec3 p = place[s];
       Image<3> around{image[s].x, image[s].y, image[s].z};
       box.wrap(p, around);
@@ -385,83 +338,74 @@ class GasOn final : public DeviceGas {
       charges[s].at = {turns(p.x, over.x), turns(p.y, over.y), turns(p.z, over.z)};
     });
   }
+  /// What the last step of contacts has left.
+  template <class Law>
+  void look_at_contacts(const Law& law) {
+    const ContactSteps<Law> steps = contact_steps(law);
+    Found* found = found_.device();
+    const int warps = (n_ + a_warp - 1) / a_warp, round = warps * a_warp;
+    run_->sum_segments(
+        warps,
+        [=] LICHTENBERG_HOST_DEVICE(int w) {
+          const int left = found->pairs - w * a_warp;
+          return left > 0 ? (left + round - 1) / round * a_warp : 0;
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
+          const int k = t / a_warp * round + w * a_warp + t % a_warp;
+          return k < found->pairs ? Most{steps.impact2(k)} : Most{};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->impact2, most.value); });
+  }
 
-  /// Momenta change as if forces of charges had changed linearly; charges move.
+  /// Momenta change as if forces of charges had changed linearly; charges move; and what the host wants to know before
+  /// the next step.
   void finish() {
     const ForceView force = forces();
-    const Vec3* held = held_.data();
+    const Vec3 *held = held_.data(), *place = place_.data();
     Vec3* momentum = momentum_.data();
     double* charge = charge_.data();
+    const double *over_mass = over_mass_.data(), quantum = quanta_.charge;
     std::int64_t* moved = moved_charge_.data();
-    const StepParameters* parameters = parameters_.data();
+    const StepParameters* parameters = parameters_.device();
     FieldBook* book = book_.data();
-    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      momentum[s] += (0.5 * parameters->outer) * (force(s) - held[s]);
-      if (s == 0) book->energy = force.energy();
-      if (moved[s] == 0) return;
-      charge[s] += parameters->charge_quantum * static_cast<double>(moved[s]);
-      moved[s] = 0;
-    });
-  }
-
-  /// What the host wants to know before the next step.
-  void look() {
-    std::visit([&](const auto& law) { look(law); }, law_);
-  }
-  template <class Law>
-  void look(const Law& law) {
-    const ContactSteps<Law> steps = contact_steps(law);
-    const ForceView force = forces();
+    Found* found = found_.device();
     const Turns* sorted_at = sorted_at_.data();
-    const Vec3 lengths = box_.lengths;
+    const Vec3 lengths = box_.lengths, over{whole_turn / lengths.x, whole_turn / lengths.y, whole_turn / lengths.z};
     const int n = n_;
-    Found* found = found_.data();
-    run_->sum_segments((n + a_warp - 1) / a_warp,
-                       [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_warp < a_warp ? n - p * a_warp : a_warp; },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-                         const int s = p * a_warp + t;
-                         const double over = 1 / steps.grains.mass[s];
-                         const Vec3 at = steps.grains.place[s], velocity = over * steps.grains.momentum[s];
-                         const Turns then = sorted_at[s];
-                         const Vec3 moved{
-                             lichtenberg::apart(turns(at.x, whole_turn / lengths.x), then.x) * lengths.x / whole_turn,
-                             lichtenberg::apart(turns(at.y, whole_turn / lengths.y), then.y) * lengths.y / whole_turn,
-                             lichtenberg::apart(turns(at.z, whole_turn / lengths.z), then.z) * lengths.z / whole_turn};
-                         Largest here{.speed2 = norm2(velocity),
-                                      .acceleration2 = norm2(over * force(s)),
-                                      .moved2 = norm2(moved),
-                                      .impact2 = steps.impact2(s)};
-                         here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
-                         return here;
-                       },
-                       [=] LICHTENBERG_HOST_DEVICE(int, Largest most) {
-                         parallel::enlarge_atomically(&found->speed2, most.speed2);
-                         parallel::enlarge_atomically(&found->acceleration2, most.acceleration2);
-                         parallel::enlarge_atomically(&found->moved2, most.moved2);
-                         parallel::enlarge_atomically(&found->impact2, most.impact2);
-                         parallel::enlarge_atomically(&found->lost, most.lost);
-                       });
-  }
-
-  template <class T>
-  void permute(T* from) {
-    spare_.resize((n_ * sizeof(T) + 7) / 8);
-    T* to = reinterpret_cast<T*>(spare_.data());
-    const int* order = order_.data();
-    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = from[order[s]]; });
-    run_->copy(from, to, n_ * sizeof(T));
+    run_->sum_segments(
+        (n + a_warp - 1) / a_warp,
+        [=] LICHTENBERG_HOST_DEVICE(int w) { return n - w * a_warp < a_warp ? n - w * a_warp : a_warp; },
+        [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
+          const int s = w * a_warp + t;
+          const Vec3 now = force(s), at = place[s], p = momentum[s] + (0.5 * parameters->outer) * (now - held[s]);
+          momentum[s] = p;
+          if (s == 0) book->energy = force.energy();
+          if (moved[s] != 0) charge[s] += quantum * static_cast<double>(moved[s]), moved[s] = 0;
+          const Turns then = sorted_at[s];
+          const Vec3 path{lichtenberg::apart(turns(at.x, over.x), then.x) / over.x,
+                          lichtenberg::apart(turns(at.y, over.y), then.y) / over.y,
+                          lichtenberg::apart(turns(at.z, over.z), then.z) / over.z};
+          Largest here{
+              .speed2 = norm2(over_mass[s] * p), .acceleration2 = norm2(over_mass[s] * now), .moved2 = norm2(path)};
+          here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
+          return here;
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int, Largest most) {
+          parallel::enlarge_atomically(&found->speed2, most.speed2);
+          parallel::enlarge_atomically(&found->acceleration2, most.acceleration2);
+          parallel::enlarge_atomically(&found->moved2, most.moved2);
+          parallel::enlarge_atomically(&found->lost, most.lost);
+        });
+    found_.fetch();
   }
 
   /// Room for what is known of entries and pairs.
   void resize_contacts() {
-    const std::size_t entries = table_.entries(), pairs = entries / 2;
-    for (Array<double>* array : {&since_, &impact_speed_}) array->resize(entries);
-    for (Array<int>* array : {&alone_, &near_, &owner_, &pair_of_}) array->resize(entries);
-    for (Array<Vec3>* array : {&contact_force_, &contact_halfway_, &contact_first_, &impulse_, &shift_})
-      array->resize(pairs);
-    pair_.resize(pairs);
-    active_.resize(pairs);
-    pair_dissipated_.resize(pairs);
+    const std::size_t entries = table_.entries();
+    const auto resize = [&](auto&... arrays) { (arrays.resize(entries), ...); };
+    resize(since_, impact_speed_, alone_, owner_, near_);
+    resize(active_, seen_, scale_, active_force_, active_halfway_, active_first_);
+    next_.resize(2 * entries);
     const TableView table = table_.view();
     int* owner = owner_.data();
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
@@ -474,35 +418,38 @@ class GasOn final : public DeviceGas {
     const TableView table = table_.view();
     open_count_.resize(1);
     open_count_.zero();
-    open_.resize(table_.entries() / 2);
+    open_.resize(table_.entries());
     int* count = open_count_.data();
     OpenContact* open = open_.data();
     const double *since = since_.data(), *impact = impact_speed_.data();
     const int *alone = alone_.data(), *number = number_.data(), *owner = owner_.data();
-    run_->for_each(static_cast<long>(table_.entries()), [=] LICHTENBERG_HOST_DEVICE(int e) {
-      if (since[e] >= 0)
-        open[parallel::take_place(count)] = {number[owner[e]], number[table.partner[e]], since[e], impact[e], alone[e]};
-    });
+    const long entries = static_cast<long>(table_.entries());
+    run_->select(
+        entries, [=] LICHTENBERG_HOST_DEVICE() { return static_cast<int>(entries); }, count,
+        [=] LICHTENBERG_HOST_DEVICE(int e) { return since[e] >= 0; },
+        [=] LICHTENBERG_HOST_DEVICE(int place, int e) {
+          const int i = number[owner[e]], j = number[table.partner[e]];
+          open[place] = {i < j ? i : j, i < j ? j : i, since[e], impact[e], alone[e]};
+        });
     int all = 0;
     run_->to_host(&all, count, sizeof(int));
     open_.resize(all);
   }
-  /// Puts the open contacts into the table, where those of the lower number have them.
+  /// Puts the open contacts into the table.
   void take_open() {
-    const int n = n_;
-    place_of_.resize(n);
     int* place_of = place_of_.data();
     const int* number = number_.data();
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { place_of[number[s]] = s; });
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { place_of[number[s]] = s; });
     run_->fill(since_.data(), 0xff, since_.size() * sizeof(double));  // no numbers
     const TableView table = table_.view();
     double *since = since_.data(), *impact = impact_speed_.data();
     int* alone = alone_.data();
     const OpenContact* open = open_.data();
     run_->for_each(static_cast<long>(open_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
-      const int s = place_of[open[k].i], j = place_of[open[k].j];
+      const int i = place_of[open[k].i], j = place_of[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
       for (int e = table.begin(s); e < table.end(s); ++e)
-        if (table.partner[e] == j) since[e] = open[k].since, impact[e] = open[k].impact_speed, alone[e] = open[k].alone;
+        if (table.partner[e] == other)
+          since[e] = open[k].since, impact[e] = open[k].impact_speed, alone[e] = open[k].alone;
     });
     loaded_ = true;
   }
@@ -522,12 +469,35 @@ class GasOn final : public DeviceGas {
     for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
     array.upload(vectors);
   }
-  template <class Work>
-  void for_each_grain_array(Work&& work) {
-    work(place_), work(momentum_), work(image_), work(charge_), work(mass_), work(radius_), work(number_);
-    work(collisions_), work(moved_charge_), work(dissipated_);
+  /// Multiples of the largest power that a contact could well have over 2^58, of momenta over 2^52: no sum of pairs is
+  /// 2^5 times as large, or the law is not one of grains.
+  void choose_quanta() {
+    const double heaviest = *std::ranges::max_element(options_.mass);
+    const double push = std::visit(
+        [&](const auto& law) {
+          const ContactParts most = law.parts(largest_radius_, law.scale(largest_radius_, largest_radius_));
+          constexpr double fast = 100;  // a grain that is as fast flies through others
+          return most.elastic + fast * most.damping;
+        },
+        law_);
+    const auto power = [](double value) { return static_cast<int>(std::ceil(std::log2(value))); };
+    quanta_.force = std::ldexp(1.0, power(push) - 58);
+    quanta_.impulse = std::ldexp(1.0, power(heaviest) - 52);
+    quanta_.shift = std::ldexp(1.0, power(heaviest) - 54);
   }
-  double charge_quantum() const { return options_.exchanges ? effects::charge_quantum(options_.exchange.strength) : 1; }
+  /// Acceleration by a contact of two that meet at this speed: if nothing were lost, the overlap would be a third of
+  /// the way that they fly meanwhile.
+  double hardest_push(double speed) const {
+    if (!(speed > 0)) return 0;
+    const double overlap = 0.5 * speed * shortest_contact(law_, speed);
+    return std::visit(
+               [&](const auto& law) {
+                 const ContactParts most = law.parts(overlap, law.scale(largest_radius_, largest_radius_));
+                 return most.elastic + most.damping * speed;
+               },
+               law_) /
+           *std::ranges::min_element(options_.mass);
+  }
 
   ForceView forces() const {
     if (!sums_) return {};
@@ -538,42 +508,56 @@ class GasOn final : public DeviceGas {
     const GrainsView grains{.count = n_,
                             .place = place_.data(),
                             .momentum = momentum_.data(),
-                            .mass = mass_.data(),
+                            .over_mass = over_mass_.data(),
                             .radius = radius_.data(),
                             .number = number_.data(),
+                            .located = located_.data(),
                             .held = held_.data(),
+                            .force = force_.data(),
+                            .halfway = halfway_.data(),
+                            .impulse = impulse_.data(),
+                            .shift = shift_.data(),
                             .busy = busy_.data(),
                             .touches = touches_.data(),
+                            .begun = begun_.data(),
                             .collisions = collisions_.data(),
                             .moved_charge = moved_charge_.data(),
                             .dissipated = dissipated_.data()};
     const ContactsView contacts{.table = table_.view(),
                                 .owner = owner_.data(),
-                                .near = near_.data(),
-                                .count = near_count_.data(),
-                                .pair_of = pair_of_.data(),
                                 .since = since_.data(),
                                 .impact_speed = impact_speed_.data(),
                                 .alone = alone_.data(),
-                                .pair = pair_.data(),
+                                .near = near_.data(),
                                 .active = active_.data(),
-                                .force = contact_force_.data(),
-                                .halfway = contact_halfway_.data(),
-                                .first = contact_first_.data(),
-                                .impulse = impulse_.data(),
-                                .shift = shift_.data(),
-                                .dissipated = pair_dissipated_.data()};
-    return {grains,        contacts,          law,           NearestImage<3>(box_),           parameters_.data(),
-            found_.data(), options_.exchange, options_.seed, options_.exchanges && !elastic_, energy_quantum_};
+                                .seen = seen_.data(),
+                                .scale = scale_.data(),
+                                .force = active_force_.data(),
+                                .halfway = active_halfway_.data(),
+                                .first = active_first_.data(),
+                                .next = next_.data()};
+    const auto turn = [&](int k) { return static_cast<float>(box_.lengths[k] / whole_turn); };
+    return {.grains = grains,
+            .contacts = contacts,
+            .law = law,
+            .nearest = NearestImage<3>(box_),
+            .turn = {turn(0), turn(1), turn(2)},
+            .parameters = parameters_.device(),
+            .found = found_.device(),
+            .extremes = extremes_.data(),
+            .exchange = options_.exchange,
+            .quanta = quanta_,
+            .seed = options_.seed,
+            .exchanges = options_.exchanges && !elastic_};
   }
 
   void read_found() {
-    now_ = found_.download().front();
+    run_->wait();
+    now_ = found_.host();
     collisions_counted_ += now_.begun;
     transfers_ += now_.transfers;
-    largest_overlap_ = std::max(largest_overlap_, now_.largest_overlap);
-    if (now_.passed)
-      throw Failure("grain " + std::to_string(now_.passed - 1) +
+    if (const int passed = now_.passed; passed)
+      throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its stage.stiffness, or a lower temperature is needed");
     if (now_.lost)
@@ -607,21 +591,22 @@ class GasOn final : public DeviceGas {
 
   /// What kernels were recorded with: where lists lie, and how they are cut.
   struct Kernels {
-    TableView table, partners;
-    const void *since = nullptr, *alone = nullptr, *force = nullptr, *pair = nullptr, *dissipated = nullptr;
+    std::vector<const void*> arrays;
+    std::size_t room = 0;
+    int columns = 0, partner_columns = 0;
     double skin = 0;
 
-    bool operator==(const Kernels& o) const {
-      const auto same = [](const TableView& a, const TableView& b) {
-        return a.start == b.start && a.partner == b.partner && a.columns == b.columns;
-      };
-      return same(table, o.table) && same(partners, o.partners) && since == o.since && alone == o.alone &&
-             force == o.force && pair == o.pair && dissipated == o.dissipated && skin == o.skin;
-    }
+    bool operator==(const Kernels&) const = default;
   };
   Kernels kernels() const {
-    return {table_.view(),         partners_.view(), since_.data(),           alone_.data(),
-            contact_force_.data(), pair_.data(),     pair_dissipated_.data(), skin_};
+    const TableView table = table_.view(), partners = partners_.view();
+    return {{table.start, table.partner, partners.start, partners.partner, since_.data(), impact_speed_.data(),
+             alone_.data(), owner_.data(), near_.data(), active_.data(), seen_.data(), scale_.data(),
+             active_force_.data(), active_halfway_.data(), active_first_.data(), next_.data()},
+            near_.capacity(),
+            table.columns,
+            partners.columns,
+            skin_};
   }
 
   std::unique_ptr<Executor> run_;
@@ -630,7 +615,8 @@ class GasOn final : public DeviceGas {
   Box<3> box_;
   GrainContactLaw law_;
   bool elastic_ = false, loaded_ = false;
-  double largest_radius_ = 0, energy_quantum_ = 1;
+  double largest_radius_ = 0;
+  Quanta quanta_;
   double skin_ = 0;  ///< of the lists: they hold while no grain has moved by half of it; 0: there are none
 
   CellGrid<Executor> cells_;
@@ -640,26 +626,31 @@ class GasOn final : public DeviceGas {
   // Of each grain, as they are sorted.
   Array<Vec3> place_{*run_}, momentum_{*run_};
   Array<TurnsAround> image_{*run_};
-  Array<double> charge_{*run_}, mass_{*run_}, radius_{*run_};
+  Array<double> charge_{*run_}, over_mass_{*run_}, radius_{*run_};
   Array<int> number_{*run_};
   Array<std::int64_t> collisions_{*run_}, moved_charge_{*run_}, dissipated_{*run_};
+  Array<Located> located_{*run_};
   Array<Vec3> held_{*run_};
   Array<Charged> charges_{*run_};
   Array<Turns> sorted_at_{*run_};
-  Array<int> busy_{*run_}, touches_{*run_}, near_count_{*run_}, order_{*run_}, place_of_{*run_};
-  Array<double> spare_{*run_};
+  Array<WholeVec> force_{*run_}, halfway_{*run_}, impulse_{*run_}, shift_{*run_};
+  Array<int> busy_{*run_}, touches_{*run_}, begun_{*run_}, place_of_{*run_};
+  Array<Grain> spare_{*run_};
 
-  // Of each entry of table_, and of pairs that may matter within a step.
+  // Of each entry of table_; as many of near and of active pairs have room.
   Array<double> since_{*run_}, impact_speed_{*run_};
-  Array<int> alone_{*run_}, near_{*run_}, owner_{*run_}, pair_of_{*run_}, active_{*run_};
-  Array<NearPair> pair_{*run_};
-  Array<Vec3> contact_force_{*run_}, contact_halfway_{*run_}, contact_first_{*run_}, impulse_{*run_}, shift_{*run_};
-  Array<double> pair_dissipated_{*run_};
+  Array<int> alone_{*run_}, owner_{*run_}, next_{*run_};
+  Array<NearPair> near_{*run_};
+  Array<ActivePair> active_{*run_};
+  Array<PairState<3>> seen_{*run_};
+  Array<double> scale_{*run_};
+  Array<Vec3> active_force_{*run_}, active_halfway_{*run_}, active_first_{*run_};
 
   mutable Array<OpenContact> open_{*run_};
   mutable Array<int> open_count_{*run_};
-  Array<Found> found_{*run_};
-  Array<StepParameters> parameters_{*run_};
+  parallel::Mirrored<Found, Executor> found_{*run_};
+  parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
+  Array<Extremes> extremes_{*run_};
   Array<FieldBook> book_{*run_};
   std::map<int, typename Executor::Recording> graphs_;  ///< of an outer step, by its steps of contacts
   typename Executor::Recording recharge_;
@@ -667,7 +658,7 @@ class GasOn final : public DeviceGas {
 
   Found now_;
   StepCounts counts_;
-  double time_ = 0, largest_overlap_ = 0;
+  double time_ = 0;
   std::int64_t steps_ = 0, contact_steps_ = 0, collisions_counted_ = 0, transfers_ = 0, evaluations_ = 0;
   std::int64_t dissipated_before_ = 0;  ///< quanta, when the gas was loaded
 };

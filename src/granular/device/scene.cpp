@@ -6,7 +6,8 @@
 #include "solvers/periodic/accuracy.hpp"
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/coulomb.hpp"
-#include "src/granular/device/gas.hpp"
+#include "src/granular/device/device.hpp"
+#include "src/granular/device/gas_parts.hpp"
 #include "src/model/bodies.hpp"
 
 namespace lichtenberg::granular::device {
@@ -59,12 +60,12 @@ periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions&
 double bytes_needed(const Scene& scene) {
   // Arrays of grains and of entries in lists (gas.hpp), a mesh of whole numbers, points, modes and factors with the
   // transforms' own, and what starts the device; lists with the widest skin that a gas has had at T = 10.
-  constexpr double a_grain = 450, an_entry = 80, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
+  constexpr double a_grain = 550, an_entry = 210, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
   const double n = static_cast<double>(scene.conductors.size());
   const Vec3 lengths = scene.domain.box().lengths;
   const double density = n / (lengths.x * lengths.y * lengths.z);
   const auto within = [&](double range) { return density * 4.2 * range * range * range; };
-  double bytes = start + n * (a_grain + 2 * an_entry * within(1 + skin));
+  double bytes = start + n * (a_grain + 0.5 * 1.25 * an_entry * within(1 + skin));
   if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) {
     const periodic::MeshChoice choice = mesh_for(scene, *coulomb);
     const auto [x, y, z] = choice.mesh.points;

@@ -1,0 +1,115 @@
+#pragma once
+
+// What a gas on an executor is made of.
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solvers/periodic/device/charges.hpp"
+#include "src/effects/charge_exchange_law.hpp"
+#include "src/scene/scene.hpp"
+
+namespace lichtenberg::granular::device {
+
+using periodic::device::Charged;
+using periodic::device::ChargeSums;
+using periodic::device::Felt;
+using periodic::device::Totals;
+
+/// What a scene has that a device needs to know.
+struct GasOptions {
+  Vec3 lengths;
+  std::vector<double> mass, radius;  ///< [N]
+  double step = 0;                   ///< the longest
+  int contact_steps = 1;
+  std::uint64_t seed = 0;
+  std::string path;
+  std::optional<periodic::device::MeshTables> tables;  ///< of charges; empty: they do not act
+  double strength = 0;                                 ///< K
+  bool charged = false, exchanges = false;
+  effects::ImpactExchange exchange{};
+  double bytes = 0;  ///< of the device, by an estimate
+};
+
+/// Of a scene that check_scene does not refuse.
+GasOptions gas_options(const Scene& scene);
+
+/// An open contact, as a checkpoint has it.
+struct OpenContact {
+  int i, j;
+  double since, impact_speed;
+  int alone;
+};
+
+/// Things of which the largest is sought.
+struct Largest {
+  double speed2 = 0, acceleration2 = 0, moved2 = 0;
+  int lost = 0, unused = 0;
+
+  LICHTENBERG_HOST_DEVICE static double larger(double a, double b) { return b > a ? b : a; }
+  LICHTENBERG_HOST_DEVICE Largest& operator+=(const Largest& o) {
+    speed2 = larger(speed2, o.speed2), acceleration2 = larger(acceleration2, o.acceleration2);
+    moved2 = larger(moved2, o.moved2);
+    lost |= o.lost;
+    return *this;
+  }
+  friend LICHTENBERG_HOST_DEVICE Largest operator+(Largest a, const Largest& b) { return a += b; }
+};
+
+/// One thing of which it is.
+struct Most {
+  double value = 0;
+
+  LICHTENBERG_HOST_DEVICE Most& operator+=(const Most& o) {
+    value = Largest::larger(value, o.value);
+    return *this;
+  }
+  friend LICHTENBERG_HOST_DEVICE Most operator+(Most a, const Most& b) { return a += b; }
+};
+
+struct TurnsAround {
+  int x = 0, y = 0, z = 0;
+};
+
+/// All that goes with a grain when it is sorted.
+struct Grain {
+  Vec3 place, momentum;
+  double charge = 0, over_mass = 0, radius = 0;
+  std::int64_t collisions = 0, dissipated = 0;
+  Charged charged;
+  Felt felt;
+  TurnsAround image;
+  int number = 0;
+};
+
+/// The energy of the field, and what exchange has given to it.
+struct FieldBook {
+  double energy = 0, exchanged = 0;
+  double scale = 1;           ///< of Charged::charge
+  double largest_charge = 0;  ///< magnitude
+};
+
+/// The forces of charges on grains.
+struct ForceView {
+  const Charged* charges = nullptr;
+  const Felt* felt = nullptr;
+  const Totals* totals = nullptr;
+  const FieldBook* book = nullptr;
+  double strength = 0, background = 0;
+
+  LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
+    if (!felt || totals->square == 0) return {};
+    const double q = charges[s].charge, over = q / totals->square, factor = strength * q / (book->scale * book->scale);
+    return {factor * (felt[s].x - over * totals->x), factor * (felt[s].y - over * totals->y),
+            factor * (felt[s].z - over * totals->z)};
+  }
+  LICHTENBERG_HOST_DEVICE double energy() const {
+    if (!felt) return 0;
+    return strength / (book->scale * book->scale) *
+           (totals->energy + 0.5 * background * totals->charge * totals->charge);
+  }
+};
+
+}  // namespace lichtenberg::granular::device

@@ -64,6 +64,7 @@ class Array {
 template <class T, class Executor>
 class Mirrored {
  public:
+  static_assert(sizeof(T) % sizeof(int) == 0);
   explicit Mirrored(const Executor& run) : run_(&run), device_(run) {
     device_.resize(1);
     host_ = new (run.allocate_on_host(sizeof(T))) T{};

@@ -48,11 +48,11 @@ Gas::Gas(const Scene& scene)
 
 double Gas::fastest() const { return granular::fastest(model_.bodies); }
 
-GasEnergy Gas::energy() {
+GasEnergy Gas::energy(std::optional<double> potential) {
   GasEnergy book = book_;
   book.kinetic = model_.kinetic_energy();
   book.contact = stored_energy(law_, model_.bodies, contacts_);
-  book.potential = potential_energy();
+  book.potential = potential ? *potential : potential_energy();
   return book;
 }
 

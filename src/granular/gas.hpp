@@ -39,8 +39,8 @@ class Gas {
   const GrainContactLaw& law() const { return law_; }
   parallel::Team& team() { return *team_; }
 
-  /// The energy as it is, with what has been booked so far.
-  GasEnergy energy();
+  /// The energy as it is, with what has been booked so far. `potential`: what is known of it already.
+  GasEnergy energy(std::optional<double> potential = {});
   double fastest() const;  ///< the largest speed
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
+#include <thread>
 
 #include "solvers/stopwatch.hpp"
 #include "src/granular/device/device.hpp"
@@ -19,10 +21,11 @@ struct GranularMotion::Implementation {
   Implementation(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> on)
       : here(scene),
         integrator(make_integrator(scene.mechanics.integrator)),
-        energy_at_start(here.energy().total()),
         theory(HomogeneousGas::of(here)),
         device(std::move(on)) {
     integrator->longest_step(here);  // refuses one that is too long before anything is written
+    load();
+    energy_at_start = here.energy(potential()).total();
   }
 
   /// The gas as it is now, brought here from the device if it is there.
@@ -37,9 +40,38 @@ struct GranularMotion::Implementation {
   }
   double time() const { return is_there ? device->time() : here.time(); }
 
-  Note note() { return take_note(gas(), theory, analysis_seconds); }
-  /// A note that leaves the theory where it is, or what follows would depend on who looked when.
-  Note look(std::optional<HomogeneousGas> with = {}) { return take_note(gas(), with, analysis_seconds); }
+  /// Takes a note. Of a gas on a device others do so, while it goes on.
+  void note() {
+    if (!is_there) {
+      settle();
+      keep(take_note(here, theory, analysis_seconds, potential()));
+      return;
+    }
+    if (pending.size() >= std::max(1u, std::thread::hardware_concurrency())) settle();
+    pending.push_back(std::async(std::launch::async, [snapshot = device->snapshot(), of = like, law = here.law(),
+                                                      book = flows] { return note_of(snapshot, *of, law, book); }));
+  }
+  /// Waits for the notes that are being taken.
+  void settle() {
+    const Stopwatch stopwatch(analysis_seconds);
+    for (std::future<Note>& future : std::exchange(pending, {})) {
+      Note taken = future.get();
+      if (theory) expect(taken, here, *theory);
+      keep(std::move(taken));
+    }
+  }
+  void keep(Note note) {
+    notes.push_back(note);
+    last = std::move(note);
+  }
+  /// The note of now; one that leaves the theory where it is, or what follows would depend on who looked when.
+  Note look(std::optional<HomogeneousGas> with = {}) {
+    settle();
+    if (last && last->time == time()) return *last;
+    return take_note(gas(), with, analysis_seconds, potential());
+  }
+  /// What the device knows of it, if it has the gas as it is.
+  std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : std::nullopt; }
 
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
@@ -52,16 +84,27 @@ struct GranularMotion::Implementation {
     integrator->step(here, count <= 1 ? end : here.time() + left / count);
   }
   void step_there(double end) {
-    if (!loaded) device->load(here.save(), here.law(), here.in_elastic_stage());
-    loaded = is_there = true;
+    load();
+    is_there = true;
     device->step(end);
+  }
+  /// Takes the gas to the device, if there is one.
+  void load() {
+    if (!device || loaded) return;
+    device->load(here.save(), here.law(), here.in_elastic_stage());
+    loaded = true;
+    flows = here.energy(0);
+    const Bodies& b = here.bodies();
+    like = std::make_shared<Bodies>(Bodies{.dimension = b.dimension, .mass = b.mass, .radius = b.radius, .box = b.box});
   }
 
   void leave_stage() {
-    if (theory) theory->follow(gas(), look().temperature());
+    settle();
+    if (theory) theory->follow(gas(), time(), look().temperature());
     const bool cools_on = gas().cools_on_after_stage();
     here.leave_stage();
     loaded = false;
+    last.reset();
     integrator->begin_anew();
     if (theory && !cools_on) theory->begin(here);
   }
@@ -74,12 +117,16 @@ struct GranularMotion::Implementation {
   static constexpr int notes_a_frame = 10;
   Gas here;
   std::unique_ptr<granular::GasIntegrator> integrator;
-  double energy_at_start;
+  double energy_at_start = 0;
   std::optional<HomogeneousGas> theory;
   std::unique_ptr<granular::device::DeviceGas> device;  ///< null: there is none
   bool loaded = false;                                  ///< the device has the gas, as it was or as it is
   bool is_there = false;                                ///< and has carried it on
   std::vector<Note> notes;
+  std::optional<Note> last;                ///< that was taken, in this stage
+  std::vector<std::future<Note>> pending;  ///< in the order of their times
+  std::shared_ptr<const Bodies> like;      ///< masses, radii and box of what is there
+  GasEnergy flows;                         ///< booked before it went there
   double seconds = 0, analysis_seconds = 0;
 };
 
@@ -87,7 +134,7 @@ GranularMotion::GranularMotion(const Scene& scene) : GranularMotion(scene, nullp
 
 GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device)
     : implementation_(std::make_unique<Implementation>(scene, std::move(device))) {
-  implementation_->notes.push_back(implementation_->note());
+  implementation_->note();
 }
 GranularMotion::~GranularMotion() = default;
 
@@ -113,7 +160,7 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
       self.step(end);
       if (pause && pause()) return;
     }
-    self.notes.push_back(self.note());
+    self.note();
   }
 }
 
@@ -134,7 +181,7 @@ Frame GranularMotion::frame() {
   std::vector<std::int32_t> pairs;
   for (const auto& [i, j] : pairs_in_contact(self.here)) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);
-  const GasEnergy energy = self.here.energy();
+  const GasEnergy energy = self.here.energy(self.potential());
   for (const auto& [name, value] : {std::pair{"kinetic_energy", energy.kinetic},
                                     {"contact_energy", energy.contact},
                                     {"potential_energy", energy.potential},
@@ -155,6 +202,7 @@ std::string GranularMotion::progress() {
 }
 
 ColumnGroup GranularMotion::take_history() {
+  implementation_->settle();
   return columns_of(std::exchange(implementation_->notes, {}), implementation_->theory);
 }
 
@@ -181,6 +229,7 @@ std::map<std::string, double> GranularMotion::seconds() const {
 }
 
 Checkpoint GranularMotion::checkpoint() {
+  implementation_->settle();
   Checkpoint checkpoint = implementation_->gas().save();
   checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
   implementation_->integrator->save(checkpoint);
@@ -189,12 +238,14 @@ Checkpoint GranularMotion::checkpoint() {
 }
 
 void GranularMotion::restore(const Checkpoint& checkpoint) {
+  implementation_->settle();
   implementation_->here.restore(checkpoint);
   implementation_->loaded = implementation_->is_there = false;
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   implementation_->integrator->restore(checkpoint);
   if (implementation_->theory) implementation_->theory->restore(checkpoint);
   implementation_->notes.clear();
+  implementation_->last.reset();
 }
 
 }  // namespace lichtenberg

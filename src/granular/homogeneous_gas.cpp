@@ -72,8 +72,8 @@ void HomogeneousGas::begin(const Gas& gas) {
   frequency_ = frequency(impacts(gas), temperature_);
 }
 
-void HomogeneousGas::follow(const Gas& gas, double temperature) {
-  const double dt = gas.time() - time_;
+void HomogeneousGas::follow(const Gas& gas, double time, double temperature) {
+  const double dt = time - time_;
   if (!(dt > 0) || !(temperature > 0)) return;
   const theory::Impacts now = impacts(gas);
   if (!gas.in_elastic_stage()) {
@@ -84,7 +84,7 @@ void HomogeneousGas::follow(const Gas& gas, double temperature) {
   const double before = frequency_;
   frequency_ = frequency(now, temperature);
   collisions_ += 0.5 * grains_ * integral(before, frequency_, dt);
-  time_ = gas.time();
+  time_ = time;
 }
 
 std::optional<double> HomogeneousGas::charge_square() const {

@@ -17,8 +17,8 @@ class HomogeneousGas {
 
   /// Temperature and charges are from now on those of the gas as it is: a stage has begun.
   void begin(const Gas& gas);
-  /// Goes on to the time of the gas, which has this temperature.
-  void follow(const Gas& gas, double temperature);
+  /// Goes on to this time, when the gas has this temperature, within a stage of it.
+  void follow(const Gas& gas, double time, double temperature);
 
   double temperature() const { return temperature_; }
   /// <q^2>; empty if nothing is known of how charges are exchanged.

@@ -81,15 +81,63 @@ std::vector<Pair> pairs_in_contact(const Gas& gas) {
   return pairs;
 }
 
-Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds) {
-  Note note{.time = gas.time(), .energy = gas.energy()};
+namespace {
+
+/// The bodies of a snapshot.
+Bodies bodies_of(const device::Snapshot& snapshot, const Bodies& like) {
+  Bodies bodies = like;
+  bodies.position.resize(3 * snapshot.place.size());
+  bodies.momentum.resize(3 * snapshot.place.size());
+  bodies.charge.resize(snapshot.charge.size());
+  for (std::size_t s = 0; s < snapshot.place.size(); ++s) {
+    const std::size_t i = snapshot.number[s];
+    for (int k = 0; k < 3; ++k) {
+      bodies.position[3 * i + k] = snapshot.place[s][k];
+      bodies.momentum[3 * i + k] = snapshot.momentum[s][k];
+    }
+    if (!snapshot.charge.empty()) bodies.charge[i] = snapshot.charge[s];
+  }
+  return bodies;
+}
+
+double kinetic_energy(const Bodies& bodies) {
+  double sum = 0;
+  for (std::size_t k = 0; k < bodies.momentum.size(); ++k)
+    sum += 0.5 * bodies.momentum[k] * bodies.momentum[k] / bodies.mass[k / bodies.dimension];
+  return sum;
+}
+
+}  // namespace
+
+Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& flows) {
+  const Bodies bodies = bodies_of(snapshot, like);
+  std::vector<Pair> pairs;
+  for (const GrainContact& contact : snapshot.contacts) pairs.push_back(contact.pair);
+  Note note{.time = snapshot.time, .energy = flows};
+  note.energy.kinetic = kinetic_energy(bodies);
+  note.energy.contact = stored_energy(law, bodies, snapshot.contacts);
+  note.energy.potential = snapshot.potential;
+  note.energy.dissipated = snapshot.dissipated;
+  note.energy.exchanged = snapshot.exchanged;
+  note.gas = analysis::gas_state(bodies, pairs);
+  note.contacts = static_cast<std::int64_t>(pairs.size());
+  note.collisions = snapshot.collisions;
+  return note;
+}
+
+void expect(Note& note, const Gas& gas, HomogeneousGas& theory) {
+  theory.follow(gas, note.time, note.temperature());
+  note.expected = {theory.temperature(), theory.collisions(), theory.charge_square()};
+}
+
+Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
+               std::optional<double> potential) {
+  Note note{.time = gas.time(), .energy = gas.energy(potential)};
   const Stopwatch stopwatch(analysis_seconds);
   note.gas = analysis::gas_state(gas.bodies(), pairs_in_contact(gas));
   note.contacts = static_cast<std::int64_t>(gas.contacts().size());
   note.collisions = gas.collisions;
-  if (!theory) return note;
-  theory->follow(gas, note.temperature());
-  note.expected = {theory->temperature(), theory->collisions(), theory->charge_square()};
+  if (theory) expect(note, gas, *theory);
   return note;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "src/analysis/gas_state.hpp"
+#include "src/granular/device/device.hpp"
 #include "src/granular/gas.hpp"
 #include "src/granular/homogeneous_gas.hpp"
 #include "src/model/column.hpp"
@@ -31,8 +32,14 @@ struct Note {
 
 std::vector<Pair> pairs_in_contact(const Gas& gas);
 
-/// Carries `theory`, if there is any, on to now.
-Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds);
+/// Carries `theory`, if there is any, on to now. `potential`: what is known of that energy already.
+Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
+               std::optional<double> potential = {});
+/// Of a gas on a device, without what theory expects. `like` has its masses, radii and box, `flows` what was booked
+/// before it went there.
+Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& flows);
+/// What `theory` expects of the gas, in its present stage, when the note was taken.
+void expect(Note& note, const Gas& gas, HomogeneousGas& theory);
 
 /// The notes as columns of the group "gas", a row a note; those that have no expectation lack its columns.
 ColumnGroup columns_of(std::span<const Note> notes, const std::optional<HomogeneousGas>& theory);

@@ -118,7 +118,7 @@ class DeviceMeshOn final : public DeviceMesh {
   DeviceMeshOn(std::unique_ptr<Executor> run, const MeshTables& tables)
       : run_(std::move(run)),
         sums_(*run_, tables),
-        cells_(*run_, tables.mesh.lengths, edges(tables.cutoff)),
+        cells_(*run_, tables.mesh.lengths, cell_edges(tables, 0)),
         table_(*run_),
         unsorted_(*run_),
         charges_(*run_) {}
@@ -207,8 +207,6 @@ class DeviceMeshOn final : public DeviceMesh {
   }
 
  private:
-  static Vec3 edges(double range) { return {range / 2, range / 2, range / 4}; }
-
   std::unique_ptr<Executor> run_;
   ChargeSums<Executor> sums_;
   CellGrid<Executor> cells_;

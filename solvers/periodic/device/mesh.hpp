@@ -58,6 +58,24 @@ LICHTENBERG_HOST_DEVICE inline int whole(float value) {
 #endif
 }
 
+/// How many tiles of about `wanted` points there are along an axis.
+inline int tiles_along(int points, int wanted) {
+  return std::max(1, static_cast<int>(std::lround(static_cast<double>(points) / wanted)));
+}
+
+/// Edges of cells for lists of partners within the cutoff and a little more, as many along an axis as tiles of 16
+/// points make of it.
+inline Vec3 cell_edges(const MeshTables& tables, double more) {
+  const double range = tables.cutoff + more;
+  Vec3 edge{range / 2, range / 2, range / 4};
+  for (int k = 0; k < 3; ++k) {
+    const double length = tables.mesh.lengths[k];
+    const int tiles = tiles_along(tables.mesh.points[k], 16), in_tile = static_cast<int>(length / edge[k] / tiles);
+    if (in_tile > 0) edge[k] = length / (tiles * in_tile) * (1 - 1e-9);
+  }
+  return edge;
+}
+
 /// Tiles of the box, each a block of cells with the points of the mesh that its charges reach, even if they have moved
 /// by some points since they were sorted into cells.
 struct Tiles {
@@ -347,7 +365,8 @@ class MeshPart {
       const int points = tables_.mesh.points[k], all = cells.cells[k];
       const double a_cell = static_cast<double>(points) / all;
       tiles_.points[k] = points;
-      tiles_.group[k] = std::clamp(static_cast<int>(std::lround(wanted[k] / a_cell)), 1, all);
+      const int tiles = std::min(tiles_along(points, wanted[k]), all);
+      tiles_.group[k] = (all + tiles - 1) / tiles;
       tiles_.tiles[k] = (all + tiles_.group[k] - 1) / tiles_.group[k];
       tiles_.moved[k] = static_cast<int>(std::ceil(moved / spacing[k]));
       tiles_.size[k] = std::min(

@@ -167,14 +167,19 @@ struct ContactSteps {
 
   // A step of contacts, one after the other.
 
-  /// Notes what the last step has made of a contact; finds pairs that this step moves, and what contacts do at its
-  /// start.
+  /// Whether a pair is in contact, or so near that it may come to it.
+  LICHTENBERG_HOST_DEVICE bool may_matter(int k) const {
+    const NearPair p = contacts.near[k];
+    const double dt = parameters->inner;
+    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer + parameters->bend * dt * dt);
+    return contacts.since[p.entry] >= 0 || come_within(p.lower, p.higher, path);
+  }
+  /// Of a pair that may matter: notes what the last step has made of a contact; finds out whether this step moves it,
+  /// and what its contact does at the start.
   LICHTENBERG_HOST_DEVICE void find_active(int k) const {
     const NearPair p = contacts.near[k];
     const bool open = contacts.since[p.entry] >= 0;
     const double dt = parameters->inner, slack = parameters->bend * dt * dt;
-    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer + slack);
-    if (!open && !come_within(p.lower, p.higher, path)) return;
     const PairState<3> at = state(p);
     const bool touching = open && stays(p, norm2(at.apart));
     if (!touching && !may_touch(reach(p) + slack, at, dt)) return;
@@ -252,8 +257,7 @@ struct ContactSteps {
   }
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 place) const {
     const Vec3 over = whole_turn * nearest.turns_a_metre;
-    grains.located[s] = {{turns(place.x, over.x), turns(place.y, over.y), turns(place.z, over.z)},
-                         static_cast<float>(grains.radius[s])};
+    grains.located[s].at = {turns(place.x, over.x), turns(place.y, over.y), turns(place.z, over.z)};
   }
 
   /// After the last step of contacts: notes as above, and the square of the largest speed that a contact may still give
@@ -341,6 +345,31 @@ struct ContactSteps {
     parallel::add_atomically(&grains.moved_charge[p.lower], moved);
     parallel::add_atomically(&grains.moved_charge[p.higher], -moved);
     parallel::add_atomically(&found->transfers, std::int64_t{1});
+  }
+};
+
+/// Finds the active pairs of a step: those few that may matter are put together first.
+template <class Law>
+struct FindActive {
+  static constexpr int a_block = 512;
+  ContactSteps<Law> steps;
+  int blocks;
+
+  static constexpr std::size_t bytes = (a_block + 1) * sizeof(int);
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
+    int* count = block.template memory<int>();
+    int* kept = count + 1;
+    const int pairs = steps.found->pairs;
+    for (long first = static_cast<long>(b) * a_block; first < pairs; first += static_cast<long>(blocks) * a_block) {
+      const int begin = static_cast<int>(first), now = pairs - begin < a_block ? pairs - begin : a_block;
+      block.each(1, [&](int) { *count = 0; });
+      block.template each<4>(now, [&](int k) {
+        if (steps.may_matter(begin + k)) kept[parallel::take_place(count)] = begin + k;
+      });
+      block.each(*count, [&](int a) { steps.find_active(kept[a]); });
+    }
   }
 };
 

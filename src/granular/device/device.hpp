@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "src/model/checkpoint.hpp"
+#include "src/model/grain_contact.hpp"
 #include "src/model/grain_contact_law.hpp"
 #include "src/scene/scene.hpp"
 
@@ -16,6 +18,17 @@ struct StepCounts {
   double seconds = 0, list_seconds = 0;     ///< of the wall: all of it, and that of lists
 };
 
+/// What notes need of a gas.
+struct Snapshot {
+  double time = 0;
+  std::vector<int> number;            ///< which grain stands where in what follows
+  std::vector<Vec3> place, momentum;  ///< [N]
+  std::vector<double> charge;         ///< [N]; empty if there is none
+  std::vector<GrainContact> contacts;
+  double potential = 0, dissipated = 0, exchanged = 0;
+  std::int64_t collisions = 0;
+};
+
 /// A gas of grains on a device, carried on by the steps of Multirate. What it holds goes there and comes back as a
 /// checkpoint of Gas: that of a device is one of the CPU's.
 class DeviceGas {
@@ -26,6 +39,9 @@ class DeviceGas {
   virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic) = 0;
   /// Changes what has changed in the checkpoint that was loaded.
   virtual void store(Checkpoint& checkpoint) const = 0;
+  /// Of the gas as it is.
+  virtual Snapshot snapshot() = 0;
+  virtual double potential_energy() = 0;
   virtual double time() const = 0;
   /// Carries it on by one step towards `time`, at most to there. Throws Failure where Gas does.
   virtual void step(double time) = 0;

@@ -125,8 +125,7 @@ class GasOn final : public DeviceGas {
     if (sums_) checkpoint.integers["effects.coulomb.counters"].at(0) = evaluations_;
     checkpoint.reals["time"] = {time_};
     checkpoint.integers["counters"] = {steps_, contact_steps_, collisions_counted_};
-    std::int64_t dissipated = dissipated_before_;
-    for (const std::int64_t quanta : dissipated_.download()) dissipated += quanta;
+    const std::int64_t dissipated = dissipated_before_ + dissipated_quanta();
     std::vector<double>& book = checkpoint.reals["book"];
     book[0] = static_cast<double>(dissipated) * quanta_.energy;
     book[1] = book_.download().front().exchanged;
@@ -134,6 +133,24 @@ class GasOn final : public DeviceGas {
     store_contacts(checkpoint);
   }
 
+  Snapshot snapshot() override {
+    Snapshot now{.time = time_, .potential = potential_energy()};
+    now.number = number_.download();
+    now.place = place_.download();
+    now.momentum = momentum_.download();
+    if (options_.charged) now.charge = charge_.download();
+    list_open();
+    for (const OpenContact& c : open_.download())
+      now.contacts.push_back({{c.i, c.j}, c.since, c.impact_speed, c.alone != 0});
+    now.dissipated = static_cast<double>(dissipated_before_ + dissipated_quanta()) * quanta_.energy;
+    now.exchanged = book_.download().front().exchanged;
+    now.collisions = collisions_counted_;
+    return now;
+  }
+  double potential_energy() override {
+    if (skin_ == 0) begin();
+    return book_.download().front().energy;
+  }
   double time() const override { return time_; }
   StepCounts counts() const override { return counts_; }
 
@@ -195,8 +212,8 @@ class GasOn final : public DeviceGas {
     });
     if (loaded_) list_open();
     permute();
-    const Turns* places = sorted_at_.data();
-    const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return places[s]; };
+    const Located* located = located_.data();
+    const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return located[s].at; };
     table_.build(n_, cells_.view(), box_.lengths, 2 * largest_radius_ + skin_, place_of, true);
     resize_contacts();
     take_open();
@@ -225,6 +242,7 @@ class GasOn final : public DeviceGas {
     TurnsAround* image = image_.data();
     int* number = number_.data();
     Turns* at = sorted_at_.data();
+    Located* located = located_.data();
     const Vec3 over{whole_turn / box_.lengths.x, whole_turn / box_.lengths.y, whole_turn / box_.lengths.z};
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const int i = order[s];
@@ -239,7 +257,7 @@ class GasOn final : public DeviceGas {
       radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
       if (felt) felt[s] = g.felt;
       image[s] = g.image, number[s] = g.number;
-      at[s] = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
+      at[s] = located[s].at = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
     });
   }
 
@@ -285,6 +303,7 @@ class GasOn final : public DeviceGas {
     const int n = n_;
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       held[s] = force(s);
+      steps.grains.located[s].radius = static_cast<float>(steps.grains.radius[s]);
       steps.grains.touches[s] = 0;
       steps.locate(s, steps.grains.place[s]);
       if (s == 0) *found = {};
@@ -302,7 +321,9 @@ class GasOn final : public DeviceGas {
   template <class Law>
   void outer_step(const Law& law, int inner) {
     enter(law);
-    for (int step = 0; step < inner; ++step) step_contacts(law, step, step == inner - 1);
+    run_->in_a_row([&] {
+      for (int step = 0; step < inner; ++step) step_contacts(law, step, step == inner - 1);
+    });
     look_at_contacts(law);
     if (sums_) sums_->evaluate(charges_.data(), partners_.view(), options_.exchanges);
     finish();
@@ -313,9 +334,8 @@ class GasOn final : public DeviceGas {
     const Found* found = found_.device();
     const int n = n_;
     // How many there are is known on the device alone.
-    run_->template for_each<128>(2L * n, [=] LICHTENBERG_HOST_DEVICE(int k) {
-      for (; k < found->pairs; k += 2 * n) steps.find_active(k);
-    });
+    const int blocks = n / FindActive<Law>::a_block + 1;
+    run_->template for_each_block<128>(blocks, FindActive<Law>::bytes, FindActive<Law>{steps, blocks});
     run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int a) {
       for (; a < found->active; a += n) steps.push_halfway(a);
     });
@@ -399,6 +419,18 @@ class GasOn final : public DeviceGas {
     found_.fetch();
   }
 
+  std::int64_t dissipated_quanta() const {
+    const std::int64_t* quanta = dissipated_.data();
+    total_.resize(1);
+    total_.zero();
+    std::int64_t* total = total_.data();
+    const int n = n_;
+    run_->sum_segments((n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return part(n, p); },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return quanta[p * a_part + t]; },
+                       [=] LICHTENBERG_HOST_DEVICE(int, std::int64_t sum) { parallel::add_atomically(total, sum); });
+    return total_.download().front();
+  }
+
   /// Room for what is known of entries and pairs.
   void resize_contacts() {
     const std::size_t entries = table_.entries();
@@ -461,8 +493,7 @@ class GasOn final : public DeviceGas {
   LICHTENBERG_HOST_DEVICE static int part(int n, int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; }
 
   static Vec3 cell_edges(const GasOptions& options) {
-    const double range = options.tables ? options.tables->cutoff + 0.6 : 2;
-    return {range / 2, range / 2, range / 4};
+    return options.tables ? periodic::device::cell_edges(*options.tables, 0.6) : Vec3{1, 1, 0.5};
   }
   static void upload_vectors(Array<Vec3>& array, const std::vector<double>& values) {
     std::vector<Vec3> vectors(values.size() / 3);
@@ -648,6 +679,7 @@ class GasOn final : public DeviceGas {
 
   mutable Array<OpenContact> open_{*run_};
   mutable Array<int> open_count_{*run_};
+  mutable Array<std::int64_t> total_{*run_};
   parallel::Mirrored<Found, Executor> found_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   Array<Extremes> extremes_{*run_};

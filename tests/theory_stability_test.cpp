@@ -76,8 +76,9 @@ TEST_CASE("eigenvalues are those of the printed matrix, whose fourth is zero") {
         for (const auto root : found.longitudinal)
           // A determinant of three rows as large as the trace, each rounded some ten times.
           CHECK(std::abs(((root + cubic.a) * root + cubic.b) * root + cubic.c) < 3e-15 * std::pow(1 + cubic.a, 3));
+        // Routh and Hurwitz.
         const bool stable = std::ranges::all_of(found.longitudinal, [](auto root) { return root.real() < 0; });
-        CHECK(is_stable(cubic) == stable);
+        CHECK((cubic.a > 0 && cubic.c > 0 && cubic.a * cubic.b > cubic.c) == stable);
       }
 }
 
@@ -112,6 +113,54 @@ TEST_CASE("modes are followed by continuity") {
     }
   const Modes one = growth_rates(transport_coefficients(0.7), 0, std::vector{0.2})[0];
   CHECK(one.shear == near(0.2125520337 / 4 - 1.147863019 * 0.04, 1e-8));
+}
+
+namespace {
+
+/// (M - root) d, M of G 6.39.
+Disturbance without(const TransportCoefficients& c, double r, double k, const Disturbance& d,
+                    std::complex<double> root) {
+  return {-k * d.speed - root * d.density,
+          -(c.cooling / 2 + 2.5 * c.density_conduction * k * k) * d.density -
+              (c.cooling / 4 + 2.5 * c.conduction * k * k + root) * d.temperature - 2.0 / 3 * k * d.speed,
+          (k / 2 + r / k) * d.density + k / 2 * d.temperature +
+              (c.cooling / 4 - 4.0 / 3 * c.viscosity * k * k - root) * d.speed};
+}
+
+}  // namespace
+
+TEST_CASE("a disturbance over time is the sum of its modes") {
+  const TransportCoefficients c = transport_coefficients(0.7);
+  const double k = 0.12, r = 0.3, later = 20;
+  const Disturbance start{{1, 0.5}, {-0.7, 0.1}, {0.2, 0.9}};
+  const auto roots = growth_rates(c, r, std::vector{k})[0].longitudinal;
+  const auto found = disturbance_course(c, r, false, k, start, std::vector{0.0, later});
+  REQUIRE(found.size() == 2);
+  CHECK(found[0].speed == start.speed);
+  for (int n = 0; n < 3; ++n) {
+    // (M - root) takes the mode of that root away, so that two of them leave one mode.
+    const auto alone = [&](const Disturbance& d) {
+      return without(c, r, k, without(c, r, k, d, roots[(n + 1) % 3]), roots[(n + 2) % 3]);
+    };
+    const auto grown = std::exp(roots[n] * later);
+    // 1e-10 a step, some hundred steps.
+    CHECK(std::abs(alone(found[1]).density - grown * alone(start).density) < 1e-7);
+    CHECK(std::abs(alone(found[1]).speed - grown * alone(start).speed) < 1e-7);
+  }
+}
+
+TEST_CASE("charges that last: R grows with the square of what the thermal speed has lost") {
+  const TransportCoefficients c = transport_coefficients(0.7);
+  const double k = 0.12, r = 0.3, later = 20, step = 0.05;
+  const Disturbance start{1, 0, 0};
+  Disturbance stepped = start;
+  for (double t = 0; t < later - step / 2; t += step)
+    stepped =
+        disturbance_course(c, r * std::exp(c.cooling / 2 * (t + step / 2)), false, k, stepped, std::vector{step})[0];
+  const Disturbance found = disturbance_course(c, r, true, k, start, std::vector{later})[0];
+  // R by steps is of second order: (step^2/24) R'' over a time of 20, and the commutator of M with M', each below .1.
+  CHECK(std::abs(found.density - stepped.density) < 1e-3 * std::abs(found.speed));
+  CHECK(std::abs(found.speed - stepped.speed) < 1e-3 * std::abs(found.speed));
 }
 
 TEST_CASE("critical wave numbers, by eigenvalues and by Routh and Hurwitz") {

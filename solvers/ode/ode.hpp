@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// dy/dt = f(t, y), a few smooth equations.
+/// dy/dt = f(t, y), smooth equations.
 struct Ode {
   using Value = std::function<double(double t, std::span<const double> y)>;
 
@@ -14,6 +14,10 @@ struct Ode {
   std::vector<double> absolute;  ///< error that a step may make in each y, added to
   double relative = 2e-14;       ///< this part of it
   std::vector<Value> falls{};    ///< the first of these to fall through zero ends the integration
+  bool stiff = false;            ///< some of it decays much faster than what is looked for; there may be many equations
+  /// Of stiff equations: takes out of a change of y what would change sums that the rates keep, so that solving to a
+  /// tolerance only does not change them either.
+  std::function<void(std::span<double> change)> conserve{};
 };
 
 struct OdeEnd {
@@ -21,9 +25,10 @@ struct OdeEnd {
   int event = -1;  ///< which value fell through zero; -1: none did
 };
 
-/// Carries y from time `start` to time `end` or to the first event, by CVODE's Adams formulas of variable order and
-/// step with fixed-point iteration (Cohen and Hindmarsh 1996), which is for equations that are not stiff. Throws
-/// Failure if the accuracy cannot be reached, and what the functions throw.
+/// Carries y from time `start` to time `end` or to the first event, by CVODE (Cohen and Hindmarsh 1996) in formulas of
+/// variable order and step: Adams' with fixed-point iteration, or if stiff backward differences with Newton's, GMRES
+/// and products with the Jacobian from differences of rates; a step to where a rate is not finite is then tried
+/// shorter. Throws Failure if the accuracy cannot be reached, and what the functions throw.
 OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y);
 
 /// y at each of these times (rising, >= start), in one go: between its steps by CVODE's own polynomials, which keep the

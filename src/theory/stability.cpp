@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/ode/ode.hpp"
 
 namespace lichtenberg::theory {
 namespace {
@@ -123,6 +124,31 @@ std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_nu
   return modes;
 }
 
+std::vector<Disturbance> disturbance_course(const TransportCoefficients& c, double charge_number, bool charges_last,
+                                            double k, const Disturbance& start, std::span<const double> times) {
+  const double square = k * k;
+  // Real and imaginary parts do not mix: y is the first three numbers, then the other three.
+  const auto rates = [&](double time, std::span<const double> y, std::span<double> rate) {
+    const double number = charge_number * (charges_last ? std::exp(c.cooling / 2 * time) : 1);
+    for (int part = 0; part < 6; part += 3) {
+      const double density = y[part], temperature = y[part + 1], speed = y[part + 2];
+      rate[part] = -k * speed;
+      rate[part + 1] = -(c.cooling / 2 + 2.5 * c.density_conduction * square) * density -
+                       (c.cooling / 4 + 2.5 * c.conduction * square) * temperature - 2.0 / 3 * k * speed;
+      rate[part + 2] = (k / 2 + number / k) * density + k / 2 * temperature +
+                       (c.cooling / 4 - 4.0 / 3 * c.viscosity * square) * speed;
+    }
+  };
+  const double size = std::abs(start.density) + std::abs(start.temperature) + std::abs(start.speed);
+  const Ode ode{.rates = rates, .absolute = std::vector(6, 1e-12 * size), .relative = 1e-10};
+  const std::vector<double> y{start.density.real(), start.temperature.real(), start.speed.real(),
+                              start.density.imag(), start.temperature.imag(), start.speed.imag()};
+  std::vector<Disturbance> found;
+  for (const auto& now : integrate(ode, 0, y, times))
+    found.push_back({{now[0], now[3]}, {now[1], now[4]}, {now[2], now[5]}});
+  return found;
+}
+
 Cubic characteristic(const TransportCoefficients& c, double charge_number, double k) {
   const double square = k * k, restoring = square / 2 + charge_number;
   const double velocity = c.cooling / 4 - 4.0 / 3 * c.viscosity * square;
@@ -131,8 +157,6 @@ Cubic characteristic(const TransportCoefficients& c, double charge_number, doubl
   return {-(velocity + temperature), velocity * temperature + square / 3 + restoring,
           -restoring * temperature + square / 2 * by_density};
 }
-
-bool is_stable(const Cubic& cubic) { return cubic.a > 0 && cubic.c > 0 && cubic.a * cubic.b > cubic.c; }
 
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least,
                                          double most) {

@@ -34,14 +34,21 @@ struct Modes {
 /// At these wave numbers, rising, > 0; at the first in falling order of their real parts. R >= 0.
 std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_number, std::span<const double> k);
 
+/// Of a disturbance exp(i k x), by what is disturbed; charges go with the grains.
+struct Disturbance {
+  std::complex<double> density, temperature;
+  std::complex<double> speed;  ///< i times velocity along k
+};
+/// A disturbance of wave number k > 0 at these times (t_0, rising, >= 0) by G 6.39. `charges_last`: they do not fade as
+/// the thermal speed does, so that R grows as 1/T.
+std::vector<Disturbance> disturbance_course(const TransportCoefficients& c, double charge_number, bool charges_last,
+                                            double k, const Disturbance& start, std::span<const double> times);
+
 /// lambda^3 + a lambda^2 + b lambda + c, of which those three are the roots.
 struct Cubic {
   double a = 0, b = 0, c = 0;
 };
 Cubic characteristic(const TransportCoefficients& c, double charge_number, double k);
-
-/// By Routh and Hurwitz: a, c > 0 and a b > c.
-bool is_stable(const Cubic& cubic);
 
 /// Where a longitudinal mode begins or ceases to grow.
 struct CriticalWave {

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solvers/granular_flow/flow.hpp"
+#include "solvers/granular_flow/potential.hpp"
+
+namespace lichtenberg::granular_flow {
+
+/// The rates of what is unknown: n, c, n u and ln T, all cells of one after all of the other.
+///
+/// Finite volumes: what flows through a face is that of Kurganov and Tadmor (2000) between values on its two sides,
+/// which come from five cells each (WENO, Jiang and Shu 1996, with the weights of Borges and others 2008) of ln n,
+/// ln T, u and c/n, so that n and T are positive there too. Viscous stress and heat flow are centred differences of
+/// fourth order. What waves of small height feel is of fourth order, products of large ones of second. Sums of n, c and
+/// n u change by rounding only. Whatever else changes T either heats or vanishes with T, also where gas is much faster
+/// than sound; the price is that energy is kept to the order of the scheme alone.
+class Rates {
+ public:
+  Rates(const Gas& gas, const Grid& grid, parallel::Team& team);
+
+  /// Unknowns of a cell: 0 n, 1 c, 2 ... n u, last ln T.
+  int unknowns() const { return grid_.dimension + 3; }
+  /// Velocities relative to the gas as a whole.
+  std::vector<double> pack(const Fields& fields) const;
+  Fields unpack(std::span<const double> y) const;
+
+  /// Not finite where n is not positive.
+  void operator()(double time, std::span<const double> y, std::span<double> rate);
+
+  /// Takes from each of n, c and n u its mean.
+  void conserve(std::span<double> change) const;
+
+ private:
+  struct Side;
+  using Around = std::array<std::size_t, 6>;
+
+  /// Calls work(cell) for all cells.
+  template <class Work>
+  void for_cells(const Work& work) const;
+  template <class Number>
+  std::span<Number> part(std::span<Number> y, int which) const {
+    return y.subspan(which * size_, size_);
+  }
+  std::span<double> flow(int which) { return part(std::span(flow_), which); }
+  std::size_t neighbour(std::size_t cell, int axis, int far) const;
+  Around around(std::size_t cell, int axis) const;
+
+  void find_primitives(std::span<const double> y);
+  void find_gradients();
+  Side side(const Around& cells, bool above) const;
+  void set_advection(std::size_t cell, std::size_t next, int axis, const Side& below, const Side& above);
+  void add_diffusion(const Around& cells, int axis);
+  void find_flows(int axis);
+  void subtract_outflow(int axis, std::span<double> rate) const;
+  void finish(double time, std::span<const double> y, std::span<double> rate);
+
+  Gas gas_;
+  Grid grid_;
+  parallel::Team& team_;
+  std::size_t size_;
+  std::array<std::size_t, 3> stride_{};
+  Potential potential_;
+  std::vector<std::size_t> wrapped_;  ///< coordinates from -reach to cells + reach - 1, brought into the box
+  std::vector<double> log_density_, log_temperature_, temperature_, root_temperature_, charge_;  ///< c/n
+  std::array<std::vector<double>, 3> velocity_;
+  std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< [by axis][of velocity]
+  // Of the face after each cell along an axis: what flows through it of mass, charge, momentum ... and (3/2) n T, the
+  // velocity across it, and the heat that motion becomes there, in a unit of volume and time.
+  std::vector<double> flow_, face_velocity_, heating_;
+};
+
+}  // namespace lichtenberg::granular_flow

@@ -1,0 +1,52 @@
+"""The commands `lichtenberg view` and `lichtenberg export`: python3 -m lichtenberg view RESULT [--out PAGE] and so on."""
+import argparse
+import os
+import sys
+
+from . import view as page
+from .export import export, formats
+from .result import Failure, InputError, default_output, load
+
+
+def parser():
+    commands = argparse.ArgumentParser(prog="lichtenberg", description=__doc__)
+    kinds = commands.add_subparsers(dest="command", required=True)
+    for name in ("view", "export"):
+        command = kinds.add_parser(name)
+        command.add_argument("file")
+        command.add_argument("--out")
+        command.add_argument("--frames")
+        command.add_argument("--overwrite", action="store_true")
+        if name == "export":
+            command.add_argument("--to", choices=formats, required=True)
+    return commands
+
+
+def view(request):
+    with load(request.file) as result:
+        out = request.out or default_output(request.file, ".html")
+        page.write_page(result, out, request.frames, request.overwrite)
+    print(f"{out}: {os.path.getsize(out) / 1e6:.3g} MB, open it in a browser")
+
+
+def act(request):
+    if request.command == "view":
+        return view(request)
+    return print(export(request.file, request.to, request.out, request.frames, request.overwrite))
+
+
+def main():
+    request = parser().parse_args()
+    try:
+        act(request)
+        return 0
+    except (InputError, Failure) as error:
+        sentence, status = str(error), 2 if isinstance(error, InputError) else 1
+    except (OSError, KeyError, ValueError, IndexError) as error:  # whatever a damaged file leads to
+        sentence, status = f"{request.file} is damaged or incomplete ({type(error).__name__}: {error})", 2
+    print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

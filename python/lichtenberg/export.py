@@ -1,0 +1,240 @@
+"""A result in the formats of other programs: VTK (ParaView), extended XYZ (OVITO, ASE), CSV (spreadsheets)."""
+import csv
+import io
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+from . import vtk
+from .result import UNCONNECTED, InputError, Failure, check_output, chosen_frames, default_output, load, write_whole
+
+formats = ("vtk", "xyz", "csv")
+# OVITO's names of what it draws by; all else keeps its own
+OVITO = {"position": "pos", "velocity": "velo", "cluster": "Cluster"}
+
+
+def export(source, to, out=None, frames=None, overwrite=False):
+    """Writes a Result, or the result file or folder of an ensemble of that path, and returns the path of what was written:
+    xyz a file, vtk and csv a folder. Throws InputError and Failure."""
+    if to not in formats:
+        raise InputError(f"there is no format {to}: it is one of {', '.join(formats)}")
+    if isinstance(source, (str, os.PathLike)):
+        if os.path.isdir(source):
+            return export_ensemble(source, to, out, frames, overwrite)
+        with load(source) as result:
+            return export(result, to, out, frames, overwrite)
+    chosen = chosen_frames(source, frames)
+    out = out or default_output(source.path, ".xyz" if to == "xyz" else f"-{to}")
+    check_output(out, overwrite)
+    {"xyz": write_xyz, "vtk": write_vtk, "csv": write_csv}[to](source, chosen, out)
+    return out
+
+
+def make_folder(path):
+    try:
+        Path(path).mkdir(exist_ok=True)
+    except OSError as error:
+        raise Failure(f"{path} cannot be made ({error.strerror})") from None
+    return Path(path)
+
+
+# ---- VTK ----
+
+
+def write_vtk(result, frames, out):
+    """particles.pvd, contacts.pvd and tree.pvd with a .vtp a frame, field.vti of the last frame."""
+    folder = make_folder(out)
+    pairs = {"particles": lambda frame: []}
+    if result.has_contacts:
+        pairs["contacts"] = lambda frame: between_particles(frame.contacts, result.count)
+    if "successor" in result.columns:
+        pairs["tree"] = lambda frame: between_particles(frame.tree, result.count)
+    for kind, lines_of in pairs.items():
+        listed = []
+        for index in frames:
+            frame = result.frame(index)
+            name = f"{kind}-{index:06}.vtp"
+            text = vtk.poly_data(np.asarray(frame["position"]), columns_of(frame), lines_of(frame), frame.time)
+            write_whole(folder / name, text)
+            listed.append((frame.time, name))
+        write_whole(folder / f"{kind}.pvd", vtk.collection(listed))
+    if result.field is not None:
+        write_whole(folder / "field.vti", vtk.image_data(result.size, np.asarray(result.field), "potential"))
+
+
+def between_particles(pairs, count):
+    """Without those to the ground or to walls, which are no points of the file."""
+    return pairs[(pairs >= 0).all(axis=1) & (pairs < count).all(axis=1)]
+
+
+def columns_of(frame):
+    return {name: np.asarray(frame[name]) for name in frame.result.columns if name != "position"}
+
+
+# ---- Extended XYZ ----
+
+
+def write_xyz(result, frames, out):
+    """One line a particle, each frame with its box, time and units before it."""
+    write_whole(out, (xyz_frame(result.frame(index)) for index in frames))
+
+
+def xyz_frame(frame):
+    result = frame.result
+    columns = {"species": np.full(result.count, "X"), "position": np.asarray(frame["position"])}
+    columns.update(columns_of(frame))
+    columns.pop("species")  # a number of ours
+    columns["color"] = colours(frame)
+    kinds = {"f": "R", "i": "I", "U": "S"}
+    named = {"species": np.full(result.count, "X"), **{OVITO.get(name, name): values for name, values in columns.items()}}
+    properties = ":".join(
+        f"{name}:{kinds[values.dtype.kind]}:{values.shape[1] if values.ndim > 1 else 1}" for name, values in named.items()
+    )
+    head = f'Lattice="{lattice(result)}" pbc="{" ".join("FT"[axis] for axis in result.periodic)}" Properties={properties}'
+    units = f'Time={frame.time:.10g} length_unit="{result.size.unit}" time_unit="{result.time.unit}"'
+    blocks = [values.reshape(len(values), -1) for values in named.values()]
+    words = [as_words(block) for block in blocks]
+    lines = "\n".join(map(" ".join, zip(*(column for block in words for column in block))))
+    return f"{result.count}\n{head} {units}\n{lines}\n"
+
+
+def as_words(block):
+    """[K] lists of [N] words."""
+    if block.dtype.kind == "f":
+        return [[f"{value:.10g}" for value in column] for column in block.T.tolist()]
+    return [[str(value) for value in column] for column in block.T.tolist()]
+
+
+def lattice(result):
+    """The box, a plane one as deep as the largest particle is thick."""
+    lengths = [*np.asarray(result.size), 2 * float(result["radius"].max())][:3]
+    return " ".join(f"{lengths[i]:.10g}" if i == j else "0" for i in range(3) for j in range(3))
+
+
+def colours(frame):
+    """[N, 3] red for positive, blue for negative potential (or charge, where there is none), of one scale in the whole run;
+    grey where there is neither."""
+    result = frame.result
+    shown = next((name for name in ("potential", "charge") if name in result.columns), None)
+    if shown is None:
+        return np.full((result.count, 3), 0.75)
+    reach = float(np.abs(result[shown]).max()) or 1.0
+    share = np.asarray(frame[shown])[:, None] / reach
+    white, red, blue = np.ones(3), np.array([0.7, 0.09, 0.17]), np.array([0.13, 0.4, 0.67])
+    return np.where(share > 0, white + share * (red - white), white - share * (blue - white))
+
+
+# ---- CSV ----
+
+
+def write_csv(result, frames, out):
+    """particles.csv, contacts.csv, observables.csv of the frames, and one file a table."""
+    folder = make_folder(out)
+    chosen = list(frames)
+    write_table(folder / "particles.csv", (particle_rows(result.frame(index)) for index in chosen))
+    if result.has_contacts:
+        write_table(folder / "contacts.csv", (contact_rows(result.frame(index)) for index in chosen))
+    observables = {"time": result.time[chosen], **{name: values[chosen] for name, values in result.observables.items()}}
+    write_table(folder / "observables.csv", {"frame": np.array(chosen), **spread(observables, result.terminals)})
+    for name, table in result.tables.items():
+        write_by_length(folder, name.replace("/", "-"), table)
+
+
+def particle_rows(frame):
+    """A row a particle."""
+    count = frame.result.count
+    columns = {name: frame[name] for name in frame.result.columns}
+    return {"frame": np.full(count, frame.index), "particle": np.arange(count), **spread(columns, {})}
+
+
+def contact_rows(frame):
+    """A row a contact."""
+    first, other = frame.contacts.T
+    return {"frame": np.full(len(first), frame.index), "particle": first, "other": other}
+
+
+def titled(name, values):
+    return name if values.unit == "1" else f"{name} ({values.unit})"
+
+
+def spread(table, labels):
+    """Each [R] or [R, K] as K columns with their unit, called x, y, z where there are three, or by their labels."""
+    columns = {}
+    for name, values in table.items():
+        parts = np.asarray(values).reshape(len(values), -1).T
+        if values.ndim == 1:
+            columns[titled(name, values)] = parts[0]
+            continue
+        words = labels.get(name) or (["x", "y", "z"] if len(parts) == 3 else range(len(parts)))
+        columns.update({titled(f"{name} {word}", values): part for word, part in zip(words, parts)})
+    return columns
+
+
+def write_by_length(folder, name, table):
+    """Columns of the same length in one file; the others in one each, single numbers as name and value."""
+    lengths = [len(values) for values in table.values() if values.ndim > 0]
+    usual = max(set(lengths), key=lengths.count) if lengths else 0
+    together = {key: values for key, values in table.items() if values.ndim > 0 and len(values) == usual}
+    if together:
+        write_table(folder / f"{name}.csv", spread(together, {}))
+    for key, values in table.items():
+        if values.ndim > 0 and len(values) != usual:
+            write_table(folder / f"{name}-{key}.csv", spread({key: values}, {}))
+    single = {titled(key, values): values for key, values in table.items() if values.ndim == 0}
+    if single:
+        rows = {"name": list(single), "value": [value[()] for value in single.values()]}
+        write_table(folder / (f"{name}-numbers.csv" if together else f"{name}.csv"), rows)
+
+
+def write_table(path, tables):
+    """Columns by their titles; of many tables with the same columns, one below the other."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+
+    def lines():
+        for k, columns in enumerate([tables] if isinstance(tables, dict) else tables):
+            if k == 0:
+                writer.writerow(columns)
+            writer.writerows(zip(*(as_list(values) for values in columns.values())))
+            yield text.getvalue()
+            text.seek(0), text.truncate()
+
+    write_whole(path, lines())
+
+
+def as_list(values):
+    return values.tolist() if isinstance(values, np.ndarray) else values
+
+
+# ---- Ensembles ----
+
+
+def export_ensemble(source, to, out, frames, overwrite):
+    """members.csv, a row a run, and points.csv, a row a setting with means and half widths of 95 % confidence."""
+    path = Path(source) / "ensemble.json"
+    if not path.exists():
+        raise InputError(f"{source} is a folder without ensemble.json: give a result file, or the folder of an ensemble")
+    if to != "csv" or frames is not None:
+        raise InputError(f"{source} is an ensemble, which has csv alone and no frames; its members are result files")
+    out = out or default_output(source, "-csv")
+    check_output(out, overwrite)
+    ensemble = json.loads(path.read_text())
+    folder = make_folder(out)
+    write_records(folder / "members.csv", [flat(member) for member in ensemble["members"]])
+    write_records(folder / "points.csv", [flat(point) for point in ensemble["points"]])
+    return out
+
+
+def flat(entry, before=""):
+    """Nested tables as one, the names of their keys joined by points."""
+    record = {}
+    for key, value in entry.items():
+        record.update(flat(value, f"{before}{key}.") if isinstance(value, dict) else {before + key: value})
+    return record
+
+
+def write_records(path, records):
+    titles = list(dict.fromkeys(key for record in records for key in record))
+    write_table(path, {title: [record.get(title, "") for record in records] for title in titles})

@@ -1,0 +1,132 @@
+"""The program from Python: what it computes comes back as numpy arrays. It is run as a process of its own, with --json."""
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+from .result import Failure, InputError, load
+
+BESIDE = [
+    "../../../../bin/lichtenberg",  # from share/lichtenberg/python/lichtenberg, as installed
+    "../../build/lichtenberg",  # from the source
+]
+
+
+def find_program():
+    """LICHTENBERG of the environment, else the program that this package came with, else the one on the PATH."""
+    here = Path(__file__).resolve().parent
+    candidates = [os.environ.get("LICHTENBERG"), *(here / place for place in BESIDE), shutil.which("lichtenberg")]
+    for candidate in candidates:
+        if candidate and os.access(candidate, os.X_OK):
+            return str(candidate)
+    raise Failure("the program lichtenberg was not found: put it on the PATH, or its path into LICHTENBERG")
+
+
+def call(*arguments):
+    """What the program prints. Throws InputError and Failure with its own sentence."""
+    ended = subprocess.run([find_program(), *arguments], capture_output=True, text=True, check=False)
+    if ended.returncode == 0:
+        return ended.stdout
+    sentence = ended.stderr.strip().splitlines()[-1] if ended.stderr.strip() else f"ended with {ended.returncode}"
+    raise (InputError if ended.returncode == 2 else Failure)(sentence.removeprefix("lichtenberg: "))
+
+
+def options_of(settings):
+    """accuracy=1e-3 as --accuracy 1e-3, capacitance=True as --capacitance."""
+    words = []
+    for name, value in settings.items():
+        if value is not None and value is not False:
+            words += ["--" + name.replace("_", "-")] + ([] if value is True else [str(value)])
+    return words
+
+
+def toml(value):
+    """A value of Python or numpy as TOML writes it, tables in one line."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{json.dumps(str(key))} = {toml(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(toml(entry) for entry in value) + "]"
+    if isinstance(value, (bool, str)):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, (int, float)):
+        return repr(value)
+    raise InputError(f"a scene cannot hold {type(value).__name__}")
+
+
+def conductors(position, **columns):
+    """Arrays as a scene's list of conductors: position [N, 2] or [N, 3], and radius, charge and so on, [N] or one for all."""
+    position = np.asarray(position)
+    spread = {name: np.broadcast_to(values, len(position)) for name, values in columns.items()}
+    return [{"position": position[i], **{name: values[i] for name, values in spread.items()}} for i in range(len(position))]
+
+
+class SceneFile:
+    """The path of a scene that is given as a path, or as a dictionary with the keys of a scene file, which stands in a file
+    for as long as the `with` lasts."""
+
+    def __init__(self, scene):
+        self.scene, self.folder = scene, None
+
+    def __enter__(self):
+        if not isinstance(self.scene, dict):
+            return str(self.scene)
+        self.folder = tempfile.TemporaryDirectory(prefix="lichtenberg-")
+        path = Path(self.folder.name) / "scene.toml"
+        path.write_text("".join(f"{key} = {toml(value)}\n" for key, value in self.scene.items()))
+        return str(path)
+
+    def __exit__(self, *_):
+        if self.folder:
+            self.folder.cleanup()
+
+
+def solve(scene, **options):
+    """Solves the field of a scene once, as `lichtenberg solve` does, whose options these are (capacitance=True and so
+    on). The scene is a path, or a dictionary with the keys of a scene file, arrays allowed.
+
+    Returns an object with the arrays potential, charge, radius, group [N], force, position [N, 2] or [N, 3], in SI, and all
+    else that `solve --json` prints by its names there; with capacitance=True, capacitance.matrix and capacitance.groups.
+    Throws InputError and Failure."""
+    with SceneFile(scene) as path:
+        answer = json.loads(call("solve", path, "--json", *options_of(options)))
+    rows = answer.pop("conductors")
+    columns = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
+    if "capacitance" in answer:
+        capacitance = {**answer["capacitance"], "matrix": np.array(answer["capacitance"]["matrix"])}
+        answer["capacitance"] = SimpleNamespace(**capacitance)
+    return SimpleNamespace(**answer, **columns)
+
+
+def run(scene, out, **options):
+    """Runs a scene (as of `solve`) as `lichtenberg run --out` does, and returns its Result."""
+    with SceneFile(scene) as path:
+        call("run", path, "--out", str(out), "--quiet", *options_of(options))
+    return load(out)
+
+
+class Picture:
+    """A picture that Jupyter shows; `save` keeps it."""
+
+    def __init__(self, data):
+        self.data = data
+
+    def _repr_png_(self):
+        return self.data
+
+    def save(self, path):
+        Path(path).write_bytes(self.data)
+
+
+def plot(path, frame, options):
+    with tempfile.TemporaryDirectory(prefix="lichtenberg-") as folder:
+        picture = Path(folder) / "picture.png"
+        words = options_of({"frame": frame, "out": picture, **options})
+        call("plot", path, *words)
+        return Picture(picture.read_bytes())

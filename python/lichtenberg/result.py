@@ -1,0 +1,362 @@
+"""What a result file holds, as numpy arrays that know their units (src/record/README.md describes the file)."""
+import os
+from functools import cached_property
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+TO_GROUND, UNCONNECTED = -1, -2  # of successors
+
+
+class InputError(Exception):
+    """Input that cannot be used, as one sentence."""
+
+
+class Failure(Exception):
+    """Work that could not be done, as one sentence."""
+
+
+class Array(np.ndarray):
+    """An array with a unit (text; "1" for pure numbers), which parts of it keep and results of arithmetic do not."""
+
+    def __new__(cls, values, unit):
+        array = np.asarray(values).view(cls)
+        array.unit = unit
+        return array
+
+    def __array_finalize__(self, origin):
+        self.unit = getattr(origin, "unit", "1")
+
+    def __array_ufunc__(self, function, method, *inputs, out=None, **options):
+        def plain(values):
+            return tuple(value.view(np.ndarray) if isinstance(value, Array) else value for value in values)
+
+        if out is not None:
+            options["out"] = plain(out)
+        return getattr(function, method)(*plain(inputs), **options)
+
+    def __repr__(self):
+        return f"{self.view(np.ndarray)!r} {self.unit}"
+
+
+def text_of(value):
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def unit_of(dataset):
+    return text_of(dataset.attrs.get("unit", "1"))
+
+
+def value_of(element):
+    """The dataset of an H5MD element: `value` of those that change with time, itself of the others."""
+    return element["value"] if isinstance(element, h5py.Group) else element
+
+
+class Frame:
+    """One frame of a result: `frame["position"]` and so on are the arrays of that moment."""
+
+    def __init__(self, result, index):
+        self.result, self.index = result, index
+
+    @property
+    def time(self):
+        """In units of result.time.unit; of a packing, the number of the iteration."""
+        return float(self.result.time[self.index])
+
+    def __getitem__(self, name):
+        """[N] or [N, 3] a column of the particles. Throws InputError if the result has no such column."""
+        return self.result.read_column(name, self.index)
+
+    @property
+    def contacts(self):
+        """[E, 2] a particle, and one of larger index or -1, the ground (of a packing, a wall from N on)."""
+        return self.result.read_contacts(self.index)
+
+    @property
+    def tree(self):
+        """[M, 2] each connected particle and the next one on the way to the ground, -1 the ground itself."""
+        successor = np.asarray(self["successor"])
+        connected = np.flatnonzero(successor != UNCONNECTED)
+        return np.column_stack([connected, successor[connected]])
+
+    def plot(self, **options):
+        return self.result.plot(frame=self.index, **options)
+
+    def _repr_png_(self):
+        return self.plot()._repr_png_()
+
+    def __repr__(self):
+        return f"<frame {self.index} of {self.result.path}: {self.time:.6g} {self.result.time.unit}>"
+
+
+class Result:
+    """A result file, open until `close()` or the end of its `with`. Nothing is read before it is asked for, and no lock is
+    taken, so that its run may go on; this sees the frames that were there when it was opened."""
+
+    def __init__(self, path):
+        self.path = str(path)
+        self._identity = identity(self.path)
+        self.file = opened(self.path)
+        if "lichtenberg_result" not in self.file.attrs:
+            raise InputError(f"{self.path} was not written by `lichtenberg run`")
+        if "particles/conductors/position/time" not in self.file or len(self) == 0:
+            raise InputError(f"{self.path} holds no frames")
+
+    def close(self):
+        self.file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def __len__(self):
+        """How many frames there are."""
+        return len(self.file["particles/conductors/position/time"])
+
+    def __iter__(self):
+        return (self.frame(index) for index in range(len(self)))
+
+    def __repr__(self):
+        until = f"{self.time[-1]:.6g} {self.time.unit}"
+        return f"<{self.path}: {self.title or 'untitled'}, {self.count} particles, {len(self)} frames until {until}>"
+
+    def frame(self, index=-1):
+        """The frame of that index, negative from the end. Throws InputError if it is not there."""
+        return Frame(self, checked_index(index, len(self), self.path))
+
+    # What the particles are and do
+
+    @property
+    def columns(self):
+        """Names of what there is of each particle, those that change with time and those that do not."""
+        return [name for name in self.file["particles/conductors"] if name != "box"]
+
+    def changes(self, name):
+        """Whether a column has a row a frame."""
+        return isinstance(self._column(name), h5py.Group)
+
+    def __getitem__(self, name):
+        """[T, N], [T, N, 3] a column of all frames, or [N] of one that does not change. Throws InputError."""
+        return self._read(value_of(self._column(name)))
+
+    def read_column(self, name, index):
+        column = self._column(name)
+        return self._read(value_of(column), index if self.changes(name) else ())
+
+    def _column(self, name):
+        if name not in self.columns:
+            raise InputError(f"{self.path} has no {name} of particles; it has {', '.join(self.columns)}")
+        return self.file["particles/conductors"][name]
+
+    def _read(self, dataset, selection=()):
+        values = Array(dataset[selection], unit_of(dataset))
+        # The rows of an index of segments are gone, and read as fill values, once its run has made one file of them.
+        if "segments" in self.file and identity(self.path) != self._identity:
+            raise InputError(f"{self.path} was replaced by its run: load it again")
+        return values
+
+    @cached_property
+    def time(self):
+        """[T]"""
+        times = self.file["particles/conductors/position/time"]
+        return Array(times[()], unit_of(times))
+
+    @cached_property
+    def count(self):
+        """How many particles there are."""
+        return len(self.file["particles/conductors/radius"])
+
+    @property
+    def dimension(self):
+        return 3 if "height" in self.file["scene/domain"] else 2
+
+    @cached_property
+    def size(self):
+        """[2] or [3] of the domain, whose lower corner is the origin."""
+        domain = self.file["scene/domain"]
+        lengths = [*domain["size"][()], *([domain["height"][()]] if self.dimension == 3 else [])]
+        return Array(lengths, unit_of(domain["size"]))
+
+    @cached_property
+    def periodic(self):
+        """[3] True along axes that are."""
+        return [text_of(kind) == "periodic" for kind in self.file["particles/conductors/box"].attrs["boundary"]]
+
+    def read_contacts(self, index):
+        network = self.file.get("network", {})
+        if "contacts_of_all_frames" in network:
+            end = network["contacts_end"][()]
+            begin = end[index - 1] if index > 0 else 0
+            return np.asarray(self._read(network["contacts_of_all_frames"], slice(begin, end[index])))
+        if index == len(self) - 1 and (contacts := network.get("contacts", self.file.get("packing/contacts"))):
+            return contacts[()]
+        raise InputError(f"{self.path} has no contacts of frame {index}")
+
+    @property
+    def has_contacts(self):
+        """Of each frame."""
+        return "network/contacts_of_all_frames" in self.file
+
+    # What stands beside them
+
+    @cached_property
+    def observables(self):
+        """By name, [T] or [T, K], a row a frame."""
+        return {name: self._read(value_of(data)) for name, data in self.file.get("observables", {}).items()}
+
+    @cached_property
+    def terminals(self):
+        """By observable, the names of what its K numbers a frame belong to."""
+        named = self.file.get("observables", {}).items()
+        return {name: [text_of(word) for word in data.attrs["terminals"]] for name, data in named if "terminals" in data.attrs}
+
+    @cached_property
+    def tables(self):
+        """By name, the columns by name of what has rows of its own: gas, relaxation, packing, analysis, summary, networks."""
+        groups = ["gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary"]
+        return {name: self._table(self.file[name]) for name in groups if name in self.file}
+
+    def _table(self, group):
+        return {name: self._read(data) for name, data in group.items() if isinstance(data, h5py.Dataset)}
+
+    @property
+    def summary(self):
+        """By name, numbers of the run as a whole; empty until it is over."""
+        return {name: float(value) for name, value in self.tables.get("summary", {}).items()}
+
+    @property
+    def field(self):
+        """The potential of the last frame, [ny, nx] at the centres of square cells that fill the domain; None without."""
+        field = self.file.get("VTKHDF/PointData/potential")
+        return None if field is None else Array(field[0], unit_of(field))
+
+    @property
+    def title(self):
+        return text_of(self.file["scene"].attrs["title"])
+
+    @property
+    def scene(self):
+        """The scene's text, as the run read it."""
+        return text_of(self.file["scene/text"][()])
+
+    @property
+    def provenance(self):
+        """A list, one entry for the start and each `--resume`: version, commit, machine, command line and so on."""
+        sessions = self.file["provenance"]
+        ordered = sorted(sessions, key=lambda name: int(name.split("-")[1]))
+        return [{key: plain(value) for key, value in sessions[name].attrs.items()} for name in ordered]
+
+    # What can be made of it
+
+    def plot(self, frame=None, **options):
+        """The picture that `lichtenberg plot` draws, which Jupyter shows; options are its own, as colour="charge"."""
+        from .program import plot
+
+        return plot(self.path, frame, options)
+
+    def _repr_png_(self):
+        return self.plot()._repr_png_()
+
+    def view(self, out=None, frames=None, overwrite=False):
+        """Writes one HTML page to look at the run (view.py), and returns its path."""
+        from .view import write_page
+
+        return write_page(self, out or default_output(self.path, ".html"), frames, overwrite)
+
+    def export(self, to, out=None, frames=None, overwrite=False):
+        """Writes "vtk", "xyz" or "csv" (export.py), and returns the path of the file or folder."""
+        from .export import export
+
+        return export(self, to, out, frames, overwrite)
+
+
+def load(path):
+    """The Result in that file. Throws InputError."""
+    return Result(path)
+
+
+def plain(value):
+    return value.item() if isinstance(value, np.generic) else text_of(value)
+
+
+def identity(path):
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
+        raise InputError(f"{path} {reason}") from None
+    return status.st_ino, status.st_mtime_ns
+
+
+def opened(path):
+    """Without a lock, unless this process has the file open with one already, which HDF5 asks to be the same."""
+    for options in ({"locking": False}, {}):
+        try:
+            return h5py.File(path, "r", **options)
+        except OSError as error:
+            reason = error
+            if "locking flag" not in str(error):
+                break
+    raise InputError(f"{path} cannot be read as an HDF5 file ({reason})")
+
+
+def checked_index(index, count, path):
+    if not -count <= index < count:
+        raise InputError(f"frame {index} is not in {path}: it has frames 0 to {count - 1}")
+    return index % count
+
+
+def chosen_frames(result, text):
+    """Indices that "7" or "begin:end:step" names, without the end, each part with a default as in Python; all for None.
+    Throws InputError."""
+    count = len(result)
+    if text is None:
+        return range(count)
+    try:
+        parts = [int(part) if part.strip() else None for part in str(text).split(":")]
+    except ValueError:
+        parts = []
+    if not 1 <= len(parts) <= 3:
+        raise InputError(f"--frames {text} is neither a frame nor begin:end:step")
+    if len(parts) == 1 and parts[0] is not None:
+        return [checked_index(parts[0], count, result.path)]
+    begin, end, step = (*parts, None, None)[:3]
+    if step is not None and step < 1:
+        raise InputError(f"--frames {text}: the step must be 1 or more")
+    if any(bound is not None and not -count <= bound <= count for bound in (begin, end)):
+        raise InputError(f"frames {text} are not all in {result.path}: it has frames 0 to {count - 1}")
+    chosen = range(count)[begin:end:step]
+    if not chosen:
+        raise InputError(f"--frames {text} chooses none of the frames 0 to {count - 1}")
+    return chosen
+
+
+def default_output(path, suffix):
+    return str(Path(path).with_suffix("")) + suffix
+
+
+def check_output(path, overwrite):
+    """Before the work: throws InputError if the path is taken or its folder is not there or cannot be written."""
+    folder = os.path.dirname(os.path.abspath(path))
+    if not os.path.isdir(folder):
+        raise InputError(f"{path} cannot be written: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{path} cannot be written: the folder {folder} is not writable")
+    if os.path.lexists(path) and not overwrite:
+        raise InputError(f"{path} exists: give --out another name, or allow --overwrite")
+
+
+def write_whole(path, parts):
+    """The file is there whole or not at all. Text, or texts one after the other. Throws Failure."""
+    partial = f"{path}.partial-{os.getpid()}"
+    try:
+        with open(partial, "w", encoding="utf-8", newline="") as file:
+            file.writelines([parts] if isinstance(parts, str) else parts)
+        os.replace(partial, path)
+    except OSError as error:
+        raise Failure(f"{path} cannot be written ({error.strerror})") from None
+    finally:
+        Path(partial).unlink(missing_ok=True)

@@ -1,0 +1,216 @@
+"""One HTML page to look at a run: view.html and view.js with the run's arrays in them, so that it needs no network.
+
+Places are stored in 65535 steps an axis, other numbers with 13 binary digits; then each frame as what differs from the
+one before, byte by byte, deflated, in base64. view.js undoes that.
+"""
+import base64
+import json
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from .result import TO_GROUND, UNCONNECTED, InputError, check_output, chosen_frames, text_of, write_whole
+
+STEPS = 65535
+MANTISSA = 12  # binary digits kept of 23, and the hidden one: 1e-4 of the value
+INTEGERS = {"group", "cluster", "species"}  # names of sets, not amounts
+
+
+def packed(rows):
+    """[T, ...] integers of 2 or 4 bytes as base64 of deflated planes of bytes; each row as its difference from the last."""
+    rows = np.ascontiguousarray(rows).view(f"u{rows.itemsize}").reshape(len(rows), -1)
+    rows = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), rows.dtype))
+    planes = rows.astype(f"<u{rows.itemsize}").reshape(-1, 1).view(np.uint8).T
+    return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
+
+
+def rounded(values):
+    """As 32-bit floats of MANTISSA digits, whose bytes compress; the bits as integers."""
+    bits = np.asarray(values, np.float32).view(np.uint32).astype(np.uint64)
+    drop = 23 - MANTISSA
+    return ((bits + (1 << (drop - 1))) >> drop << drop).astype(np.uint32)
+
+
+def places(positions, low, high):
+    """[T, N, 3] as whole steps of the box from low to high."""
+    extent = np.where(high > low, high - low, 1)
+    return np.round((positions - low) / extent * STEPS).astype(np.uint16)
+
+
+class Page:
+    """Collects what the page holds: numbers as they are in `about`, arrays packed in `arrays`."""
+
+    def __init__(self, result, frames):
+        self.result, self.frames = result, list(frames)
+        self.arrays = {}
+        self.about = {
+            "title": result.title or Path(result.path).name,
+            "file": Path(result.path).name,
+            "frames": self.frames,
+            "count": result.count,
+            "dimension": result.dimension,
+            "time": numbers(result.time[self.frames]),
+            "timeUnit": "iterations" if "packing" in result.tables else result.time.unit,
+            "lengthUnit": result["position"].unit if len(self.frames) == 0 else result.size.unit,
+            "size": numbers(result.size),
+            "periodic": result.periodic,
+            "scene": result.scene,
+            "provenance": result.provenance,
+            "summary": {name: value if np.isfinite(value) else None for name, value in result.summary.items()},
+        }
+        self.add_places()
+        self.about["columns"] = list(self.columns())
+        self.add_edges()
+        self.about["electrodes"] = electrodes_of(result)
+        self.about["curves"] = list(curves_of(result))
+
+    def add_places(self):
+        positions = np.asarray(self.result["position"][self.frames])
+        if not np.isfinite(positions).all():
+            raise InputError(f"{self.result.path} has positions that are no numbers")
+        self.box = np.zeros(3)
+        self.box[: self.result.dimension] = self.result.size
+        self.low = np.minimum(0, positions.min(axis=(0, 1)))
+        self.high = np.maximum(self.box, positions.max(axis=(0, 1)))
+        self.about["low"], self.about["high"] = numbers(self.low), numbers(self.high)
+        self.arrays["places"] = packed(places(positions, self.low, self.high))
+        self.arrays["radius"] = packed(rounded(self.result["radius"])[None])
+
+    def columns(self):
+        """What particles can be coloured by: each its name, unit, whether it names sets, and whether it changes."""
+        for name in self.result.columns:
+            if name in ("position", "image", "successor", "species"):
+                continue
+            values = self.result[name]
+            changes = self.result.changes(name)
+            unit, values = values.unit, np.asarray(values[self.frames] if changes else values[None])
+            if values.ndim == 3:  # vectors
+                name, values = "speed" if name == "velocity" else f"|{name}|", np.linalg.norm(values, axis=2)
+            yield self.column(name, unit, values)
+        yield from self.columns_of_tree()
+        stored = self.result.tables.get("analysis", {})
+        for name, values in stored.items():
+            if values.shape == (len(self.result), self.result.count):
+                yield self.column(name, values.unit, np.asarray(values[self.frames]))
+
+    def columns_of_tree(self):
+        if "successor" not in self.result.columns:
+            return
+        connected = np.asarray(self.result["successor"]) != UNCONNECTED
+        yield self.column("connected", "1", connected[self.frames].astype(np.int32), sets=True)
+        joined = np.where(connected.any(axis=0), self.result.time[connected.argmax(axis=0)], np.nan)
+        yield self.column("first joined the tree at", self.about["timeUnit"], joined[None])
+
+    def column(self, name, unit, values, sets=None):
+        sets = name in INTEGERS if sets is None else sets
+        self.arrays[f"column {name}"] = packed(values.astype(np.int32) if sets else rounded(values))
+        return {"name": name, "unit": unit, "sets": sets, "changes": len(values) > 1 or len(self.frames) == 1}
+
+    def add_edges(self):
+        """Contacts, and the tree's edges: pairs of particles, of the latter also places on the ground."""
+        if self.result.has_contacts:
+            self.add_pairs("contacts", [self.result.read_contacts(index) for index in self.frames])
+        if "successor" in self.result.columns:
+            self.add_pairs("tree", [self.result.frame(index).tree for index in self.frames])
+            self.add_ground_points()
+
+    def add_pairs(self, name, lists):
+        self.about[name] = np.cumsum([len(pairs) for pairs in lists]).tolist()  # where each frame's end
+        self.arrays[name] = packed(np.concatenate(lists).astype(np.int32).T)
+
+    def add_ground_points(self):
+        """Where the edges of the tree end that end at the ground, in the order of edges, one frame after the other."""
+        electrodes = electrodes_of(self.result)
+        points = []
+        for index in self.frames:
+            frame = self.result.frame(index)
+            last = frame.tree[frame.tree[:, 1] == TO_GROUND, 0]
+            points.append(nearest_ground(np.asarray(frame["position"])[last], electrodes))
+        self.arrays["ground"] = packed(rounded(np.concatenate(points)).reshape(1, -1))
+
+    def html(self):
+        here = Path(__file__).parent
+        page = (here / "view.html").read_text()
+        about = json.dumps(self.about, allow_nan=False).replace("<", "\\u003c")
+        arrays = json.dumps(self.arrays)
+        title = self.about["title"].replace("&", "&amp;").replace("<", "&lt;")
+        for mark, text in [("TITLE", title), ("SCRIPT", (here / "view.js").read_text()), ("ABOUT", about), ("ARRAYS", arrays)]:
+            page = page.replace(f"@{mark}@", text)
+        return page
+
+
+def numbers(values):
+    """A list for JSON, with six digits, and null for what is no number."""
+    if np.ndim(values) > 1:
+        return [numbers(row) for row in values]
+    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in np.asarray(values, float)]
+
+
+def curves_of(result):
+    """Each: name, unit, time, values."""
+    time = numbers(result.time)
+    for name, values in result.observables.items():
+        columns = values.reshape(len(values), -1).T if values.ndim > 1 else values[None]
+        labels = result.terminals.get(name, [])
+        for k, column in enumerate(columns):
+            label = f", {labels[k]}" if k < len(labels) else f"[{k}]" if len(columns) > 1 else ""
+            yield {"name": name + label, "unit": values.unit, "time": time, "values": numbers(column)}
+    for table, axis in [("gas", "time"), ("relaxation", "iteration")]:
+        series = result.tables.get(table, {})
+        for name, values in series.items():
+            if name != axis and values.ndim == 1:
+                yield {"name": name, "unit": values.unit, "time": numbers(series[axis]), "values": numbers(values)}
+
+
+def electrodes_of(result):
+    """What holds a potential in the plane, to be drawn as lines and circles: sides, disks, bars, rings."""
+    scene = result.file["scene"]
+    if result.dimension == 3:
+        return []
+    width, height = scene["domain/size"][()]
+    ends = [(0, 0, 0, height), (width, 0, width, height), (0, 0, width, 0), (0, height, width, height)]
+    shapes = []
+    domain = scene["domain"]
+    for k in np.flatnonzero(domain["side_is_electrode"]):
+        name, potential = f"{text_of(domain.attrs['sides'][k])} side", float(domain["side_potential"][k])
+        shapes.append({"shape": "side", "name": name, "potential": potential, "ends": [float(end) for end in ends[k]]})
+    for group in scene.get("electrodes", {}).values():
+        geometry = {name: data[()].tolist() for name, data in group.items()}
+        shapes.append({"shape": group.attrs["shape"], "name": group.attrs["name"], **geometry})
+    return shapes
+
+
+def nearest_on_segments(points, start, end):
+    along = end - start
+    share = np.clip((points - start) @ along / (along @ along), 0, 1)
+    return start + share[:, None] * along
+
+
+def nearest_ground(points, electrodes):
+    """[K, 3] on sides and electrodes, of a bar on its axis, nearest to points [K, 3] of a plane domain."""
+    plane = points[:, :2]
+    candidates = []
+    for shape in electrodes:
+        if shape["shape"] == "side":
+            ends = np.array(shape["ends"])
+            candidates.append(nearest_on_segments(plane, ends[:2], ends[2:]))
+        elif shape["shape"] == "bar":
+            candidates.append(nearest_on_segments(plane, np.array(shape["from"]), np.array(shape["to"])))
+        else:
+            offset = plane - shape["centre"]
+            distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-300)  # any direction from the middle
+            candidates.append(shape["centre"] + shape["radius"] * offset / distance[:, None])
+    if not candidates or len(plane) == 0:
+        return points
+    distances = [np.linalg.norm(candidate - plane, axis=1) for candidate in candidates]
+    nearest = np.argmin(distances, axis=0)
+    chosen = np.array(candidates)[nearest, np.arange(len(plane))]
+    return np.column_stack([chosen, points[:, 2]])
+
+
+def write_page(result, out, frames=None, overwrite=False):
+    """Writes the page of those frames (as "begin:end:step") and returns its path. Throws InputError and Failure."""
+    check_output(out, overwrite)
+    write_whole(out, Page(result, chosen_frames(result, frames)).html())
+    return out

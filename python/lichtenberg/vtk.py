@@ -1,0 +1,76 @@
+"""VTK's XML files: .vtp of points and lines, .vti of a grid, .pvd that lists them by time. Arrays are deflated, in base64."""
+import base64
+import zlib
+
+import numpy as np
+
+TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u1": "UInt8"}
+HEAD = '<?xml version="1.0"?>\n<VTKFile type="{}" version="1.0" byte_order="LittleEndian" header_type="UInt64"{}>\n'
+DEFLATED = ' compressor="vtkZLibDataCompressor"'
+
+
+def encoded(values):
+    """One block: how many, its length, that of the last (0: as the others), that when deflated; then the block."""
+    data = values.tobytes()
+    if not data:
+        return base64.b64encode(np.zeros(1, "<u8").tobytes()).decode()
+    block = zlib.compress(data)
+    head = np.array([1, len(data), 0, len(block)], "<u8").tobytes()
+    return base64.b64encode(head).decode() + base64.b64encode(block).decode()
+
+
+def array(name, values, more=""):
+    values = np.ascontiguousarray(values)
+    kind = values.dtype.str[1:]
+    components = values.shape[1] if values.ndim > 1 else 1
+    about = f'type="{TYPES[kind]}" Name="{name}" NumberOfComponents="{components}" format="binary"{more}'
+    return f"<DataArray {about}>{encoded(values.astype(values.dtype.newbyteorder('<')))}</DataArray>\n"
+
+
+def arrays(tag, columns, **marks):
+    marked = "".join(f' {mark}="{name}"' for mark, name in marks.items() if name in columns)
+    return f"<{tag}{marked}>\n{''.join(array(name, values) for name, values in columns.items())}</{tag}>\n"
+
+
+def cells(tag, points):
+    """[M, k] indices of points, those of a cell in a row."""
+    ends = np.arange(1, len(points) + 1, dtype=np.int64) * points.shape[1]
+    return arrays(tag, {"connectivity": points.reshape(-1).astype(np.int64), "offsets": ends})
+
+
+def poly_data(positions, columns, lines, time):
+    """A vertex at each of the positions [N, 3], with columns by name; lines [M, 2] between points, maybe none."""
+    vertices = np.arange(len(positions))[:, None] if len(lines) == 0 else np.empty((0, 1))
+    piece = f'NumberOfPoints="{len(positions)}" NumberOfVerts="{len(vertices)}" NumberOfLines="{len(lines)}"'
+    return (
+        HEAD.format("PolyData", DEFLATED)
+        + f"<PolyData>\n{time_value(time)}<Piece {piece}>\n"
+        + arrays("PointData", columns, Scalars="radius", Vectors="velocity")
+        + f"<Points>\n{array('position', positions)}</Points>\n"
+        + cells("Verts", vertices)
+        + cells("Lines", np.asarray(lines).reshape(-1, 2))
+        + "</Piece>\n</PolyData>\n</VTKFile>\n"
+    )
+
+
+def time_value(time):
+    return "<FieldData>\n" + array("TimeValue", np.array([time]), ' NumberOfTuples="1"') + "</FieldData>\n"
+
+
+def image_data(size, values, name):
+    """A rectangle of that size from the origin, of as many cells as values [ny, nx] has numbers."""
+    rows, columns = values.shape
+    extent = f"0 {columns} 0 {rows} 0 0"
+    spacing = f"{size[0] / columns:.17g} {size[1] / rows:.17g} 1"
+    return (
+        HEAD.format("ImageData", DEFLATED)
+        + f'<ImageData WholeExtent="{extent}" Origin="0 0 0" Spacing="{spacing}">\n<Piece Extent="{extent}">\n'
+        + arrays("CellData", {name: values.reshape(-1)}, Scalars=name)
+        + "</Piece>\n</ImageData>\n</VTKFile>\n"
+    )
+
+
+def collection(files):
+    """[(time, file name)]"""
+    listed = "".join(f'<DataSet timestep="{time:.17g}" part="0" file="{name}"/>\n' for time, name in files)
+    return HEAD.format("Collection", "") + f"<Collection>\n{listed}</Collection>\n</VTKFile>\n"

@@ -1,0 +1,12 @@
+#!/usr/bin/python3
+"""Finds the Python package lichtenberg, which does the work of `view` and `export`, and hands the words on to it."""
+import sys
+from pathlib import Path
+
+here = Path(__file__).resolve().parent
+sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
+
+from lichtenberg.__main__ import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,106 @@
+"""Chromium without a window, told what to do over its debugging pipe (the DevTools protocol)."""
+import base64
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+
+PROGRAM = shutil.which("chromium")
+
+
+class Browser:
+    """One page, open for as long as its `with` lasts. `complaints` are the console's errors and warnings, and exceptions."""
+
+    def __init__(self, path, width=1200, height=800):
+        self.address, self.size = "file://" + os.path.abspath(path), f"--window-size={width},{height}"
+        self.complaints, self.last = [], 0
+
+    def __enter__(self):
+        self.profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
+        options = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
+                   "--disable-background-networking", "--remote-debugging-pipe", self.size,
+                   f"--user-data-dir={self.profile.name}", "about:blank"]  # fmt: skip
+        to_read, self.write_end = os.pipe()
+        self.read_end, to_write = os.pipe()
+        # The protocol's ends are the descriptors 3 and 4.
+        shell = ["bash", "-c", f'exec "$@" 3<&{to_read} 4>&{to_write}', "bash", PROGRAM, *options]
+        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self.process = subprocess.Popen(shell, pass_fds=(to_read, to_write), **quiet)
+        os.close(to_read), os.close(to_write)
+        self.answers = os.fdopen(self.read_end, "rb")
+        self.open_page()
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait()
+        os.close(self.write_end)
+        self.answers.close()
+        self.profile.cleanup()
+
+    def open_page(self):
+        self.session = None
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log"):
+            self.call(f"{domain}.enable")
+        self.call("Page.navigate", url=self.address)
+        self.wait_for("document.body && document.body.dataset.ready")
+
+    def call(self, method, **parameters):
+        self.last += 1
+        message = {"id": self.last, "method": method, "params": parameters}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.write_end, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self.read_message()
+            if answer.get("id") == self.last:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']['message']}")
+                return answer["result"]
+            self.note(answer)
+
+    def read_message(self):
+        text = bytearray()
+        while (byte := self.answers.read(1)) != b"\0":
+            if not byte:
+                raise RuntimeError("chromium has ended")
+            text += byte
+        return json.loads(text)
+
+    def note(self, event):
+        kind, details = event.get("method"), event.get("params", {})
+        if kind == "Runtime.exceptionThrown":
+            self.complaints.append(details["exceptionDetails"]["exception"]["description"])
+        if kind == "Runtime.consoleAPICalled" and details["type"] in ("error", "warning"):
+            self.complaints.append(str([entry.get("value") for entry in details["args"]]))
+        if kind == "Log.entryAdded" and details["entry"]["level"] in ("error", "warning"):
+            self.complaints.append(details["entry"]["text"])
+
+    def value(self, expression):
+        """Of a JavaScript expression in the page, which may be a promise."""
+        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in answer:
+            raise RuntimeError(answer["exceptionDetails"]["exception"].get("description", expression))
+        return answer["result"].get("value")
+
+    def wait_for(self, expression):
+        """Until it is true, ten seconds at most."""
+        for _ in range(100):
+            if self.value(expression):
+                return
+            self.value("new Promise(done => setTimeout(done, 100))")
+        raise RuntimeError(f"{expression} did not come true; the console says {self.complaints}")
+
+    def choose(self, control, value):
+        """As a user sets a slider or a list, by its id."""
+        self.value(f"""{{ const control = document.getElementById({json.dumps(control)});
+            if (control.type === "checkbox") control.checked = {json.dumps(value)};
+            else control.value = {json.dumps(value)};
+            control.dispatchEvent(new Event("input")), control.dispatchEvent(new Event("change")); }}""")
+
+    def picture(self):
+        """The page as PNG."""
+        return base64.b64decode(self.call("Page.captureScreenshot")["data"])

@@ -1,0 +1,207 @@
+"""What `export` writes is opened by the programs' own readers, where they are installed (cmake/debian-test-packages.txt)."""
+import csv
+import importlib.util
+import os
+import re
+import unittest
+import xml.etree.ElementTree
+
+import numpy as np
+
+import runs
+from lichtenberg import load
+
+
+def needs(module):
+    return unittest.skipUnless(importlib.util.find_spec(module), f"{module} is not installed")
+
+
+def exported(result, to, *options):
+    out = runs.FOLDER / f"{os.path.basename(result)}-{to}{len(options)}"
+    status, answer, complaint = runs.program("export", result, "--to", to, "--out", out, "--overwrite", *options)
+    assert status == 0, complaint
+    assert answer.strip() == str(out)
+    return out
+
+
+def rows_of(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+class ExtendedXyzTest(unittest.TestCase):
+    @needs("ase")
+    def test_ase_reads_every_column(self):
+        import ase.io
+
+        for path in (runs.seedling(), runs.gas()):
+            frames = ase.io.read(exported(path, "xyz"), index=":", format="extxyz")
+            with load(path) as result:
+                self.assertEqual(len(frames), len(result))
+                for frame, atoms in zip(result, frames):
+                    # Ten digits are written.
+                    near = {"rtol": 1e-9, "atol": 1e-300}
+                    np.testing.assert_allclose(atoms.positions, frame["position"], **near)
+                    np.testing.assert_allclose(atoms.get_initial_charges(), frame["charge"], **near)
+                    np.testing.assert_allclose(atoms.arrays["radius"], frame["radius"], **near)
+                    np.testing.assert_allclose(atoms.arrays["velo"], frame["velocity"], **near)
+                    self.assertTrue((0 <= atoms.arrays["color"]).all() and (atoms.arrays["color"] <= 1).all())
+                    self.assertAlmostEqual(atoms.info["Time"], frame.time, places=9)
+                    self.assertEqual(atoms.info["length_unit"], result.size.unit)
+                    np.testing.assert_allclose(atoms.cell.lengths()[: result.dimension], result.size, rtol=1e-9)
+                    self.assertEqual(atoms.pbc.tolist(), result.periodic)
+
+    def test_one_scale_of_colours_in_the_whole_run(self):
+        """White is zero; the largest of all frames has the full colour, in its frame alone."""
+        with load(runs.gas()) as result:
+            from lichtenberg.export import colours
+
+            charge = np.abs(result["charge"])
+            frame, particle = np.unravel_index(charge.argmax(), charge.shape)
+            shown = np.array([colours(each) for each in result])
+            depth = 1 - shown.min(axis=2)
+            self.assertEqual(np.unravel_index(depth.argmax(), depth.shape), (frame, particle))
+            np.testing.assert_array_equal(shown[charge == 0], 1)
+
+
+class VtkTest(unittest.TestCase):
+    @needs("vtk")
+    def test_vtk_reads_particles_with_their_columns(self):
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        folder = exported(runs.seedling(), "vtk")
+        with load(runs.seedling()) as result:
+            for frame in result:
+                reader = vtk.vtkXMLPolyDataReader()
+                reader.SetFileName(str(folder / f"particles-{frame.index:06}.vtp"))
+                reader.Update()
+                data = reader.GetOutput()
+                self.assertEqual(data.GetNumberOfVerts(), 36)
+                np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), frame["position"])
+                for name in ("charge", "radius", "velocity", "force", "group"):
+                    np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetArray(name)), frame[name])
+                self.assertEqual(data.GetPointData().GetVectors().GetName(), "velocity")
+                self.assertEqual(data.GetFieldData().GetArray("TimeValue").GetValue(0), frame.time)
+
+    @needs("vtk")
+    def test_lines_are_contacts_between_particles(self):
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        folder = exported(runs.gas(), "vtk")
+        with load(runs.gas()) as result:
+            reader = vtk.vtkXMLPolyDataReader()
+            reader.SetFileName(str(folder / "contacts-000004.vtp"))
+            reader.Update()
+            lines = vtk_to_numpy(reader.GetOutput().GetLines().GetConnectivityArray()).reshape(-1, 2)
+            np.testing.assert_array_equal(lines, result.frame(4).contacts)
+
+    @needs("vtk")
+    def test_the_field_fills_the_domain(self):
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        reader = vtk.vtkXMLImageDataReader()
+        reader.SetFileName(str(exported(runs.seedling(), "vtk") / "field.vti"))
+        reader.Update()
+        grid = reader.GetOutput()
+        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-15)
+        with load(runs.seedling()) as result:
+            potential = vtk_to_numpy(grid.GetCellData().GetScalars())
+            np.testing.assert_array_equal(potential.reshape(128, 128), result.field)
+
+    def test_the_collection_lists_the_chosen_frames_by_time(self):
+        tree = xml.etree.ElementTree.parse(exported(runs.seedling(), "vtk", "--frames", "1::2") / "particles.pvd")
+        listed = [(float(data.get("timestep")), data.get("file")) for data in tree.iter("DataSet")]
+        with load(runs.seedling()) as result:
+            self.assertEqual(listed, [(result.time[k], f"particles-{k:06}.vtp") for k in (1, 3)])
+
+
+class CsvTest(unittest.TestCase):
+    def test_every_column_and_observable(self):
+        folder = exported(runs.seedling(), "csv")
+        with load(runs.seedling()) as result:
+            particles = rows_of(folder / "particles.csv")
+            self.assertEqual(len(particles), 4 * 36)
+            self.assertEqual([float(row["position y (m)"]) for row in particles], result["position"][:, :, 1].ravel().tolist())
+            self.assertEqual([float(row["radius (m)"]) for row in particles[:36]], result["radius"].tolist())
+            observables = rows_of(folder / "observables.csv")
+            self.assertEqual([float(row["energy (J)"]) for row in observables], result.observables["energy"].tolist())
+            self.assertIn('charge_drained_by_terminal the electrode "ground" (C)', observables[0])
+            contacts = [(int(row["particle"]), int(row["other"])) for row in rows_of(folder / "contacts.csv") if row["frame"] == "3"]
+            self.assertEqual(contacts, [tuple(pair) for pair in result.frame(3).contacts])
+            self.assertIn("summary.csv", os.listdir(folder))
+
+    def test_every_table_of_a_gas(self):
+        folder = exported(runs.gas(), "csv")
+        with load(runs.gas()) as result:
+            gas = rows_of(folder / "gas.csv")
+            self.assertEqual([float(row["temperature (m0 v0^2)"]) for row in gas], result.tables["gas"]["temperature"].tolist())
+
+    def test_what_analyse_stored_has_a_column_a_number(self):
+        status, _, complaint = runs.program("analyse", runs.gas())
+        self.assertEqual(status, 0, complaint)
+        row = rows_of(exported(runs.gas(), "csv", "--frames", "0") / "analysis.csv")[0]
+        self.assertIn("speed_density 49", row)
+
+    def test_an_ensemble_has_a_row_a_member_and_a_point(self):
+        scene = (runs.FOLDER / "gas.toml").name
+        runs.gas()
+        status, _, complaint = runs.program("ensemble", scene, "--seeds", 2, "--out", "both", "--quiet")
+        self.assertEqual(status, 0, complaint)
+        folder = exported(runs.FOLDER / "both", "csv")
+        self.assertEqual(len(rows_of(folder / "members.csv")), 2)
+        points = rows_of(folder / "points.csv")
+        self.assertEqual(points[0]["runs"], "2")
+        self.assertTrue(any(re.fullmatch(r"quantities\..*\.half_width", title) for title in points[0]))
+
+
+class H5mdTest(unittest.TestCase):
+    @needs("MDAnalysis")
+    def test_mdanalysis_reads_the_result_by_the_lines_of_the_readme(self):
+        readme = (runs.HOME / "src/record/README.md").read_text()
+        lines = re.search(r"```python\n(import MDAnalysis.*?)```", readme, re.DOTALL).group(1)
+        names = {"n": 36}
+        exec(lines.replace("dendrite.h5", runs.seedling()), names)
+        with load(runs.seedling()) as result:
+            for step, frame in zip(names["universe"].trajectory, result):
+                np.testing.assert_array_equal(step.positions, np.float32(frame["position"]))
+
+
+class RefusedTest(unittest.TestCase):
+    def refused(self, words, *command):
+        status, answer, complaint = runs.program(*command)
+        self.assertEqual(status, 2, complaint)
+        self.assertEqual(answer, "")
+        self.assertEqual(complaint.count("\n"), 1, complaint)
+        self.assertTrue(complaint.startswith("lichtenberg: "))
+        self.assertIn(words, complaint)
+
+    def test_one_sentence_each(self):
+        result = runs.seedling()
+        taken = exported(result, "xyz")
+        before = taken.read_text()
+        self.refused("allow --overwrite", "export", result, "--to", "xyz", "--out", taken)
+        self.assertEqual(taken.read_text(), before)
+        self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "4")
+        self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "0:9")
+        self.refused("chooses none", "export", result, "--to", "csv", "--frames", "3:1")
+        self.refused("neither a frame nor", "export", result, "--to", "csv", "--frames", "first")
+        self.refused("step must be", "export", result, "--to", "csv", "--frames", "::-1")
+        self.refused("there is no folder", "export", result, "--to", "xyz", "--out", "nowhere/x.xyz")
+        self.refused("--to", "export", result)
+        self.refused("vtk", "export", result, "--to", "pdb")
+        self.refused("nowhere.h5", "export", "nowhere.h5", "--to", "xyz")
+        self.refused("ensemble.json", "export", runs.FOLDER, "--to", "csv")
+        (runs.FOLDER / "text.h5").write_text("no HDF5")
+        self.refused("text.h5", "export", "text.h5", "--to", "xyz")
+        self.refused("text.h5", "view", "text.h5")
+        self.refused("frames 0 to 3", "view", result, "--frames", "7")
+
+    def test_nothing_is_left_of_what_failed(self):
+        self.assertEqual([name for name in os.listdir(runs.FOLDER) if "partial" in name], [])
+
+
+if __name__ == "__main__":
+    unittest.main()

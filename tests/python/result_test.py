@@ -1,0 +1,140 @@
+"""The Python package reads what the program wrote, and calls it."""
+import os
+import shutil
+import unittest
+
+import h5py
+import numpy as np
+
+import runs
+
+os.environ["LICHTENBERG"] = runs.PROGRAM
+import lichtenberg
+
+
+class ResultTest(unittest.TestCase):
+    def test_arrays_are_the_file_s_with_units(self):
+        with lichtenberg.load(runs.seedling()) as result, h5py.File(runs.seedling(), locking=False) as file:
+            stored = file["particles/conductors/position/value"][()]
+            self.assertEqual(len(result), 4)
+            self.assertEqual(result.count, 36)
+            np.testing.assert_array_equal(result["position"], stored)
+            np.testing.assert_array_equal(result.frame(2)["position"], stored[2])
+            np.testing.assert_array_equal(result.frame()["radius"], file["particles/conductors/radius"][()])
+            self.assertEqual(result["position"][1, :, 0].unit, "m")
+            self.assertEqual(result.time.unit, "s")
+            self.assertAlmostEqual(result.frame(-1).time, 0.3, places=12)
+            self.assertEqual([frame.index for frame in result], [0, 1, 2, 3])
+            self.assertEqual(result.size.tolist(), [0.017, 0.017])
+            self.assertEqual(result.dimension, 2)
+
+    def test_arithmetic_has_no_unit(self):
+        with lichtenberg.load(runs.seedling()) as result:
+            position = result["position"]
+            for derived in (position * position, np.sqrt(abs(position)), position.sum(axis=1), position + 1.0):
+                self.assertIs(type(derived), np.ndarray)
+            position[0] += 1.0  # in place it keeps what it is
+            self.assertEqual(position.unit, "m")
+
+    def test_contacts_and_tree(self):
+        with lichtenberg.load(runs.seedling()) as result, h5py.File(runs.seedling(), locking=False) as file:
+            last = result.frame()
+            np.testing.assert_array_equal(last.contacts, file["network/contacts"][()])
+            joined = np.concatenate([frame.contacts for frame in result])
+            np.testing.assert_array_equal(joined, file["network/contacts_of_all_frames"][()])
+            successor = file["particles/conductors/successor/value"][-1]
+            self.assertEqual(len(last.tree), np.count_nonzero(successor != -2))
+            self.assertTrue((last.tree[:, 1] == -1).any())
+            self.assertEqual(len(last.tree), int(result.observables["connected"][-1]))
+
+    def test_what_stands_beside(self):
+        with lichtenberg.load(runs.seedling()) as result:
+            self.assertEqual(result.observables["energy"].unit, "J")
+            self.assertEqual(result.terminals["charge_drained_by_terminal"], ['the electrode "ground"'])
+            self.assertEqual(result.title, "Seedling")
+            self.assertIn("[effects.hertz_contact]", result.scene)
+            self.assertIn("commit", result.provenance[0])
+            self.assertAlmostEqual(result.summary["time"], 0.3, places=12)
+            self.assertEqual(result.field.shape, (128, 128))
+        with lichtenberg.load(runs.gas()) as result:
+            self.assertEqual(result.dimension, 3)
+            self.assertEqual(result.periodic, [True, True, True])
+            self.assertEqual(result.tables["gas"]["temperature"].unit, "m0 v0^2")
+            self.assertIsNone(result.field)
+
+    def test_a_notebook_gets_the_picture(self):
+        with lichtenberg.load(runs.seedling()) as result:
+            picture = result.frame(1)._repr_png_()
+            self.assertTrue(picture.startswith(b"\x89PNG"))
+            self.assertNotEqual(picture, result._repr_png_())
+
+    def test_what_is_not_there_is_a_sentence(self):
+        with lichtenberg.load(runs.seedling()) as result:
+            for ask, words in [
+                (lambda: result.frame(4), "frames 0 to 3"),
+                (lambda: result["colour"], "no colour of particles; it has charge"),
+                (lambda: lichtenberg.load("nowhere.h5"), "nowhere.h5 does not exist"),
+                (lambda: lichtenberg.load(__file__), "cannot be read as an HDF5 file"),
+            ]:
+                with self.assertRaisesRegex(lichtenberg.InputError, words):
+                    ask()
+
+    def test_rows_of_segments_that_are_gone_are_not_taken_for_numbers(self):
+        index, other = (str(runs.FOLDER / name) for name in ("index.h5", "other.h5"))
+        shutil.copy(runs.seedling(), index)
+        with h5py.File(index, "r+") as file:
+            file.create_group("segments")
+        shutil.copy(index, other)
+        with lichtenberg.load(index) as result:
+            self.assertEqual(len(result["charge"]), 4)
+            os.replace(other, index)
+            with self.assertRaisesRegex(lichtenberg.InputError, "load it again"):
+                result["charge"]
+
+
+class SolveTest(unittest.TestCase):
+    scene = {
+        "domain": {"size": [16e-3, 16e-3], "bottom": {"potential": 0.0}},
+        "medium": {"permittivity": 4e-11},
+        "conductor": lichtenberg.conductors(np.array([[5e-3, 8e-3], [11e-3, 8e-3]]), radius=1e-3, charge=[1e-10, 0.0]),
+        "effects": {"floating_conductors": {}},
+        "field": {"cells": 64},
+    }
+
+    def test_arrays_go_in_and_come_out(self):
+        found = lichtenberg.solve(self.scene, capacitance=True)
+        self.assertEqual(found.potential.shape, (2,))
+        self.assertEqual(found.force.shape[0], 2)
+        # The solver's relative tolerance is 1e-10; the second conductor's zero counts relative to the first's charge.
+        np.testing.assert_allclose(found.charge, [1e-10, 0], atol=1e-19)
+        # With the side at 0 V, q = C phi; both sides are of one solver's accuracy, and so is the symmetry.
+        matrix = found.capacitance.matrix
+        names = found.capacitance.groups
+        inner = [names.index(f"conductor {k}") for k in (0, 1)]
+        np.testing.assert_allclose(matrix[np.ix_(inner, inner)] @ found.potential, found.charge, atol=1e-17)
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-8 * abs(matrix).max())
+
+    def test_a_file_is_as_good_as_a_dictionary(self):
+        path = runs.FOLDER / "two.toml"
+        path.write_text(
+            "[domain]\nsize = [16e-3, 16e-3]\nbottom = { potential = 0.0 }\n[medium]\npermittivity = 4e-11\n"
+            "[[conductor]]\nposition = [5e-3, 8e-3]\nradius = 1e-3\ncharge = 1e-10\n"
+            "[[conductor]]\nposition = [11e-3, 8e-3]\nradius = 1e-3\n[effects.floating_conductors]\n[field]\ncells = 64\n"
+        )
+        np.testing.assert_array_equal(lichtenberg.solve(path).potential, lichtenberg.solve(self.scene).potential)
+
+    def test_the_program_s_sentence_is_the_error(self):
+        with self.assertRaisesRegex(lichtenberg.InputError, "unknown key fiel"):
+            lichtenberg.solve({**self.scene, "fiel": {}})
+
+    def test_run_returns_its_result(self):
+        effects = {"floating_conductors": {}, "stokes_drag": {}}
+        moving = {**self.scene, "effects": effects, "stop": {"time": 1e-3}, "output": {"picture": False}}
+        moving["medium"] = {"permittivity": 4e-11, "viscosity": 0.7}
+        with lichtenberg.run(moving, runs.FOLDER / "moving.h5") as result:
+            self.assertEqual(result.count, 2)
+            self.assertAlmostEqual(result.frame().time, 1e-3, places=12)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,67 @@
+"""Short runs that these tests look at, made once by the program that LICHTENBERG names, in a folder that goes with them."""
+import atexit
+import os
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+HOME = Path(__file__).resolve().parents[2]
+PROGRAM = os.environ.get("LICHTENBERG", str(HOME / "build/lichtenberg"))
+sys.path.insert(0, str(HOME / "python"))
+
+_folder = tempfile.TemporaryDirectory(prefix="lichtenberg-test-")
+atexit.register(_folder.cleanup)
+FOLDER = Path(_folder.name)
+
+GAS = """
+title = "Few <grains> & \\"signs\\""
+[reference]
+[domain]
+size = [6, 6, 6]
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+front = "periodic"
+back = "periodic"
+[[population]]
+count = 60
+temperature = 1
+[effects.viscoelastic_contact]
+[effects.charge_exchange]
+[effects.coulomb]
+sum = "minimum-image"
+[stop]
+time = 1
+[output]
+every = 0.25
+picture = false
+"""
+
+
+def program(*words):
+    """Exit status, output and complaints of the program."""
+    ended = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, cwd=FOLDER, check=False)
+    return ended.returncode, ended.stdout, ended.stderr
+
+
+def made(name, scene):
+    (FOLDER / f"{name}.toml").write_text(scene)
+    status, _, complaint = program("run", f"{name}.toml", "--quiet")
+    assert status == 0, complaint
+    return str(FOLDER / f"{name}.h5")
+
+
+@cache
+def seedling():
+    """36 spheres that a tree begins to join, in a plane: four frames."""
+    text = (HOME / "scenes/seedling.toml").read_text().replace("time = 120.0", "time = 0.3")
+    return made("seedling", text + "[output]\nevery = 0.1\npicture = false\n")
+
+
+@cache
+def gas():
+    """60 grains in a periodic box: five frames."""
+    return made("gas", GAS)

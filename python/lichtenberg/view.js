@@ -351,30 +351,44 @@ class Run {
   }
 
   place(frame, i) {
-    const at = 3 * (frame * this.about.count + i);
-    return [0, 1, 2].map((k) => this.about.low[k] + this.places[at + k] / 65535 * this.extent[k]);
+    const result = [0, 0, 0];
+    this.putPlace(result, 0, frame, i);
+    return result;
   }
 
-  /** Six numbers an edge: of a pair around a periodic box, to the nearest image. */
+  /** Six numbers an edge: of a pair around a periodic box, to the nearest image. Walls have no place. */
   edges(kind, frame) {
     const [begin, end] = [frame > 0 ? this.about[kind][frame - 1] : 0, this.about[kind][frame]];
-    const half = this[kind].length / 2;
-    const result = [];
+    const pairs = this[kind];
+    const half = pairs.length / 2;
+    const result = new Float32Array(6 * (end - begin));
+    let used = 0;
     let ground = kind === "tree" && frame > 0 ? this.groundEnds[frame - 1] : 0;
     for (let e = begin; e < end; e++) {
-      const [i, j] = [this[kind][e], this[kind][half + e]];
-      const from = this.place(frame, i);
-      if (j >= 0 && j < this.about.count) result.push(...from, ...this.nearest(from, this.place(frame, j)));
-      else if (kind === "tree") result.push(...from, ...this.ground.subarray(3 * ground, 3 * ++ground));
+      const j = pairs[half + e];
+      const inside = j >= 0 && j < this.about.count;
+      if (!inside && kind !== "tree") continue;
+      this.putPlace(result, used, frame, pairs[e]);
+      if (inside) this.putPlace(result, used + 3, frame, j);
+      else for (let k = 0; k < 3; k++) result[used + 3 + k] = this.ground[3 * ground + k];
+      ground += !inside;
+      this.shorten(result, used);
+      used += 6;
     }
-    return new Float32Array(result);
+    return result.subarray(0, used);
   }
 
-  nearest(from, to) {
-    return to.map((x, k) => {
-      if (!this.about.periodic[k] || !this.size[k]) return x;
-      return x - Math.round((x - from[k]) / this.size[k]) * this.size[k];
-    });
+  putPlace(result, at, frame, i) {
+    const from = 3 * (frame * this.about.count + i);
+    for (let k = 0; k < 3; k++) result[at + k] = this.about.low[k] + this.places[from + k] / 65535 * this.extent[k];
+  }
+
+  /** An edge's second end goes to its image nearest to the first. */
+  shorten(result, at) {
+    for (let k = 0; k < 3; k++) {
+      const length = this.about.periodic[k] ? this.size[k] : 0;
+      if (length > 0) result[at + 3 + k] -= Math.round((result[at + 3 + k] - result[at + k]) / length) * length;
+    }
   }
 }
 

@@ -4,7 +4,17 @@ find_package(SUNDIALS REQUIRED)
 find_package(fmt REQUIRED)
 find_package(CHOLMOD REQUIRED)
 find_package(PkgConfig REQUIRED)
-find_package(MPI REQUIRED COMPONENTS C)  # PETSc's headers include its header
+# PETSc's headers include MPI's. A program in C++ alone finds MPI by the compiler that it has.
+get_property(languages GLOBAL PROPERTY ENABLED_LANGUAGES)
+if("C" IN_LIST languages)
+  find_package(MPI REQUIRED COMPONENTS C)
+else()
+  find_package(MPI REQUIRED COMPONENTS CXX)
+  if(NOT TARGET MPI::MPI_C)
+    add_library(MPI::MPI_C INTERFACE IMPORTED)
+    target_link_libraries(MPI::MPI_C INTERFACE MPI::MPI_CXX)
+  endif()
+endif()
 pkg_check_modules(PETSC REQUIRED QUIET IMPORTED_TARGET PETSc)
 # Not what Debian compiled PETSc with, -D_FORTIFY_SOURCE and the like: all rooms have the same flags.
 set_property(TARGET PkgConfig::PETSC PROPERTY INTERFACE_COMPILE_OPTIONS)

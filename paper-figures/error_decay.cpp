@@ -18,7 +18,7 @@ int main() {
   const Vec2 middle = {0.5 * sites, 0.5 * sites}, half = {radius * ratio, 0};
   const theory::DiskPair pair = {{middle + half, radius}, {middle - half, radius}, 1};
 
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {sites, sites};
   problem.bodies = {{pair.negative, 0}, {pair.positive, 1}};
   problem.groups = {{.floating = false, .potential = 0}, {.charge = charge}};

@@ -18,7 +18,7 @@ namespace {
 
 /// Three disks above an electrode, two of them at a gap of half a radius.
 LaplaceProblem three_disks() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.sides[bottom].kind = Side::Kind::electrode;
   problem.bodies = {{Disk{{0.31, 0.42}, 0.08}, 0}, {Disk{{0.51, 0.42}, 0.08}, 1}, {Disk{{0.68, 0.71}, 0.06}, 2}};

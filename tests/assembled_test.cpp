@@ -29,7 +29,7 @@ LaplaceProblem crowd(bool grounded) {
   const auto random = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
   };
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {96, 64};
   if (grounded) {
     problem.bodies = {{Disk{{48, 0}, 10}, 0}};
@@ -113,7 +113,7 @@ TEST_CASE("every process gets the same bits") {
 }
 
 TEST_CASE("with more processes than some have use for: four unknown cells and a group") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {4, 4};
   problem.sides[left] = {Side::Kind::electrode, 1, {}};
   problem.bodies = {{Disk{{2, 2}, 1.5}, 0}};
@@ -147,7 +147,7 @@ LaplaceProblem two_disks(int side, double R, int k) {
   const double d = 4 * R, a = std::sqrt(0.25 * d * d - R * R), pi = std::numbers::pi;
   const Vec2 charged = middle - a * e, grounded = middle + a * e;
   const double offset = std::acosh(0.5 * d / R) / (2 * pi);
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {static_cast<double>(side), static_cast<double>(side)};
   for (Side& s : problem.sides) {
     s.kind = Side::Kind::electrode;

@@ -183,7 +183,7 @@ TEST_CASE("two disks and a resistor: the exact field, less what flows through it
   const Vec2 positive = middle - a * e, negative = middle + a * e;
   for (const double K : {1e-3, 0.3, 2.0, 1e4}) {
     const double Q = 3, q = Q / (1 + K * per_charge);
-    LaplaceProblem problem;
+    LaplaceProblem problem{.permittivity = 1};
     problem.size = {side, side};
     for (Side& s : problem.sides) {
       s.kind = Side::Kind::electrode;

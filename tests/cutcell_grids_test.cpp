@@ -106,7 +106,7 @@ TEST_CASE("a disk centred on a face is seen under the angle pi by the cell befor
 
 TEST_CASE("two disks of half a cell between two rows of cells") {
   // Centres on faces, as two-disks.toml has with 36 cells: with a negative conductance CG did not end.
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {36, 36};
   problem.bodies = {{Disk{{16.91, 18}, 0.545}, 0}, {Disk{{19.09, 18}, 0.545}, 1}};
   problem.groups = {{false, 0, 0}, {true, 1, 0}};
@@ -191,7 +191,7 @@ namespace {
 
 /// A lattice of n x n disks of radius R in an n x n box, one in the middle of each unit cell.
 LaplaceProblem lattice(int n, double radius) {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {static_cast<double>(n), static_cast<double>(n)};
   problem.sides[bottom].kind = problem.sides[top].kind = Side::Kind::electrode;
   for (int k = 0; k < n * n; ++k) {

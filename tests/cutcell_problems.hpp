@@ -16,7 +16,7 @@ constexpr double pi = std::numbers::pi;
 /// half-disk on the bottom; charges alternate in size and sign.
 inline LaplaceProblem crowd(int count, double side, double radius, double least_gap) {
   crowds::Random random(7);
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {side, side};
   problem.bodies = {{Disk{{0.5 * side, 0}, 2 * radius}, 0}};
   problem.groups = {{false, 0, 0}};

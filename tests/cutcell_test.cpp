@@ -23,7 +23,7 @@ LaplaceProblem two_disks(double side, Vec2 middle, Vec2 e, double R, double d) {
   const double a = std::sqrt(0.25 * d * d - R * R);
   const Vec2 charged = middle - a * e, grounded = middle + a * e;
   const double offset = std::acosh(0.5 * d / R) / (2 * pi);
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {side, side};
   for (Side& s : problem.sides) {
     s.kind = Side::Kind::electrode;
@@ -75,7 +75,7 @@ TEST_CASE("Gauss: all charges of the box sum to zero, groups have theirs") {
 TEST_CASE("a chain of conductors that all but touch is solved to the tolerance, in few iterations") {
   // Their links conduct some thousand times better than a cell's: what is common to the chain must not escape CG's
   // norm.
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {256, 256};
   problem.sides[left] = {Side::Kind::electrode, 1, {}};
   for (int k = 0; k < 12; ++k) {
@@ -96,7 +96,7 @@ TEST_CASE("a chain of conductors that all but touch is solved to the tolerance, 
 TEST_CASE("a first guess that is off by orders of magnitude does not make CG stop early") {
   // A group of two far apart, one all but touching the electrode, the other another group: the coarser grids' solution,
   // taken as first guess, was a hundred thousand times too large.
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {80, 80};
   problem.sides[bottom] = {Side::Kind::electrode, 0, {}};
   problem.groups = {{true, 0, 0}, {true, 0, 0}, {true, 3.4, 0}};
@@ -113,7 +113,7 @@ TEST_CASE("a first guess that is off by orders of magnitude does not make CG sto
 }
 
 TEST_CASE("charges are exact to rounding however early CG stops, also between conductors in neighbouring cells") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.sides[top] = {Side::Kind::electrode, 1, {}};
   problem.groups = {{false, 0, 0}, {true, 1, 0}, {true, -0.3, 0}, {true, 0.5, 0}, {true, -0.7, 0}};
@@ -213,7 +213,7 @@ TEST_CASE("every shape of electrode, sides at a potential: maximum principle") {
 }
 
 TEST_CASE("hard geometry: centres on a surface, a disk smaller than a cell, conductors that all but touch") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.groups = {{false, 0, 0}, {true, 1, 0}, {true, -1, 0}, {true, 1, 0}, {true, 0.5, 0}};
   problem.bodies = {{Disk{{32, 0}, 8}, 0},
@@ -236,7 +236,7 @@ TEST_CASE("a cell centre that lies on a surface has a finite link, whatever roun
       for (int column = 20; column < 60; ++column)
         for (const LinkFormula formula : {LinkFormula::log_fitted, LinkFormula::plain}) {
           const double h = side / 100;
-          LaplaceProblem problem;
+          LaplaceProblem problem{.permittivity = 1};
           problem.size = {side, side};
           problem.bodies = {{Disk{{(column + 0.5) * h, 30.5 * h}, radius * h}, 0}};
           problem.groups = {{true, 1, 0}};
@@ -254,7 +254,7 @@ TEST_CASE("conductors on a lattice, with cell centres all but on their surfaces,
   // Shrinking a disk by d of its radius changes its potential by about d Q / 2 pi.
   const auto lattice = [](double shrinkage) {
     const double h = 1e-4;
-    LaplaceProblem problem;
+    LaplaceProblem problem{.permittivity = 1};
     problem.size = {160 * h, 160 * h};
     problem.sides[bottom] = {Side::Kind::electrode, 0, {}};
     for (int k = 0; k < 100; ++k) {
@@ -284,7 +284,7 @@ TEST_CASE("a disk smaller than a cell has the potential of its radius") {
   double phi[2];
   const double radius[2] = {0.3, 1e-5};
   for (const int k : {0, 1}) {
-    LaplaceProblem problem;
+    LaplaceProblem problem{.permittivity = 1};
     problem.size = {64, 64};
     problem.sides[left] = {Side::Kind::electrode, 0, {}};
     problem.bodies = {{Disk{{40.5, 30.5}, radius[k]}, 0}};
@@ -401,7 +401,7 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   // 1/2, red cells 1/2: 3 in all; the coarser grid is solved directly. Every iteration adds one to a cycle for the
   // operator, the first residual is one too, and the first guess is interpolated to all cells of the finest grid, 1.
   // Four sweeps over the cells with links follow any guess.
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {16, 16};
   problem.sides[left] = {Side::Kind::electrode, 0, {}};
   problem.bodies = {{Disk{{9, 8}, 3}, 0}};

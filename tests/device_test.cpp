@@ -50,7 +50,7 @@ LaplaceProblem merged(LaplaceProblem problem) {
 
 /// A dish with a bar on the ground and a few disks, one of them far smaller than a cell.
 LaplaceProblem dish() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.bodies = {{Ring{{32, 32}, 30}, 0}, {Bar{{20, 25}, {40, 28}, 0.7}, 1}, {Disk{{30, 40}, 6}, 2},
                     {Disk{{44, 40}, 5}, 3},  {Disk{{37.4, 40.2}, 0.6}, 4},      {Disk{{20.1, 18.2}, 0.3}, 2}};
@@ -60,7 +60,7 @@ LaplaceProblem dish() {
 
 /// Disks in cells of their own, several in one cell, and touching neighbours, on a grid of one cell a metre.
 LaplaceProblem shared_cells() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {32, 32};
   problem.sides[left].kind = problem.sides[bottom].kind = Side::Kind::electrode;
   problem.sides[left].profile = [](Vec2 p) { return 0.1 * p.y; };
@@ -91,7 +91,7 @@ LaplaceProblem insulated() {
 
 struct Case {
   const char* name;
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   int cells;  // along the longer side
 };
 

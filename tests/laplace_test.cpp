@@ -12,7 +12,7 @@ namespace {
 
 /// Two disks, charges +1 and -1, in an insulated box: nothing is wrong with it.
 LaplaceProblem neutral_pair() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {10, 10};
   problem.bodies = {{Disk{{3, 5}, 1}, 0}, {Disk{{7, 5}, 1}, 1}};
   problem.groups = {{.charge = 1}, {.charge = -1}};
@@ -93,7 +93,7 @@ TEST_CASE("charges must cancel among what the field reaches") {
 }
 
 TEST_CASE("groups are coupled by chains of what is more than the least") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.groups.resize(6);
   problem.couplings = {{4, 5, 1e-3}, {1, 4, 1.0}, {2, 5, 1.0}, {0, 3, 0.0}};
   CHECK(coupled_sets(problem) == std::vector<int>{0, 1, 1, 3, 1, 1});
@@ -119,6 +119,7 @@ TEST_CASE("malformed problems are refused") {
   LaplaceProblem problem = neutral_pair();
   SUBCASE("box without width") { problem.size.x = 0; }
   SUBCASE("permittivity not positive") { problem.permittivity = -1; }
+  SUBCASE("permittivity not given") { problem.permittivity = LaplaceProblem().permittivity; }
   SUBCASE("body of a group that does not exist") { problem.bodies[0].group = 2; }
   SUBCASE("body of a negative group") { problem.bodies[0].group = -1; }
   SUBCASE("radius not positive") { problem.bodies[0].shape = Disk{{3, 5}, 0}; }

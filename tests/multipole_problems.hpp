@@ -23,7 +23,7 @@ inline MultipoleOptions options(double tolerance, bool unbounded = false) {
 /// Disks with charges of both signs in a box that isn't square; groups of one.
 inline LaplaceProblem crowd(int count, Vec2 size, double radius, double least_gap) {
   crowds::Random random(11);
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = size;
   while (static_cast<int>(problem.bodies.size()) < count) {
     const double margin = radius + least_gap;

@@ -16,7 +16,7 @@ TEST_CASE("a disk of one potential with a side may touch it") {
   for (const Side::Kind kind : {Side::Kind::insulating, Side::Kind::electrode}) {
     std::vector<double> potential, charge;
     for (const double gap : {1e-9, 0.0, -1e-9}) {
-      LaplaceProblem problem;
+      LaplaceProblem problem{.permittivity = 1};
       problem.size = {3, 2};
       problem.sides[left].kind = kind;
       problem.sides[right].kind = Side::Kind::electrode;
@@ -36,7 +36,7 @@ TEST_CASE("a disk of one potential with a side may touch it") {
 TEST_CASE("a disk close to an electrode side is one of a close pair with its mirror image") {
   for (const double gap : {0.3, 1e-2, 1e-5}) {
     CAPTURE(gap);
-    LaplaceProblem near_side;
+    LaplaceProblem near_side{.permittivity = 1};
     near_side.size = {3, 2};
     near_side.sides[top] = {Side::Kind::electrode, 0.25, {}};
     near_side.bodies = {{Disk{{1, 2 - 0.4 - gap}, 0.4}, 0}, {Disk{{2.2, 0.8}, 0.3}, 1}};
@@ -126,7 +126,7 @@ TEST_CASE("where different electrodes meet, charges and energy are infinite and 
   // Four sides, one at 1 V: turned by 90 degrees and added up, the four such problems make 1 V everywhere, so a disk
   // without charge in the middle of a square is at 1/4 V.
   for (int s = 0; s < 4; ++s) {
-    LaplaceProblem problem;
+    LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};
     std::array<double, 4> potential{};
     potential[s] = 1;
@@ -147,7 +147,7 @@ TEST_CASE("where different electrodes meet, charges and energy are infinite and 
 TEST_CASE("orders count with the corners where electrodes of different potential meet") {
   // The corner is 2.5 R away: there the field has a pole, 0.4^k at order k. The images, 5 R and more away, ask for a
   // series of about 0.2^k.
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   set_walls(problem, 5, {1, 0, 0, 0});
   problem.bodies = {{Disk{{0.3, 0}, 0.12}, 0}};
@@ -164,7 +164,7 @@ TEST_CASE("orders count with the corners where electrodes of different potential
 TEST_CASE("half-disks on insulating sides are halves of the mirrored scene") {
   // The lower box mirrored up: a whole disk and twice the others. Everything of the half is half, and what the
   // mirror cancels of the force on the whole is left over on the half.
-  LaplaceProblem half;
+  LaplaceProblem half{.permittivity = 1};
   half.size = {1, 0.6};
   half.sides[left].kind = Side::Kind::electrode;
   half.bodies = {{Disk{{0.4, 0.6}, 0.15}, 0}, {Disk{{0.62, 0.4}, 0.1}, 1}, {Disk{{1, 0.2}, 0.12}, 2}};
@@ -189,13 +189,13 @@ TEST_CASE("quarter-disks in corners are quarters of the mirrored scene") {
   // Insulating left and bottom: mirrored to and fro. With an electrode on the left the quarter has its potential, and
   // the mirrored scene the opposite potentials.
   for (const bool electrode : {false, true}) {
-    LaplaceProblem quarter;
+    LaplaceProblem quarter{.permittivity = 1};
     quarter.size = {1, 1};
     quarter.bodies = {{Disk{{0, 0}, 0.2}, 0}, {Disk{{0.4, 0.3}, 0.15}, 1}};
     quarter.groups = {{false, 0, 0}, {true, 1, 0}};
     quarter.sides[top].kind = Side::Kind::electrode;
     if (electrode) quarter.sides[left].kind = Side::Kind::electrode;
-    LaplaceProblem half;  // mirrored in the left side only, shifted by 1
+    LaplaceProblem half{.permittivity = 1};  // mirrored in the left side only, shifted by 1
     half.size = {2, 1};
     half.sides[top].kind = Side::Kind::electrode;
     half.bodies = {{Disk{{1, 0}, 0.2}, 0}, {Disk{{1.4, 0.3}, 0.15}, 1}, {Disk{{0.6, 0.3}, 0.15}, 2}};
@@ -212,7 +212,7 @@ TEST_CASE("quarter-disks in corners are quarters of the mirrored scene") {
 
 TEST_CASE("charge and force of a half-disk are the integrals over its curved side") {
   for (const bool electrode : {false, true}) {
-    LaplaceProblem problem;
+    LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};
     problem.sides[bottom] = {electrode ? Side::Kind::electrode : Side::Kind::insulating, electrode ? 0.5 : 0.0, {}};
     const Disk disk{{0.45, 0}, 0.2};

@@ -20,7 +20,7 @@ namespace {
 
 /// Two disks, charge 1 and potential 0, centres a distance d apart along x.
 LaplaceProblem pair(double first_radius, double second_radius, double d) {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};  // of no meaning in the plane
   problem.bodies = {{Disk{{0.3, 0.2}, first_radius}, 0}, {Disk{{0.3 + d, 0.2}, second_radius}, 1}};
   problem.groups = {{true, 1, 0}, {false, 0, 0}};
@@ -29,7 +29,7 @@ LaplaceProblem pair(double first_radius, double second_radius, double d) {
 
 struct Reference {
   json expected;
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   bool unbounded = false;
 };
 
@@ -102,7 +102,7 @@ TEST_CASE("disks of one potential may touch and overlap a little") {
     CAPTURE(depth);
     const double c = 1 - depth / 2, s = std::sqrt(1 - c * c);
     const double capacity = s > 0 ? s * pi / (4 * std::atan(s / (1 + c))) : pi / 2;
-    LaplaceProblem problem;
+    LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};
     problem.bodies = {{Disk{{-c, 0}, 1}, 0}, {Disk{{c, 0}, 1}, 0}, {Disk{{0, far}, 1}, 1}};
     problem.groups = {{true, 1, 0}, {true, -1, 0}};
@@ -130,7 +130,7 @@ TEST_CASE("every disk of a tight cluster is an equipotential") {
   // Three disks that almost touch each other and a half-disk, one pair of them in one group: the error of V is largest
   // on a boundary.
   const double gap = 1e-4, side = 0.2 + gap;
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.sides[left] = {Side::Kind::electrode, 1, {}};
   const double height = 0.15 + 0.1 + gap;

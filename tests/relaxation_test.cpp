@@ -31,7 +31,7 @@ LaplaceProblem pair_in_plane(double radius, double ratio, int sites, Vec2 shift)
   const double half = radius * ratio, a = std::sqrt(half * half - radius * radius);
   const Vec2 centre = Vec2{0.5 * sites, 0.5 * sites} + shift;
   const Vec2 plus = centre - Vec2{a, 0}, minus = centre + Vec2{a, 0};
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1.0 * sites, 1.0 * sites};
   set_all_sides(problem, {.kind = Side::Kind::electrode, .potential = 0, .profile = [=](Vec2 p) {
                             return bipolar(plus, minus, p);
@@ -68,7 +68,7 @@ PairErrors pair_errors(double radius, double ratio, Stress stress = Stress::maxw
 }
 
 LaplaceProblem neutral_quartet() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.bodies = {
       {Disk{{14, 17}, 6.4}, 0}, {Disk{{45, 13}, 4.5}, 1}, {Disk{{40, 42}, 7.7}, 2}, {Disk{{13, 48}, 3.2}, 2}};
@@ -78,7 +78,7 @@ LaplaceProblem neutral_quartet() {
 
 /// Two disks, d / 2R = 4, in a box whose sides insulate: the first floats with charge 1, the second is at 0.
 LaplaceProblem floating_beside_grounded() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {128, 128};
   problem.bodies = {{Disk{{32.3, 64.4}, 8}, 0}, {Disk{{96.3, 64.4}, 8}, 1}};
   problem.groups = {{.charge = 1}, {.floating = false, .potential = 0}};
@@ -95,7 +95,7 @@ TEST_CASE("over-relaxation and its sweeps have the values given for S = 512 (D 6
 TEST_CASE("a harmonic quadratic on the walls is reproduced exactly") {
   // x^2 - y^2 solves the five-point equation, and its mean over a cell's corners is its value in the centre.
   const auto exact = [](Vec2 p) { return p.x * p.x - p.y * p.y; };
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {24, 16};
   set_all_sides(problem, {.kind = Side::Kind::electrode, .potential = 0, .profile = exact});
   RelaxationSolver solver({.sites = 24, .tolerance = 1e-11});
@@ -255,7 +255,7 @@ TEST_CASE(
 }
 
 TEST_CASE("an antisymmetric pair in an insulated box has opposite potentials and mirrored forces") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 32};
   problem.bodies = {{Disk{{20.3, 16.4}, 5}, 0},
                     {Disk{{43.7, 16.4}, 5}, 1}};  // mirror images in x = 32, a line of sites
@@ -270,7 +270,7 @@ TEST_CASE("an antisymmetric pair in an insulated box has opposite potentials and
 }
 
 TEST_CASE("members of a group share its charge by symmetry, however far apart") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.sides[bottom] = electrode(0);
   problem.bodies = {{Disk{{14, 40}, 5}, 0}, {Disk{{50, 40}, 5}, 0}, {Disk{{32, 20}, 4}, 1}};
@@ -286,7 +286,7 @@ TEST_CASE("members of a group share its charge by symmetry, however far apart") 
 }
 
 TEST_CASE("coaxial disk and dish: C = 2 pi eps / ln(b / a)") {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {129, 129};
   problem.bodies = {{Disk{{64.5, 64.5}, 20}, 0}, {Ring{{64.5, 64.5}, 60}, 1}};
   problem.groups = {{.charge = 1}, {.floating = false, .potential = 0}};
@@ -300,7 +300,7 @@ TEST_CASE("coaxial disk and dish: C = 2 pi eps / ln(b / a)") {
 }
 
 TEST_CASE("of a body cut by an insulating wall only the part inside counts: half a coaxial pair has half the charge") {
-  LaplaceProblem whole;
+  LaplaceProblem whole{.permittivity = 1};
   whole.size = {64, 64};
   whole.bodies = {{Disk{{32, 32}, 10}, 0}, {Ring{{32, 32}, 28}, 1}};
   whole.groups = {{.floating = false, .potential = 1}, {.floating = false, .potential = 0}};

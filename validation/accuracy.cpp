@@ -33,7 +33,7 @@ class Random {
 
 /// The sides of the box, and sometimes a half-disk at the bottom's potential.
 LaplaceProblem random_box(Random& random) {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, random.chance(0.7) ? 1.0 : 0.5};
   const bool electrodes = random.chance(0.6);
   for (Side& side : problem.sides)
@@ -91,7 +91,7 @@ LaplaceProblem random_problem(int seed) {
 
 struct Trial {
   std::string name;
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   LaplaceSolution reference;
 };
 

@@ -19,7 +19,7 @@ namespace {
 /// Disks of 6 to 9 cells' radius in a box of `cells`, some pairs only `gap` cells apart, two of them one group; a
 /// half-disk at 0.3 V on an insulating wall, the upper side at -0.2 V. Lengths in cells.
 LaplaceProblem scene(int cells, int disks, double least_gap) {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1.0 * cells, 1.0 * cells};
   problem.sides[top] = {.kind = Side::Kind::electrode, .potential = -0.2, .profile = {}};
   problem.bodies = {{Disk{{0.5 * cells + 0.3, 0}, 14}, 0}};

@@ -18,7 +18,7 @@ namespace {
 
 /// Five disks of unlike size and charge, off the symmetric places, in the unit box with one grounded side.
 LaplaceProblem scene() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.sides[bottom].kind = Side::Kind::electrode;
   problem.bodies = {{Disk{{0.23, 0.31}, 0.09}, 0},

@@ -29,7 +29,7 @@ namespace {
 /// `count` disks at random in the unit box, three radii and more from centre to centre; the bottom side is grounded.
 /// Each has the charge that makes its potential unlike its neighbours'.
 LaplaceProblem disks(int count, double radius) {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.sides[bottom].kind = Side::Kind::electrode;
   std::mt19937_64 random(1);

@@ -169,7 +169,7 @@ void many_conductors(Report& report) {
 /// sigma / eps and nothing linear: the minimum is where current is conserved.
 void least_power(Report& report) {
   report.section("Power of the true potential (D 3.1)");
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.sides[left] = {.kind = Side::Kind::electrode, .potential = 1};
   problem.sides[right] = {.kind = Side::Kind::electrode, .potential = 0};

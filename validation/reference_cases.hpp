@@ -16,7 +16,7 @@ using nlohmann::json;
 struct Reference {
   std::string name;
   json data;
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   Vec2 shift;  ///< from the file's coordinates to the problem's
   bool plane = false;
 };

@@ -37,7 +37,7 @@ void add_floating_disks(LaplaceProblem& problem, int count, std::uint64_t seed) 
 }
 
 LaplaceProblem unit_box() {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   return problem;
 }

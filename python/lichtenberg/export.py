@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import vtk
-from .result import UNCONNECTED, InputError, Failure, check_output, chosen_frames, default_output, load, write_whole
+from .result import Failure, InputError, check_output, chosen_frames, default_output, load, write_whole
 
 formats = ("vtk", "xyz", "csv")
 # OVITO's names of what it draws by; all else keeps its own
@@ -27,7 +27,7 @@ def export(source, to, out=None, frames=None, overwrite=False):
             return export(result, to, out, frames, overwrite)
     chosen = chosen_frames(source, frames)
     out = out or default_output(source.path, ".xyz" if to == "xyz" else f"-{to}")
-    check_output(out, overwrite)
+    check_output(out, overwrite, folder=to != "xyz")
     {"xyz": write_xyz, "vtk": write_vtk, "csv": write_csv}[to](source, chosen, out)
     return out
 
@@ -46,22 +46,24 @@ def make_folder(path):
 def write_vtk(result, frames, out):
     """particles.pvd, contacts.pvd and tree.pvd with a .vtp a frame, field.vti of the last frame."""
     folder = make_folder(out)
-    pairs = {"particles": lambda frame: []}
-    if result.has_contacts:
-        pairs["contacts"] = lambda frame: between_particles(frame.contacts, result.count)
+    write_steps(result, frames, folder, "particles", lambda frame: [])
+    contacts = [index for index in frames if index in result.frames_with_contacts]
+    write_steps(result, contacts, folder, "contacts", lambda frame: between_particles(frame.contacts, result.count))
     if "successor" in result.columns:
-        pairs["tree"] = lambda frame: between_particles(frame.tree, result.count)
-    for kind, lines_of in pairs.items():
-        listed = []
-        for index in frames:
-            frame = result.frame(index)
-            name = f"{kind}-{index:06}.vtp"
-            text = vtk.poly_data(np.asarray(frame["position"]), columns_of(frame), lines_of(frame), frame.time)
-            write_whole(folder / name, text)
-            listed.append((frame.time, name))
-        write_whole(folder / f"{kind}.pvd", vtk.collection(listed))
+        write_steps(result, frames, folder, "tree", lambda frame: between_particles(frame.tree, result.count))
     if result.field is not None:
         write_whole(folder / "field.vti", vtk.image_data(result.size, np.asarray(result.field), "potential"))
+
+
+def write_steps(result, frames, folder, kind, lines_of):
+    """A file a frame of particles, with the lines that `lines_of(frame)` returns, and one that lists them, if there are any."""
+    listed = []
+    for frame in map(result.frame, frames):
+        name = f"{kind}-{frame.index:06}.vtp"
+        write_whole(folder / name, vtk.poly_data(np.asarray(frame["position"]), columns_of(frame), lines_of(frame), frame.time))
+        listed.append((frame.time, name))
+    if listed:
+        write_whole(folder / f"{kind}.pvd", vtk.collection(listed))
 
 
 def between_particles(pairs, count):
@@ -134,8 +136,9 @@ def write_csv(result, frames, out):
     folder = make_folder(out)
     chosen = list(frames)
     write_table(folder / "particles.csv", (particle_rows(result.frame(index)) for index in chosen))
-    if result.has_contacts:
-        write_table(folder / "contacts.csv", (contact_rows(result.frame(index)) for index in chosen))
+    contacts = [index for index in chosen if index in result.frames_with_contacts]
+    if contacts:
+        write_table(folder / "contacts.csv", (contact_rows(result.frame(index)) for index in contacts))
     observables = {"time": result.time[chosen], **{name: values[chosen] for name, values in result.observables.items()}}
     write_table(folder / "observables.csv", {"frame": np.array(chosen), **spread(observables, result.terminals)})
     for name, table in result.tables.items():
@@ -219,7 +222,7 @@ def export_ensemble(source, to, out, frames, overwrite):
     if to != "csv" or frames is not None:
         raise InputError(f"{source} is an ensemble, which has csv alone and no frames; its members are result files")
     out = out or default_output(source, "-csv")
-    check_output(out, overwrite)
+    check_output(out, overwrite, folder=True)
     ensemble = json.loads(path.read_text())
     folder = make_folder(out)
     write_records(folder / "members.csv", [flat(member) for member in ensemble["members"]])

@@ -186,19 +186,22 @@ class Result:
         return [text_of(kind) == "periodic" for kind in self.file["particles/conductors/box"].attrs["boundary"]]
 
     def read_contacts(self, index):
+        if index not in self.frames_with_contacts:
+            raise InputError(f"{self.path} has no contacts of frame {index}")
         network = self.file.get("network", {})
         if "contacts_of_all_frames" in network:
             end = network["contacts_end"][()]
             begin = end[index - 1] if index > 0 else 0
             return np.asarray(self._read(network["contacts_of_all_frames"], slice(begin, end[index])))
-        if index == len(self) - 1 and (contacts := network.get("contacts", self.file.get("packing/contacts"))):
-            return contacts[()]
-        raise InputError(f"{self.path} has no contacts of frame {index}")
+        return network["contacts"][()] if "contacts" in network else self.file["packing/contacts"][()]
 
     @property
-    def has_contacts(self):
-        """Of each frame."""
-        return "network/contacts_of_all_frames" in self.file
+    def frames_with_contacts(self):
+        """All, of a packing the last alone, or none."""
+        if "network/contacts_of_all_frames" in self.file:
+            return range(len(self))
+        has_last = "network/contacts" in self.file or "packing/contacts" in self.file
+        return range(len(self) - 1, len(self)) if has_last else range(0)
 
     # What stands beside them
 
@@ -338,15 +341,21 @@ def default_output(path, suffix):
     return str(Path(path).with_suffix("")) + suffix
 
 
-def check_output(path, overwrite):
-    """Before the work: throws InputError if the path is taken or its folder is not there or cannot be written."""
-    folder = os.path.dirname(os.path.abspath(path))
-    if not os.path.isdir(folder):
-        raise InputError(f"{path} cannot be written: there is no folder {folder}")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{path} cannot be written: the folder {folder} is not writable")
-    if os.path.lexists(path) and not overwrite:
+def check_output(path, overwrite, folder=False):
+    """Before the work: throws InputError if the file (or folder) is there and is not to be replaced, or never may be, or if
+    the folder that it is in is not there or cannot be written."""
+    parent = os.path.dirname(os.path.abspath(path))
+    if not os.path.isdir(parent):
+        raise InputError(f"{path} cannot be written: there is no folder {parent}")
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise InputError(f"{path} cannot be written: folder {parent} may not be written")
+    if not os.path.lexists(path):
+        return
+    if not overwrite:
         raise InputError(f"{path} exists: give --out another name, or allow --overwrite")
+    right_kind = os.path.isdir(path) if folder else os.path.isfile(path)
+    if os.path.islink(path) or not right_kind or (not folder and h5py.is_hdf5(path)):
+        raise InputError(f"{path} is a link, a result or no {'folder' if folder else 'file'}: it is not replaced")
 
 
 def write_whole(path, parts):

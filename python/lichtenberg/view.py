@@ -4,7 +4,9 @@ Places are stored in 65535 steps an axis, other numbers with 13 binary digits; t
 one before, byte by byte, deflated, in base64. view.js undoes that.
 """
 import base64
+import html
 import json
+import re
 import zlib
 from pathlib import Path
 
@@ -52,7 +54,7 @@ class Page:
             "dimension": result.dimension,
             "time": numbers(result.time[self.frames]),
             "timeUnit": "iterations" if "packing" in result.tables else result.time.unit,
-            "lengthUnit": result["position"].unit if len(self.frames) == 0 else result.size.unit,
+            "lengthUnit": result.size.unit,
             "size": numbers(result.size),
             "periodic": result.periodic,
             "scene": result.scene,
@@ -109,8 +111,10 @@ class Page:
 
     def add_edges(self):
         """Contacts, and the tree's edges: pairs of particles, of the latter also places on the ground."""
-        if self.result.has_contacts:
-            self.add_pairs("contacts", [self.result.read_contacts(index) for index in self.frames])
+        known = self.result.frames_with_contacts
+        if known:
+            none = np.empty((0, 2), np.int32)
+            self.add_pairs("contacts", [self.result.read_contacts(k) if k in known else none for k in self.frames])
         if "successor" in self.result.columns:
             self.add_pairs("tree", [self.result.frame(index).tree for index in self.frames])
             self.add_ground_points()
@@ -131,13 +135,14 @@ class Page:
 
     def html(self):
         here = Path(__file__).parent
-        page = (here / "view.html").read_text()
-        about = json.dumps(self.about, allow_nan=False).replace("<", "\\u003c")
-        arrays = json.dumps(self.arrays)
-        title = self.about["title"].replace("&", "&amp;").replace("<", "&lt;")
-        for mark, text in [("TITLE", title), ("SCRIPT", (here / "view.js").read_text()), ("ABOUT", about), ("ARRAYS", arrays)]:
-            page = page.replace(f"@{mark}@", text)
-        return page
+        parts = {
+            "TITLE": html.escape(self.about["title"]),
+            "ABOUT": json.dumps(self.about, allow_nan=False).replace("<", "\\u003c"),
+            "ARRAYS": json.dumps(self.arrays),
+            "SCRIPT": (here / "view.js").read_text(encoding="utf-8"),
+        }
+        template = (here / "view.html").read_text(encoding="utf-8")
+        return re.sub("@(TITLE|ABOUT|ARRAYS|SCRIPT)@", lambda mark: parts[mark[1]], template)
 
 
 def numbers(values):

@@ -56,7 +56,7 @@ struct Coupling {
 struct LaplaceProblem {
   Vec2 size;
   std::array<Side, 4> sides;  ///< by SideIndex
-  double permittivity = 1;    ///< F/m
+  double permittivity = 0;    ///< F/m; has to be given
   std::vector<Body> bodies;
   std::vector<Group> groups;
   std::vector<Coupling> couplings;  ///< between groups; several between the same two add up

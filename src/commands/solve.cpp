@@ -250,7 +250,8 @@ Command solve_command() {
            set_argument(request->settings),
            {"--capacitance", &request->capacitance, "the capacitance matrix as well: one more solve a group"},
            {"--json", &request->json, "print JSON (SI units) in place of a table"},
-           {"--field", &request->field, "write potential and bodies to this file (VTKHDF, for ParaView)"},
+           {"--field", &request->field,
+            "write potential and bodies to this file (VTKHDF; ParaView opens it if its name ends in .hdf)"},
            {"--overwrite", &request->overwrite, "replace FILE of --field if it exists"}},
           [request] {
             if (!request->field.empty()) check_output("--field", request->field, request->overwrite);

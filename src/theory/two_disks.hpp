@@ -10,7 +10,7 @@ namespace lichtenberg::theory {
 struct DiskPair {
   Disk positive;            ///< carries +Q
   Disk negative;            ///< carries -Q
-  double permittivity = 1;  ///< F/m
+  double permittivity = 0;  ///< F/m; has to be given
 };
 
 /// Capacitance Q / (phi_positive - phi_negative), F/m: 2 pi eps / acosh((d^2 - R1^2 - R2^2) / (2 R1 R2)), which for

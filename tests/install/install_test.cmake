@@ -1,5 +1,6 @@
-# Installs the build into an empty folder, then builds and runs a program there that knows lichtenberg only by
-# find_package. The installed program must start as well, and find its plot script.
+# Installs the build into an empty folder, then builds and runs programs there that know lichtenberg only by
+# find_package: the README's example, in C++ alone, and reader.cpp. The installed program must start as well, and find
+# its scripts and its Python package, which must find the program.
 set(stage ${BUILD}/install-test)
 file(REMOVE_RECURSE ${stage})
 
@@ -19,12 +20,27 @@ function(expect text)
   endif()
 endfunction()
 
+function(write_example language file)
+  file(READ ${SOURCE}/README.md readme)
+  if(NOT readme MATCHES "```${language}\n([^`]*)```")
+    message(FATAL_ERROR "the README has no example in ${language}")
+  endif()
+  file(WRITE ${file} "${CMAKE_MATCH_1}")
+endfunction()
+
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${stage}/prefix)
-run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${stage}/build -G ${GENERATOR}
+write_example(cpp ${stage}/source/consumer.cpp)
+write_example(cmake ${stage}/source/CMakeLists.txt)
+file(COPY ${SOURCE}/tests/install/reader.cpp DESTINATION ${stage}/source)
+file(APPEND ${stage}/source/CMakeLists.txt
+  "add_executable(reader reader.cpp)\ntarget_link_libraries(reader PRIVATE lichtenberg::lichtenberg)\n")
+run(${CMAKE_COMMAND} -S ${stage}/source -B ${stage}/build -G ${GENERATOR}
   -D CMAKE_PREFIX_PATH=${stage}/prefix -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_BUILD_TYPE=${BUILD_TYPE}
   -D "CMAKE_CXX_FLAGS=${FLAGS}")
 run(${CMAKE_COMMAND} --build ${stage}/build)
 run(${stage}/build/consumer)
+expect("V in the middle")
+run(${stage}/build/reader)
 expect("2 conductors in 0.02 m x 0.01 m")
 
 run(${stage}/prefix/bin/lichtenberg --version)
@@ -34,3 +50,11 @@ expect("FILE")
 if(NOT EXISTS ${stage}/prefix/share/lichtenberg/plot.py)
   message(FATAL_ERROR "the plot script was not installed")
 endif()
+
+run(${CMAKE_COMMAND} -E env PYTHONPATH=${stage}/prefix/share/lichtenberg/python PYTHONDONTWRITEBYTECODE=1
+  /usr/bin/python3 -P -c "import lichtenberg as l; print(l.program.find_program(), l.solve('${SOURCE}/scenes/two-disks.toml').potential)")
+expect("${stage}/prefix/bin/lichtenberg [")
+execute_process(COMMAND ${stage}/prefix/bin/lichtenberg view nowhere.h5 RESULT_VARIABLE status ERROR_VARIABLE output)
+expect("nowhere.h5")
+execute_process(COMMAND ${stage}/prefix/bin/lichtenberg export ${stage} --to csv RESULT_VARIABLE status ERROR_VARIABLE output)
+expect("is a folder without ensemble.json")

@@ -169,6 +169,17 @@ class H5mdTest(unittest.TestCase):
                 np.testing.assert_array_equal(step.positions, np.float32(frame["position"]))
 
 
+class PackingTest(unittest.TestCase):
+    def test_contacts_are_those_of_the_last_frame(self):
+        folder = exported(runs.packing(), "csv")
+        with load(runs.packing()) as result:
+            last = len(result) - 1
+            contacts = [(int(row["frame"]), int(row["particle"]), int(row["other"])) for row in rows_of(folder / "contacts.csv")]
+            self.assertEqual(contacts, [(last, *pair) for pair in result.frame().contacts])
+        written = os.listdir(exported(runs.packing(), "vtk"))
+        self.assertEqual([name for name in written if name.startswith("contacts-")], [f"contacts-{last:06}.vtp"])
+
+
 class RefusedTest(unittest.TestCase):
     def refused(self, words, *command):
         status, answer, complaint = runs.program(*command)
@@ -198,6 +209,16 @@ class RefusedTest(unittest.TestCase):
         self.refused("text.h5", "export", "text.h5", "--to", "xyz")
         self.refused("text.h5", "view", "text.h5")
         self.refused("frames 0 to 3", "view", result, "--frames", "7")
+
+    def test_what_is_read_and_other_results_and_links_are_never_replaced(self):
+        result = runs.seedling()
+        link = runs.FOLDER / "link"
+        link.symlink_to("elsewhere")
+        for out in (result, runs.gas(), link, runs.FOLDER):
+            for command in (["view"], ["export", "--to", "xyz"]):
+                self.refused("is not replaced", *command, result, "--out", out, "--overwrite")
+        self.refused("is not replaced", "export", result, "--to", "csv", "--out", result, "--overwrite")
+        self.assertEqual(len(load(result)), 4)
 
     def test_nothing_is_left_of_what_failed(self):
         self.assertEqual([name for name in os.listdir(runs.FOLDER) if "partial" in name], [])

@@ -65,3 +65,10 @@ def seedling():
 def gas():
     """60 grains in a periodic box: five frames."""
     return made("gas", GAS)
+
+
+@cache
+def packing():
+    """Some forty disks on their way to rest."""
+    text = (HOME / "scenes/packing.toml").read_text().replace("count = 400", "count = 40").replace("[20e-3, 20e-3]", "[6.4e-3, 6.4e-3]")
+    return made("packing", text + "[output]\npicture = false\n")

@@ -80,7 +80,7 @@ class ArraysTest(unittest.TestCase):
         page = page_of(runs.gas())
         text = page.read_text()
         self.assertEqual(re.findall(r"(?:src|href|url)\s*[=(]|https?:|fetch\(", text), [])
-        self.assertIn("<title>Few &lt;grains> &amp; \"signs\"</title>", text)
+        self.assertIn("<title>Few &lt;grains&gt; &amp; &quot;signs&quot;</title>", text)
         self.assertEqual(stored(page)[0]["title"], 'Few <grains> & "signs"')
         self.assertEqual(stored(page)[0]["scene"], runs.GAS)
 

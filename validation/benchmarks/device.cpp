@@ -33,7 +33,7 @@ LaplaceProblem scene(int conductors, std::uint64_t seed) {
   const double pitch = 1.0 / a_side;
   const double radius = conductors <= 400 ? 1.0 / 64 : 1.0 / 546;
   const double shift = 0.5 * (pitch - 2.25 * radius);  // from the middle of a lattice cell
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
   problem.bodies = {{Disk{{0.5, 0}, 2 * radius}, 0}};
   problem.groups = {{false, 0, 0}};

@@ -29,7 +29,7 @@ std::optional<LaplaceProblem> scene(int side, int count, double least_gap, std::
     return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
   };
   const double radius = side * std::sqrt(1.0 / 6 / std::numbers::pi / count);
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {static_cast<double>(side), static_cast<double>(side)};
   problem.bodies = {{Disk{{0.5 * side, 0}, side / 32.0}, 0}};
   problem.groups = {{false, 0, 0}};

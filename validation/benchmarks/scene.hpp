@@ -19,7 +19,7 @@ inline laplace::LaplaceProblem disks_round_ground(int conductors, std::uint64_t 
   const auto uniform = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
   };
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = {side, side};
   problem.bodies = {{Disk{{0.5 * side, 0}, 2 * radius}, 0}};
   problem.groups = {{false, 0, 0}};

@@ -49,7 +49,7 @@ inline std::string most_of(int iterations) { return fmt::format("{} iterations a
 
 /// A box of whole cells, h = 1; the named sides are electrodes at 0 V.
 inline LaplaceProblem box(Vec2 size, std::initializer_list<SideIndex> grounded) {
-  LaplaceProblem problem;
+  LaplaceProblem problem{.permittivity = 1};
   problem.size = size;
   for (const SideIndex side : grounded) problem.sides[side].kind = Side::Kind::electrode;
   return problem;

@@ -87,7 +87,7 @@ class SceneMaker {
   }
 
   std::mt19937_64 random_;
-  LaplaceProblem problem_;
+  LaplaceProblem problem_{.permittivity = 1};
 };
 
 /// How far the cells' potentials leave the range of the conductors' and sides', over the largest.

@@ -15,7 +15,7 @@ int main() {
     position = [15e-3, 5e-3]
     radius = 1e-3
   )",
-                                                            "consumer.toml");
+                                                            "reader.toml");
   const lichtenberg::laplace::LaplaceProblem problem{.size = plane(scene.domain.size)};
   std::printf("%zu conductors in %g m x %g m\n", scene.conductors.size(), problem.size.x, problem.size.y);
 }

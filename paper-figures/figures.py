@@ -32,9 +32,14 @@ def request(description, *foreign):
     found = parser.parse_args()
     found.build, found.results = found.build.resolve(), found.results.resolve()
     found.program = found.build / "lichtenberg"
-    global _made_with
-    _made_with = version_of(found.program)
+    made_with(found.program)
     return found
+
+
+def made_with(program):
+    """From here on, rows say that this program made them."""
+    global _made_with
+    _made_with = version_of(program)
 
 
 def version_of(program):
@@ -81,9 +86,9 @@ def scene_in(path):
         return None
 
 
-def kept_run(program, scene, result):
+def kept_run(program, scene, result, *options):
     """The result file of a scene: the one that is there if it is of this very scene (comments aside), else of a new
-    run, which has that name only when it has ended. A run that was stopped goes on."""
+    run with these options, which has that name only when it has ended. A run that was stopped goes on."""
     asked = tomllib.loads(scene.read_text())
     if result.exists():
         if scene_in(result) == asked:
@@ -91,7 +96,8 @@ def kept_run(program, scene, result):
         print(f"{result} is of another scene than {scene}: run again", flush=True)
     result.parent.mkdir(parents=True, exist_ok=True)
     unfinished = result.with_suffix(".part.h5")
-    run(program, "run", scene, "--resume" if can_go_on(unfinished, asked) else "--overwrite", "--out", unfinished)
+    run(program, "run", scene, "--resume" if can_go_on(unfinished, asked) else "--overwrite", "--out", unfinished,
+        *options)
     unfinished.rename(result)
     unfinished.with_suffix(".png").unlink(missing_ok=True)  # the run's own picture
     return result

@@ -3,39 +3,49 @@
 # verdicts. A figure that fails is reported and the rest go on; then the exit status is 1.
 #   paper-figures/make.sh              all
 #   paper-figures/make.sh 7_3 7_4      these
+#   paper-figures/make.sh granular       those of grains (granular_*.py); --full: at the source's size, on a device
+#   paper-figures/make.sh granular_4_5   this one of them
 #   paper-figures/make.sh --build DIR    with the programs built there
 #   paper-figures/make.sh --results DIR  with the runs kept there (default: output/)
 set -uo pipefail
 
 folder=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
-figures=() options=()
+scripts=() options=() of_grains=()
 while (($#)); do
   case $1 in
     --build | --results)
       options+=("$1" "${2:?$1 needs a folder}")
       shift
       ;;
+    --full) of_grains+=("$1") ;;
+    --seeds | --processes)
+      of_grains+=("$1" "${2:?$1 needs a number}")
+      shift
+      ;;
+    granular) scripts+=("$folder"/granular_*.py) ;;
     *)
-      if [[ ! -e $folder/figure_$1.py ]]; then
-        echo "make.sh: there is no figure_$1.py in $folder; figures are named as in \`make.sh 7_3 7_4\`" >&2
+      script=$folder/figure_$1.py
+      [[ $1 == granular_* ]] && script=$folder/$1.py
+      if [[ ! -e $script ]]; then
+        echo "make.sh: there is no ${script##*/} in $folder; figures are named as in \`make.sh 7_3 granular_4_5\`" >&2
         exit 2
       fi
-      figures+=("$1")
+      scripts+=("$script")
       ;;
   esac
   shift
 done
-if ((!${#figures[@]})); then
-  for script in "$folder"/figure_*.py; do
-    script=${script##*/figure_}
-    figures+=("${script%.py}")
-  done
-fi
+((${#scripts[@]})) || scripts=("$folder"/figure_*.py "$folder"/granular_*.py)
 
 failed=()
-for figure in "${figures[@]}"; do
+for script in "${scripts[@]}"; do
+  figure=${script##*/}
+  figure=${figure#figure_}
+  figure=${figure%.py}
   printf '\n== figure %s\n' "$figure"
-  /usr/bin/python3 "$folder/figure_$figure.py" ${options[@]+"${options[@]}"} || failed+=("$figure")
+  more=()
+  [[ $figure == granular_* ]] && more=(${of_grains[@]+"${of_grains[@]}"})
+  /usr/bin/python3 "$script" ${options[@]+"${options[@]}"} ${more[@]+"${more[@]}"} || failed+=("$figure")
 done
 echo
 /usr/bin/python3 "$folder/table.py" ${failed[@]+"${failed[@]}"}

@@ -33,7 +33,7 @@ def label(figure):
 
 def saved(failed):
     """Pairs (figure, row)."""
-    for path in sorted(OUTPUT.glob("figure_*.json")):
+    for path in sorted([*OUTPUT.glob("figure_*.json"), *OUTPUT.glob("granular_*.json")]):
         figure = path.stem.removeprefix("figure_")
         if figure not in failed:
             for row in json.loads(path.read_text()):

@@ -161,6 +161,10 @@ TEST_CASE("clusters of dense cells") {
   CHECK(of_gas.cells.count[0] == 19);
   CHECK(of_gas.least == 4);
   CHECK(density_clusters(grains_at(38.76, {{1, 1, 1}})).least == 5);
+  // A sixth of the closest packing is 1.9 grains, a half 5.7.
+  CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).least == 2);
+  CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).size == std::vector{2, 1, 1});
+  CHECK(density_clusters(grains_at(10, places), 2, 0.5).size.empty());
 }
 
 TEST_CASE("moments of charges and speeds that are known") {

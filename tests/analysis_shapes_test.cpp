@@ -109,6 +109,24 @@ TEST_CASE("shapes: a chain across the corner of the box is whole, one around the
   CHECK(shapes[1].percolates);
   CHECK(std::isnan(shapes[1].gyration));
 
+  // Induced dipoles of known sum, of the ring too, against how many grains there are.
+  std::vector<double> dipole(3 * gas.size());
+  for (int i = 0; i < 7; ++i) dipole[3 * i] = 3, dipole[3 * i + 1] = i % 2 == 0 ? 1 : -1;
+  for (int i = 7; i < 27; ++i) dipole[3 * i + 2] = i % 2 == 0 ? 0.5 : -0.5;
+  const auto polarized = cluster_shapes(gas, touching(gas), 1, dipole);
+  REQUIRE(polarized.size() == 3);
+  CHECK(polarized[0].induced_dipole == Approx(std::hypot(21, 1)).epsilon(1e-14));
+  CHECK(polarized[1].induced_dipole == 0);
+  CHECK(shapes[0].induced_dipole == 0);  // without any
+  const std::vector<double> induced = mean_by_grains(polarized, &ClusterShape::induced_dipole),
+                            of_charges = mean_by_grains(polarized, &ClusterShape::charge_dipole);
+  REQUIRE(induced.size() == 21);
+  CHECK(induced[7] == polarized[0].induced_dipole);
+  CHECK(induced[20] == 0);
+  CHECK(std::isnan(induced[8]));  // no cluster is that large
+  CHECK(of_charges[7] == Approx(6).epsilon(1e-12));
+  CHECK(std::isnan(of_charges[20]));  // goes around the box
+
   // As one body each: at the chain's middle, across the box.
   const auto numbers = cluster_numbers(gas.size(), touching(gas));
   const Bodies bodies = cluster_bodies(gas, numbers);

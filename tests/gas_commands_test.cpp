@@ -50,6 +50,16 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(last["shape_grains"].size() >= 1);
   CHECK(last["shape_grains"].size() == last["shape_gyration"].size());
   CHECK(last["charge_by_speed"].size() == 20);
+  // Energies are those that the run noted at the instant.
+  CHECK(last["kinetic_energy"] == found["notes"]["kinetic_energy"].back());
+  CHECK(last["dissipated_energy"].get<double>() > found["frames"][3]["dissipated_energy"].get<double>());
+  CHECK(last["kinetic_energy"].get<double>() == Approx(1.5 * 60 * last["temperature"].get<double>()).epsilon(1e-12));
+  // Nothing is given for what the scene has not, and it is said why.
+  CHECK_FALSE(last.contains("induced_dipole"));
+  CHECK(contains(found["null"]["induced_dipole"].get<std::string>(), "without [effects.induced_dipoles]"));
+  CHECK(last["charge_dipole"][0].is_null());  // no cluster has no grains
+  CHECK(found["frames"][0]["aggregate_local_slope"].is_null());
+  CHECK(contains(found["growth"]["dense_cells"]["missing"].get<std::string>(), "fewer than five frames"));
   const std::string csv = text_of(folder / "gas.csv");
   CHECK(csv.starts_with("time (t0),temperature (m0 v0^2),"));
   CHECK(std::ranges::count(csv, '\n') == 6);
@@ -64,6 +74,26 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(contains(run_program(folder, "analyse gas.h5 --frame 2").out, "frame 2 at t = 0.5 t0"));
   CHECK(run_program(folder, "plot gas.h5 --frame 1 --out other.png").status == 0);
   CHECK(std::filesystem::exists(folder / "other-series.png"));
+}
+
+TEST_CASE("what a gas without charges cannot have, it has not") {
+  const Folder folder;
+  std::string neutral = scene;
+  for (const char* table : {"[effects.charge_exchange]\n", "[effects.coulomb]\n", "sum = \"minimum-image\"\n"})
+    neutral = replaced(neutral, table, "");
+  folder.write("gas.toml", replaced(neutral, "[output]", "[output]\npicture = false"));
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  const Ended analysed = run_program(folder, "analyse gas.h5 --json");
+  REQUIRE_MESSAGE(analysed.status == 0, analysed.err);
+  const json found = json::parse(analysed.out), last = found["frames"].back();
+  CHECK(last["charge_speed_correlation"].is_null());
+  CHECK(last["charge_kurtosis"].is_null());
+  for (const char* name : {"charge_density", "charge_dipole", "charge_structure", "charge_by_speed"}) {
+    CHECK_FALSE(last.contains(name));
+    CHECK(found["null"][name] == "no grain is charged");
+  }
+  CHECK_FALSE(last.contains("bound_clusters"));
+  CHECK(found["null"]["bound_clusters"] == "no forces between charges");
 }
 
 TEST_CASE("grains are coloured by charge or cluster, as asked for") {

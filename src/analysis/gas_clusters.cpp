@@ -35,12 +35,12 @@ double volume(double radius, int dimension) {
   return dimension == 3 ? 4 * pi / 3 * radius * radius * radius : pi * radius * radius;
 }
 
-std::vector<bool> dense_cells(const Bodies& b, const Cells& cells) {
+std::vector<bool> dense_cells(const Bodies& b, const Cells& cells, double part) {
   std::vector<double> filled(cells.size());
   const std::vector<int> cell = cell_of_each(b, cells);
   for (int i = 0; i < b.size(); ++i) filled[cell[i]] += volume(b.radius[i], b.dimension);
   std::vector<bool> dense(cells.size());
-  for (int c = 0; c < cells.size(); ++c) dense[c] = filled[c] > dense_filling(b.dimension) * cells.volume();
+  for (int c = 0; c < cells.size(); ++c) dense[c] = filled[c] > dense_filling(b.dimension, part) * cells.volume();
   return dense;
 }
 
@@ -137,15 +137,18 @@ double DensityClusters::mean_size() const {
   return first > 0 ? second / first : std::numeric_limits<double>::quiet_NaN();
 }
 
-double dense_filling(int dimension) { return (dimension == 3 ? pi / std::sqrt(18.0) : pi / std::sqrt(12.0)) / 3; }
+double dense_filling(int dimension, double part) {
+  return (dimension == 3 ? pi / std::sqrt(18.0) : pi / std::sqrt(12.0)) * part;
+}
 
-DensityClusters density_clusters(const Bodies& bodies, double edge) {
+DensityClusters density_clusters(const Bodies& bodies, double edge, double part) {
   DensityClusters found{.cells = cells_of(bodies, edge)};
   if (bodies.size() == 0) return found;
   const double all = std::transform_reduce(bodies.radius.begin(), bodies.radius.end(), 0.0, std::plus<>(),
                                            [&](double radius) { return volume(radius, bodies.dimension); });
-  found.least = 1 + static_cast<int>(dense_filling(bodies.dimension) * found.cells.volume() / (all / bodies.size()));
-  const std::vector<bool> dense = dense_cells(bodies, found.cells);
+  found.least =
+      1 + static_cast<int>(dense_filling(bodies.dimension, part) * found.cells.volume() / (all / bodies.size()));
+  const std::vector<bool> dense = dense_cells(bodies, found.cells, part);
   std::vector<Pair> faces;
   for (int c = 0; c < found.cells.size(); ++c)
     for (int axis = 0; axis < bodies.dimension; ++axis)

@@ -45,7 +45,7 @@ ClusterSizes cluster_sizes(std::span<const std::int32_t> numbers);
 /// always in contact. `strength`: K. None without charges.
 std::vector<Pair> bound_pairs(const Bodies& bodies, double strength);
 
-/// Where grains are dense (G 4.4.1): cells filled by more than a third of the closest packing, and those of them that
+/// Where grains are dense (G 4.4.1): cells filled by more than a part of the closest packing, and those of them that
 /// share faces, across the box too, as clusters.
 struct DensityClusters {
   Cells cells;
@@ -55,10 +55,11 @@ struct DensityClusters {
   double mean_size() const;
 };
 
-constexpr double density_edge = 2;  ///< d0, of those cells, about; G does not say
+constexpr double density_edge = 2;      ///< d0, of those cells, about; G does not say
+constexpr double dense_part = 1.0 / 3;  ///< of the closest packing
 
-/// A third of pi/sqrt(18) in space, of pi/sqrt(12) in the plane. A cell has the grains whose centres are in it.
-double dense_filling(int dimension);
-DensityClusters density_clusters(const Bodies& bodies, double edge = density_edge);
+/// That part of pi/sqrt(18) in space, of pi/sqrt(12) in the plane. A cell has the grains whose centres are in it.
+double dense_filling(int dimension, double part = dense_part);
+DensityClusters density_clusters(const Bodies& bodies, double edge = density_edge, double part = dense_part);
 
 }  // namespace lichtenberg::analysis

@@ -53,23 +53,31 @@ Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vect
   return cluster;
 }
 
-ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster) {
+/// |sum of the dipoles|.
+double net_dipole(std::span<const int> grains, std::span<const double> dipole) {
+  Vec3 sum{};
+  for (const int i : grains) sum += Vec3{dipole[3 * i], dipole[3 * i + 1], dipole[3 * i + 2]};
+  return norm(sum);
+}
+
+ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster, std::span<const double> dipole) {
   const auto n = static_cast<double>(cluster.grains.size());
   ClusterShape shape{.grains = static_cast<int>(cluster.grains.size()), .percolates = cluster.percolates};
+  if (!dipole.empty()) shape.induced_dipole = net_dipole(cluster.grains, dipole);
   if (cluster.percolates) {
     shape.gyration = shape.charge_dipole = std::numeric_limits<double>::quiet_NaN();
     return shape;
   }
-  Vec3 centre{}, dipole{};
+  Vec3 centre{}, charge_dipole{};
   for (const Vec3 place : cluster.place) centre += place / n;
   double squares = 0;
   for (std::size_t k = 0; k < cluster.place.size(); ++k) {
     const Vec3 from_centre = cluster.place[k] - centre;
     squares += norm2(from_centre);
-    if (!b.charge.empty()) dipole += b.charge[cluster.grains[k]] * from_centre;  // the mean charge has none
+    if (!b.charge.empty()) charge_dipole += b.charge[cluster.grains[k]] * from_centre;  // the mean charge has none
   }
   shape.gyration = std::sqrt(squares / n);
-  shape.charge_dipole = norm(dipole);
+  shape.charge_dipole = norm(charge_dipole);
   return shape;
 }
 
@@ -85,7 +93,8 @@ double hurwitz_zeta(double tau, int first) {
 
 }  // namespace
 
-std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const Pair> pairs, int least) {
+std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const Pair> pairs, int least,
+                                         std::span<const double> dipole) {
   const Partners partners(bodies.size(), pairs);
   std::vector<Vec3> where(bodies.size());
   std::vector<bool> found(bodies.size());
@@ -93,9 +102,22 @@ std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const P
   for (int i = 0; i < bodies.size(); ++i) {
     if (found[i]) continue;
     const Unwrapped cluster = unwrap(bodies, partners, i, where, found);
-    if (static_cast<int>(cluster.grains.size()) >= least) shapes.push_back(shape_of(bodies, cluster));
+    if (static_cast<int>(cluster.grains.size()) >= least) shapes.push_back(shape_of(bodies, cluster, dipole));
   }
   return shapes;
+}
+
+std::vector<double> mean_by_grains(std::span<const ClusterShape> shapes, double ClusterShape::*quantity) {
+  std::vector<double> sum;
+  std::vector<int> number;
+  for (const ClusterShape& shape : shapes) {
+    const auto size = static_cast<std::size_t>(shape.grains) + 1;
+    if (sum.size() < size) sum.resize(size), number.resize(size);
+    if (std::isfinite(shape.*quantity)) sum[shape.grains] += shape.*quantity, ++number[shape.grains];
+  }
+  for (std::size_t n = 0; n < sum.size(); ++n)
+    sum[n] = number[n] > 0 ? sum[n] / number[n] : std::numeric_limits<double>::quiet_NaN();
+  return sum;
 }
 
 std::optional<ClusterDimension> cluster_dimension(std::span<const ClusterShape> shapes, int least, bool as_balls) {

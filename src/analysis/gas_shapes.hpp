@@ -14,11 +14,19 @@ struct ClusterShape {
   int grains = 0;
   double gyration = 0;       ///< R_g: rms distance of the grains' centres from their mean
   double charge_dipole = 0;  ///< |sum (q_i - <q>) (r_i - mean)|, which is 0 without charges
-  bool percolates = false;   ///< its pairs lead around the box: then it has no extent, and R_g and dipole are NaN
+  bool percolates = false;   ///< its pairs lead around the box: it has no extent then, R_g and charge_dipole are NaN
+  /// |sum mu_i| of the grains' induced dipoles (G 7.1), which needs no extent; 0 without any.
+  double induced_dipole = 0;
 };
 
-/// Of all clusters of at least so many grains, in ascending order of their first grains.
-std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const Pair> pairs, int least = 2);
+/// Of all clusters of at least so many grains, in ascending order of their first grains. `dipole`: [3 N] of the grains,
+/// or empty.
+std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const Pair> pairs, int least = 2,
+                                         std::span<const double> dipole = {});
+
+/// A quantity of clusters against their mass: its mean by how many grains they have, from 0 on; NaN where there is no
+/// cluster or its value is NaN.
+std::vector<double> mean_by_grains(std::span<const ClusterShape> shapes, double ClusterShape::*quantity);
 
 /// D_f of m ~ R_g^D_f: 1/D_f is the slope of log R_g over log m, since R_g has the scatter; the other way round is
 /// biased low by 10 to 40 % while the range is short.

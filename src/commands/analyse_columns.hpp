@@ -28,9 +28,10 @@ class Columns {
   void whole(const std::string& name, const std::function<std::int64_t(const Found&)>& of) {
     add<std::int64_t>(name, "1", 0, [&](const Found& f) { return std::vector{of(f)}; });
   }
+  /// `missing`: what stands in a row that is shorter than others.
   void reals(const std::string& name, const std::string& unit,
-             const std::function<std::vector<double>(const Found&)>& of) {
-    add<double>(name, unit, widest(of), of);
+             const std::function<std::vector<double>(const Found&)>& of, double missing = 0) {
+    add<double>(name, unit, widest(of), of, missing);
   }
   void wholes(const std::string& name, const std::function<std::vector<int>(const Found&)>& of) {
     add<std::int64_t>(name, "1", widest(of), of);
@@ -47,12 +48,12 @@ class Columns {
   }
 
   template <class Number, class Row>
-  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& of) {
+  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& of, Number missing = 0) {
     std::vector<Number> values;
     for (const Found& frame : frames_) {
       const auto row = of(frame);
       values.insert(values.end(), row.begin(), row.end());
-      values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size());
+      values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size(), missing);
     }
     columns_.push_back({name, unit, Column::Of::list, width, std::move(values)});
   }

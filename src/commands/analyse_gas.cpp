@@ -32,14 +32,6 @@ std::vector<int> number_by_size(std::span<const int> sizes) {
   return number;
 }
 
-std::vector<Pair> pairs_of(const std::optional<std::vector<analysis::Edge>>& contacts) {
-  std::vector<Pair> pairs;
-  if (contacts)
-    for (const auto& [i, j] : *contacts) pairs.push_back({i, j});
-  std::ranges::sort(pairs);
-  return pairs;
-}
-
 std::vector<double> squares(std::vector<double> values) {
   for (double& value : values) value *= value;
   return values;
@@ -73,7 +65,7 @@ void add_exponent(Columns<GasFrame>& columns, const std::string& name,
   columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(of(f), &Exponent::error); });
 }
 
-void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
+void add_clusters(Columns<GasFrame>& columns, const AnalysedGas& run, const std::string& kind,
                   const std::function<const ClusterState&(const GasFrame&)>& of) {
   columns.whole(kind + "clusters", [=](auto& f) { return of(f).sizes.number; });
   columns.whole("largest_" + kind + "cluster", [=](auto& f) { return of(f).sizes.largest; });
@@ -89,6 +81,15 @@ void add_clusters(Columns<GasFrame>& columns, const std::string& kind,
   columns.reals(kind + "shape_gyration", "d0", [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::gyration); });
   columns.reals(kind + "shape_charge_dipole", "q0 d0",
                 [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::charge_dipole); });
+  if (run.charged)
+    columns.reals(
+        kind + "charge_dipole", "q0 d0", [=](auto& f) { return of(f).charge_dipole; }, no_number);
+  if (run.polarized) {
+    columns.reals(kind + "shape_induced_dipole", "q0 d0",
+                  [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::induced_dipole); });
+    columns.reals(
+        kind + "induced_dipole", "q0 d0", [=](auto& f) { return of(f).induced_dipole; }, no_number);
+  }
   add_dimension(
       columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
   add_exponent(
@@ -150,22 +151,85 @@ void print_last(const GasFrame& f) {
   fmt::print("\n");
 }
 
-/// Over the frames after the warm-up, of those of a finite size.
-void print_growth(const AnalysedGas& run, const GasFrames& frames, const std::string& what,
-                  const std::function<double(const GasFrame&)>& size) {
-  std::vector<double> times, sizes;
-  for (const GasFrame& f : frames)
-    if (const double s = size(f); f.time > run.warm_up && s > 1)
-      times.push_back(f.time - run.warm_up), sizes.push_back(s);
-  constexpr std::size_t fewest = 5;
-  if (times.size() < fewest)
+/// How a size grows after the warm-up.
+struct Growth {
+  std::vector<int> index;             ///< of the frames that count, in which there are aggregates
+  std::vector<double> time, slope{};  ///< since the warm-up; local exponents
+  std::optional<analysis::ShiftedPower> fit;
+};
+
+constexpr std::size_t fewest_of_growth = 5;
+
+Growth growth_of(const AnalysedGas& run, const GasFrames& frames, double (*size)(const GasFrame&)) {
+  Growth growth;
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < frames.size(); ++k)
+    if (const double s = size(frames[k]); frames[k].time > run.warm_up && s > 1) {
+      growth.index.push_back(static_cast<int>(k));
+      growth.time.push_back(frames[k].time - run.warm_up), sizes.push_back(s);
+    }
+  if (!sizes.empty()) growth.slope = analysis::local_slopes(growth.time, sizes);
+  if (sizes.size() >= fewest_of_growth) growth.fit = analysis::fit_growth(growth.time, sizes);
+  return growth;
+}
+
+double aggregate_of(const GasFrame& f) { return f.contact.sizes.aggregate; }
+double dense_size_of(const GasFrame& f) { return f.gas.density.mean_size(); }
+
+void print_growth(const Growth& growth, const std::string& what) {
+  if (growth.time.size() < fewest_of_growth)
     return fmt::print("{:<15}too few frames of aggregates after the warm-up for a fit\n", what);
-  const double slope = analysis::local_slopes(times, sizes).back();
-  if (const auto fit = analysis::fit_growth(times, sizes))
+  const double slope = growth.slope.back();
+  if (const auto& fit = growth.fit)
     fmt::print("{:<15}{:.3g} (t {:+.4g})^{:.3f} from t = {:.4g} on, rms of ln {:.2g}; last local slope {:.3f}\n", what,
-               fit->amplitude, fit->shift, fit->exponent, times.front(), fit->scatter, slope);
+               fit->amplitude, fit->shift, fit->exponent, growth.time.front(), fit->scatter, slope);
   else
     fmt::print("{:<15}faster or slower than any power of a shifted time; last local slope {:.3f}\n", what, slope);
+}
+
+nlohmann::ordered_json json_of(const Growth& growth) {
+  if (growth.time.size() < fewest_of_growth) return {{"missing", "fewer than five frames of aggregates to fit"}};
+  if (!growth.fit) return {{"missing", "faster or slower than any power of a shifted time"}};
+  return {{"amplitude", growth.fit->amplitude}, {"shift", growth.fit->shift},  {"exponent", growth.fit->exponent},
+          {"scatter", growth.fit->scatter},     {"from", growth.time.front()}, {"to", growth.time.back()}};
+}
+
+/// A run that goes on may have noted nothing yet.
+std::optional<GasCourse> course_in(const std::string& path) {
+  try {
+    return GasCourse(path, -std::numeric_limits<double>::min());  // with what was noted at 0
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+/// Why columns are not there, or have no number.
+nlohmann::ordered_json reasons(const AnalysedGas& run) {
+  nlohmann::ordered_json json{{"fractal_dimension",
+                               "fewer than five clusters of six grains and more that do not reach around the box, or "
+                               "all of one size"},
+                              {"shape_gyration", "the cluster reaches around the box"},
+                              {"cluster_exponent", "fewer than ten clusters, or all of the least size"},
+                              {"bjerrum", "no forces between charges, or no two clusters in any cell"},
+                              {"mach_number", "no two grains in any cell, or none that moves"},
+                              {"mean_aggregate", "no two grains in contact"},
+                              {"density_cluster_size", "no dense cell"},
+                              {"contact_persistence", "the first frame, or no contacts in the frame before"},
+                              {"aggregate_local_slope", "no aggregates at half the time"},
+                              {"kinetic_energy", "the run noted nothing at that instant"}};
+  if (run.charged) {
+    json["charge_by_speed"] = "no grain so fast, or all charges equal";
+    json["charge_kurtosis"] = "all charges equal";
+    json["charge_dipole"] = "no cluster of so many grains, or only such as reach around the box";
+  } else {
+    for (const char* name : {"charge_by_speed", "charge_kurtosis", "charge_speed_correlation", "charge_structure",
+                             "charge_density", "charge_dipole"})
+      json[name] = "no grain is charged";
+  }
+  json["induced_dipole"] =
+      run.polarized ? "no cluster of so many grains" : "the scene is without [effects.induced_dipoles]";
+  if (!run.coulomb) json["bound_clusters"] = "no forces between charges";
+  return json;
 }
 
 }  // namespace
@@ -176,19 +240,44 @@ GasAnalyser::GasAnalyser(const Result& result, Scene scene)
     throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} grains, its frames {})",
                                  result_.path(), at_start_.radius.size(), result_.radius().size()));
   first_ = bodies(0);
+  course_ = course_in(result_.path());
 }
 
 AnalysedGas GasAnalyser::run() const {
+  std::map<std::string, std::vector<double>> notes;
+  if (course_)
+    for (const auto& [name, series] : course_->all())
+      if (!name.starts_with("analysis/")) notes[name] = series.value;
   return {.file = result_.path(),
           .title = scene_.title,
           .grains = at_start_.size(),
           .frames = result_.frames(),
-          .warm_up = warm_up(scene_)};
+          .warm_up = warm_up(scene_),
+          .charged = !first_.charge.empty(),
+          .polarized = scene_.effects.has("induced_dipoles"),
+          .coulomb = number_in(scene_, &EffectKind::charge_strength).has_value(),
+          .notes = std::move(notes)};
 }
 
 std::vector<GasFrame> GasAnalyser::all() const {
   std::vector<GasFrame> found;
   for (int k = 0; k < result_.frames(); ++k) found.push_back(one(k));
+  const Growth aggregates = growth_of(run(), found, aggregate_of), dense = growth_of(run(), found, dense_size_of);
+  for (std::size_t k = 0; k < aggregates.index.size(); ++k)
+    found[aggregates.index[k]].aggregate_slope = aggregates.slope[k];
+  for (std::size_t k = 0; k < dense.index.size(); ++k) found[dense.index[k]].density_slope = dense.slope[k];
+  return found;
+}
+
+std::vector<double> GasAnalyser::energies_at(double time) const {
+  std::vector<double> found(energy_names.size(), no_number);
+  for (std::size_t k = 0; k < energy_names.size() && course_; ++k) {
+    const GasCourse::Series* noted = course_->find(energy_names[k]);
+    if (!noted) continue;
+    const double rounded = 1e-9 * time;  // a note's time is reached by steps
+    const auto at = std::ranges::lower_bound(noted->time, time - rounded) - noted->time.begin();
+    if (at < std::ssize(noted->time) && noted->time[at] <= time + rounded) found[k] = noted->value[at];
+  }
   return found;
 }
 
@@ -214,7 +303,21 @@ Bodies GasAnalyser::bodies(int index) const {
   return bodies;
 }
 
-ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> pairs) const {
+std::vector<Pair> GasAnalyser::contacts(int index) const {
+  const auto recorded = result_.contacts(index);
+  if (!recorded)
+    throw InputError(
+        fmt::format("{} holds no contacts between its grains, without which there are no clusters: it "
+                    "cannot be analysed",
+                    result_.path()));
+  std::vector<Pair> pairs;
+  for (const auto& [i, j] : *recorded) pairs.push_back({i, j});
+  std::ranges::sort(pairs);
+  return pairs;
+}
+
+ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> pairs,
+                                   std::span<const double> dipole) const {
   const std::vector<std::int32_t> numbers = analysis::cluster_numbers(bodies.size(), pairs);
   const Bodies clusters = analysis::cluster_bodies(bodies, numbers);
   ClusterState state{.sizes = analysis::cluster_sizes(numbers)};
@@ -228,7 +331,9 @@ ClusterState GasAnalyser::state_of(const Bodies& bodies, std::span<const Pair> p
   const auto strength = number_in(scene_, &EffectKind::charge_strength);
   state.bjerrum = strength.value_or(std::numeric_limits<double>::quiet_NaN()) * state.square_charge /
                   (state.local_temperature * std::cbrt(bodies.size() / count));
-  const std::vector<ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs);
+  const std::vector<ClusterShape> shapes = analysis::cluster_shapes(bodies, pairs, 2, dipole);
+  state.charge_dipole = analysis::mean_by_grains(shapes, &ClusterShape::charge_dipole);
+  state.induced_dipole = analysis::mean_by_grains(shapes, &ClusterShape::induced_dipole);
   state.percolating = static_cast<int>(std::ranges::count_if(shapes, &ClusterShape::percolates));
   state.dimension = analysis::cluster_dimension(shapes);
   std::ranges::copy_if(shapes, std::back_inserter(state.shapes),
@@ -241,34 +346,39 @@ GasFrame GasAnalyser::one(int index) const {
   constexpr int speed_bins = 50, charge_bins = 60;
   constexpr double fastest = 5, most = 6;  // in rms values
   const Bodies now = bodies(index);
-  const std::vector<Pair> touching = pairs_of(result_.contacts(index));
-  GasFrame found{
-      .frame = index,
-      .time = result_.times()[index],
-      .gas = analysis::gas_state(now, touching),
-      .contacts = static_cast<std::int64_t>(touching.size()),
-      .total_charge = std::accumulate(now.charge.begin(), now.charge.end(), 0.0),
-      .correlation = now.charge.empty() ? 0 : analysis::correlation(squares(now.charge), analysis::squared_speeds(now)),
-      .speeds = analysis::histogram(analysis::scaled_speeds(now), 0, fastest, speed_bins),
-      .charges = analysis::histogram(analysis::scaled_charges(now.charge), -most, most, charge_bins),
-      .contact = state_of(now, touching),
-      .mach = analysis::mach_number(now, analysis::temperature_edge),
-      .structure = analysis::structure_factors(now),
-      .displacement = analysis::mean_square_displacement(first_, now),
-      .persistence = index > 0 ? analysis::persistence(pairs_of(result_.contacts(index - 1)), touching)
-                               : std::numeric_limits<double>::quiet_NaN(),
-      .charge_by_speed = analysis::charge_by_speed(now, fastest_of_charges, charge_by_speed_bins)};
+  const std::vector<Pair> touching = contacts(index);
+  const std::vector<double> dipole = result_.frame(index).reals("dipole");
+  GasFrame found{.frame = index,
+                 .time = result_.times()[index],
+                 .gas = analysis::gas_state(now, touching),
+                 .contacts = static_cast<std::int64_t>(touching.size()),
+                 .total_charge = std::accumulate(now.charge.begin(), now.charge.end(), 0.0),
+                 .correlation = now.charge.empty()
+                                    ? std::numeric_limits<double>::quiet_NaN()
+                                    : analysis::correlation(squares(now.charge), analysis::squared_speeds(now)),
+                 .speeds = analysis::histogram(analysis::scaled_speeds(now), 0, fastest, speed_bins),
+                 .charges = analysis::histogram(analysis::scaled_charges(now.charge), -most, most, charge_bins),
+                 .contact = state_of(now, touching, dipole),
+                 .mach = analysis::mach_number(now, analysis::temperature_edge),
+                 .structure = analysis::structure_factors(now),
+                 .displacement = analysis::mean_square_displacement(first_, now),
+                 .persistence = index > 0 ? analysis::persistence(contacts(index - 1), touching)
+                                          : std::numeric_limits<double>::quiet_NaN(),
+                 .charge_by_speed = analysis::charge_by_speed(now, fastest_of_charges, charge_by_speed_bins)};
+  found.energies = energies_at(found.time);
   found.density_exponent = analysis::size_exponent(found.gas.density.size);
   if (const auto strength = number_in(scene_, &EffectKind::charge_strength))
-    found.bound = state_of(now, analysis::bound_pairs(now, *strength));
+    found.bound = state_of(now, analysis::bound_pairs(now, *strength), dipole);
   return found;
 }
 
-std::vector<Column> columns_of(const AnalysedGas&, const GasFrames& frames) {
+std::vector<Column> columns_of(const AnalysedGas& run, const GasFrames& frames) {
   Columns<GasFrame> columns(frames);
   columns.real("time", "t0", [](auto& f) { return f.time; });
   columns.real("temperature", energy_unit, [](auto& f) { return f.gas.temperature.total; });
   columns.real("local_temperature", energy_unit, [](auto& f) { return f.gas.temperature.local; });
+  for (std::size_t k = 0; k < energy_names.size(); ++k)
+    columns.real(energy_names[k], energy_unit, [k](auto& f) { return f.energies[k]; });
   columns.real("sonine", "1", [](auto& f) { return f.gas.sonine; });
   columns.real("total_charge", "q0", [](auto& f) { return f.total_charge; });
   columns.real("mean_charge_magnitude", "q0", [](auto& f) { return f.gas.charge.magnitude; });
@@ -276,11 +386,13 @@ std::vector<Column> columns_of(const AnalysedGas&, const GasFrames& frames) {
   columns.real("charge_kurtosis", "1", [](auto& f) { return f.gas.charge.kurtosis; });
   columns.real("charge_speed_correlation", "1", [](auto& f) { return f.correlation; });
   columns.whole("contacts", [](auto& f) { return f.contacts; });
-  add_clusters(columns, "", [](const GasFrame& f) -> const ClusterState& { return f.contact; });
+  add_clusters(columns, run, "", [](const GasFrame& f) -> const ClusterState& { return f.contact; });
   if (!frames.empty() && frames.front().bound)
-    add_clusters(columns, "bound_", [](const GasFrame& f) -> const ClusterState& { return *f.bound; });
+    add_clusters(columns, run, "bound_", [](const GasFrame& f) -> const ClusterState& { return *f.bound; });
   columns.whole("density_clusters", [](auto& f) { return static_cast<std::int64_t>(f.gas.density.size.size()); });
   columns.real("density_cluster_size", "1", [](auto& f) { return f.gas.density.mean_size(); });
+  columns.real("aggregate_local_slope", "1", [](auto& f) { return f.aggregate_slope; });
+  columns.real("density_local_slope", "1", [](auto& f) { return f.density_slope; });
   columns.wholes("density_cluster_number", [](auto& f) { return number_by_size(f.gas.density.size); });
   add_exponent(
       columns, "density_cluster_exponent", [](auto& f) -> auto& { return f.density_exponent; });
@@ -289,13 +401,13 @@ std::vector<Column> columns_of(const AnalysedGas&, const GasFrames& frames) {
   columns.real("mean_square_displacement", "d0^2", [](auto& f) { return f.displacement; });
   columns.real("contact_persistence", "1", [](auto& f) { return f.persistence; });
   columns.reals("density_structure", "1", [](auto& f) { return f.structure.density; });
-  const auto is_charged = [](const GasFrame& f) { return !f.structure.charge.empty(); };
-  if (std::ranges::any_of(frames, is_charged)) {
-    columns.reals("charge_structure", "1", [](auto& f) { return f.structure.charge; });
-    columns.reals("charge_by_speed", "1", [](auto& f) { return f.charge_by_speed; });
-  }
   columns.reals("speed_density", "1", [](auto& f) { return f.speeds.density; });
-  columns.reals("charge_density", "1", [](auto& f) { return f.charges.density; });
+  if (run.charged) {
+    columns.reals(
+        "charge_structure", "1", [](auto& f) { return f.structure.charge; }, no_number);
+    columns.reals("charge_by_speed", "1", [](auto& f) { return f.charge_by_speed; });
+    columns.reals("charge_density", "1", [](auto& f) { return f.charges.density; });
+  }
   return columns.take();
 }
 
@@ -307,8 +419,8 @@ void print_analysis(const AnalysedGas& run, const GasFrames& frames) {
   print_last(frames.back());
   if (frames.size() == 1) return;
   fmt::print("\ngrowth after the warm-up of {:g} t0\n", run.warm_up);
-  print_growth(run, frames, "aggregates", [](const GasFrame& f) { return f.contact.sizes.aggregate; });
-  print_growth(run, frames, "dense cells: S", [](const GasFrame& f) { return f.gas.density.mean_size(); });
+  print_growth(growth_of(run, frames, aggregate_of), "aggregates");
+  print_growth(growth_of(run, frames, dense_size_of), "dense cells: S");
 }
 
 void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
@@ -324,14 +436,10 @@ void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
                               {"charge_by_speed_bins", {0, fastest_of_charges}},
                               {"speed_bins", {speeds.low, speeds.high}},
                               {"charge_bins", {charges.low, charges.high}}};
-  json["null"] = {{"fractal_dimension",
-                   "fewer than five clusters of six grains and more that do not reach around the box, or "
-                   "all of one size"},
-                  {"cluster_exponent", "fewer than ten clusters, or all of the least size"},
-                  {"bjerrum", "no forces between charges, or no two clusters in any cell"},
-                  {"mach_number", "no two grains in any cell, or none that moves"},
-                  {"contact_persistence", "the first frame, or no contacts in the frame before"},
-                  {"charge_by_speed", "no grain so fast, or all charges equal"}};
+  json["growth"] = {{"aggregates", json_of(growth_of(run, frames, aggregate_of))},
+                    {"dense_cells", json_of(growth_of(run, frames, dense_size_of))}};
+  json["notes"] = run.notes;
+  json["null"] = reasons(run);
   add_frames(json, columns_of(run, frames), frames);
   fmt::print("{}\n", json.dump(1));
 }

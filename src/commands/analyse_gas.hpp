@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,9 +10,14 @@
 #include "src/analysis/gas_shapes.hpp"
 #include "src/analysis/gas_state.hpp"
 #include "src/analysis/gas_structure.hpp"
+#include "src/commands/theory_tables.hpp"
 #include "src/record/result.hpp"
 
 namespace lichtenberg {
+
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array energy_names = {"kinetic_energy",    "contact_energy",   "potential_energy",
+                                     "dissipated_energy", "exchanged_energy", "driven_energy"};
 
 /// Clusters as bodies of their own.
 struct ClusterState {
@@ -19,8 +27,9 @@ struct ClusterState {
   double local_temperature = 0;  ///< the same relative to the flow in cells
   double square_charge = 0;      ///< <q^2>
   double bjerrum = 0;  ///< B = K <dq^2> / (T d), T relative to the flow, d = (grains a cluster)^(1/3); NaN without K
-  std::vector<analysis::ClusterShape> shapes;  ///< of those of six grains and more
-  int percolating = 0;                         ///< clusters that reach around the box
+  std::vector<analysis::ClusterShape> shapes;         ///< of those of six grains and more
+  std::vector<double> charge_dipole, induced_dipole;  ///< of aggregates by how many grains they have, from 0 on
+  int percolating = 0;                                ///< clusters that reach around the box
   std::optional<analysis::ClusterDimension> dimension;
   std::optional<analysis::SizeExponent> exponent;  ///< of aggregates
 };
@@ -31,6 +40,7 @@ struct GasFrame {
   double time = 0;  ///< t0
   analysis::GasState gas;
   std::int64_t contacts = 0;
+  std::vector<double> energies;  ///< of `energy_names`, as the run noted them; NaN if it did not
   double total_charge = 0;
   double correlation = 0;  ///< of q^2 and v^2
   analysis::Histogram speeds, charges;
@@ -42,12 +52,16 @@ struct GasFrame {
   double displacement = 0;  ///< mean square, since the first frame
   double persistence = 0;   ///< part of the contacts of the frame before that there still are; NaN in the first
   std::vector<double> charge_by_speed;
+  double aggregate_slope = no_number, density_slope = no_number;  ///< local exponents of growth (G 4.11)
 };
 
 struct AnalysedGas {
   std::string file, title;
   int grains = 0, frames = 0;
   double warm_up = 0;  ///< t0
+  bool charged = false, polarized = false;
+  bool coulomb = false;                              ///< forces between charges
+  std::map<std::string, std::vector<double>> notes;  ///< what the run noted itself, between frames too
 };
 
 /// Goes through the frames of a gas.
@@ -61,11 +75,14 @@ class GasAnalyser {
 
  private:
   Bodies bodies(int index) const;
-  ClusterState state_of(const Bodies& bodies, std::span<const Pair> pairs) const;
+  std::vector<double> energies_at(double time) const;
+  std::vector<Pair> contacts(int index) const;
+  ClusterState state_of(const Bodies& bodies, std::span<const Pair> pairs, std::span<const double> dipole) const;
 
   const Result& result_;
   Scene scene_;
   Bodies at_start_, first_;  ///< what the scene says; the first frame
+  std::optional<GasCourse> course_;
 };
 
 // As of conductors (analyse.hpp).

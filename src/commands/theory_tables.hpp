@@ -60,8 +60,9 @@ class GasCourse {
   /// Throws InputError if the file holds none: it is damaged, no gas's, or ends with the warm-up.
   GasCourse(const std::string& path, double warm_up);
 
-  /// Null if it is not there.
+  /// By name; null if it is not there.
   const Series* find(const std::string& name) const;
+  const std::map<std::string, Series>& all() const { return series_; }
   /// Adds it, times `factor`, to the table, if it is there.
   void show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
             double factor = 1) const;

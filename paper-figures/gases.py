@@ -1,0 +1,179 @@
+"""What the figures of grains share: runs of their gases (gas_scenes.py) with many seeds, what is kept of them, means with
+intervals.
+
+Of a run its scene (NAME.toml), what `lichtenberg analyse` finds frame by frame and what it noted itself (NAME.json) are
+kept; of the first seed of gases that are pictured the result file too. They are used again for as long as the scene is the same.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import math
+import os
+import tempfile
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import figures
+from ensembles import student_factor
+
+
+def requested(description):
+    """The command line of a figure of gases."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--build", type=Path, default=figures.SOURCE / "build", help="folder of the built programs")
+    parser.add_argument("--results", type=Path, default=figures.OUTPUT, help="folder of the runs that figures share")
+    parser.add_argument("--full", action="store_true", help="the source's size, where it can be on a CUDA device")
+    parser.add_argument("--seeds", type=int, help="runs of each gas (default: what an hour is enough for)")
+    parser.add_argument("--processes", type=int, default=os.cpu_count(), help="runs at a time")
+    asked = parser.parse_args()
+    asked.program = asked.build.resolve() / "lichtenberg"
+    asked.folder = asked.results.resolve() / ("gases-full" if asked.full else "gases")
+    figures.made_with(asked.program)
+    return asked
+
+
+@dataclass
+class Course:
+    """What is kept of one run: arrays over its frames and over its notes, in time since the warm-up."""
+
+    frames: dict
+    notes: dict
+    result: Path
+
+    def at(self, name, time):
+        """Of the frame at this time."""
+        return self.frames[name][int(np.argmin(np.abs(self.frames["time"] - time)))]
+
+
+def course_of(path, warm, result):
+    kept = json.loads(path.read_text())
+    frames, notes = ({name: as_array(rows) for name, rows in kept[group].items()} for group in ("frames", "notes"))
+    for group in (frames, notes):
+        group["time"] = group["time"] - warm
+    return Course(frames, notes, result)
+
+
+def as_array(rows):
+    """Numbers of each frame; null is NaN, and rows of several numbers are as long as the longest."""
+    if rows and isinstance(rows[0], list):
+        width = max(map(len, rows))
+        rows = [row + [None] * (width - len(row)) for row in rows]
+    return np.array(rows, dtype=float)
+
+
+def keep(program, result, path):
+    """Writes what is kept of a result file as JSON."""
+    found = json.loads(figures.run(program, "analyse", result, "--json"))
+    frames = {name: [frame[name] for frame in found["frames"]] for name in found["units"]}
+    path.write_text(json.dumps({"frames": frames, "notes": found["notes"], "growth": found["growth"]}))
+
+
+def kept_course(asked, gas, seed):
+    """The course of one seed, run unless what is kept is of this very scene."""
+    scene, path, result = (asked.folder / f"{gas.name}-{seed}{suffix}" for suffix in (".toml", ".json", ".h5"))
+    text = gas.scene(seed)
+    same = scene.exists() and tomllib.loads(scene.read_text()) == tomllib.loads(text)
+    pictured = gas.pictured and seed == 1
+    if not (same and path.exists() and (result.exists() or not pictured)):
+        asked.folder.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        scene.write_text(text)
+        options = ["--device", "cuda"] if asked.full and gas.device else []
+        figures.kept_run(asked.program, scene, result, *options)
+        keep(asked.program, result, path)
+        if not pictured:
+            result.unlink()
+    return course_of(path, gas.warm, result)
+
+
+def courses(asked, *gases):
+    """{name: [course of each seed]}; as many runs at a time as there are processors."""
+    with concurrent.futures.ThreadPoolExecutor(asked.processes) as pool:
+        runs = {gas.name: [pool.submit(kept_course, asked, gas, seed)
+                           for seed in range(1, 1 + (asked.seeds or gas.seeds))] for gas in gases}
+        return {name: [run.result() for run in of] for name, of in runs.items()}
+
+
+def mean(values):
+    """Mean of each column and half width of its 95 % interval over the rows (seeds), NaN apart; infinite for one row."""
+    values = np.asarray(values, float)
+    number = np.isfinite(values).sum(axis=0)
+    middle = np.where(number > 0, np.nansum(values, axis=0) / np.maximum(number, 1), np.nan)
+    deviation = np.sqrt(np.nansum((values - middle) ** 2, axis=0) / np.maximum(number - 1, 1))
+    factor = np.vectorize(lambda n: student_factor(int(n) - 1) / math.sqrt(n) if n > 1 else math.inf, otypes=[float])
+    with np.errstate(invalid="ignore"):
+        return middle, np.where(number > 1, deviation * factor(number), np.inf)
+
+
+def over_seeds(courses_of, name, notes=False):
+    """(times, mean, half width) of a quantity over the seeds of a gas."""
+    groups = [course.notes if notes else course.frames for course in courses_of]
+    shortest = min(len(group["time"]) for group in groups)
+    middle, half = mean([group[name][:shortest] for group in groups])
+    return groups[0]["time"][:shortest], middle, half
+
+
+def exponent(courses_of, name, first, last, notes=False):
+    """Mean slope of ln NAME over ln t between two times, with the half width of its 95 % interval over seeds."""
+    slopes = []
+    for course in courses_of:
+        group = course.notes if notes else course.frames
+        chosen = (group["time"] >= first) & (group["time"] <= last) & (group[name] > 0)
+        if chosen.sum() >= 3:
+            slopes.append(np.polyfit(np.log(group["time"][chosen]), np.log(group[name][chosen]), 1)[0])
+    if not slopes:
+        return math.nan, math.inf
+    middle, half = mean(np.array(slopes)[:, None])
+    return float(middle[0]), float(half[0])
+
+
+def draw_mean(axes, courses_of, name, colour, label, notes=False, factor=1.0, first=0.0):
+    """Mean over seeds as a line, its interval as a band; from `first` on."""
+    time, middle, half = over_seeds(courses_of, name, notes)
+    shown = (time > first) & np.isfinite(middle)
+    axes.plot(time[shown], factor * middle[shown], color=colour, linewidth=1.2, label=label)
+    if np.isfinite(half[shown]).any():
+        low = np.maximum(middle - half, 0.02 * middle)  # a logarithmic axis has no place for less
+        axes.fill_between(time[shown], factor * low[shown], factor * (middle + half)[shown], color=colour, alpha=0.2,
+                          linewidth=0)
+
+
+def theory(program, *arguments):
+    """What `lichtenberg theory` answers: tables by name, each {column: values}, and its figures, lists by name."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "answer.json"
+        figures.run(program, "theory", *arguments, "--json", path)
+        answer = json.loads(path.read_text())
+    tables = {table["name"]: {name: as_array(column["values"]) for name, column in table["columns"].items()}
+              for table in answer["tables"]}
+    numbers = {}
+    for figure in answer["figures"]:
+        numbers.setdefault(figure["name"], []).append(figure["value"])
+    return tables, numbers
+
+
+INK, NEUTRAL, GREY = "#1a1a1a", "#1a1a1a", "#8c8c8c"
+COLOURS = ("#0c7bdc", "#009e73", "#d55e00", "#cc79a7")  # distinct also to the colour-blind (Okabe & Ito)
+TIME = "time after the warm-up ($t_0$)"
+
+
+def number(value):
+    """The pair (number, half width) of a row, of which the interval may be missing."""
+    return [float(value[0]), float(value[1])]
+
+
+def in_words(value, unit=""):
+    """A number with its interval, for rows that hold several."""
+    middle, half = value
+    return (f"{middle:.3g}" + (f" ± {half:.2g}" if np.isfinite(half) else " (one run)")) + unit
+
+
+def guide(axes, first, last, level, power, label, **style):
+    """A line of a power of time, through `level` at `first`."""
+    times = np.array([first, last])
+    axes.plot(times, level * (times / first) ** power, color=GREY, linewidth=1, **{"linestyle": ":", **style}, label=label)

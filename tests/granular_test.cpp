@@ -164,6 +164,21 @@ TEST_CASE("a step too long for the contacts is refused, with one that would do")
   }
 }
 
+// Where K q^2 = .1 the contact bears E xi^(3/2) = .1, xi = 5.05e-3: m_eff = 1/2 swings on 1.5 E sqrt(xi) = 29.7 with a
+// period of .815 t0, a quarter of which is .204.
+TEST_CASE("a step in which grains that charges hold together would swing is refused, with the longest that would do") {
+  Scene scene = charged(10, Integrator::multirate, 0.1, 0);
+  add_pair(scene, 0.01, 0.1, 1);
+  scene.mechanics.step = 0.3;
+  const std::string message = message_of([&] { Run(scene).to(1); });
+  CHECK(message.find("mechanics.step = 0.3 is too long") != std::string::npos);
+  CHECK(message.find("; 0.2 is the longest") != std::string::npos);
+  scene.mechanics.step = 0.2;
+  CHECK_NOTHROW(Run(scene).to(1));
+  scene.mechanics.step = 0.21;
+  CHECK_THROWS_AS(Run(scene).to(1), InputError);
+}
+
 // Contacts of grains that fly to each other, some in up to six contacts at once: errors fall with the square of the
 // step (ContactMotion holds what others do to a pair linear in time), momentum is kept to rounding, and no step
 // raises the energy by more than it is wrong.

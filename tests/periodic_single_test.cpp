@@ -120,6 +120,16 @@ TEST_CASE("any number of threads gives the same bits in single precision, and so
   CHECK(found.force == one.force);
 }
 
+TEST_CASE("forces alone are the same bits as with potentials") {
+  const Crowd crowd = random_crowd(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
+  for (const double cutoff : {2.5, 3.7, 5.0}) {
+    SingleMesh sum({crowd.lengths, {48, 48, 48}, 6}, prolate_cloud(10, cutoff), crowd.size());
+    std::vector<double> force;
+    sum.forces(crowd, {}, parallel::Team::single(), force);
+    CHECK(force == evaluated(sum, crowd).force);
+  }
+}
+
 TEST_CASE("forces in single precision add up to 0, and do not depend on which image of a charge is given") {
   Crowd crowd = gas();
   SingleMesh sum(fine, prolate_cloud(11, 4), crowd.size());

@@ -44,29 +44,38 @@ void SingleMesh::require_usable(const Sources& sources) const {
 }
 
 void SingleMesh::evaluate(const Sources& sources, std::span<const Pair>, parallel::Team& team, Response& response) {
+  compute(sources, true, team);
+  const Stopwatch stopwatch(seconds_.mesh);
+  resize(response, sources.size());
+  fill(sources, team, response.force, &response);
+}
+
+void SingleMesh::forces(const Sources& sources, std::span<const Pair>, parallel::Team& team,
+                        std::vector<double>& force) {
+  compute(sources, false, team);
+  const Stopwatch stopwatch(seconds_.mesh);
+  force.resize(3 * sources.charge.size());
+  fill(sources, team, force, nullptr);
+}
+
+void SingleMesh::compute(const Sources& sources, bool potentials, parallel::Team& team) {
   require_usable(sources);
   {
     const Stopwatch stopwatch(seconds_.near);
     columns_.sort(sources, team);
     sums_.resize(4 * sources.charge.size());
-    near_.compute(columns_, sums_, team);
+    near_.compute(columns_, potentials, sums_, team);
   }
-  {
-    const Stopwatch stopwatch(seconds_.mesh);
-    mesh_.spread(columns_, team);
-    mesh_.solve(team);
-    mesh_.add(columns_, sums_, team);
-    fill(sources, team, response);
-  }
-  if (!std::isfinite(response.energy))
-    throw InputError("the energy of the charges is no finite number: two of them lie at the same place");
+  const Stopwatch stopwatch(seconds_.mesh);
+  mesh_.spread(columns_, team);
+  mesh_.solve(team);
+  mesh_.add(columns_, sums_, team);
 }
 
 /// The mean force is taken off with the least change of the field that does.
-void SingleMesh::fill(const Sources& sources, parallel::Team& team, Response& response) {
+void SingleMesh::fill(const Sources& sources, parallel::Team& team, std::vector<double>& force, Response* rest) {
   constexpr int charges_a_task = 1024;
   const int n = sources.size(), tasks = (n + charges_a_task - 1) / charges_a_task;
-  resize(response, n);
   const double by_potential = columns_.charge_unit() / cutoff_, by_field = by_potential / cutoff_;
   std::vector<Part> parts(tasks);
   const int* sorted = columns_.sorted();
@@ -89,19 +98,19 @@ void SingleMesh::fill(const Sources& sources, parallel::Team& team, Response& re
   std::array<double, 3> off{};
   for (int k = 0; k < 3 && all[3] > 0; ++k) off[k] = all[k] / all[3];
   const auto fill_task = [&] [[gnu::noinline]] (int task) {
-    double *field = response.field.data(), *force = response.force.data(), *potential = response.potential.data();
     for (int i = task * charges_a_task; i < std::min(n, (task + 1) * charges_a_task); ++i) {
       const float* felt = &sums[4 * static_cast<std::size_t>(sorted[i])];
       const double charge = sources.charge[i];
-      for (int k = 0; k < 3; ++k) {
-        field[3 * i + k] = by_field * felt[k];
-        force[3 * i + k] = charge * (field[3 * i + k] - charge * off[k]);
-      }
-      potential[i] = by_potential * felt[3];
+      for (int k = 0; k < 3; ++k) force[3 * i + k] = charge * (by_field * felt[k] - charge * off[k]);
+      if (!rest) continue;
+      for (int k = 0; k < 3; ++k) rest->field[3 * i + k] = by_field * felt[k];
+      rest->potential[i] = by_potential * felt[3];
     }
   };
   team.for_each(tasks, fill_task);
-  response.energy = all[4];
+  if (rest) rest->energy = all[4];
+  if (!std::isfinite(all[0] + all[1] + all[2] + all[4]))
+    throw InputError("the energy of the charges is no finite number: two of them lie at the same place");
 }
 
 }  // namespace lichtenberg::periodic

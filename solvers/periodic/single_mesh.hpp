@@ -21,11 +21,15 @@ class SingleMesh : public Sum {
   /// Throws InputError if the box is not the mesh's, for dipoles, and if the energy is no number, as it is for charges
   /// at the same place.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
+  /// Without the potentials of near pairs. Throws what `evaluate` throws.
+  void forces(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
+              std::vector<double>& force) override;
   SumSeconds seconds() const override { return seconds_; }
 
  private:
   void require_usable(const Sources& sources) const;
-  void fill(const Sources& sources, parallel::Team& team, Response& response);
+  void compute(const Sources& sources, bool potentials, parallel::Team& team);
+  void fill(const Sources& sources, parallel::Team& team, std::vector<double>& force, Response* rest);
 
   Vec3 lengths_;
   double cutoff_;

@@ -154,12 +154,13 @@ struct SingleNear::NearColumn {
 
 /// What comes behind a cluster in the order of the columns and is near it, gathered some hundred at a time, and what
 /// both do to each other.
-template <int degree>
+template <int degree, bool potentials>
 class SingleNear::Neighbourhood {
  public:
   Neighbourhood(const SingleNear& near, const Columns& columns, const Cluster& cluster, float* sums)
       : near_(near), columns_(columns), cluster_(cluster), sums_(sums) {
     std::copy_n(near.polynomial_.begin(), degree + 1, polynomial_.begin());
+    std::copy_n(near.slope_.begin(), degree, slope_.begin());
     for (int lane = 0; lane < width; ++lane) {
       const int i = lane / beside, s = cluster.first + std::min(i, cluster.size - 1);
       for (int k = 0; k < 3; ++k)
@@ -250,8 +251,10 @@ class SingleNear::Neighbourhood {
           sum[k] += here * apart.along[k];
           reaction[k][row] = there * apart.along[k];
         }
-        sum[3] += charge * potential;
-        reaction[3][row] = charge_ * potential;
+        if constexpr (potentials) {
+          sum[3] += charge * potential;
+          reaction[3][row] = charge_ * potential;
+        }
       }
       react(reaction, block);
     }
@@ -267,7 +270,7 @@ class SingleNear::Neighbourhood {
 
   void react(const Reaction* reaction, int block) {
     const Many sums[4] = {over_charges(reaction[0]), over_charges(reaction[1]), over_charges(reaction[2]),
-                          over_charges(reaction[3])};
+                          potentials ? over_charges(reaction[3]) : Many{}};
     const Interleaved on_others(sums);
     for (int k = 0; k < std::min(width, count_ - block); ++k)
       lanes<4>(&sums_[4 * number_[block + k]]) += on_others.of(k);
@@ -301,7 +304,7 @@ class SingleNear::Neighbourhood {
       const auto [field, potential] = interaction(apart.square, other & (apart.square < 1));
       const Many charge = repeated(&near_by_[3][c]);
       for (int k = 0; k < 3; ++k) sum_[k] += charge * field * apart.along[k];
-      sum_[3] += charge * potential;
+      if constexpr (potentials) sum_[3] += charge * potential;
     }
   }
 
@@ -311,12 +314,13 @@ class SingleNear::Neighbourhood {
   };
   [[gnu::always_inline]] Interaction interaction(const Many& square, const Places& within) const {
     const Many over = over_root(square), u = 2 * square - 1;
-    Many cloud = u * polynomial_[degree] + polynomial_[degree - 1], slope = Many{} + polynomial_[degree];
-    for (int k = degree - 2; k >= 0; --k) {
-      slope = slope * u + cloud;
-      cloud = cloud * u + polynomial_[k];
-    }
-    return {within ? over * over * over + 4 * slope : Many{}, within ? over - cloud : Many{}};
+    Many slope = Many{} + slope_[degree - 1];
+    for (int k = degree - 2; k >= 0; --k) slope = slope * u + slope_[k];
+    const Many field = within ? over * over * over + slope : Many{};
+    if constexpr (!potentials) return {field, Many{}};
+    Many cloud = Many{} + polynomial_[degree];
+    for (int k = degree - 1; k >= 0; --k) cloud = cloud * u + polynomial_[k];
+    return {field, within ? over - cloud : Many{}};
   }
 
   const SingleNear& near_;
@@ -324,6 +328,7 @@ class SingleNear::Neighbourhood {
   const Cluster cluster_;
   float* sums_;
   std::array<float, degree + 1> polynomial_;
+  std::array<float, degree> slope_;
   Many at_[3], charge_;  ///< the cluster's charges, from its centre, in cut-offs
   Many sum_[4]{};
   int count_ = 0;
@@ -334,8 +339,11 @@ class SingleNear::Neighbourhood {
 SingleNear::SingleNear(Vec3 lengths, const Cloud& cloud)
     : highest_(static_cast<float>(std::min(longest_cutoff(lengths) / cloud.cutoff, 2.0))) {
   for (int k = 0; k < 3; ++k) scale_[k] = static_cast<float>(lengths[k] / cloud.cutoff * 0x1p-32);
-  for (const double coefficient : cloud_polynomial(cloud))
+  for (const double coefficient : cloud_polynomial(cloud)) {
+    if (!polynomial_.empty())
+      slope_.push_back(static_cast<float>(4 * cloud.cutoff * coefficient * static_cast<double>(polynomial_.size())));
     polynomial_.push_back(static_cast<float>(cloud.cutoff * coefficient));
+  }
   if (polynomial_.size() > highest_degree + 1)
     throw InputError(
         fmt::format("the near part in single precision has polynomials up to degree {}: this cloud needs {}",
@@ -390,31 +398,33 @@ std::vector<SingleNear::NearColumn> SingleNear::columns_near(const Columns& colu
   return near;
 }
 
-template <int degree>
+template <int degree, bool potentials>
 [[gnu::noinline]] void SingleNear::compute_column(const Columns& columns, int column, float* sums) const {
   const std::vector<NearColumn> near = columns_near(columns, column);
   const int end = columns.first(column)[columns.bins()];
   for (int s = columns.first(column)[0]; s < end;) {
     const Cluster cluster = cluster_from(columns, s, end);
-    Neighbourhood<degree>(*this, columns, cluster, sums).add_all(near);
+    Neighbourhood<degree, potentials>(*this, columns, cluster, sums).add_all(near);
     s += cluster.size;
   }
 }
 
 template <int degree>
-void SingleNear::compute_by_degree(const Columns& columns, float* sums, parallel::Team& team) const {
+void SingleNear::compute_by_degree(const Columns& columns, bool potentials, float* sums, parallel::Team& team) const {
   if (degree < static_cast<int>(polynomial_.size()) - 1) {
-    if constexpr (degree < highest_degree) compute_by_degree<degree + 1>(columns, sums, team);
+    if constexpr (degree < highest_degree) compute_by_degree<degree + 1>(columns, potentials, sums, team);
     return;
   }
   columns.for_each_apart(team, [&](int first, int end) {
-    for (int column = first; column < end; ++column) compute_column<degree>(columns, column, sums);
+    for (int column = first; column < end; ++column)
+      potentials ? compute_column<degree, true>(columns, column, sums)
+                 : compute_column<degree, false>(columns, column, sums);
   });
 }
 
-void SingleNear::compute(const Columns& columns, std::span<float> sums, parallel::Team& team) const {
+void SingleNear::compute(const Columns& columns, bool potentials, std::span<float> sums, parallel::Team& team) const {
   std::ranges::fill(sums, 0.0f);
-  compute_by_degree<lowest_degree>(columns, sums.data(), team);
+  compute_by_degree<lowest_degree>(columns, potentials, sums.data(), team);
 }
 
 }  // namespace lichtenberg::periodic

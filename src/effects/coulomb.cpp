@@ -171,7 +171,8 @@ struct Coulomb::Implementation {
   explicit Implementation(const Scene& scene)
       : options(*scene.effects.find<CoulombOptions>()),
         sum(make_sum(scene)),
-        range(sum->cutoff() - 2 * smallest_radius(scene)) {
+        range(sum->cutoff() - 2 * smallest_radius(scene)),
+        wants_potentials(scene.effects.has("induced_dipoles") || scene.effects.has("charge_exchange")) {
     if (const auto* dipoles = scene.effects.find<InducedDipolesOptions>())
       induced.emplace(*sum, dipoles->sum, dipoles->polarizability, dipoles->tolerance);
   }
@@ -195,6 +196,15 @@ struct Coulomb::Implementation {
     return response;
   }
 
+  /// The same bits as in `response_for`, in less time where nobody asks for more.
+  const std::vector<double>& forces_for(const State& state) {
+    const Bodies& bodies = state.bodies;
+    if (wants_potentials || (bodies.position == position && bodies.charge == charge)) return response_for(state).force;
+    sum->forces({bodies.box.lengths, bodies.position, bodies.charge}, state.neighbours, state.team, force);
+    ++evaluations;
+    return force;
+  }
+
   /// Returns how often the dipoles' field was computed.
   int polarize(const periodic::Sources& sources, const State& state) {
     try {
@@ -208,10 +218,12 @@ struct Coulomb::Implementation {
 
   CoulombOptions options;
   std::unique_ptr<periodic::Sum> sum;
-  double range;  ///< between surfaces
+  double range;           ///< between surfaces
+  bool wants_potentials;  ///< in each step, for charges that move
   std::optional<periodic::InducedDipoles> induced;
   periodic::DipolePredictor predictor;
   periodic::Response response;
+  std::vector<double> force;
   std::vector<double> position, charge, dipole;  ///< that `response` is for
   std::int64_t evaluations = 0, iterations = 0;
 };
@@ -226,7 +238,7 @@ Needs Coulomb::needs() const {
 }
 
 void Coulomb::add_forces(const State& state, std::span<double> force) const {
-  const std::vector<double>& found = implementation_->response_for(state).force;
+  const std::vector<double>& found = implementation_->forces_for(state);
   for (std::size_t k = 0; k < force.size(); ++k) force[k] += implementation_->options.strength * found[k];
 }
 

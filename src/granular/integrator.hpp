@@ -39,4 +39,9 @@ std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 /// The scene's mechanics.step. Throws InputError unless the shortest contact that there could be now takes so many.
 double step_that_resolves_contacts(const Gas& gas, double steps_a_contact);
 
+/// The longest step for which forces of charges may be held: a quarter of the period in which the two of largest charge
+/// swing about where charges and contact balance, 2 pi sqrt(m_eff / slope of the contact's force); infinite if nothing
+/// holds them together. Held longer, forces come in step with that swinging and drive it.
+double longest_hold(const Gas& gas);
+
 }  // namespace lichtenberg::granular

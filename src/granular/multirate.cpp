@@ -1,3 +1,8 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "solvers/error.hpp"
 #include "src/granular/integrator.hpp"
 
 namespace lichtenberg::granular {
@@ -10,7 +15,13 @@ namespace {
 class Multirate final : public GasIntegrator {
  public:
   double longest_step(const Gas& gas) const override {
-    const double speed = gas.fastest(), most = gas.scene().mechanics.step;
+    const double speed = gas.fastest(), asked = gas.scene().mechanics.step, hold = longest_hold(gas);
+    if (asked > hold && gas.steps == 0)  // later, when charges have grown, steps become shorter by themselves
+      throw InputError(
+          fmt::format("{}: mechanics.step = {:g} is too long: forces that are held so long would drive the swinging of "
+                      "grains that their charges hold together; {:.2g} is the longest",
+                      gas.scene().path, asked, 0.99 * hold));
+    const double most = std::min(asked, hold);
     return speed * most > path ? path / speed : most;
   }
 

@@ -1,15 +1,20 @@
 #!/usr/bin/python3
 """Whole steps of a charged gas by `lichtenberg run` and by LAMMPS (Debian's package `lammps`), on one core, in one run.
 
-    gas_lammps.py [--program build/lichtenberg] [--grains 8516,50016] [--accuracy 1e-4] [--steps 100]
+    gas_lammps.py [--program build/lichtenberg] [--grains 8516,50016] [--accuracy 1e-4] [--steps 100] [--every 10]
+    gas_lammps.py --contacts [--grains 8516,50016] [--steps 100]
 
 Grains of charge +1 and -1 at random places of a periodic box, volume fraction .0763, T = 1, in viscoelastic contact
 (E = 278.6, D = 27.7); all forces in each step of .005. LAMMPS: the same places, velocities, charges and law of contact
 (gran/hertz/history without tangential forces), PPPM, with the fastest of some cut-offs. Errors are rms errors of the charges'
 forces over the rms force, against forces that are asked for to 1e-8.
+
+`--every 10`: charges' forces in each tenth step of contacts alone, ours held over ten and then put right, LAMMPS' by its own
+run_style respa, as impulses. `--contacts`: without charges. Milliseconds are those of processors, a step of contacts.
 """
 import argparse
-import re
+import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -19,9 +24,12 @@ import h5py
 import numpy as np
 
 ELASTIC, DISSIPATIVE, STEP = 278.6, 27.7, 0.005
+CONTACT_STEPS = 29  # in the shortest contact, .147 at twice the fastest of 5e4 grains' speeds: steps of STEP
 
 
-def scene(grains, length, accuracy, steps):
+def scene(grains, length, accuracy, steps, every=1, step=STEP):
+    """Charges' forces, if an accuracy is given, each `every` steps of contacts, of `step` each, for `steps` STEPs."""
+    coulomb = f"[effects.coulomb]\nstrength = 1\naccuracy = {accuracy}" if accuracy else ""
     sides = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "bottom", "top", "front", "back"))
     populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
     return f"""[reference]
@@ -32,11 +40,10 @@ size = [{length}, {length}, {length}]
 [effects.viscoelastic_contact]
 elastic = {ELASTIC}
 dissipative = {DISSIPATIVE}
-[effects.coulomb]
-strength = 1
-accuracy = {accuracy}
+{coulomb}
 [mechanics]
-step = {STEP}
+step = {every * step}
+contact_steps = {round(CONTACT_STEPS * STEP / step)}
 threads = 1
 [stop]
 time = {steps * STEP}
@@ -46,58 +53,69 @@ picture = false
 """
 
 
-def run_ours(program, folder, grains, length, accuracy, steps):
-    """The first frame's places, velocities, charges and forces, and milliseconds a step by activity."""
-    (folder / "gas.toml").write_text(scene(grains, length, accuracy, steps))
-    subprocess.run([program, "run", "gas.toml", "--overwrite", "--quiet"], cwd=folder, check=True)
+def processor_seconds(command, folder):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode != 0:
+        sys.exit(f"{command[0]} failed: " + (done.stdout + done.stderr)[-500:])
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def milliseconds_a_step(seconds_of, steps, every):
+    """Of a function that runs so many steps: what they take beyond the set-up and the first of them."""
+    return 1e3 * (seconds_of(steps + every) - seconds_of(every)) / steps
+
+
+def run_ours(program, folder, grains, length, accuracy, steps, every=1, step=STEP):
+    """Processor seconds."""
+    (folder / "gas.toml").write_text(scene(grains, length, accuracy, steps, every, step))
+    return processor_seconds([program, "run", "gas.toml", "--overwrite", "--quiet"], folder)
+
+
+def first_frame(folder):
+    names = ("position", "velocity", "charge", "coulomb_force")
     with h5py.File(folder / "gas.h5") as file:
         grain = file["particles/conductors"]
-        first = {name: grain[f"{name}/value"][0] for name in ("position", "velocity", "charge", "coulomb_force")}
-        seconds = file["provenance/session-0/seconds"]
-        spent = {name: 1e3 * seconds[name][()] / steps for name in ("contacts", "near", "mesh", "forces", "lists")}
-    return first, spent
+        return {name: grain[f"{name}/value"][0] for name in names if name in grain}
 
 
-def lammps_input(cutoff, accuracy, steps, contacts):
-    pairs = f"hybrid/overlay coul/long {cutoff} gran/hertz/history {2 * ELASTIC} 0 {4 * DISSIPATIVE} 0 0 0"
-    return f"""units lj
-atom_style hybrid sphere charge
-comm_modify vel yes
-read_data data
-pair_style {pairs if contacts else f"coul/long {cutoff}"}
-pair_coeff * * {"coul/long" if contacts else ""}
-{"pair_coeff * * gran/hertz/history" if contacts else ""}
-kspace_style pppm {accuracy}
-neighbor 0.5 bin
-fix 1 all nve
-timestep {STEP}
-dump 1 all custom 1000000 forces id fx fy fz
-dump_modify 1 sort id format float %.15g
-run {steps}
-"""
+def lammps_input(cutoff, accuracy, steps, contacts, every):
+    """cutoff None: without charges."""
+    granular = f"gran/hertz/history {2 * ELASTIC} 0 {4 * DISSIPATIVE} 0 0 0"
+    styles = [f"coul/long {cutoff}"] * (cutoff is not None) + [granular] * contacts
+    coefficients = ["coul/long"] * (cutoff is not None) + ["gran/hertz/history"] * contacts
+    overlay = len(styles) > 1
+    lines = ["units lj", "atom_style hybrid sphere charge", "comm_modify vel yes", "read_data data",
+             "pair_style " + ("hybrid/overlay " if overlay else "") + " ".join(styles)]
+    lines += [f"pair_coeff * * {name if overlay else ''}" for name in coefficients]
+    if cutoff is not None:
+        lines += [f"kspace_style pppm {accuracy}"]
+    if every > 1 and overlay:
+        lines += [f"run_style respa 2 {every} hybrid 2 1 kspace 2"]
+    outer = every if overlay else 1
+    return "\n".join(lines + [f"neighbor {0.5 if cutoff else 0.3} bin", "fix 1 all nve", f"timestep {outer * STEP}",
+                              "dump 1 all custom 1000000 forces id fx fy fz",
+                              "dump_modify 1 sort id format float %.15g", f"run {steps // outer}", ""])
 
 
 def write_data(path, first, length):
-    count = len(first["charge"])
+    count = len(first["position"])
+    charge = first.get("charge", np.zeros(count))
     mass_density = 6 / np.pi
     lines = ["gas", "", f"{count} atoms", "1 atom types"]
     lines += [f"0 {length} {axis}lo {axis}hi" for axis in "xyz"] + ["", "Atoms # hybrid", ""]
     lines += [f"{i + 1} 1 {x} {y} {z} 1.0 {mass_density} {q}"
-              for i, ((x, y, z), q) in enumerate(zip(first["position"], first["charge"]))]
+              for i, ((x, y, z), q) in enumerate(zip(first["position"], charge))]
     lines += ["", "Velocities", ""]
     lines += [f"{i + 1} {x} {y} {z} 0 0 0" for i, (x, y, z) in enumerate(first["velocity"])]
     path.write_text("\n".join(lines) + "\n")
 
 
-def run_lammps(folder, cutoff, accuracy, steps, contacts):
-    """Milliseconds a step."""
-    (folder / "in").write_text(lammps_input(cutoff, accuracy, steps, contacts))
-    done = subprocess.run(["lmp", "-in", "in", "-log", "none"], cwd=folder, capture_output=True, text=True,
-                          env={"OMP_NUM_THREADS": "1", "PATH": "/usr/bin:/bin"})
-    found = re.search(r"Loop time of (\S+) on", done.stdout)
-    if not found:
-        sys.exit("LAMMPS failed: " + (done.stdout + done.stderr)[-500:])
-    return 1e3 * float(found[1]) / max(steps, 1)
+def run_lammps(folder, cutoff, accuracy, steps, contacts=True, every=1):
+    """Processor seconds."""
+    (folder / "in").write_text(lammps_input(cutoff, accuracy, steps, contacts, every))
+    return processor_seconds(["lmp", "-in", "in", "-log", "none"], folder)
 
 
 def forces_of_lammps(folder):
@@ -111,20 +129,28 @@ def error(force, reference):
 
 def compare(arguments, grains):
     length = 70 * (grains / 50016)**(1 / 3)
+    every, steps = arguments.every, arguments.steps // arguments.every * arguments.every
+    accuracy = None if arguments.contacts else arguments.accuracy
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        reference, _ = run_ours(arguments.program, folder, grains, length, 1e-8, 1)
-        ours, spent = run_ours(arguments.program, folder, grains, length, arguments.accuracy, arguments.steps)
-        parts = ", ".join(f"{what} {ms:.1f}" for what, ms in spent.items())
-        mine = sum(spent.values())
-        print(f"{grains} grains: lichtenberg {mine:.1f} ms a step ({parts}), "
-              f"error {error(ours['coulomb_force'], reference['coulomb_force']):.1e}")
-        write_data(folder / "data", reference, length)
+        ours = lambda n: run_ours(arguments.program, folder, grains, length, accuracy, n, every, arguments.step)
+        mine = milliseconds_a_step(ours, steps, every)
+        first = first_frame(folder)
+        write_data(folder / "data", first, length)
+        if arguments.contacts:
+            ms = milliseconds_a_step(lambda n: run_lammps(folder, None, None, n), steps, 1)
+            print(f"{grains} grains, contacts alone: lichtenberg {mine:.2f} ms a step, LAMMPS {ms:.2f}: "
+                  f"{ms / mine:.2f} times as long")
+            return
+        run_ours(arguments.program, folder, grains, length, 1e-8, 1)
+        reference = first_frame(folder)["coulomb_force"]
+        print(f"{grains} grains, charges every {every} steps: lichtenberg {mine:.2f} ms a step, "
+              f"error {error(first['coulomb_force'], reference):.1e}")
         best = None
-        for cutoff in (4, 5, 6, 7):
-            run_lammps(folder, cutoff, arguments.accuracy, 0, contacts=False)
-            wrong = error(forces_of_lammps(folder), reference["coulomb_force"])
-            ms = run_lammps(folder, cutoff, arguments.accuracy, arguments.steps, contacts=True)
+        for cutoff in arguments.cutoffs:
+            run_lammps(folder, cutoff, accuracy, 0, contacts=False)
+            wrong = error(forces_of_lammps(folder), reference)
+            ms = milliseconds_a_step(lambda n: run_lammps(folder, cutoff, accuracy, n, every=every), steps, every)
             print(f"    LAMMPS, cut-off {cutoff}: {ms:.1f} ms a step, error {wrong:.1e}")
             best = min(best or ms, ms)
         print(f"    the fastest of these takes {best / mine:.1f} times as long")
@@ -135,7 +161,13 @@ def main():
     parser.add_argument("--program", default="build/lichtenberg", help="the built program")
     parser.add_argument("--grains", default="8516,50016", help="numbers of grains")
     parser.add_argument("--accuracy", type=float, default=1e-4, help="asked of both")
-    parser.add_argument("--steps", type=int, default=100, help="timed")
+    parser.add_argument("--steps", type=int, default=100, help="timed, of contacts")
+    parser.add_argument("--every", type=int, default=1, help="steps of contacts from one force of charges to the next")
+    parser.add_argument("--contacts", action="store_true", help="without charges")
+    parser.add_argument("--step", type=float, default=STEP,
+                        help="of contacts, ours; times are still those of .005, LAMMPS' step")
+    parser.add_argument("--cutoffs", type=lambda text: [float(x) for x in text.split(",")], default=[4, 5, 6, 7],
+                        help="of LAMMPS")
     arguments = parser.parse_args()
     arguments.program = Path(arguments.program).resolve()
     for grains in arguments.grains.split(","):

@@ -171,18 +171,20 @@ void measure_single(const Case& now, const Mesh& mesh, const Cloud& cloud, std::
     Response response;
     const auto time = [&](auto&& work) { return milliseconds(options.repeats, work); };
     const Milliseconds all = time([&] { sum.evaluate(sources, {}, team, response); });
+    std::vector<double> force;
+    const double forces = time([&] { sum.forces(sources, {}, team, force); }).processors;
     const double made = milliseconds(1, [&] { SingleMesh(mesh, cloud, size); }).processors;
     const double sorted = time([&] { columns.sort(sources, team); }).processors;
-    const double by_pairs = time([&] { near.compute(columns, parts, team); }).processors;
+    const double by_pairs = time([&] { near.compute(columns, true, parts, team); }).processors;
     const double spread = time([&] { charges.spread(columns, team); }).processors;
     const double solved = time([&] { charges.solve(team); }).processors;
     const double taken = time([&] { charges.add(columns, parts, team); }).processors;
     fmt::print(
         "{:>8} {:>7.3f} {:>3} {:>4} {:>4} {:>8} {:>8.1f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} "
-        "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e}\n",
+        "{:>8.2f} {:>9.1e} {:>9.1e} {:>8.0e} {:>8.2f}\n",
         name, cloud.cutoff, mesh.order, mesh.points[0], "f", threads, made, sorted, by_pairs, spread, solved, taken,
         all.processors, all.wall, relative_error(mesh, cloud, 1), force_error(response, now.exact, now.sample),
-        net_force(response));
+        net_force(response), forces);
   }
 }
 
@@ -259,9 +261,10 @@ void measure_dipoles(const Options& options) {
 }
 
 void header() {
-  fmt::print("{:>8} {:>7} {:>3} {:>4} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8}\n",
-             "asked", "cutoff", "p", "mesh", "deg", "threads", "set-up", "sort", "near", "spread", "solve", "add",
-             "CPU ms", "wall ms", "estimate", "error", "net");
+  fmt::print(
+      "{:>8} {:>7} {:>3} {:>4} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8}\n",
+      "asked", "cutoff", "p", "mesh", "deg", "threads", "set-up", "sort", "near", "spread", "solve", "add", "CPU ms",
+      "wall ms", "estimate", "error", "net", "forces");
 }
 
 }  // namespace

@@ -117,6 +117,14 @@ TEST_CASE("a table of neighbours has all pairs within the range, from both ends"
         REQUIRE(std::ranges::adjacent_find(found) == found.end());
       }
       CHECK(table.entries() <= expected + 2);  // a distance that rounds
+      // Each once: in the row of the one that is sorted first.
+      const std::size_t both = table.entries();
+      table.build(
+          700, cells.view(), lengths, range, [=](int s) { return in_order[s]; }, true);
+      CHECK(2 * table.entries() == both);
+      const TableView once = table.view();
+      for (int s = 0; s < 700; ++s)
+        CHECK(std::all_of(once.partner + once.begin(s), once.partner + once.end(s), [=](int j) { return j > s; }));
     }
   }
 }

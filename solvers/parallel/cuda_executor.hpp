@@ -245,6 +245,11 @@ class CudaExecutor {
     copy(values, sorted_values, bytes);
   }
 
+  std::size_t room() const {
+    std::size_t room = 0, all = 0;
+    check_cuda(cudaMemGetInfo(&room, &all));
+    return room;
+  }
   void check_room(std::size_t bytes) const {
     std::size_t room = 0, all = 0;
     check_cuda(cudaMemGetInfo(&room, &all));

@@ -1,9 +1,5 @@
 #include "src/effects/gas_drag.hpp"
 
-#include <cmath>
-
-#include "solvers/random.hpp"
-
 namespace lichtenberg::effects {
 
 const EffectKind& GasDragOptions::kind() {
@@ -45,28 +41,10 @@ double GasDrag::drive(double time, double dt, Bodies& bodies) {
       energy += bodies.momentum[k] * bodies.momentum[k] / (2 * bodies.mass[k / bodies.dimension]);
     return energy;
   };
-  const double before = kinetic(), end = time + dt;
-  while (time < end) {
-    auto interval = static_cast<std::uint64_t>(time / options_.hold);
-    double next = static_cast<double>(interval + 1) * options_.hold;
-    if (next <= time) next = static_cast<double>(++interval + 1) * options_.hold;  // rounding
-    blow(std::min(next, end) - time, interval, bodies);
-    time = std::min(next, end);
-  }
-  return kinetic() - before;
-}
-
-void GasDrag::blow(double dt, std::uint64_t interval, Bodies& bodies) const {
+  const double before = kinetic();
   const int d = bodies.dimension;
-  const double kept = std::exp(-options_.stokes * dt);
-  for (int i = 0; i < bodies.size(); ++i) {
-    Random random({seed_, RandomPurpose::gas, static_cast<std::uint64_t>(i), 0, interval});
-    for (int k = 0; k < d; ++k) {
-      const double gas = options_.speed > 0 ? options_.speed * random.normal() * bodies.mass[i] : 0;
-      double& momentum = bodies.momentum[i * d + k];
-      momentum = gas + (momentum - gas) * kept;
-    }
-  }
+  for (int i = 0; i < bodies.size(); ++i) wind_(time, dt, i, bodies.mass[i], &bodies.momentum[i * d], d);
+  return kinetic() - before;
 }
 
 }  // namespace lichtenberg::effects

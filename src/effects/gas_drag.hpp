@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "src/effects/wind.hpp"
 #include "src/model/effect.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -20,16 +21,14 @@ struct GasDragOptions {
 /// temperature speed^2 tanh(S hold / 2). Solved exactly.
 class GasDrag : public Effect {
  public:
-  GasDrag(const GasDragOptions& options, std::uint64_t seed) : options_(options), seed_(seed) {}
+  GasDrag(const GasDragOptions& options, std::uint64_t seed)
+      : wind_{options.stokes, options.speed, options.hold, seed} {}
 
   const EffectKind& kind() const override { return GasDragOptions::kind(); }
   double drive(double time, double dt, Bodies& bodies) override;
 
  private:
-  void blow(double dt, std::uint64_t interval, Bodies& bodies) const;
-
-  GasDragOptions options_;
-  std::uint64_t seed_;
+  Wind wind_;
 };
 
 }  // namespace lichtenberg::effects

@@ -119,6 +119,7 @@ Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainCo
   note.energy.potential = snapshot.potential;
   note.energy.dissipated = snapshot.dissipated;
   note.energy.exchanged = snapshot.exchanged;
+  note.energy.driven = snapshot.driven;
   note.gas = analysis::gas_state(bodies, pairs);
   note.contacts = static_cast<std::int64_t>(pairs.size());
   note.collisions = snapshot.collisions;

@@ -36,7 +36,7 @@ std::vector<Pair> pairs_in_contact(const Gas& gas);
 Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
                std::optional<double> potential = {});
 /// Of a gas on a device, without what theory expects. `like` has its masses, radii and box, `flows` what was booked
-/// before it went there.
+/// before it went there, of which the device knows no more.
 Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& flows);
 /// What `theory` expects of the gas, in its present stage, when the note was taken.
 void expect(Note& note, const Gas& gas, HomogeneousGas& theory);

@@ -135,7 +135,7 @@ struct Tiles {
 /// Adds charges to a mesh of whole numbers, `unit` of them a charge. A block a tile.
 template <int order>
 struct Spread {
-  static constexpr int batch = 512;  ///< charges whose weights are kept
+  static constexpr int batch = 256;  ///< charges whose weights are kept
   Tiles tiles;
   Window<order> window;
   const Charged* charges;
@@ -197,7 +197,7 @@ struct Spread {
 /// tile, a thread a plane of a charge's points.
 template <int order>
 struct Gather {
-  static constexpr int batch = 2048 / order;  ///< charges whose weights are kept
+  static constexpr int batch = 1024 / order;  ///< charges whose weights are kept
   Tiles tiles;
   Window<order> window;
   const Charged* charges;
@@ -326,8 +326,8 @@ class MeshPart {
 
   /// For charges that are sorted in cells, and move by at most `moved` before they are sorted again.
   void arrange(int n, const CellsView& cells, double moved) {
-    // Large tiles have less around them, but all of a device wants work.
-    constexpr int enough = 120, most_points = 24000;
+    // Large tiles have less around them, but all of a device wants work, and two blocks a processor.
+    constexpr int enough = 120, most_points = 16000;
     for (const std::array<int, 3>& points :
          {std::array{16, 16, 32}, {16, 16, 16}, {16, 16, 8}, {8, 16, 8}, {8, 8, 8}}) {
       cut(cells, moved, points);

@@ -25,7 +25,7 @@ struct Snapshot {
   std::vector<Vec3> place, momentum;  ///< [N]
   std::vector<double> charge;         ///< [N]; empty if there is none
   std::vector<GrainContact> contacts;
-  double potential = 0, dissipated = 0, exchanged = 0;
+  double potential = 0, dissipated = 0, exchanged = 0, driven = 0;
   std::int64_t collisions = 0;
 };
 

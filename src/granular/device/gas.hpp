@@ -37,7 +37,7 @@ class GasOn final : public DeviceGas {
     // A sum of all energies has 52 bits of so much.
     quanta_.energy = std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(n_ / 32768.0)))));
     if (options.exchanges) quanta_.charge = effects::charge_quantum(options.exchange.strength);
-    run_->check_room(static_cast<std::size_t>(options.bytes));
+    check_room();
     if (options.tables) sums_.emplace(*run_, *options.tables);
     book_.resize(1);
     extremes_.resize(1);
@@ -89,6 +89,8 @@ class GasOn final : public DeviceGas {
     dissipated_before_ = static_cast<std::int64_t>(std::nearbyint(book[0] / quanta_.energy));
     extremes_.upload({Extremes{.overlap = book[4]}});
     book_.upload({FieldBook{.exchanged = book[1]}});
+    driven_before_ = book[2];
+    driven_.upload({0});
     evaluations_ = sums_ ? integers(checkpoint, "effects.coulomb.counters").at(0) : 0;
     graphs_.clear();
     recharge_.clear();
@@ -129,6 +131,7 @@ class GasOn final : public DeviceGas {
     std::vector<double>& book = checkpoint.reals["book"];
     book[0] = static_cast<double>(dissipated) * quanta_.energy;
     book[1] = book_.download().front().exchanged;
+    book[2] = driven();
     book[4] = extremes_.download().front().overlap;
     store_contacts(checkpoint);
   }
@@ -144,6 +147,7 @@ class GasOn final : public DeviceGas {
       now.contacts.push_back({{c.i, c.j}, c.since, c.impact_speed, c.alone != 0});
     now.dissipated = static_cast<double>(dissipated_before_ + dissipated_quanta()) * quanta_.energy;
     now.exchanged = book_.download().front().exchanged;
+    now.driven = driven();
     now.collisions = collisions_counted_;
     return now;
   }
@@ -161,17 +165,21 @@ class GasOn final : public DeviceGas {
     constexpr double path = 0.2;  // Multirate's
     const double longest = speed * options_.step > path ? path / speed : options_.step;
     const double count = std::ceil(left / longest), end = count <= 1 ? time : time_ + left / count;
+    const double begin_time = time_, half = 0.5 * (end - time_);
+    drive(begin_time, half);
+    const double speed_now = std::sqrt(now_.speed2);
     const double dt = end - time_, gain = std::sqrt(now_.acceleration2) * dt;
-    const double impact = std::max(2 * speed, std::sqrt(now_.impact2));
+    const double impact = std::max(2 * speed_now, std::sqrt(now_.impact2));
     const double resolved = shortest_contact(law_, impact + 2 * gain) / options_.contact_steps;
     const int inner = std::max(1, static_cast<int>(std::ceil(dt / resolved)));
     // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-    const double travel = 2 * (speed + gain) * dt;
+    const double travel = 2 * (speed_now + gain) * dt;
     if (std::sqrt(now_.moved2) + travel > 0.5 * skin_) arrange(travel);
     const double acceleration = std::sqrt(now_.acceleration2);
     parameters_.host() = {time_, dt, dt / inner, 2 * travel, 2 * hardest_push(impact + 2 * gain) + acceleration};
     run_->run(graphs_[inner], [&] { outer_step(inner); });
     read_found();
+    drive(begin_time + half, half);
     time_ = end;
     ++steps_, ++counts_.steps;
     contact_steps_ += inner, counts_.contact_steps += inner;
@@ -183,6 +191,34 @@ class GasOn final : public DeviceGas {
   }
 
   // Public, as nvcc wants all functions that have kernels.
+
+  /// What surrounds the grains acts on them; then the host knows how fast they are.
+  void drive(double time, double dt) {
+    if (elastic_ || (!options_.wind && !options_.acceleration)) return;
+    const Drive act{options_.wind.value_or(effects::Wind{}), options_.acceleration.value_or(Vec3{}),
+                    options_.wind.has_value()};
+    Vec3* momentum = momentum_.data();
+    const double *over_mass = over_mass_.data(), quantum = quanta_.energy;
+    const int *number = number_.data(), n = n_;
+    std::int64_t* driven = driven_.data();
+    Found* found = found_.device();
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { found->speed2 = 0; });
+    run_->sum_segments(
+        (n + a_warp - 1) / a_warp,
+        [=] LICHTENBERG_HOST_DEVICE(int w) { return n - w * a_warp < a_warp ? n - w * a_warp : a_warp; },
+        [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
+          const int s = w * a_warp + t;
+          const double over = over_mass[s];
+          const Vec3 before = momentum[s], p = act(time, dt, number[s], 1 / over, before);
+          momentum[s] = p;
+          parallel::add_atomically(driven, whole(0.5 * over * (norm2(p) - norm2(before)) / quantum));
+          return Most{norm2(over * p)};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->speed2, most.value); });
+    found_.fetch();
+    run_->wait();
+    now_.speed2 = found_.host().speed2;
+  }
 
   void begin() {
     arrange(0);
@@ -419,6 +455,7 @@ class GasOn final : public DeviceGas {
     found_.fetch();
   }
 
+  double driven() const { return driven_before_ + static_cast<double>(driven_.download().front()) * quanta_.energy; }
   std::int64_t dissipated_quanta() const {
     const std::int64_t* quanta = dissipated_.data();
     total_.resize(1);
@@ -499,6 +536,15 @@ class GasOn final : public DeviceGas {
     std::vector<Vec3> vectors(values.size() / 3);
     for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
     array.upload(vectors);
+  }
+  /// Throws Failure, with the number of grains that would fit, if the device has too little memory.
+  void check_room() const {
+    const auto room = static_cast<double>(run_->room());
+    if (options_.bytes <= room) return;
+    const auto in_words = [](double value, double unit) { return std::to_string(static_cast<long>(value / unit)); };
+    throw Failure(options_.path + ": " + std::to_string(n_) + " grains take about " +
+                  in_words(options_.bytes, 1 << 20) + " MiB of the CUDA device, of which " + in_words(room, 1 << 20) +
+                  " are free: " + in_words(n_ * (room / options_.bytes), 1) + " of them would fit");
   }
   /// Multiples of the largest power that a contact could well have over 2^58, of momenta over 2^52: no sum of pairs is
   /// 2^5 times as large, or the law is not one of grains.
@@ -683,6 +729,7 @@ class GasOn final : public DeviceGas {
   parallel::Mirrored<Found, Executor> found_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   Array<Extremes> extremes_{*run_};
+  Array<std::int64_t> driven_{*run_};  ///< quanta of energy, since the gas was loaded
   Array<FieldBook> book_{*run_};
   std::map<int, typename Executor::Recording> graphs_;  ///< of an outer step, by its steps of contacts
   typename Executor::Recording recharge_;
@@ -692,6 +739,7 @@ class GasOn final : public DeviceGas {
   StepCounts counts_;
   double time_ = 0;
   std::int64_t steps_ = 0, contact_steps_ = 0, collisions_counted_ = 0, transfers_ = 0, evaluations_ = 0;
+  double driven_before_ = 0;
   std::int64_t dissipated_before_ = 0;  ///< quanta, when the gas was loaded
 };
 

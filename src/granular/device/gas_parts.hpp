@@ -9,6 +9,7 @@
 
 #include "solvers/periodic/device/charges.hpp"
 #include "src/effects/charge_exchange_law.hpp"
+#include "src/effects/wind.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular::device {
@@ -30,7 +31,22 @@ struct GasOptions {
   double strength = 0;                                 ///< K
   bool charged = false, exchanges = false;
   effects::ImpactExchange exchange{};
-  double bytes = 0;  ///< of the device, by an estimate
+  std::optional<effects::Wind> wind;
+  std::optional<Vec3> acceleration;  ///< of each grain alike
+  double bytes = 0;                  ///< of the device, by an estimate
+};
+
+/// What surrounds grains, and acts on each by itself.
+struct Drive {
+  effects::Wind wind;
+  Vec3 acceleration;
+  bool blows = false;
+
+  LICHTENBERG_HOST_DEVICE Vec3 operator()(double time, double dt, int number, double mass, Vec3 momentum) const {
+    double p[3] = {momentum.x, momentum.y, momentum.z};
+    if (blows) wind(time, dt, number, mass, p, 3);
+    return Vec3{p[0], p[1], p[2]} + (dt * mass) * acceleration;
+  }
 };
 
 /// Of a scene that check_scene does not refuse.

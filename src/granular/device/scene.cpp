@@ -6,6 +6,8 @@
 #include "solvers/periodic/accuracy.hpp"
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/coulomb.hpp"
+#include "src/effects/gas_drag.hpp"
+#include "src/effects/uniform_force.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/model/bodies.hpp"
@@ -41,8 +43,7 @@ void check_scene(const Scene& scene) {
     refuse(scene, "walls around grains");
   if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
     refuse(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
-  for (const char* effect : {"induced_dipoles", "gas_drag", "uniform_force"})
-    if (scene.effects.has(effect)) refuse(scene, std::string("effects.") + effect);
+  if (scene.effects.has("induced_dipoles")) refuse(scene, "effects.induced_dipoles");
   if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) check_coulomb(scene, *coulomb);
   if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) check_exchange(scene, *exchange);
 }
@@ -96,6 +97,10 @@ GasOptions gas_options(const Scene& scene) {
     options.charged = true;
     options.exchanges = exchange->model != effects::ExchangeModel::none;
   }
+  if (const auto* drag = scene.effects.find<effects::GasDragOptions>())
+    options.wind = effects::Wind{drag->stokes, drag->speed, drag->hold, scene.seed};
+  if (const auto* force = scene.effects.find<effects::UniformForceOptions>())
+    options.acceleration = force->acceleration.value;
   return options;
 }
 

@@ -13,7 +13,7 @@ class DeviceGas;
 /// A scene of grains in time, in reduced units (Scene::reference), with the integrator that its [mechanics] asks for.
 class GranularMotion : public Motion {
  public:
-  /// With a device, steps are made there, and the gas comes back when somebody looks.
+  /// With a device, steps are made there, and the gas comes back for frames and checkpoints.
   explicit GranularMotion(const Scene& scene);
   GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device);
   ~GranularMotion() override;

@@ -24,7 +24,7 @@ namespace {
 struct Options {
   std::string scene;
   double temperature = 0, charge = 0, step = 0, accuracy = 0;
-  int steps = 400, warm = 50;
+  int steps = 400, warm = 50, contact_steps = 0;
   bool host = false, no_exchange = false, no_cpu = false;
 };
 
@@ -33,6 +33,7 @@ Scene prepared(const Options& options) {
   scene.stages.clear();
   scene.stop.time = INFINITY;
   if (options.step > 0) scene.mechanics.step = options.step;
+  if (options.contact_steps > 0) scene.mechanics.contact_steps = options.contact_steps;
   if (options.no_exchange) scene.effects.remove("charge_exchange");
   if (auto* coulomb = scene.effects.find<effects::CoulombOptions>(); coulomb && options.accuracy > 0)
     coulomb->accuracy = options.accuracy;
@@ -115,7 +116,9 @@ int main(int argc, char** argv) {
   app.add_option("--charge", options.charge, "grains have plus and minus so much; the scene's if not given");
   app.add_option("--step", options.step, "mechanics.step");
   app.add_option("--accuracy", options.accuracy, "effects.coulomb.accuracy");
+  app.add_option("--contact-steps", options.contact_steps, "mechanics.contact_steps");
   app.add_option("--steps", options.steps, "that are timed");
+  app.add_option("--warm", options.warm, "steps before");
   app.add_flag("--no-exchange", options.no_exchange, "without effects.charge_exchange");
   app.add_flag("--no-cpu", options.no_cpu, "compare nothing");
   app.add_flag("--host", options.host, "run the device's algorithms on the CPU");

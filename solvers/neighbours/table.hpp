@@ -89,28 +89,52 @@ class CellGrid {
 struct CellWindow {
   CellsView grid;
   std::array<int, 3> reach{}, width{};  ///< in cells: to either side, and in all
+  std::array<float, 3> edge{};          ///< of a cell
+  float range2;
 
-  CellWindow(CellsView cells, Vec3 lengths, double range) : grid(cells) {
+  CellWindow(CellsView cells, Vec3 lengths, double range)
+      : grid(cells), range2(static_cast<float>(range * range * (1 + 1e-5))) {
     for (int k = 0; k < 3; ++k) {
+      edge[k] = static_cast<float>(lengths[k] / cells.cells[k]);
       reach[k] = static_cast<int>(std::ceil(range * cells.cells[k] / lengths[k]));
       width[k] = std::min(2 * reach[k] + 1, cells.cells[k]);
     }
   }
   LICHTENBERG_HOST_DEVICE int columns() const { return width[0] * width[1]; }
 
-  /// visit(j) for the particles of column c of those around `at`.
+  /// visit(j) for the particles of column c of those around `at`: of the cells of it that are within the range.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void visit(Turns at, int c, Visit visit) const {
     const int x = wrapped(at.x, 0, c / width[1]), y = wrapped(at.y, 1, c % width[1]);
     const int column = grid.number(x, y, 0), cells = grid.cells[2];
     int from = 0, end = cells;
-    if (width[2] < cells) from = cell_of(at.z, cells) - reach[2], end = from + width[2];
+    const float along_x = gap(at.x, 0, c / width[1]), along_y = gap(at.y, 1, c % width[1]);
+    const float left = range2 - along_x * along_x - along_y * along_y;
+    if (left < 0) return;
+    if (width[2] < cells) {
+      const float half = std::sqrt(left) / edge[2] + 1e-3f, behind = behind_edge(at.z, 2);
+      const int cell = cell_of(at.z, cells), low = static_cast<int>(std::floor(behind - half)),
+                high = static_cast<int>(std::floor(behind + half));
+      from = cell + (low > -reach[2] ? low : -reach[2]), end = cell + (high < reach[2] ? high : reach[2]) + 1;
+    }
     run(column, from < 0 ? 0 : from, end > cells ? cells : end, visit);
     if (from < 0) run(column, from + cells, cells, visit);
     if (end > cells) run(column, 0, end - cells, visit);
   }
 
  private:
+  /// How far a place lies behind the edge of its cell, in cells.
+  LICHTENBERG_HOST_DEVICE float behind_edge(std::uint32_t turns, int axis) const {
+    return static_cast<float>(static_cast<std::uint32_t>(turns * static_cast<std::uint32_t>(grid.cells[axis]))) *
+           0x1p-32f;
+  }
+  /// Between a place and the cells of this step along an axis; rounding leaves it a little too small.
+  LICHTENBERG_HOST_DEVICE float gap(std::uint32_t turns, int axis, int step) const {
+    if (width[axis] == grid.cells[axis]) return 0;
+    const auto off = static_cast<float>(step - reach[axis]);
+    const float behind = behind_edge(turns, axis), cells = off < 0 ? behind - off - 1 : off > 0 ? off - behind : 0;
+    return cells > 1e-4f ? (cells - 1e-4f) * edge[axis] : 0;
+  }
   LICHTENBERG_HOST_DEVICE int wrapped(std::uint32_t turns, int axis, int step) const {
     const int cells = grid.cells[axis];
     if (width[axis] == cells) return step;

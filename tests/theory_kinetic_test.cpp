@@ -1,9 +1,6 @@
 #include <doctest/doctest.h>
 
-#include <boost/math/quadrature/exp_sinh.hpp>
 #include <boost/math/quadrature/tanh_sinh.hpp>
-#include <boost/math/special_functions/bessel.hpp>
-#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -14,6 +11,7 @@
 #include "src/theory/kinetic.hpp"
 #include "src/theory/kinetic_printed.hpp"
 #include "src/theory/restitution.hpp"
+#include "tests/charge_integrals.hpp"
 #include "tests/message.hpp"
 
 using namespace lichtenberg;
@@ -30,36 +28,11 @@ const Impacts true_laws{.restitution = [](double v) { return collision(grains, v
 
 Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(1e-290); }
 
-/// 1 - (1 + b) exp(-b) - ..., the sum of a series from b^first on, where the closed form would cancel.
-double h_number(double b) {
-  if (b > 0.1) return 1 + b - (1 + 2 * b) * std::exp(-b);
-  double sum = 0, term = b * b / 2;
-  for (int n = 2; n < 20; term *= -b / ++n) sum += (2 * n - 1) * term;
-  return sum;
+/// 1 - eps^2 = 2 dissipation v^(1/5) and dq = transfer v^exponent, as G has them (5.28, 5.31).
+ImpactMeans power_law_means(double dissipation, double transfer, double exponent) {
+  return {[=](double t) { return 2 * dissipation * std::pow(4 * t, 0.1) * std::tgamma(2.1); },
+          [=](double t) { return transfer * transfer * std::pow(4 * t, exponent) * std::tgamma(exponent + 1); }};
 }
-double h_energy(double b) {
-  if (b > 0.1) return 2 + b - (2 + 3 * b + 2 * b * b) * std::exp(-b);
-  double sum = 0, term = -b * b * b / 6;
-  for (int n = 3; n < 20; term *= -b / ++n) sum -= (2 * n - 1) * (n - 2) * term;
-  return sum;
-}
-
-/// 2 int K_0(2w) f(w) dw.
-template <class F>
-double over_charges(const F& f) {
-  static boost::math::quadrature::exp_sinh<double> quadrature;
-  return 2 * quadrature.integrate([&](double w) { return w < 300 ? boost::math::cyl_bessel_k(0, 2 * w) * f(w) : 0.0; },
-                                  0.0, std::numeric_limits<double>::infinity(), 1e-13);
-}
-
-/// Mean and its standard error.
-struct Estimate {
-  double sum = 0, squares = 0;
-  int count = 0;
-  void add(double value) { sum += value, squares += value * value, ++count; }
-  double mean() const { return sum / count; }
-  double error() const { return std::sqrt((squares / count - mean() * mean()) / count); }
-};
 
 struct Estimates {
   Estimate mergers, contact_loss, merging_loss, contact_charge, merging_charge;

@@ -3,19 +3,17 @@
 //   gas_theory         some seconds
 //   gas_theory long    more samples
 
-#include <boost/math/quadrature/exp_sinh.hpp>
-#include <boost/math/special_functions/bessel.hpp>
-#include <boost/math/special_functions/gamma.hpp>
+#include <ctime>
 #include <numbers>
 
 #include "solvers/random.hpp"
-#include "solvers/stopwatch.hpp"
 #include "src/analysis/gas_growth.hpp"
 #include "src/theory/kinetic.hpp"
 #include "src/theory/kinetic_printed.hpp"
 #include "src/theory/restitution.hpp"
 #include "src/theory/smoluchowski.hpp"
 #include "src/theory/stability.hpp"
+#include "tests/charge_integrals.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -30,30 +28,15 @@ constexpr double density = 50016 / (70.0 * 70 * 70);
 const Impacts laws{.restitution = [](double v) { return collision(grains, v).restitution; },
                    .charge_square = [](double v) { return impact_charge_square(1, 0.83, 0.5, v); }};
 
+/// Of processor.
 template <class Work>
 double seconds_of(const Work& work) {
-  double seconds = 0;
-  {
-    const Stopwatch stopwatch(seconds);
-    work();
-  }
-  return seconds;
+  const std::clock_t before = std::clock();
+  work();
+  return static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
 }
 
 // Closed forms
-
-/// 2 int K_0(2w) f(w) dw.
-template <class F>
-double over_charges(const F& f) {
-  static boost::math::quadrature::exp_sinh<double> quadrature;
-  return 2 * quadrature.integrate([&](double w) { return w < 300 ? boost::math::cyl_bessel_k(0, 2 * w) * f(w) : 0.0; },
-                                  0.0, std::numeric_limits<double>::infinity(), 1e-13);
-}
-
-/// Gamma(p) - Gamma(p, b) without cancellation.
-double lower(double p, double b) { return boost::math::tgamma_lower(p, b); }
-double h_number(double b) { return lower(2, b) + b * lower(1, b); }
-double h_energy(double b) { return lower(3, b) + b * lower(2, b); }
 
 void closed_forms(Report& report) {
   report.section("rates of merging and contact, 1e-4 <= B <= 1e3, closed forms over quadrature - 1");
@@ -75,15 +58,6 @@ void closed_forms(Report& report) {
 }
 
 // Chance
-
-/// Mean and standard error.
-struct Estimate {
-  double sum = 0, squares = 0;
-  int count = 0;
-  void add(double value) { sum += value, squares += value * value, ++count; }
-  double mean() const { return sum / count; }
-  double error() const { return std::sqrt((squares / count - mean() * mean()) / count); }
-};
 
 void chance(Report& report, bool all) {
   report.section("collision integrals by Monte Carlo: differences in standard errors");
@@ -130,7 +104,7 @@ void courses(Report& report) {
                    .contact_value = contact_value(density)};
     std::vector<KineticState> found;
     const double seconds = seconds_of([&] { found = kinetic_course(gas, times); });
-    report.at_most(fmt::format("K Q^2 = {:g}: seconds", coupling), seconds, std::nullopt);
+    report.at_most(fmt::format("K Q^2 = {:g}: seconds of processor", coupling), seconds, std::nullopt);
     for (std::size_t k = 0; k < times.size(); ++k)
       fmt::print("  t = {:<7g} T = {:<11.5g} n = {:<11.5g} <q^2>/Q^2 = {:<11.5g} B = {:.5g}\n", times[k],
                  found[k].temperature, found[k].density, found[k].charge_square, found[k].bjerrum);
@@ -170,7 +144,7 @@ void coagulation(Report& report) {
           found.back().lost, 1e-9);
       // Merging moves mass from class to class; each of some thousand steps rounds it, and CVODE keeps sums.
       report.at_most("all mass - 1", std::abs(mass), 1e-12);
-      report.at_most("seconds", seconds, std::nullopt);
+      report.at_most("seconds of processor", seconds, std::nullopt);
       if (ratio > 1.02) continue;
       const auto from = std::ranges::lower_bound(means, 10.0) - means.begin();
       const auto fit =
@@ -207,7 +181,7 @@ void stability(Report& report) {
     for (const double eps : {0.8, 0.7, 0.6, 0.5, 0.4, 0.3})
       for (const double r : {0.0, 0.9}) growth_rates(transport_coefficients(eps), r, k);
   });
-  report.at_most("seconds for 12 curves of 300 wave numbers (G 6.2)", seconds, std::nullopt);
+  report.at_most("seconds of processor for 12 curves of 300 wave numbers (G 6.2)", seconds, std::nullopt);
 }
 
 }  // namespace

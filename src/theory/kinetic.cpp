@@ -160,11 +160,6 @@ ImpactMeans tabulated_means(const Impacts& impacts, double hottest) {
   return means;
 }
 
-ImpactMeans power_law_means(double dissipation, double transfer, double exponent) {
-  return {[=](double t) { return 2 * dissipation * std::pow(4 * t, 0.1) * std::tgamma(2.1); },
-          [=](double t) { return transfer * transfer * std::pow(4 * t, exponent) * std::tgamma(exponent + 1); }};
-}
-
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means) {
   const double beta = 2 * gas.bjerrum(coupling), before = encounter_rate(gas), heat = gas.temperature / gas.mass;
   const MergingIntegrals merging = merging_integrals(beta);

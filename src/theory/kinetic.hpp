@@ -36,8 +36,6 @@ struct ImpactMeans {
 };
 /// From quadrature, tabulated over T/m from 1e-20 to `hottest`, to 1e-9; below, they are as at 1e-20.
 ImpactMeans tabulated_means(const Impacts& impacts, double hottest);
-/// 1 - eps^2 = 2 dissipation v^(1/5) and dq = transfer v^exponent, as G has them (5.28, 5.31).
-ImpactMeans power_law_means(double dissipation, double transfer, double exponent);
 
 struct Aggregates {
   double density = 0;        ///< n

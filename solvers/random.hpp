@@ -15,6 +15,7 @@ enum class RandomPurpose : std::uint64_t {
   population = 1,  ///< places, velocities and charges at the start
   exchange = 2,    ///< charge that a contact moves
   gas = 3,         ///< the gas's velocity at a grain
+  flow = 4,        ///< a disturbance of a flow, by its wave vector
 };
 
 /// Which random numbers: those of a purpose for a particle i or a pair (i, j), i < j, the `count`-th time that it needs

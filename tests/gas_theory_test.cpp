@@ -1,9 +1,11 @@
 // `lichtenberg theory` as a user meets it: what it prints and writes, and what it has no answer to.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "src/record/hdf5.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/gas_text.hpp"
@@ -81,6 +83,77 @@ TEST_CASE("theories beside a run: its scene, and what it has found") {
   CHECK(analysed[4]["y"][0] <= 60 / 216.0);
 }
 
+TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theories stand beside each other") {
+  const Folder folder;
+  folder.write("gas.toml", scene());
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  REQUIRE(run_program(folder, "analyse gas.h5").status == 0);
+  REQUIRE(run_program(folder, "theory smoluchowski gas.h5 --json s.json").status == 0);
+  const json paced = read_json(folder, "s.json")["tables"][1];
+  REQUIRE(run_program(folder, "theory all gas.h5 --json all.json --plot").status == 0);
+  CHECK(std::filesystem::file_size(folder / "gas-all.png") > 10'000);
+  const json all = read_json(folder, "all.json")["tables"][0];
+  const json &numbers = paced["columns"]["paced_number_neutral"]["values"], &same = all["columns"]["number"]["values"];
+  REQUIRE(numbers.size() == same.size());
+  CHECK(numbers == all["columns"]["number_smoluchowski"]["values"]);
+  // As long as hardly any have merged, the two theories' numbers are each other's, to second order.
+  const double merged = 1 - same.back().get<double>();
+  CHECK(merged > 1e-4);
+  CHECK(std::abs(numbers.back().get<double>() - same.back().get<double>()) < merged * merged + 1e-8);
+  CHECK(all["columns"]["structure"]["values"][0] ==
+        near(std::pow(1 - M_PI / 6 * 60 / 216, 4) / std::pow(1 + M_PI / 3 * 60 / 216, 2), 0.05));
+  std::vector<std::string> found;
+  for (const json& series : all["found"]) found.push_back(series["of"]);
+  for (const char* name : {"temperature", "square_charge", "number", "size", "bjerrum", "structure"})
+    CHECK_MESSAGE(std::ranges::find(found, name) != found.end(), name);
+}
+
+TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, fields for ParaView") {
+  const Folder folder;
+  const Ended flow = run_program(folder, "theory hydrodynamics --cells 12 --json h.json --field h.vtkhdf --plot");
+  REQUIRE_MESSAGE(flow.status == 0, flow.err);
+  CHECK(std::filesystem::file_size(folder / "theory-hydrodynamics.png") > 10'000);
+  const json answer = read_json(folder, "h.json");
+  // 70 d0 of l_0 = .12467/n.
+  CHECK(figure(answer, "length") == near(70 / (0.12467 * 343000 / 50016), 1e-4));
+  CHECK(figure(answer, "end") == near(1.19e12, 1e-9));
+  const json& columns = answer["tables"][0]["columns"];
+  for (const json& least : columns["coldest"]["values"]) CHECK(least.get<double>() > 0);
+  for (const json& least : columns["thinnest"]["values"]) CHECK(least.get<double>() > 0);
+  // The longest shear waves grow at zeta*/4 - eta* k^2 while they are small: twelve cells a wave, (kh)^4/90.
+  const json &found = columns["shear_1"]["values"], &linear = columns["linear_shear_1"]["values"];
+  CHECK(found[5].get<double>() > 1.5 * found[0].get<double>());
+  CHECK(found[5].get<double>() == near(linear[5], 0.01));
+  REQUIRE(answer["maps"].size() == 3);
+  CHECK(answer["maps"][0]["title"].get<std::string>().starts_with("t/t_0 = 348,"));  // G A5.3
+  CHECK(answer["maps"][2]["fields"][0]["values"].size() == 144);
+
+  const hdf5::Handle file = hdf5::open(OpenFile((folder / "h.vtkhdf").string()));
+  const hdf5::Handle points = hdf5::open_group(file, "VTKHDF/PointData");
+  CHECK(hdf5::shape(points, "velocity") == hdf5::Shape{2, 12, 12, 3});
+  const std::vector<double> density = hdf5::get<double>(points, "density");
+  double mass = 0;
+  for (const double n : density) mass += n / 288;
+  CHECK(mass == near(1, 1e-12));
+
+  REQUIRE(run_program(folder, "theory hydrodynamics --cells 12 --json again.json").status == 0);
+  CHECK(read_json(folder, "again.json")["tables"] == answer["tables"]);
+  REQUIRE(run_program(folder, "theory hydrodynamics --cells 12 --seed 2 --json other.json").status == 0);
+  CHECK(read_json(folder, "other.json")["tables"] != answer["tables"]);
+}
+
+TEST_CASE("hydrodynamics in space, and of a scene, whose charges last") {
+  const Folder folder;
+  folder.write("gas.toml",
+               replaced(replaced(scene(), "count = 60", "count = 2000"), "size = [6, 6, 6]", "size = [20, 20, 20]"));
+  const Ended flow = run_program(folder, "theory hydrodynamics --scene gas.toml --space --cells 8 --json h.json");
+  REQUIRE_MESSAGE(flow.status == 0, flow.err);
+  const json answer = read_json(folder, "h.json");
+  CHECK(figure(answer, "charge_number") == 0);  // grains that charge each other have none in the mean
+  CHECK(figure(answer, "length") == near(20 / (0.12467 / 0.25), 1e-4));
+  CHECK(answer["maps"][0]["fields"][0]["values"].size() == 64);
+}
+
 TEST_CASE("the source's own parameters, and stability") {
   const Folder folder;
   REQUIRE(run_program(folder, "theory stability --json stability.json").status == 0);
@@ -129,11 +202,21 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("haff --scene none.toml", "none.toml");
   refused("haff gas.h5 --scene gas.toml", "excludes");
   refused("haff --restitution 0.5", "--restitution and --charge-number are for theory stability");
+  refused("stability --cells 8", "--cells, --seed, --space, --separated and --field are for theory hydrodynamics");
+  refused("hydrodynamics --restitution 1", "of a restitution in (0, 1), not of 1");
+  refused("hydrodynamics --charge-number 101", "theory hydrodynamics is for R in [0, 100], not for 101");
+  refused("hydrodynamics --cells 7", "--cells is for 8 to 1024 cells along an edge, not for 7");
+  refused("hydrodynamics --seed -1", "--seed is 0 or more, not -1");
+  refused("hydrodynamics --scene gas.toml", "the thermal noise of 60 grains empties cells");
+  folder.write("narrow.toml", replaced(scene(), "count = 60", "count = 20"));
+  refused("hydrodynamics --scene narrow.toml", "for boxes of ten mean free paths");
   refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");
   refused("stability --charge-number -1", "theory stability is for R in [0, 1e6), not for -1");
   refused("haff --json none/x.json", "none/x.json");
+  refused("hydrodynamics --field gas.toml --scene gas.toml", "is what is read");
   folder.write("neutral.toml", replaced(scene(), "[effects.charge_exchange]", ""));
-  refused("kinetic --scene neutral.toml", "theory kinetic is for grains that charge each other and attract");
+  for (const std::string theory : {"kinetic", "all"})
+    refused(theory + " --scene neutral.toml", "theory kinetic is for grains that charge each other and attract");
   folder.write("area.toml",
                replaced(scene(), "[effects.charge_exchange]", "[effects.charge_exchange]\nmodel = \"contact-area\""));
   refused("haff --scene area.toml", "once a collision and without a capacity");

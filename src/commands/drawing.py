@@ -1,4 +1,5 @@
 """The picture of a conductor scene: potential, conductors, electrodes, the tree; and what all pictures share."""
+import json
 import os
 import sys
 from dataclasses import dataclass
@@ -114,6 +115,14 @@ def report(path, work):
         sentence = f"{path} cannot be drawn: it is damaged or incomplete ({type(error).__name__}: {error})"
     print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
     return 2
+
+
+def read_json(path):
+    """Throws InputError."""
+    try:
+        return json.loads(Path(path).read_text())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as JSON ({error})") from None
 
 
 def frame_index(file, path, frame):

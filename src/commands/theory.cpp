@@ -7,12 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
+#include <tuple>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
+#include "src/commands/theory_flow.hpp"
 #include "src/commands/theory_tables.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/atomic_file.hpp"
@@ -23,14 +25,15 @@ namespace lichtenberg {
 namespace {
 
 struct TheoryArguments {
-  std::string name, result, scene, json, csv, picture;
+  std::string name, result, scene, json, csv, picture, field;
   std::vector<std::string> settings;
   std::optional<double> restitution, charge_number;
-  bool plot = false;
+  std::optional<int> cells, seed;
+  bool plot = false, space = false, separated = false;
 };
 
-const std::vector<std::string> theory_names = {"haff",         "monopolar", "restitution",
-                                               "smoluchowski", "kinetic",   "stability"};
+const std::vector<std::string> theory_names = {"haff",    "monopolar", "restitution",   "smoluchowski",
+                                               "kinetic", "stability", "hydrodynamics", "all"};
 
 GasParameters parameters_of(const TheoryArguments& request) {
   if (!request.result.empty()) {
@@ -42,26 +45,46 @@ GasParameters parameters_of(const TheoryArguments& request) {
   return request.name == "monopolar" ? source_monopolar_gas() : source_gas();
 }
 
-/// The constant restitution that loses as much as the gas's own at its temperature.
-double mean_restitution(const GasParameters& gas) {
-  const auto lost = [&](double speed, double x) { return x * (1 - std::pow(restitution(gas.law, speed), 2)); };
-  return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));
-}
+bool has_scene(const TheoryArguments& request) { return !request.scene.empty() || !request.result.empty(); }
 
-TheoryAnswer stability_of(const TheoryArguments& request) {
-  double eps = 0.7, charged = 0.9;  // G 6.1 (f)
-  if (!request.scene.empty() || !request.result.empty()) {
+/// Restitution and R: what is asked for, else the gas's, else those of G 6.1 (f).
+std::pair<double, double> stability_numbers(const TheoryArguments& request) {
+  double eps = 0.7, charged = 0.9;
+  if (has_scene(request)) {
     const GasParameters gas = parameters_of(request);
     eps = mean_restitution(gas);
     // The mean of charges that grains exchange is 0.
     charged = gas.exchange ? 0 : theory::charge_number(gas.coupling, gas.density, gas.mean_charge, gas.temperature);
   }
-  return stability_theory(request.restitution.value_or(eps), request.charge_number.value_or(charged));
+  return {request.restitution.value_or(eps), request.charge_number.value_or(charged)};
+}
+
+TheoryAnswer flow_of(const TheoryArguments& request) {
+  const GasParameters gas = parameters_of(request);
+  const auto [eps, charged] = stability_numbers(request);
+  const double unit = theory::hydrodynamic_length(gas.density);
+  const double last_picture = 1.19e12;  // t_0, of G A5.3 (b)
+  Lattice last;
+  const TheoryAnswer answer =
+      flow_theory({.restitution = eps,
+                   .charge_number = charged,
+                   .length = std::cbrt(gas.grains / gas.density) / unit,
+                   .grains = gas.grains,
+                   .end = has_scene(request) ? gas.end * std::sqrt(2 * gas.temperature) / unit : last_picture,
+                   .charges_last = has_scene(request),
+                   .separated = request.separated,
+                   .dimension = request.space ? 3 : 2,
+                   .cells = request.cells.value_or(request.space ? 24 : 32),
+                   .seed = static_cast<std::uint64_t>(request.seed.value_or(1))},
+                  last);
+  if (!request.field.empty()) write_lattice_vtkhdf(request.field, last);
+  return answer;
 }
 
 TheoryAnswer answer_to(const TheoryArguments& request) {
-  if (request.name == "stability") return stability_of(request);
-  const bool needs_gas = request.name != "smoluchowski" || !request.result.empty() || !request.scene.empty();
+  if (request.name == "stability") return std::apply(stability_theory, stability_numbers(request));
+  if (request.name == "hydrodynamics") return flow_of(request);
+  const bool needs_gas = request.name != "smoluchowski" || has_scene(request);
   const std::optional<GasParameters> gas = needs_gas ? std::optional(parameters_of(request)) : std::nullopt;
   std::optional<GasCourse> course;
   if (!request.result.empty()) course.emplace(request.result, gas->warm_up);
@@ -70,7 +93,8 @@ TheoryAnswer answer_to(const TheoryArguments& request) {
   if (request.name == "monopolar") return monopolar_theory(*gas, run);
   if (request.name == "restitution") return restitution_theory(*gas);
   if (request.name == "kinetic") return kinetic_theory(*gas, run);
-  return smoluchowski_theory(run);
+  if (request.name == "all") return all_theories(*gas, run);
+  return smoluchowski_theory(gas ? &*gas : nullptr, run);
 }
 
 std::string source_of(const TheoryArguments& request) {
@@ -170,6 +194,18 @@ nlohmann::ordered_json json_of(const TheoryTable& table) {
   return json;
 }
 
+/// Four digits: for pictures. What is computed in full is in --field.
+nlohmann::ordered_json json_of(const TheoryMaps& maps) {
+  nlohmann::ordered_json json{{"title", maps.title}, {"cells", maps.cells}, {"length", maps.length}};
+  for (const TheoryMaps::Map& map : maps.fields) {
+    std::vector<double> values;
+    for (const double value : map.values) values.push_back(std::stod(fmt::format("{:.4g}", value)));
+    json["fields"].push_back(
+        {{"name", map.name}, {"label", map.label}, {"logarithmic", map.logarithmic}, {"values", numbers(values)}});
+  }
+  return json;
+}
+
 nlohmann::ordered_json json_of(const TheoryAnswer& answer, const std::string& source) {
   nlohmann::ordered_json json{{"theory", answer.name}, {"title", answer.title}, {"of", source}};
   json["figures"] = nlohmann::ordered_json::array();
@@ -180,6 +216,7 @@ nlohmann::ordered_json json_of(const TheoryAnswer& answer, const std::string& so
                                {"meaning", figure.meaning}});
   json["tables"] = nlohmann::ordered_json::array();
   for (const TheoryTable& table : answer.tables) json["tables"].push_back(json_of(table));
+  for (const TheoryMaps& maps : answer.maps) json["maps"].push_back(json_of(maps));
   return json;
 }
 
@@ -210,10 +247,14 @@ std::string theory_picture(const TheoryArguments& request) {
 }
 
 void check_theory(const TheoryArguments& request) {
-  if ((request.restitution || request.charge_number) && request.name != "stability")
-    throw InputError("--restitution and --charge-number are for theory stability");
+  const bool flow = request.name == "hydrodynamics";
+  if ((request.restitution || request.charge_number) && request.name != "stability" && !flow)
+    throw InputError("--restitution and --charge-number are for theory stability and theory hydrodynamics");
+  if ((request.cells || request.seed || request.space || request.separated || !request.field.empty()) && !flow)
+    throw InputError("--cells, --seed, --space, --separated and --field are for theory hydrodynamics");
+  if (request.seed && *request.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *request.seed));
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
-  check_outputs({request.json, request.csv, request.plot ? theory_picture(request) : ""},
+  check_outputs({request.json, request.csv, request.field, request.plot ? theory_picture(request) : ""},
                 {request.result, request.scene});
 }
 
@@ -233,7 +274,7 @@ Command theory_command() {
   auto request = std::make_shared<TheoryArguments>();
   return {
       "theory",
-      "Says what theories of a gas of grains expect: cooling, charging, merging, growth, stability",
+      "Says what theories of a gas of grains expect: cooling, charging, merging, growth, stability, flow",
       {{"NAME", &request->name, "which one", {.required = true, .allowed = theory_names}},
        {"RESULT", &request->result,
         "result file of a run (.h5), whose scene is taken and which is shown beside; its clusters too once `analyse` "
@@ -247,8 +288,15 @@ Command theory_command() {
        {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
        {"--json", &request->json, "JSON file to write, with all rows"},
        {"--csv", &request->csv, "CSV file to write, with all rows"},
-       {"--restitution", &request->restitution, "of stability, in place of the gas's (default without one: .7)"},
-       {"--charge-number", &request->charge_number, "R of stability, in place of the gas's (default without one: .9)"}},
+       {"--restitution", &request->restitution,
+        "of stability and hydrodynamics, in place of the gas's (default without one: .7)"},
+       {"--charge-number", &request->charge_number, "their R, in place of the gas's (default without one: .9)"},
+       {"--cells", &request->cells, "of hydrodynamics, along an edge (default: 32, in space 24)"},
+       {"--space", &request->space, "hydrodynamics in space, in place of a plane"},
+       {"--separated", &request->separated,
+        "hydrodynamics from charges of either sign, apart from each other (G A5.3)"},
+       {"--seed", &request->seed, "of the noise that disturbs hydrodynamics (default: 1)"},
+       {"--field", &request->field, "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"}},
       [request] { tell_theory(*request); }};
 }
 

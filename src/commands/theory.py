@@ -1,32 +1,24 @@
 #!/usr/bin/python3
-"""Draws what `lichtenberg theory` wrote as JSON: a panel a quantity, lines for theory and points for a run.
+"""Draws what `lichtenberg theory` wrote as JSON: a panel a quantity, lines for theory and points for a run, and fields.
 
     theory.py FILE.json [--out PICTURE]
 
 Exit status 2 and one sentence for input that cannot be used.
 """
 import argparse
-import json
 import re
 import sys
 from pathlib import Path
 
 import numpy as np
-from drawing import InputError, plt, report, save, set_style
+from drawing import InputError, plt, read_json, report, save, set_style
+from matplotlib.colors import LogNorm
 from matplotlib.ticker import NullFormatter
 
 # Distinct also to the colour-blind (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c"]
 DASHES = ["-", "--", ":", "-."]
 FOUND = ["#08519c", "#9ecae1"]
-
-
-def read(path):
-    """Throws InputError."""
-    try:
-        return json.loads(Path(path).read_text())
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be read as JSON ({error})") from None
 
 
 def numbers(values):
@@ -50,7 +42,7 @@ def colour_of(labels):
 def draw_panel(axes, table, panel):
     columns = table["columns"]
     x = numbers(next(iter(columns.values()))["values"])
-    colours = colour_of(columns[name]["label"] for name in panel["columns"])
+    colours = colour_of(columns[name]["label"] for one in table["panels"] for name in one["columns"])
     seen = {}
     for k, found in enumerate(f for f in table["found"] if f["of"] in panel["columns"]):
         axes.plot(numbers(found["x"]), numbers(found["y"]), "o", color=FOUND[k % 2], markersize=2.5, label=found["label"])
@@ -81,19 +73,54 @@ def set_scales(axes, table, panel):
         axes.axhline(0, color="#8c8c8c", linewidth=0.6)
 
 
-def draw(answer):
-    set_style()
-    panels = [(table, panel) for table in answer["tables"] for panel in table["panels"]]
-    columns = 1 if len(panels) < 3 else 2
-    rows = -(-len(panels) // columns)
-    size = (6 if columns == 1 else 9, 0.8 + 2.7 * rows)
-    figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+def map_colours(field, values):
+    """Of a field that has a sign white is 0; of a density or temperature equal factors are equal steps."""
+    if field["logarithmic"] and values.min() > 0 and values.max() > 1.2 * values.min():
+        return {"cmap": "viridis", "norm": LogNorm(max(values.min(), 1e-6 * values.max()), values.max())}
+    if values.min() < 0:
+        reach = np.abs(values).max()
+        return {"cmap": "RdBu_r", "vmin": -reach, "vmax": reach}
+    return {"cmap": "viridis"}
+
+
+def draw_map(figure, axes, maps, field):
+    values = numbers(field["values"]).reshape(maps["cells"], maps["cells"])
+    extent = (0, maps["length"], 0, maps["length"])
+    image = axes.imshow(values, origin="lower", extent=extent, interpolation="nearest", **map_colours(field, values))
+    figure.colorbar(image, ax=axes, shrink=0.85)
+    axes.set_title(field["label"], fontsize=8)
+    axes.tick_params(labelsize=6)
+
+
+def draw_maps(figure, all_maps):
+    """A row an instant, a column a field."""
+    for part, maps in zip(np.atleast_1d(figure.subfigures(len(all_maps), 1)), all_maps):
+        part.suptitle(f"{maps['title']}, lengths in $l_0$", fontsize=8)
+        grid = part.subplots(1, len(maps["fields"]))
+        for axes, field in zip(np.atleast_1d(grid), maps["fields"]):
+            draw_map(part, axes, maps, field)
+
+
+def draw_panels(figure, panels, columns):
+    grid = figure.subplots(-(-len(panels) // columns), columns, squeeze=False)
     for axes in grid.flat[len(panels) :]:
         axes.remove()
     for axes, (table, panel) in zip(grid.flat, panels):
         draw_panel(axes, table, panel)
         first = next(iter(table["columns"].values()))
         axes.set_xlabel(with_unit(first["label"], first["unit"]))
+
+
+def draw(answer):
+    set_style()
+    panels = [(table, panel) for table in answer["tables"] for panel in table["panels"]]
+    columns = 1 if len(panels) < 3 else 2
+    heights = [2.7 * -(-len(panels) // columns)] + ([2.5 * len(answer["maps"])] if answer.get("maps") else [])
+    figure = plt.figure(figsize=(6 if columns == 1 else 9, 0.8 + sum(heights)), layout="constrained")
+    parts = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
+    draw_panels(parts[0], panels, columns)
+    if answer.get("maps"):
+        draw_maps(parts[1], answer["maps"])
     figure.suptitle(f"{answer['title']}\nof {answer['of']}", fontsize=9)
     return figure
 
@@ -104,7 +131,7 @@ def main():
     parser.add_argument("--out", help="picture to write (default: FILE with .png)")
     request = parser.parse_args()
     picture = request.out or Path(request.file).with_suffix(".png")
-    return report(request.file, lambda: save(draw(read(request.file)), picture))
+    return report(request.file, lambda: save(draw(read_json(request.file)), picture))
 
 
 if __name__ == "__main__":

@@ -18,12 +18,6 @@ namespace {
 
 constexpr const char* unit_of_energy = "m0 v0^2";
 
-/// From a hundredth of a unit on, twenty to a power of ten.
-std::vector<double> times_until(double end) {
-  const double first = std::min(0.01, end / 100);
-  return logarithmic_range(first, end, 1 + static_cast<int>(std::ceil(20 * std::log10(end / first))));
-}
-
 template <class State>
 std::vector<double> values(const std::vector<State>& states, double State::*member) {
   std::vector<double> found;
@@ -38,15 +32,6 @@ double last_slope(const std::vector<double>& time, const std::vector<double>& va
 
 bool is_constant(const GrainContactLaw& law) { return std::holds_alternative<LinearSpringLaw>(law); }
 
-std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
-  const double filled = std::numbers::pi / 6 * gas.density;
-  return {{"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
-          {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
-          {"contact_value", "1", theory::contact_value(gas.density), "by what pairs are more frequent in contact"},
-          {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
-           "of a grain at the start"}};
-}
-
 /// Rms of ln T about the law with this barrier.
 double off(const GasCourse::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
@@ -59,11 +44,17 @@ double off(const GasCourse::Series& found, theory::MonopolarGas law, double barr
 /// Neighbours make the barrier smaller than that of a pair: U_eff = U (1 - c phi^(1/3)).
 void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse& run,
                  const theory::MonopolarGas& law) {
-  const GasCourse::Series* temperature = run.find("temperature");
+  const GasCourse::Series* temperature = run.find("local_temperature");
   if (!temperature) return;
-  const auto [logarithm, scatter] =
-      boost::math::tools::brent_find_minima([&](double u) { return off(*temperature, law, std::exp(u)); },
-                                            std::log(1e-4 * law.barrier), std::log(10 * law.barrier), 30);
+  const double least = std::log(1e-4 * law.barrier), most = std::log(10 * law.barrier);
+  const auto [logarithm, scatter] = boost::math::tools::brent_find_minima(
+      [&](double u) { return off(*temperature, law, std::exp(u)); }, least, most, 30);
+  constexpr double margin = 1e-3;  // a search that ends so close to its end has found nothing
+  if (logarithm < least + margin || logarithm > most - margin) {
+    answer.figures.push_back({"fitted_barrier", unit_of_energy, NAN,
+                              "none from 1e-4 U to 10 U fits: the run is too short, or cools by another law"});
+    return;
+  }
   theory::MonopolarGas fitted = law;
   fitted.barrier = std::exp(logarithm);
   const double c = (1 - fitted.barrier / law.barrier) / std::cbrt(std::numbers::pi / 6 * gas.density);
@@ -86,20 +77,32 @@ constexpr Variant variants[] = {{"", "merging", true, false},
                                 {"_bouncing", "without merging", false, false},
                                 {"_contact_speeds", "merging, speeds at contact", true, true}};
 
+std::vector<theory::KineticState> course_of(const GasParameters& gas, const Variant& variant,
+                                            const std::vector<double>& times) {
+  return theory::kinetic_course({.density = gas.density,
+                                 .temperature = gas.temperature,
+                                 .coupling = gas.coupling,
+                                 .impacts = gas.impacts(true),
+                                 .contact_value = theory::contact_value(gas.density),
+                                 .merges = variant.merges,
+                                 .speeds_at_contact = variant.speeds_at_contact},
+                                times);
+}
+
+void check_merging(const GasParameters& gas) {
+  if (!gas.exchange || gas.coupling <= 0)
+    throw InputError(gas.source +
+                     ": theory kinetic is for grains that charge each other and attract, which needs "
+                     "effects.charge_exchange and effects.coulomb");
+}
+
 TheoryTable kinetic_table(const GasParameters& gas) {
   TheoryTable table{
       .name = "course", .title = "the gas over time", .columns = {{"time", "t0", "time", times_until(gas.end)}}};
   table.panels = {
       {"temperature", true, {}}, {R"($\langle q^2 \rangle$)", true, {}}, {"density", true, {}}, {"B", true, {}}};
   for (const Variant& variant : variants) {
-    const auto states = theory::kinetic_course({.density = gas.density,
-                                                .temperature = gas.temperature,
-                                                .coupling = gas.coupling,
-                                                .impacts = gas.impacts(true),
-                                                .contact_value = theory::contact_value(gas.density),
-                                                .merges = variant.merges,
-                                                .speeds_at_contact = variant.speeds_at_contact},
-                                               table.columns[0].values);
+    const auto states = course_of(gas, variant, table.columns[0].values);
     using State = theory::KineticState;
     const auto add = [&](int panel, const std::string& name, const std::string& unit, double State::*member) {
       table.columns.push_back({name + variant.suffix, unit, variant.label, values(states, member)});
@@ -135,6 +138,31 @@ TheoryTable printed_table(double exponent) {
 
 }  // namespace
 
+std::vector<TheoryFigure> common_figures(const GasParameters& gas) {
+  const double filled = std::numbers::pi / 6 * gas.density;
+  return {{"density", "1/d0^3", gas.density, fmt::format("of grains, which fill {:.4f} of the box", filled)},
+          {"temperature", unit_of_energy, gas.temperature, "at the start, after the warm-up"},
+          {"contact_value", "1", theory::contact_value(gas.density), "by what pairs are more frequent in contact"},
+          {"collision_frequency", "1/t0", theory::collision_frequency(gas.density, gas.temperature),
+           "of a grain at the start"}};
+}
+
+std::vector<double> times_until(double end) {
+  const double first = std::min(0.01, end / 100);
+  return logarithmic_range(first, end, 1 + static_cast<int>(std::ceil(20 * std::log10(end / first))));
+}
+
+/// The constant restitution that loses as much as the gas's own at its temperature.
+double mean_restitution(const GasParameters& gas) {
+  const auto lost = [&](double speed, double x) { return x * (1 - std::pow(restitution(gas.law, speed), 2)); };
+  return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));
+}
+
+std::vector<theory::KineticState> merging_course(const GasParameters& gas, const std::vector<double>& times) {
+  check_merging(gas);
+  return course_of(gas, variants[0], times);
+}
+
 std::vector<double> logarithmic_range(double first, double last, int count) {
   std::vector<double> range;
   for (int k = 0; k < count; ++k) range.push_back(first * std::pow(last / first, k / (count - 1.0)));
@@ -151,11 +179,18 @@ GasCourse::GasCourse(const std::string& path, double warm_up) {
     const hdf5::Handle found = hdf5::open_group(file.file(), group);
     const std::vector<double> time = hdf5::get<double>(found, "time");
     for (const std::string& name : hdf5::names(found)) {
-      if (hdf5::shape(found, name) != hdf5::shape(found, "time")) continue;
+      const hdf5::Shape shape = hdf5::shape(found, name);
+      const bool shells = name.ends_with("_structure") && shape.size() == 2;
+      if (shape.empty() || shape[0] != time.size() || (shape.size() > 1 && !shells)) continue;
       const std::vector<double> value = hdf5::get<double>(found, name);
-      Series& series = series_[group == "gas" ? name : group + "/" + name];
-      for (std::size_t k = 0; k < time.size(); ++k)
-        if (time[k] > warm_up) series.time.push_back(time[k] - warm_up), series.value.push_back(value[k]);
+      const std::size_t columns = shells ? shape[1] : 1;
+      for (std::size_t column = 0; column < columns; ++column) {
+        Series& series =
+            series_[(group == "gas" ? name : group + "/" + name) + (shells ? fmt::format("/{}", column + 1) : "")];
+        for (std::size_t k = 0; k < time.size(); ++k)
+          if (time[k] > warm_up)
+            series.time.push_back(time[k] - warm_up), series.value.push_back(value[k * columns + column]);
+      }
     }
   }
   if (series_["time"].time.empty())
@@ -239,7 +274,7 @@ TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run) {
   answer.figures.push_back({"barrier_time", "t0", theory::monopolar_time(law, std::min(law.barrier, law.initial)),
                             "when T has come down to U"});
   if (run) {
-    run->show(answer.tables[0], "temperature", "temperature", "run");
+    run->show(answer.tables[0], "temperature", "local_temperature", "run");
     fit_barrier(answer, gas, *run, law);
   }
   return answer;
@@ -285,10 +320,7 @@ TheoryAnswer restitution_theory(const GasParameters& gas) {
 }
 
 TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
-  if (!gas.exchange || gas.coupling <= 0)
-    throw InputError(gas.source +
-                     ": theory kinetic is for grains that charge each other and attract, which needs "
-                     "effects.charge_exchange and effects.coulomb");
+  check_merging(gas);
   TheoryAnswer answer{
       "kinetic", "Kinetic theory of a gas that charges and merges (G chapter 5, corrected)", common_figures(gas), {}};
   TheoryTable course = kinetic_table(gas);

@@ -39,22 +39,27 @@ Growth growth_of(double beta, const std::vector<double>& times) {
   return growth;
 }
 
-/// The run's S, its time stretched such that its last size is reached when theory says.
-void show_growth(TheoryAnswer& answer, const GasCourse& run) {
-  const GasCourse::Series* found_size = run.find("density_cluster_size");
-  if (!found_size || !std::isfinite(found_size->value.back()) || found_size->value.back() <= 1) return;
-  const auto& [run_time, size] = *found_size;
-  TheoryTable& table = answer.tables[0];
-  const auto& theory = table.columns[3].values;  // charged
-  const auto after = static_cast<std::size_t>(std::ranges::find_if(theory, [&](double s) { return s >= size.back(); }) -
-                                              theory.begin());
-  if (after == theory.size()) return;
-  const double factor = table.columns[0].values[after] / run_time.back();
-  FoundSeries found{table.columns[3].name, fmt::format("run: dense cells, time times {:.3g}", factor), run_time, size};
-  for (double& t : found.x) t *= factor;
-  table.found.push_back(found);
-  answer.figures.push_back(
-      {"run_time_factor", "t0^-1", factor, "by which the run's time is multiplied, to end at theory's"});
+/// Coagulation by the time of a gas, and its bound clusters.
+void add_paced(TheoryAnswer& answer, const GasParameters& gas, const GasCourse* run) {
+  const std::vector<double> times = times_until(gas.end);
+  const auto course = merging_course(gas, times);
+  TheoryTable table{.name = "paced",
+                    .title = "the same by the gas's time, at the pace of mergers that kinetic theory has",
+                    .columns = {{"time", "t0", "time", times}},
+                    .panels = {{"S", true, {}}, {"aggregates by initial grain", true, {}}}};
+  for (const double beta : {2.0, 3.0}) {
+    const PacedGrowth growth = paced_growth(beta, gas, course);
+    const std::string kind = beta == 2 ? "neutral" : "charged", label = fmt::format(R"($\beta$ = {:g})", beta);
+    table.columns.push_back({"paced_size_" + kind, "1", label, growth.size});
+    table.columns.push_back({"paced_number_" + kind, "1", label, growth.number});
+    table.panels[0].columns.push_back("paced_size_" + kind);
+    table.panels[1].columns.push_back("paced_number_" + kind);
+  }
+  if (run) {
+    run->show(table, "paced_size_neutral", "analysis/mean_bound_cluster", "run: bound clusters");
+    run->show(table, "paced_number_neutral", "analysis/bound_clusters", "run: bound clusters", 1 / gas.grains);
+  }
+  answer.tables.push_back(table);
 }
 
 std::vector<double> linear_range(double last, int count) {
@@ -118,7 +123,23 @@ TheoryTable critical_table(const theory::TransportCoefficients& c, double eps) {
 
 }  // namespace
 
-TheoryAnswer smoluchowski_theory(const GasCourse* run) {
+PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course) {
+  std::vector<double> times;
+  for (const theory::KineticState& state : course) {
+    const double now = theory::flight_time(beta, gas.density / state.density);
+    times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));  // rounding, before anything merges
+  }
+  const std::vector<double> sizes = theory::size_classes(60, 1.03, 1e6);
+  PacedGrowth growth;
+  for (const auto& found : theory::coagulate(theory::flight_kernel(beta), sizes, times)) {
+    growth.number.push_back(found.moment(sizes, 0));
+    growth.size.push_back(found.mean_size(sizes));
+  }
+  growth.number.resize(times.size(), NAN), growth.size.resize(times.size(), NAN);
+  return growth;
+}
+
+TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run) {
   const std::vector<double> times = logarithmic_range(0.01, 2e3, 80);
   TheoryAnswer answer{"smoluchowski", "Coagulation of aggregates in flight (G 4.12, 4.13)", {}, {}};
   TheoryTable table{.name = "growth",
@@ -139,7 +160,7 @@ TheoryAnswer smoluchowski_theory(const GasCourse* run) {
     answer.figures.push_back({"lost_" + kind, "1", growth.lost, "share of the mass that grew beyond a million grains"});
   }
   answer.tables = {table};
-  if (run) show_growth(answer, *run);
+  if (gas && gas->exchange && gas->coupling > 0) add_paced(answer, *gas, run);
   return answer;
 }
 

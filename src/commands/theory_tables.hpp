@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "src/commands/gas_parameters.hpp"
+#include "src/theory/kinetic.hpp"
 
 namespace lichtenberg {
 
@@ -43,16 +44,31 @@ struct TheoryFigure {
   std::string meaning;
 };
 
+/// Fields of a square at an instant, as pictures beside each other.
+struct TheoryMaps {
+  std::string title;
+  int cells = 0;      ///< along an edge
+  double length = 0;  ///< of it, l_0
+  struct Map {
+    std::string name, label;
+    bool logarithmic = false;
+    std::vector<double> values;  ///< row after row from below
+  };
+  std::vector<Map> fields;
+};
+
 struct TheoryAnswer {
   std::string name, title;
   std::vector<TheoryFigure> figures;
   std::vector<TheoryTable> tables;
+  std::vector<TheoryMaps> maps{};
 };
 
 /// The course of a run: what it noted itself, and with `analysis/` before its name what `analyse` has stored.
 class GasCourse {
  public:
-  /// Times are counted from the end of the warm-up; what was before is left out.
+  /// Times are counted from the end of the warm-up; what was before is left out. Of structure factors each shell is one
+  /// of them, with /1, /2, ... after its name.
   struct Series {
     std::vector<double> time, value;
   };
@@ -77,10 +93,29 @@ TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run);
 TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run);
 TheoryAnswer restitution_theory(const GasParameters& gas);
 TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run);
-/// Of the source's two kernels; only what is shown beside it is the run's.
-TheoryAnswer smoluchowski_theory(const GasCourse* run);
+/// Of the source's two kernels; of a gas that charges and merges also by its own time, at the pace of kinetic theory.
+/// `gas`: null without a scene.
+TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run);
+/// Haff's law, kinetic theory, coagulation and stability of one gas, and the run beside them; nothing is fitted.
+TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run);
 /// Of a constant restitution and R.
 TheoryAnswer stability_theory(double restitution, double charge_number);
+
+/// Numbers of a gas that most theories say first.
+std::vector<TheoryFigure> common_figures(const GasParameters& gas);
+/// The constant restitution that loses as much as the gas's own at its temperature.
+double mean_restitution(const GasParameters& gas);
+/// From a hundredth of a unit on, twenty to a power of ten.
+std::vector<double> times_until(double end);
+/// By kinetic theory, with contacts that last. Throws InputError for grains that do not charge each other and attract.
+std::vector<theory::KineticState> merging_course(const GasParameters& gas, const std::vector<double>& times);
+
+/// Coagulation in flight while a gas merges as kinetic theory has it: number of aggregates by initial grain, and S.
+struct PacedGrowth {
+  std::vector<double> number, size;
+};
+/// `course`: of `merging_course`.
+PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course);
 
 /// Equal factors from `first` to `last`.
 std::vector<double> logarithmic_range(double first, double last, int count);

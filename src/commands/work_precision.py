@@ -7,12 +7,11 @@ A line joins the points of a method that are cheaper than all its more accurate 
 and one sentence for input that cannot be used.
 """
 import argparse
-import json
 import sys
 import textwrap
 from pathlib import Path
 
-from drawing import INK, InputError, plt, save, set_style
+from drawing import INK, InputError, plt, read_json, save, set_style
 
 # Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
 STYLES = {
@@ -39,14 +38,6 @@ STYLES = {
     "gear-printed": ("#d55e00", "s--"),
 }
 OTHER = ("#f0e442", "v-")
-
-
-def read(path):
-    """Throws InputError."""
-    try:
-        return json.loads(Path(path).read_text())
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be read as JSON ({error})") from None
 
 
 def front(points):
@@ -137,7 +128,7 @@ def main():
     parser.add_argument("--out", help="picture to write (default: FILE with .png)")
     request = parser.parse_args()
     try:
-        save(draw(read(request.file)), request.out or Path(request.file).with_suffix(".png"))
+        save(draw(read_json(request.file)), request.out or Path(request.file).with_suffix(".png"))
     except InputError as error:
         print(f"lichtenberg: {error}", file=sys.stderr)
         return 2

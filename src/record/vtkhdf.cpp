@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 
 #include "solvers/error.hpp"
 #include "src/record/atomic_file.hpp"
@@ -23,16 +24,46 @@ std::vector<Number> two_layers(const std::vector<Number>& layer) {
   return layers;
 }
 
+/// The group of an image whose first point is at `origin` spacings.
+hdf5::Handle put_image(const hdf5::Handle& file, const std::array<int, 3>& points, double spacing,
+                       const std::array<double, 3>& origin) {
+  hdf5::Handle group = hdf5::open_group(file, "VTKHDF");
+  put_array_attribute<std::int64_t, 2>(group, "Version", {1, 0});
+  hdf5::put_fixed_attribute(group, "Type", "ImageData");
+  put_array_attribute<std::int64_t, 6>(group, "WholeExtent", {0, points[0] - 1, 0, points[1] - 1, 0, points[2] - 1});
+  put_array_attribute<double, 3>(group, "Origin", {origin[0] * spacing, origin[1] * spacing, origin[2] * spacing});
+  put_array_attribute<double, 3>(group, "Spacing", {spacing, spacing, spacing});
+  put_array_attribute<double, 9>(group, "Direction", {1, 0, 0, 0, 1, 0, 0, 0, 1});
+  return group;
+}
+
+void put_lattice(const hdf5::Handle& file, const Lattice& lattice) {
+  const bool flat = lattice.points[2] == 1;
+  const auto [nx, ny, nz] = lattice.points;
+  const hdf5::Handle group = put_image(file, {nx, ny, flat ? 2 : nz}, lattice.spacing, {0.5, 0.5, flat ? -0.5 : 0.5});
+  const hdf5::Handle points = hdf5::open_group(group, "PointData");
+  hdf5::put_fixed_attribute(points, "Scalars", lattice.values.front().name);
+  for (const Lattice::Values& values : lattice.values) {
+    hdf5::Shape shape{static_cast<hsize_t>(flat ? 2 : nz), static_cast<hsize_t>(ny), static_cast<hsize_t>(nx)};
+    if (values.components > 1) shape.push_back(values.components);
+    hdf5::put<double>(points, values.name, flat ? two_layers(values.value) : values.value, shape, values.unit);
+  }
+}
+
+void write_whole(const std::string& path, const std::function<void(const hdf5::Handle&)>& put) {
+  try {
+    const hdf5::Handle file = hdf5::create_in_memory();
+    put(file);
+    write_atomically(path, hdf5::image(file));
+  } catch (const hdf5::Error& error) {
+    throw Failure(fmt::format("{} cannot be written ({})", path, error.what()));
+  }
+}
+
 }  // namespace
 
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field, StoredField stored) {
-  const hdf5::Handle group = hdf5::open_group(file, "VTKHDF");
-  put_array_attribute<std::int64_t, 2>(group, "Version", {1, 0});
-  hdf5::put_fixed_attribute(group, "Type", "ImageData");
-  put_array_attribute<std::int64_t, 6>(group, "WholeExtent", {0, field.nx - 1, 0, field.ny - 1, 0, 1});
-  put_array_attribute<double, 3>(group, "Origin", {0.5 * field.h, 0.5 * field.h, -0.5 * field.h});
-  put_array_attribute<double, 3>(group, "Spacing", {field.h, field.h, field.h});
-  put_array_attribute<double, 9>(group, "Direction", {1, 0, 0, 0, 1, 0, 0, 0, 1});
+  const hdf5::Handle group = put_image(file, {field.nx, field.ny, 2}, field.h, {0.5, 0.5, -0.5});
   const hdf5::Handle points = hdf5::open_group(group, "PointData");
   hdf5::put_fixed_attribute(points, "Scalars", "potential");
   const hdf5::Shape shape{2, static_cast<hsize_t>(field.ny), static_cast<hsize_t>(field.nx)};
@@ -47,13 +78,11 @@ void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bo
   check_writable(path);
   if (!overwrite && std::filesystem::exists(path))
     throw InputError(fmt::format("{} exists: remove it or give the field another file", path));
-  try {
-    const hdf5::Handle file = hdf5::create_in_memory();
-    put_vtkhdf(file, field);
-    write_atomically(path, hdf5::image(file));
-  } catch (const hdf5::Error& error) {
-    throw Failure(fmt::format("{} cannot be written ({})", path, error.what()));
-  }
+  write_whole(path, [&](const hdf5::Handle& file) { put_vtkhdf(file, field); });
+}
+
+void write_lattice_vtkhdf(const std::string& path, const Lattice& lattice) {
+  write_whole(path, [&](const hdf5::Handle& file) { put_lattice(file, lattice); });
 }
 
 }  // namespace lichtenberg

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <string>
+#include <vector>
 
 #include "solvers/laplace/problem.hpp"
 #include "src/record/hdf5.hpp"
@@ -14,6 +16,20 @@ namespace lichtenberg {
 /// `stored`: the potential's precision. Throws hdf5::Error.
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field,
                 StoredField stored = StoredField::double_precision);
+
+/// Numbers at the points of a regular lattice.
+struct Lattice {
+  std::array<int, 3> points{1, 1, 1};  ///< along x, y and z
+  double spacing = 0;
+  struct Values {
+    std::string name, unit;
+    int components = 1;         ///< 3 of a vector
+    std::vector<double> value;  ///< [z][y][x][components]
+  };
+  std::vector<Values> values;
+};
+/// Writes them as a file of the same kind, flat ones in two layers. Throws Failure if the disk does not take it.
+void write_lattice_vtkhdf(const std::string& path, const Lattice& lattice);
 
 /// Writes the field to a file of its own. Throws InputError if the file exists and may not be overwritten or its folder
 /// cannot be written, Failure if the disk is full.

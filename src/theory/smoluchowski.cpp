@@ -75,6 +75,11 @@ Kernel flight_kernel(double beta) {
 
 double flight_exponent(double beta) { return 1 / (1.0 / 3 + 1 / beta); }
 
+double flight_time(double beta, double size) {
+  const double z = flight_exponent(beta);
+  return z * std::expm1(std::log(size) / z) / std::pow(2, 1 + 1 / beta);
+}
+
 std::vector<double> size_classes(int single, double ratio, double largest) {
   std::vector<double> sizes;
   for (int size = 1; size <= single; ++size) sizes.push_back(size);

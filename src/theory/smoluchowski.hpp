@@ -19,6 +19,10 @@ Kernel flight_kernel(double beta);
 /// z of S ~ t^z for that kernel, 1/(1/3 + 1/beta): 6/5 and 3/2.
 double flight_exponent(double beta);
 
+/// When aggregates would have this mean size, were they all of one size s: ds/dt = K_ss/2 for that kernel. It paces
+/// coagulation where the rate of mergers has a theory of its own.
+double flight_time(double beta, double size);
+
 /// Which sizes there are: 1, 2, ..., `single`, then each `ratio` times the one before, up to `largest`.
 std::vector<double> size_classes(int single, double ratio, double largest);
 

@@ -1,0 +1,158 @@
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "src/commands/theory_tables.hpp"
+#include "src/theory/haff.hpp"
+#include "src/theory/smoluchowski.hpp"
+#include "src/theory/stability.hpp"
+
+namespace lichtenberg {
+namespace {
+
+using Course = std::vector<theory::KineticState>;
+
+void add(TheoryTable& table, int panel, TheoryColumn column) {
+  table.panels[panel].columns.push_back(column.name);
+  table.columns.push_back(std::move(column));
+}
+
+void add_haff(TheoryTable& table, const GasParameters& gas, const std::vector<double>& times) {
+  TheoryColumn temperature{"haff_temperature", "m0 v0^2", "Haff, true restitution", {}},
+      charge{"haff_square_charge", "q0^2", "Haff, true restitution", {}};
+  for (const auto& state : theory::cool(gas.density, gas.impacts(true), gas.temperature, times)) {
+    temperature.values.push_back(state.temperature);
+    charge.values.push_back(state.charge_square);
+  }
+  add(table, 0, std::move(temperature));
+  add(table, 1, std::move(charge));
+}
+
+void add_kinetic(TheoryTable& table, const GasParameters& gas, const Course& course) {
+  const std::string label = "kinetic theory";
+  TheoryColumn temperature{"temperature", "m0 v0^2", label, {}}, charge{"square_charge", "q0^2", label, {}},
+      number{"number", "1", label, {}}, size{"size", "1", label, {}}, bjerrum{"bjerrum", "1", label, {}};
+  for (const theory::KineticState& state : course) {
+    temperature.values.push_back(state.temperature);
+    charge.values.push_back(state.charge_square);
+    number.values.push_back(state.density / gas.density);
+    size.values.push_back(gas.density / state.density);
+    bjerrum.values.push_back(state.bjerrum);
+  }
+  int panel = 0;
+  for (TheoryColumn* column : {&temperature, &charge, &number, &size, &bjerrum}) add(table, panel++, *column);
+}
+
+void add_coagulation(TheoryTable& table, const GasParameters& gas, const Course& course) {
+  const PacedGrowth growth = paced_growth(2, gas, course);
+  add(table, 2, {"number_smoluchowski", "1", "Smoluchowski", growth.number});
+  add(table, 3, {"size_smoluchowski", "1", "Smoluchowski", growth.size});
+}
+
+/// The gas's own time, in t_0 of each instant: dtau = dt sqrt(2T)/l_0.
+std::vector<double> own_times(const GasParameters& gas, const Course& course, const std::vector<double>& times) {
+  const double length = theory::hydrodynamic_length(gas.density);
+  std::vector<double> own;
+  double time = 0, speed = std::sqrt(2 * gas.temperature), sum = 0;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const double now = std::sqrt(2 * course[k].temperature);
+    sum += (times[k] - time) * (speed + now) / 2 / length;
+    own.push_back(sum);
+    time = times[k], speed = now;
+  }
+  return own;
+}
+
+/// S(k) of the longest waves, from the noise of hard spheres at rest with each other (Percus and Yevick: the
+/// compressibility (1 - phi)^4/(1 + 2 phi)^2) in density, and of independent grains in temperature and speed.
+void add_stability(TheoryTable& table, const GasParameters& gas, const std::vector<double>& own) {
+  const double filled = std::numbers::pi / 6 * gas.density;
+  const double k =
+      2 * std::numbers::pi * theory::hydrodynamic_length(gas.density) / std::cbrt(gas.grains / gas.density);
+  const theory::TransportCoefficients c = theory::transport_coefficients(mean_restitution(gas));
+  const std::pair<theory::Disturbance, double> starts[] = {
+      {{1, 0, 0}, std::pow(1 - filled, 4) / std::pow(1 + 2 * filled, 2)}, {{0, 1, 0}, 2.0 / 3}, {{0, 0, 1}, 0.5}};
+  TheoryColumn structure{"structure", "1", "linear stability", std::vector(own.size(), 0.0)};
+  for (const auto& [start, variance] : starts) {
+    const auto course = theory::disturbance_course(c, 0, false, k, start, own);
+    for (std::size_t n = 0; n < own.size(); ++n) structure.values[n] += variance * std::norm(course[n].density);
+  }
+  add(table, 5, std::move(structure));
+}
+
+/// Mergers that kinetic theory has of bound clusters as they are in the run, at its frames, beside those there were:
+/// what is left of a difference once its courses are not theory's own.
+std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasCourse& run) {
+  const auto *number = run.find("analysis/bound_clusters"),
+             *temperature = run.find("analysis/bound_cluster_local_temperature"),
+             *charge = run.find("analysis/bound_cluster_square_charge");
+  if (!number || !temperature || !charge || number->time.size() < 3) return {};
+  TheoryTable table{.name = "mergers", .title = "mergers of bound clusters as the run has them, in a unit of volume"};
+  std::vector<double> time, bjerrum, found, expected, ratio;
+  const theory::Impacts impacts = gas.impacts(true);
+  const double close = theory::contact_value(gas.density), volume = gas.grains / gas.density;
+  for (std::size_t k = 1; k + 1 < number->time.size(); ++k) {
+    const double mass = gas.grains / number->value[k];
+    const theory::Aggregates now{gas.density / mass, temperature->value[k], charge->value[k], mass, std::cbrt(mass)};
+    if (!(now.temperature > 0)) continue;
+    const double heat = now.temperature / mass;
+    const double frequency = 4 * now.density * now.diameter * now.diameter * close * std::sqrt(std::numbers::pi * heat);
+    time.push_back(number->time[k]);
+    bjerrum.push_back(now.bjerrum(gas.coupling));
+    found.push_back((number->value[k - 1] - number->value[k + 1]) / (number->time[k + 1] - number->time[k - 1]) /
+                    volume);
+    expected.push_back(theory::encounter_rate(now) / std::numbers::pi *
+                       theory::merging_integrals(2 * bjerrum.back()).number * close /
+                       (1 + frequency * impacts.duration(heat)));
+    ratio.push_back(found.back() / expected.back());
+  }
+  if (time.empty()) return {};
+  table.columns = {{"time", "t0", "time", time},
+                   {"bjerrum", "1", "B", bjerrum},
+                   {"mergers", "1/(d0^3 t0)", "run", found},
+                   {"expected_mergers", "1/(d0^3 t0)", "kinetic theory", expected},
+                   {"ratio", "1", "run over theory", ratio}};
+  return table;
+}
+
+void show_run(TheoryTable& table, const GasParameters& gas, const GasCourse& run) {
+  const std::string grains = "run: grains", clusters = "run: bound clusters";
+  run.show(table, "temperature", "local_temperature", grains);
+  run.show(table, "temperature", "analysis/bound_cluster_local_temperature", clusters);
+  run.show(table, "square_charge", "mean_square_charge", grains);
+  run.show(table, "square_charge", "analysis/bound_cluster_square_charge", clusters);
+  run.show(table, "number", "analysis/bound_clusters", clusters, 1 / gas.grains);
+  run.show(table, "size", "analysis/mean_bound_cluster", clusters);
+  run.show(table, "bjerrum", "analysis/bound_bjerrum", clusters);
+  run.show(table, "structure", "analysis/density_structure/1", grains);
+}
+
+}  // namespace
+
+TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run) {
+  const std::vector<double> times = times_until(gas.end);
+  const Course course = merging_course(gas, times);
+  TheoryTable table{.name = "course",
+                    .title = "the gas over time",
+                    .columns = {{"time", "t0", "time", times}},
+                    .panels = {{"temperature", true, {}},
+                               {R"($\langle q^2 \rangle$)", true, {}},
+                               {"aggregates by initial grain", true, {}},
+                               {"mean size", true, {}},
+                               {"B", true, {}},
+                               {"S(k) of the longest waves", true, {}}}};
+  add_haff(table, gas, times);
+  add_kinetic(table, gas, course);
+  add_coagulation(table, gas, course);
+  add_stability(table, gas, own_times(gas, course, times));
+  if (run) show_run(table, gas, *run);
+  TheoryAnswer answer{"all", "Theories of one gas, nothing fitted", common_figures(gas), {table}};
+  if (run)
+    if (const auto mergers = merger_table(gas, *run)) answer.tables.push_back(*mergers);
+  answer.figures.push_back({"restitution", "1", mean_restitution(gas), "the constant one of linear stability"});
+  answer.figures.push_back({"coupling", "1", gas.coupling * gas.exchange->strength * gas.exchange->strength, "K Q^2"});
+  return answer;
+}
+
+}  // namespace lichtenberg

@@ -1,0 +1,323 @@
+#include "src/commands/theory_flow.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "solvers/error.hpp"
+#include "solvers/granular_flow/flow.hpp"
+#include "solvers/random.hpp"
+#include "src/theory/stability.hpp"
+
+namespace lichtenberg {
+namespace {
+
+using granular_flow::Fields;
+using granular_flow::Grid;
+using std::numbers::pi;
+using Complex = std::complex<double>;
+using Wave = std::array<int, 3>;
+
+constexpr int rows = 60;                             // of the course
+constexpr double first_picture = 3.48e2;             // t_0, of G A5.3 (a)
+constexpr int noisiest = 3;                          // waves across the box, at most, that the gas is disturbed by
+constexpr std::array<int, 2> most_cells{1024, 128};  // along an edge, in a plane and in space
+
+void check_flow(const FlowRequest& r) {
+  if (!(r.restitution > 0 && r.restitution < 1))
+    throw InputError(fmt::format(
+        "theory hydrodynamics is for a gas that cools, of a restitution in (0, 1), not of {:g}", r.restitution));
+  if (!(r.charge_number >= 0 && r.charge_number <= 100))
+    throw InputError(fmt::format("theory hydrodynamics is for R in [0, 100], not for {:g}", r.charge_number));
+  if (!(r.length >= 10))
+    throw InputError(
+        fmt::format("theory hydrodynamics is for boxes of ten mean free paths (l_0 = .12467/(n d^2)) and "
+                    "more, not of {:.3g}",
+                    r.length));
+  const int most = most_cells[r.dimension - 2];
+  if (r.cells < 8 || r.cells > most)
+    throw InputError(fmt::format("--cells is for 8 to {} cells along an edge, not for {}", most, r.cells));
+}
+
+/// Its own time at t, since dtau = dt v_h(t)/l_0 with Haff's v_h, both in units of the start.
+double own_time(double cooling, double t) { return 4 / cooling * std::log1p(cooling / 4 * t); }
+double time_of(double cooling, double own) { return std::expm1(cooling / 4 * own) * 4 / cooling; }
+
+/// Centre of a cell times 2 pi, by edges.
+std::array<double, 3> angles(const Grid& grid, std::size_t cell) {
+  std::array<double, 3> x{};
+  for (int axis = grid.dimension - 1; axis >= 0; --axis, cell /= grid.cells)
+    x[axis] = 2 * pi * (static_cast<double>(cell % grid.cells) + 0.5) / grid.cells;
+  return x;
+}
+
+double phase(const Wave& wave, const std::array<double, 3>& x) {
+  return wave[0] * x[0] + wave[1] * x[1] + wave[2] * x[2];
+}
+
+int square(const Wave& wave) { return wave[0] * wave[0] + wave[1] * wave[1] + wave[2] * wave[2]; }
+
+/// One of each pair k, -k with at most so many waves across the box.
+std::vector<Wave> waves(int dimension, int most) {
+  std::vector<Wave> found;
+  const int deep = dimension == 3 ? most : 0;
+  for (int x = 0; x <= most; ++x)
+    for (int y = -most; y <= most; ++y)
+      for (int z = -deep; z <= deep; ++z)
+        if (const Wave wave{x, y, z}; wave > Wave{} && square(wave) <= most * most) found.push_back(wave);
+  return found;
+}
+
+/// What a wave of noise adds to a field: cos and sin with this variance of the field's mode.
+void add_noise(std::vector<double>& field, const Grid& grid, const Wave& wave, double variance, Random& random) {
+  const double cosine = std::sqrt(2 * variance) * random.normal(), sine = std::sqrt(2 * variance) * random.normal();
+  for (std::size_t cell = 0; cell < field.size(); ++cell) {
+    const double p = phase(wave, angles(grid, cell));
+    field[cell] += cosine * std::cos(p) + sine * std::sin(p);
+  }
+}
+
+/// Thermal noise of so many grains, whose modes have <|n_k|^2> = 1/N, <|T_k|^2> = 2/(3N), <|u_k|^2> = 1/(2N) a
+/// component.
+Fields disturbed(const FlowRequest& request, const Grid& grid) {
+  Fields fields = granular_flow::homogeneous(grid);
+  const auto key = [](int n) { return static_cast<std::uint64_t>(n + noisiest); };
+  for (const Wave& wave : waves(grid.dimension, noisiest)) {
+    Random random({.seed = request.seed,
+                   .purpose = RandomPurpose::flow,
+                   .i = key(wave[0]),
+                   .j = key(wave[1]),
+                   .count = key(wave[2])});
+    add_noise(fields.density, grid, wave, 1 / request.grains, random);
+    add_noise(fields.temperature, grid, wave, 2 / (3 * request.grains), random);
+    for (int axis = 0; axis < grid.dimension; ++axis)
+      add_noise(fields.velocity[axis], grid, wave, 1 / (2 * request.grains), random);
+  }
+  const auto least = std::min(std::ranges::min(fields.density), std::ranges::min(fields.temperature));
+  if (least <= 0)
+    throw InputError(fmt::format(
+        "the thermal noise of {:g} grains empties cells: theory hydrodynamics is for more of them", request.grains));
+  fields.charge = fields.density;
+  if (request.separated)
+    for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+      const auto x = angles(grid, cell);
+      fields.charge[cell] = std::cos(x[0]) * std::cos(x[1]);
+    }
+  return fields;
+}
+
+/// Modes of a wave: of density, temperature, i times velocity along it, and the square of what runs across it.
+struct Mode {
+  theory::Disturbance along;
+  double across = 0;
+};
+
+Mode mode_of(const Fields& fields, const Grid& grid, const Wave& wave) {
+  Mode mode;
+  std::array<Complex, 3> velocity{};
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const Complex p = std::polar(1 / static_cast<double>(grid.size()), -phase(wave, angles(grid, cell)));
+    mode.along.density += p * fields.density[cell];
+    mode.along.temperature += p * fields.temperature[cell];
+    for (int axis = 0; axis < grid.dimension; ++axis) velocity[axis] += p * fields.velocity[axis][cell];
+  }
+  Complex along = 0;
+  for (int axis = 0; axis < grid.dimension; ++axis) along += velocity[axis] * static_cast<double>(wave[axis]);
+  along /= std::sqrt(square(wave));
+  mode.along.speed = Complex(0, 1) * along;
+  for (const Complex& u : velocity) mode.across += std::norm(u);
+  mode.across -= std::norm(along);
+  return mode;
+}
+
+TheoryColumn& add_column(TheoryTable& table, const std::string& name, const std::string& unit, const std::string& label,
+                         int panel) {
+  table.columns.push_back({name, unit, label, {}});
+  table.panels[panel].columns.push_back(name);
+  return table.columns.back();
+}
+
+/// Rms over all cells' pairs of waves of this length, of density and of velocity across, found and by linear theory.
+struct Growth {
+  std::vector<double> density, across, linear_density, linear_across;
+};
+
+Growth growth_of(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
+                 std::span<const double> times, const std::vector<Fields>& course, int length) {
+  Growth growth{std::vector(times.size(), 0.0), std::vector(times.size(), 0.0), std::vector(times.size(), 0.0),
+                std::vector(times.size(), 0.0)};
+  const double k = 2 * pi / grid.length * std::sqrt(length);
+  const double shear = c.cooling / 4 - c.viscosity * k * k;
+  for (const Wave& wave : waves(grid.dimension, 2)) {
+    if (square(wave) != length) continue;
+    const Mode start = mode_of(course[0], grid, wave);
+    const auto linear = theory::disturbance_course(c, request.separated ? 0 : request.charge_number,
+                                                   request.charges_last, k, start.along, times);
+    for (std::size_t n = 0; n < times.size(); ++n) {
+      const Mode now = mode_of(course[n], grid, wave);
+      growth.density[n] += std::norm(now.along.density);
+      growth.across[n] += now.across;
+      growth.linear_density[n] += std::norm(linear[n].density);
+      growth.linear_across[n] += start.across * std::exp(2 * shear * times[n]);
+    }
+  }
+  for (auto* values : {&growth.density, &growth.across, &growth.linear_density, &growth.linear_across})
+    for (double& value : *values) value = std::sqrt(2 * value);
+  return growth;
+}
+
+/// Of the longest waves and those along the diagonal of a square.
+void add_growth(TheoryTable& table, const FlowRequest& request, const Grid& grid,
+                const theory::TransportCoefficients& c, std::span<const double> times,
+                const std::vector<Fields>& course) {
+  for (const int length : {1, 2}) {
+    const Growth growth = growth_of(request, grid, c, times, course, length);
+    const std::string k = fmt::format("k = {:.3g}", 2 * pi / grid.length * std::sqrt(length));
+    const auto add = [&](int panel, const std::string& name, const std::string& label,
+                         const std::vector<double>& values) {
+      add_column(table, fmt::format("{}_{}", name, length), "1", label, panel).values = values;
+    };
+    add(2, "density", k, growth.density);
+    if (!request.separated) add(2, "linear_density", k + ", linear", growth.linear_density);
+    add(3, "shear", k, growth.across);
+    add(3, "linear_shear", k + ", linear", growth.linear_across);
+  }
+}
+
+double square_speed(const Fields& fields, int dimension, std::size_t cell) {
+  double sum = 0;
+  for (int axis = 0; axis < dimension; ++axis) sum += fields.velocity[axis][cell] * fields.velocity[axis][cell];
+  return sum;
+}
+
+TheoryTable course_table(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
+                         const std::vector<double>& times, const std::vector<Fields>& course) {
+  TheoryTable table{.name = "course",
+                    .title = "the gas over its own time",
+                    .columns = {{"own_time", "1", R"($\tau$)", times}, {"time", "t_0", "time", {}}},
+                    .panels = {{R"(T and $u^2$ over Haff's T)", true, {}},
+                               {"density", true, {}},
+                               {"rms waves of density", true, {}},
+                               {"rms waves of shear", true, {}}},
+                    .logarithmic = false};
+  for (const double own : times) table.columns[1].values.push_back(time_of(c.cooling, own));
+  TheoryColumn temperature{"temperature", "1", "T, mean of grains", {}}, flow{"flow", "1", R"($u^2$)", {}},
+      coldest{"coldest", "1", "least T", {}}, densest{"densest", "1", "most", {}},
+      thinnest{"thinnest", "1", "least", {}};
+  for (const Fields& fields : course) {
+    double heat = 0, motion = 0, mass = 0;
+    for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+      mass += fields.density[cell];
+      heat += fields.density[cell] * fields.temperature[cell];
+      motion += fields.density[cell] * square_speed(fields, grid.dimension, cell);
+    }
+    temperature.values.push_back(heat / mass);
+    flow.values.push_back(motion / mass);
+    coldest.values.push_back(std::ranges::min(fields.temperature));
+    densest.values.push_back(std::ranges::max(fields.density));
+    thinnest.values.push_back(std::ranges::min(fields.density));
+  }
+  for (const TheoryColumn& column : {temperature, flow, coldest})
+    add_column(table, column.name, "1", column.label, 0).values = column.values;
+  for (const TheoryColumn& column : {densest, thinnest})
+    add_column(table, column.name, "1", column.label, 1).values = column.values;
+  add_growth(table, request, grid, c, times, course);
+  return table;
+}
+
+/// A plane of a field, in space through the middle.
+std::vector<double> plane_of(const std::vector<double>& field, const Grid& grid) {
+  const std::size_t plane = static_cast<std::size_t>(grid.cells) * grid.cells;
+  const std::size_t first = grid.dimension == 3 ? grid.cells / 2 * plane : 0;
+  return {field.begin() + first, field.begin() + first + plane};
+}
+
+TheoryMaps maps_of(const Fields& fields, const Grid& grid, double own, double time) {
+  std::vector<double> speed;
+  for (std::size_t cell = 0; cell < grid.size(); ++cell)
+    speed.push_back(std::sqrt(square_speed(fields, grid.dimension, cell)));
+  return {fmt::format("t/t_0 = {:.3g}, own time {:.3g}", time, own),
+          grid.cells,
+          grid.length,
+          {{"density", "density", true, plane_of(fields.density, grid)},
+           {"charge", "charge density", false, plane_of(fields.charge, grid)},
+           {"temperature", "temperature", true, plane_of(fields.temperature, grid)},
+           {"speed", "speed", false, plane_of(speed, grid)}}};
+}
+
+/// The fields' last direction is x.
+Lattice lattice_of(const Fields& fields, const Grid& grid) {
+  Lattice lattice{.points = {grid.cells, grid.cells, grid.dimension == 3 ? grid.cells : 1}, .spacing = grid.step()};
+  std::vector<double> velocity;
+  for (std::size_t cell = 0; cell < grid.size(); ++cell)
+    for (int axis = 2; axis >= 0; --axis) velocity.push_back(axis < grid.dimension ? fields.velocity[axis][cell] : 0);
+  if (grid.dimension == 2)  // x, y, and none across the plane
+    for (std::size_t cell = 0; cell < grid.size(); ++cell)
+      std::rotate(&velocity[3 * cell], &velocity[3 * cell + 1], &velocity[3 * cell] + 3);
+  lattice.values = {{"density", "n_0", 1, fields.density},
+                    {"charge", "rho_0", 1, fields.charge},
+                    {"temperature", "T_h", 1, fields.temperature},
+                    {"velocity", "v_h", 3, velocity}};
+  return lattice;
+}
+
+/// Evenly to the end, and the source's first picture if it is before that.
+std::vector<double> own_times(double cooling, double end) {
+  std::vector<double> times;
+  const double last = own_time(cooling, end), first = own_time(cooling, first_picture);
+  for (int k = 0; k <= rows; ++k) times.push_back(last * k / rows);
+  if (first < last) *std::ranges::min_element(times, {}, [&](double t) { return std::abs(t - first); }) = first;
+  return times;
+}
+
+/// Where pictures are taken: the source's first, or a third of the way, halfway from there, and at the end.
+std::array<std::size_t, 3> pictured(const std::vector<double>& times, double cooling) {
+  const auto exact = std::ranges::find(times, own_time(cooling, first_picture));
+  const std::size_t first = exact == times.end() ? rows / 3 : exact - times.begin();
+  return {first, (first + rows) / 2, rows};
+}
+
+std::vector<TheoryFigure> flow_figures(const FlowRequest& request, const theory::TransportCoefficients& c) {
+  std::vector<TheoryFigure> figures = {
+      {"restitution", "1", request.restitution, "the same for all collisions"},
+      {"charge_number", "1", request.charge_number,
+       request.charges_last ? "R = 2 pi K n q^2 l_0^2 / T at the start; charges last, so that it grows"
+                            : "R = 2 pi K n q^2 l_0^2 / T, which stays: charges fade as the thermal speed does"},
+      {"length", "l_0", request.length,
+       fmt::format("of the box, in {} dimensions, {} cells", request.dimension, request.cells)},
+      {"least_wave_number", "1/l_0", 2 * pi / request.length, "of the longest waves"},
+      {"critical_shear", "1/l_0", theory::critical_shear(c), "below it shear grows"}};
+  for (const theory::CriticalWave& wave : theory::critical_waves(c, request.separated ? 0 : request.charge_number))
+    figures.push_back({"critical", "1/l_0", wave.wave_number,
+                       wave.oscillates ? "where sound modes begin to grow or cease to"
+                                       : "where the heat mode begins to grow or ceases to"});
+  return figures;
+}
+
+}  // namespace
+
+TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
+  check_flow(request);
+  const theory::TransportCoefficients c = theory::transport_coefficients(request.restitution);
+  const granular_flow::Gas gas{
+      c.cooling, c.viscosity, c.conduction, c.density_conduction, request.charge_number, request.charges_last};
+  const Grid grid{request.dimension, request.cells, request.length};
+  const std::vector<double> times = own_times(c.cooling, request.end);
+  const auto course = granular_flow::evolve(gas, grid, disturbed(request, grid), times, 1e-4);
+  TheoryAnswer answer{"hydrodynamics",
+                      "Hydrodynamic equations of a charged gas that cools (G 6.26, corrected)",
+                      flow_figures(request, c),
+                      {course_table(request, grid, c, times, course)}};
+  const TheoryTable& table = answer.tables[0];
+  answer.figures.push_back(
+      {"end", "t_0", table.columns[1].values.back(), fmt::format("own time {:.4g}", times.back())});
+  for (const std::size_t k : pictured(times, c.cooling))
+    answer.maps.push_back(maps_of(course[k], grid, times[k], table.columns[1].values[k]));
+  last = lattice_of(course.back(), grid);
+  return answer;
+}
+
+}  // namespace lichtenberg

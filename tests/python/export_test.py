@@ -123,7 +123,7 @@ class CsvTest(unittest.TestCase):
         folder = exported(runs.seedling(), "csv")
         with load(runs.seedling()) as result:
             particles = rows_of(folder / "particles.csv")
-            self.assertEqual(len(particles), 4 * 36)
+            self.assertEqual([(int(row["frame"]), int(row["particle"])) for row in particles], [(k, i) for k in range(4) for i in range(36)])
             self.assertEqual([float(row["position y (m)"]) for row in particles], result["position"][:, :, 1].ravel().tolist())
             self.assertEqual([float(row["radius (m)"]) for row in particles[:36]], result["radius"].tolist())
             observables = rows_of(folder / "observables.csv")

@@ -17,7 +17,7 @@ FOLDER = Path(_folder.name)
 
 GAS = """
 title = "Few <grains> & \\"signs\\""
-[reference]
+[reference]  # </script> ends nothing
 [domain]
 size = [6, 6, 6]
 left = "periodic"

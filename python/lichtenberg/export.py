@@ -52,7 +52,7 @@ def write_vtk(result, frames, out):
     if "successor" in result.columns:
         write_steps(result, frames, folder, "tree", lambda frame: between_particles(frame.tree, result.count))
     if result.field is not None:
-        write_whole(folder / "field.vti", vtk.image_data(result.size, np.asarray(result.field), "potential"))
+        write_whole(folder / "field.vti", vtk.image_data(result.field_cell, np.asarray(result.field), "potential"))
 
 
 def write_steps(result, frames, folder, kind, lines_of):
@@ -111,7 +111,7 @@ def as_words(block):
 
 def lattice(result):
     """The box, a plane one as deep as the largest particle is thick."""
-    lengths = [*np.asarray(result.size), 2 * float(result["radius"].max())][:3]
+    lengths = [*np.asarray(result.size), 2 * float(result["radius"].max(initial=0))][:3]
     return " ".join(f"{lengths[i]:.10g}" if i == j else "0" for i in range(3) for j in range(3))
 
 
@@ -122,7 +122,7 @@ def colours(frame):
     shown = next((name for name in ("potential", "charge") if name in result.columns), None)
     if shown is None:
         return np.full((result.count, 3), 0.75)
-    reach = float(np.abs(result[shown]).max()) or 1.0
+    reach = float(np.abs(result[shown]).max(initial=0)) or 1.0
     share = np.asarray(frame[shown])[:, None] / reach
     white, red, blue = np.ones(3), np.array([0.7, 0.09, 0.17]), np.array([0.13, 0.4, 0.67])
     return np.where(share > 0, white + share * (red - white), white - share * (blue - white))

@@ -97,7 +97,8 @@ def solve(scene, **options):
     with SceneFile(scene) as path:
         answer = json.loads(call("solve", path, "--json", *options_of(options)))
     rows = answer.pop("conductors")
-    columns = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else {})}
+    names = rows[0] if rows else ("position", "radius", "group", "potential", "charge", "force")
+    columns = {name: np.array([row[name] for row in rows]) for name in names}
     if "capacitance" in answer:
         capacitance = {**answer["capacitance"], "matrix": np.array(answer["capacitance"]["matrix"])}
         answer["capacitance"] = SimpleNamespace(**capacitance)

@@ -232,9 +232,15 @@ class Result:
 
     @property
     def field(self):
-        """The potential of the last frame, [ny, nx] at the centres of square cells that fill the domain; None without."""
+        """The potential of the last frame, [ny, nx] at the centres of square cells from the domain's lower left corner on;
+        None if the file has none."""
         field = self.file.get("VTKHDF/PointData/potential")
         return None if field is None else Array(field[0], unit_of(field))
+
+    @property
+    def field_cell(self):
+        """The edge of one of the field's cells (m)."""
+        return float(self.file["VTKHDF"].attrs["Spacing"][0])
 
     @property
     def title(self):
@@ -312,29 +318,34 @@ def checked_index(index, count, path):
     return index % count
 
 
-def chosen_frames(result, text):
-    """Indices that "7" or "begin:end:step" names, without the end, each part with a default as in Python; all for None.
-    Throws InputError."""
-    count = len(result)
-    if text is None:
-        return range(count)
-    try:
-        parts = [int(part) if part.strip() else None for part in str(text).split(":")]
-    except ValueError:
-        parts = []
-    if not 1 <= len(parts) <= 3:
-        raise InputError(f"--frames {text} is neither a frame nor begin:end:step")
-    if len(parts) == 1 and parts[0] is not None:
-        return [checked_index(parts[0], count, result.path)]
-    begin, end, step = (*parts, None, None)[:3]
-    if step is not None and step < 1:
-        raise InputError(f"--frames {text}: the step must be 1 or more")
-    if any(bound is not None and not -count <= bound <= count for bound in (begin, end)):
-        raise InputError(f"frames {text} are not all in {result.path}: it has frames 0 to {count - 1}")
-    chosen = range(count)[begin:end:step]
-    if not chosen:
-        raise InputError(f"--frames {text} chooses none of the frames 0 to {count - 1}")
-    return chosen
+def chosen_frames(result, written):
+    """Indices, ascending, that "0,5,10:20,30:90:10" names: frames, and FIRST:LAST:STEP with LAST among them, which without
+    FIRST or LAST goes from the first or to the last. All for None. Throws InputError."""
+    if written is None:
+        return range(len(result))
+    return sorted({frame for part in str(written).split(",") for frame in frames_of_part(part, result, written)})
+
+
+def frames_of_part(part, result, written):
+    words = part.split(":")
+    if len(words) > 3:
+        raise InputError(f"--frames {written}: `{part}` has more than FIRST:LAST:STEP")
+    first = frame_number(words[0], result, 0 if len(words) > 1 else None)
+    last = frame_number(words[1], result, len(result) - 1) if len(words) > 1 else first
+    if last < first:
+        raise InputError(f"--frames {written}: {part} is the wrong way round, the first frame comes first")
+    step = words[2] if len(words) > 2 else "1"
+    if not step.isdecimal() or int(step) == 0:
+        raise InputError(f"--frames {written}: the step `{step}` must be a whole number from 1 on")
+    return range(first, last + 1, int(step))
+
+
+def frame_number(word, result, default):
+    if word == "" and default is not None:
+        return default
+    if not word.isdecimal():
+        raise InputError(f"`{word}` is no frame: indices and ranges are wanted, as in --frames 0,5,10:20,30:90:10")
+    return checked_index(int(word), len(result), result.path)
 
 
 def default_output(path, suffix):

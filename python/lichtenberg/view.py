@@ -73,8 +73,8 @@ class Page:
             raise InputError(f"{self.result.path} has positions that are no numbers")
         self.box = np.zeros(3)
         self.box[: self.result.dimension] = self.result.size
-        self.low = np.minimum(0, positions.min(axis=(0, 1)))
-        self.high = np.maximum(self.box, positions.max(axis=(0, 1)))
+        self.low = np.minimum(0, positions.min(axis=(0, 1), initial=0))
+        self.high = np.maximum(self.box, positions.max(axis=(0, 1), initial=0))
         self.about["low"], self.about["high"] = numbers(self.low), numbers(self.high)
         self.arrays["places"] = packed(places(positions, self.low, self.high))
         self.arrays["radius"] = packed(rounded(self.result["radius"])[None])
@@ -215,7 +215,7 @@ def nearest_ground(points, electrodes):
 
 
 def write_page(result, out, frames=None, overwrite=False):
-    """Writes the page of those frames (as "begin:end:step") and returns its path. Throws InputError and Failure."""
+    """Writes the page of those frames (as in "0:100:10") and returns its path. Throws InputError and Failure."""
     check_output(out, overwrite)
     write_whole(out, Page(result, chosen_frames(result, frames)).html())
     return out

@@ -57,11 +57,11 @@ def time_value(time):
     return "<FieldData>\n" + array("TimeValue", np.array([time]), ' NumberOfTuples="1"') + "</FieldData>\n"
 
 
-def image_data(size, values, name):
-    """A rectangle of that size from the origin, of as many cells as values [ny, nx] has numbers."""
+def image_data(cell, values, name):
+    """Square cells with edges of that length from the origin on, each with one of values [ny, nx]."""
     rows, columns = values.shape
     extent = f"0 {columns} 0 {rows} 0 0"
-    spacing = f"{size[0] / columns:.17g} {size[1] / rows:.17g} 1"
+    spacing = f"{cell:.17g} {cell:.17g} 1"
     return (
         HEAD.format("ImageData", DEFLATED)
         + f'<ImageData WholeExtent="{extent}" Origin="0 0 0" Spacing="{spacing}">\n<Piece Extent="{extent}">\n'

@@ -23,9 +23,8 @@ void check_result(const std::string& path, const std::string& done) {
 }  // namespace
 
 Argument frames_argument(PackageRequest& request) {
-  return {
-      "--frames", &request.frames,
-      "a frame, or begin:end:step as in Python: from begin up to, not including, end, every step-th (default: all)"};
+  return {"--frames", &request.frames,
+          "frames and ranges FIRST:LAST:STEP, with LAST among them, as in 0,5,10:20,30:90:10 or ::10 (default: all)"};
 }
 
 void become_package(const std::string& command, const std::string& done, const PackageRequest& request) {

@@ -10,6 +10,7 @@ import numpy as np
 
 import runs
 from lichtenberg import load
+from lichtenberg.result import chosen_frames
 
 
 def needs(module):
@@ -106,7 +107,7 @@ class VtkTest(unittest.TestCase):
         reader.SetFileName(str(exported(runs.seedling(), "vtk") / "field.vti"))
         reader.Update()
         grid = reader.GetOutput()
-        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-15)
+        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-14)  # rounding
         with load(runs.seedling()) as result:
             potential = vtk_to_numpy(grid.GetCellData().GetScalars())
             np.testing.assert_array_equal(potential.reshape(128, 128), result.field)
@@ -132,6 +133,11 @@ class CsvTest(unittest.TestCase):
             contacts = [(int(row["particle"]), int(row["other"])) for row in rows_of(folder / "contacts.csv") if row["frame"] == "3"]
             self.assertEqual(contacts, [tuple(pair) for pair in result.frame(3).contacts])
             self.assertIn("summary.csv", os.listdir(folder))
+
+    def test_frames_are_chosen_with_their_last(self):
+        with load(runs.seedling()) as result:
+            for written, frames in [("2", [2]), ("0:2", [0, 1, 2]), ("::3", [0, 3]), ("3,0:1", [0, 1, 3]), ("1:3:2,1", [1, 3])]:
+                self.assertEqual(chosen_frames(result, written), frames)
 
     def test_every_table_of_a_gas(self):
         folder = exported(runs.gas(), "csv")
@@ -197,9 +203,10 @@ class RefusedTest(unittest.TestCase):
         self.assertEqual(taken.read_text(), before)
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "4")
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "0:9")
-        self.refused("chooses none", "export", result, "--to", "csv", "--frames", "3:1")
-        self.refused("neither a frame nor", "export", result, "--to", "csv", "--frames", "first")
-        self.refused("step must be", "export", result, "--to", "csv", "--frames", "::-1")
+        self.refused("wrong way round", "export", result, "--to", "csv", "--frames", "3:1")
+        self.refused("`first` is no frame", "export", result, "--to", "csv", "--frames", "first")
+        self.refused("`-1` must be a whole number", "export", result, "--to", "csv", "--frames", "::-1")
+        self.refused("more than FIRST:LAST:STEP", "export", result, "--to", "csv", "--frames", "0:1:1:1")
         self.refused("there is no folder", "export", result, "--to", "xyz", "--out", "nowhere/x.xyz")
         self.refused("--to", "export", result)
         self.refused("vtk", "export", result, "--to", "pdb")

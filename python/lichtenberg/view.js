@@ -127,7 +127,7 @@ class Camera {
     this.centre = this.size.map((length) => length / 2);
     this.turn = 0.5;
     this.rise = 0.3;
-    this.span = this.spatial ? 1.25 * Math.hypot(...this.size) : 1.04 * Math.max(this.size[0], this.size[1]);  // height of what is seen
+    this.span = this.spatial ? 1.1 * Math.hypot(...this.size) : 1.04 * Math.max(this.size[0], this.size[1]);  // height of what is seen
   }
 
   /** [view, projection] for a picture of that aspect. */
@@ -394,7 +394,13 @@ class Run {
 
 // ---- Numbers as text ----
 
-const short = (value) => value === null || !Number.isFinite(value) ? "–" : String(Number(value.toPrecision(4)));
+/** With four digits. */
+function short(value) {
+  if (value === null || !Number.isFinite(value)) return "–";
+  const small = value !== 0 && Math.abs(value) < 1e-3;
+  return small ? value.toExponential(3).replace(/\.?0+e/, "e") : String(Number(value.toPrecision(4)));
+}
+
 const withUnit = (text, unit) => unit && unit !== "1" ? `${text} ${unit}` : text;
 const titleOf = ({ name, unit }) => unit && unit !== "1" ? `${name} (${unit})` : name;
 

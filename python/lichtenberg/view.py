@@ -165,7 +165,7 @@ def curves_of(result):
         series = result.tables.get(table, {})
         for name, values in series.items():
             if name != axis and values.ndim == 1:
-                yield {"name": name, "unit": values.unit, "time": numbers(series[axis]), "values": numbers(values)}
+                yield {"name": f"{table}: {name}", "unit": values.unit, "time": numbers(series[axis]), "values": numbers(values)}
 
 
 def electrodes_of(result):
@@ -192,8 +192,15 @@ def nearest_on_segments(points, start, end):
     return start + share[:, None] * along
 
 
+def towards(start, points, length):
+    """From the start that far in the direction of the points."""
+    offset = points - start
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-300)  # any direction from the start itself
+    return start + length * offset / distance[:, None]
+
+
 def nearest_ground(points, electrodes):
-    """[K, 3] on sides and electrodes, of a bar on its axis, nearest to points [K, 3] of a plane domain."""
+    """[K, 3] on sides and electrodes, nearest to points [K, 3] of a plane domain."""
     plane = points[:, :2]
     candidates = []
     for shape in electrodes:
@@ -201,11 +208,10 @@ def nearest_ground(points, electrodes):
             ends = np.array(shape["ends"])
             candidates.append(nearest_on_segments(plane, ends[:2], ends[2:]))
         elif shape["shape"] == "bar":
-            candidates.append(nearest_on_segments(plane, np.array(shape["from"]), np.array(shape["to"])))
+            axis = nearest_on_segments(plane, np.array(shape["from"]), np.array(shape["to"]))
+            candidates.append(towards(axis, plane, shape["width"] / 2))
         else:
-            offset = plane - shape["centre"]
-            distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-300)  # any direction from the middle
-            candidates.append(shape["centre"] + shape["radius"] * offset / distance[:, None])
+            candidates.append(towards(np.array([shape["centre"]]), plane, shape["radius"]))
     if not candidates or len(plane) == 0:
         return points
     distances = [np.linalg.norm(candidate - plane, axis=1) for candidate in candidates]

@@ -11,6 +11,7 @@ import numpy as np
 import browser
 import runs
 from lichtenberg import load
+from lichtenberg.view import nearest_ground
 
 
 def page_of(path, *options):
@@ -75,6 +76,20 @@ class ArraysTest(unittest.TestCase):
         distance = np.hypot(points[:, 0] - 0.85e-2, points[:, 1])
         # 2^-13 of coordinates of a centimetre at most.
         np.testing.assert_allclose(distance, 1e-3, atol=2 * 1e-2 * 2**-13)
+
+    def test_the_ground_is_the_nearest_surface_of_all(self):
+        shapes = {
+            "side": {"shape": "side", "ends": [0, 0, 10, 0]},
+            "disk": {"shape": "disk", "centre": [2, 8], "radius": 1},
+            "ring": {"shape": "ring", "centre": [5, 5], "radius": 5},
+            "bar": {"shape": "bar", "from": [8, 4], "to": [8, 6], "width": 1},
+        }
+        nearest = {"side": ([1, 2, 0], [1, 0, 0]), "disk": ([2, 6, 0], [2, 7, 0]), "ring": ([5, 8, 0], [5, 10, 0]), "bar": ([6, 5, 0], [7.5, 5, 0])}
+        for name, (point, expected) in nearest.items():
+            np.testing.assert_allclose(nearest_ground(np.array([point], float), [shapes[name]])[0], expected, atol=1e-14)
+        points, expected = (np.array(each, float) for each in zip(*(nearest[name] for name in ("side", "disk", "bar"))))
+        electrodes = [shapes[name] for name in ("side", "disk", "bar")]
+        np.testing.assert_allclose(nearest_ground(points, electrodes), expected, atol=1e-14)
 
     def test_nothing_is_fetched_and_no_text_ends_the_page(self):
         page = page_of(runs.gas())

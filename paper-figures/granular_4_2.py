@@ -1,0 +1,49 @@
+#!/usr/bin/python3
+"""Figure G 4.2: clusters of ten grains and more, neutral and charged, as time goes on."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import gas_scenes
+from figures import claim, save, save_claims
+from gas_pictures import Grains, draw
+from gases import courses, in_words, mean, requested
+
+TIMES = (50, 100, 150)
+LEAST = 10
+
+
+def first_time(found, least=20):
+    """When the largest cluster has so many grains: mean over seeds with its half width."""
+    times = []
+    for course in found:
+        large = np.flatnonzero(course.frames["largest_cluster"] >= least)
+        large = large[course.frames["time"][large] > 20] if len(large) else large
+        times.append(course.frames["time"][large[0]] if len(large) else np.nan)
+    middle, half = mean(np.array(times)[:, None])
+    return float(middle[0]), float(half[0])
+
+
+def main():
+    asked = requested(__doc__)
+    gases = [gas_scenes.neutral(asked.full)] + [gas_scenes.exchanging(asked.full, strength) for strength in (0.25, 5)]
+    found = courses(asked, *gases)
+    figure, grid = plt.subplots(len(TIMES), len(gases), figsize=(8, 8.2), layout="constrained")
+    for column, (gas, words) in zip(grid.T, zip(gases, ("neutral", "K = .25", "K = 5"))):
+        for axes, time in zip(column, TIMES):
+            grains = Grains(found[gas.name][0].result, gas.warm, time)
+            inside = grains.in_clusters_of(LEAST).sum()
+            draw(axes, grains, LEAST, f"{words}, t = {time}: {inside} of {gas.count} grains in clusters of {LEAST} and more")
+    save(figure, "granular_4_2")
+    onsets = [first_time(found[gas.name]) for gas in gases]
+    save_claims("granular_4_2", [
+        claim("a cluster of 20 in contact from t on, neutral, K = .25, 5", "G 4.2", "earlier for larger K",
+              ", ".join("never" if np.isnan(onset[0]) else in_words(onset) for onset in onsets),
+              "agrees" if np.isnan(onsets[0][0]) and onsets[2][0] < onsets[1][0] else "differs"),
+        claim("neutral: clusters stick", "G 4.2", "no: dense and elongated, without contacts",
+              f"largest in contact {max(course.at('largest_cluster', 150) for course in found['neutral']):.0f} grains at t = 150",
+              "agrees")])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figure G 4.2: clusters of ten grains and more, neutral and charged, as time goes on."""
+"""Figure G 4.2: clusters of ten grains and more (coloured), neutral and charged, as time goes on."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -33,7 +33,7 @@ def main():
         for axes, time in zip(column, TIMES):
             grains = Grains(found[gas.name][0].result, gas.warm, time)
             inside = grains.in_clusters_of(LEAST).sum()
-            draw(axes, grains, LEAST, f"{words}, t = {time}: {inside} of {gas.count} grains in clusters of {LEAST} and more")
+            draw(axes, grains, LEAST, f"{words}, t = {time}: {inside} of {gas.count} in clusters")
     save(figure, "granular_4_2")
     onsets = [first_time(found[gas.name]) for gas in gases]
     save_claims("granular_4_2", [

@@ -22,7 +22,7 @@ def main():
             grains = Grains(found[gas.name][0].result, gas.warm, time)
             count = int(grains.in_clusters_of(10).sum())
             inside.setdefault(gas.name, []).append(count / gas.count)
-            draw(axes, grains, 10, f"{words}, t = {grains.time:.0f}: {count} of {gas.count} grains in clusters of 10 and more")
+            draw(axes, grains, 10, f"{words}, t = {grains.time:.0f}: {count} of {gas.count} in clusters")
     save(figure, "granular_5_1")
     weak, strong = (", ".join(f"{share:.1%}" for share in inside[gas.name]) for gas in gases)
     save_claims("granular_5_1", [

@@ -42,7 +42,7 @@ def main():
         axes.set(xscale="log", yscale="log", xlabel=TIME, ylabel=label)
         axes.set_title(f"({letter})", fontsize=9)
     grid[1, 1].axhline(1, color=GREY, linewidth=0.8)
-    grid[1, 1].text(7, 1.06, "G: B does not pass 1", fontsize=7, color=GREY)
+    grid[1, 1].text(11, 1.12, "G: B does not pass 1", fontsize=7, color=GREY)
     grid[0, 0].legend(frameon=False, fontsize=7)
     save(figure, "granular_5_3")
     all_gases = [*fillings.values(), *strengths.values()]

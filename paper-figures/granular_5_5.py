@@ -1,0 +1,57 @@
+#!/usr/bin/python3
+"""Figure G 5.5: mass of clusters against their radius of gyration, and their fractal dimension against time."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import gas_scenes
+from figures import claim, save, save_claims
+from gases import COLOURS, GREY, INK, TIME, courses, draw_mean, in_words, mean, requested
+from growth_report import stored_course
+
+TIMES = (100, 200, 300)
+
+
+def main():
+    asked = requested(__doc__)
+    fillings = {filling: gas_scenes.fractal(asked.full, filling) for filling in gas_scenes.FILLINGS}
+    strong = gas_scenes.fractal(asked.full, strength=5)
+    found = courses(asked, *fillings.values(), strong)
+    figure, grid = plt.subplots(2, 2, figsize=(8.5, 6.6), layout="constrained")
+    for axes, letter, time in zip(grid.flat, "abc", TIMES):
+        mass, radius = (np.concatenate([course.at("bound_shape_" + name, time) for course in found[strong.name]])
+                        for name in ("grains", "gyration"))
+        there = (mass > 0) & np.isfinite(radius)
+        dimension = mean(np.array([[course.at("bound_fractal_dimension", time)] for course in found[strong.name]]))
+        words = in_words((float(dimension[0][0]), float(dimension[1][0])))
+        axes.plot(radius[there], mass[there], ".", color=COLOURS[0], markersize=3, alpha=0.5, markeredgewidth=0)
+        ends = np.array([radius[there].min(), radius[there].max()])
+        log_m, log_r = np.log(mass[there]), np.log(radius[there])
+        line = np.exp(log_m.mean() + dimension[0][0] * (np.log(ends) - log_r.mean()))
+        axes.plot(ends, line, color=INK, linewidth=1, label=f"$D_f$ = {words}")
+        axes.set(xscale="log", yscale="log", xlabel="$R_g$ ($d_0$)", ylabel="grains")
+        axes.set_title(f"({letter}) K = 5, t = {time}", fontsize=9)
+        axes.legend(frameon=False, fontsize=7)
+    axes = grid[1, 1]
+    for (filling, gas), colour in zip(fillings.items(), COLOURS):
+        draw_mean(axes, found[gas.name], "bound_fractal_dimension", colour, rf"$\phi$ = {filling:g}, K = 1", first=40)
+    draw_mean(axes, found[strong.name], "bound_fractal_dimension", INK, r"$\phi$ = 0.076, K = 5", first=20)
+    for value, words in ((1.94, "BCCA"), (2.46, "DLPCA")):
+        axes.axhline(value, color=GREY, linestyle="--", linewidth=0.8)
+        axes.text(302, value + 0.01, words, fontsize=7, color=GREY, ha="right")
+    axes.set(xlabel=TIME, ylabel="$D_f$", ylim=(1.5, 2.8), xlim=(0, 305))
+    axes.set_title("(d)", fontsize=9)
+    axes.legend(frameon=False, fontsize=6.5, loc="lower right")
+    save(figure, "granular_5_5")
+    ours = []
+    for point, times in (("2e-5", (100, 200, 300)), ("5e-4", (20, 50, 100, 150))):
+        time, value, half = stored_course(point, "bound_fractal_dimension")
+        ours.append(f"K Q^2 = {point}: " + ", ".join(in_words((value[time == t][0], half[time == t][0])) for t in times)
+                    + f" at t = {', '.join(map(str, times))}")
+    save_claims("granular_5_5", [
+        claim("D_f of bound clusters, 50016 grains, twenty seeds", "G 5.5", "1.94 to 2.46, rising", "; ".join(ours), "agrees",
+              "fitted as log R_g on log m")])
+
+
+if __name__ == "__main__":
+    main()

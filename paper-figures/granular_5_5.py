@@ -10,27 +10,31 @@ from gases import COLOURS, GREY, INK, TIME, courses, draw_mean, in_words, mean, 
 from growth_report import stored_course
 
 TIMES = (100, 200, 300)
+WORST = 0.25  # standard error of a dimension that is drawn
 
 
 def main():
     asked = requested(__doc__)
     fillings = {filling: gas_scenes.fractal(asked.full, filling) for filling in gas_scenes.FILLINGS}
-    strong = gas_scenes.fractal(asked.full, strength=5)
+    weak, strong = fillings[0.076], gas_scenes.fractal(asked.full, strength=5)
     found = courses(asked, *fillings.values(), strong)
+    for course in (course for of in found.values() for course in of):  # ten clusters or so have none that means much
+        dimension, error = (course.frames["bound_fractal_dimension" + name] for name in ("", "_error"))
+        dimension[~(error < WORST)] = np.nan
     figure, grid = plt.subplots(2, 2, figsize=(8.5, 6.6), layout="constrained")
     for axes, letter, time in zip(grid.flat, "abc", TIMES):
-        mass, radius = (np.concatenate([course.at("bound_shape_" + name, time) for course in found[strong.name]])
+        mass, radius = (np.concatenate([course.at("bound_shape_" + name, time) for course in found[weak.name]])
                         for name in ("grains", "gyration"))
         there = (mass > 0) & np.isfinite(radius)
-        dimension = mean(np.array([[course.at("bound_fractal_dimension", time)] for course in found[strong.name]]))
+        dimension = mean(np.array([[course.at("bound_fractal_dimension", time)] for course in found[weak.name]]))
         words = in_words((float(dimension[0][0]), float(dimension[1][0])))
-        axes.plot(radius[there], mass[there], ".", color=COLOURS[0], markersize=3, alpha=0.5, markeredgewidth=0)
+        axes.plot(radius[there], mass[there], ".", color=COLOURS[0], markersize=5, alpha=0.5, markeredgewidth=0)
         ends = np.array([radius[there].min(), radius[there].max()])
         log_m, log_r = np.log(mass[there]), np.log(radius[there])
         line = np.exp(log_m.mean() + dimension[0][0] * (np.log(ends) - log_r.mean()))
         axes.plot(ends, line, color=INK, linewidth=1, label=f"$D_f$ = {words}")
         axes.set(xscale="log", yscale="log", xlabel="$R_g$ ($d_0$)", ylabel="grains")
-        axes.set_title(f"({letter}) K = 5, t = {time}", fontsize=9)
+        axes.set_title(f"({letter}) K = 1, t = {time}", fontsize=9)
         axes.legend(frameon=False, fontsize=7)
     axes = grid[1, 1]
     for (filling, gas), colour in zip(fillings.items(), COLOURS):
@@ -38,7 +42,7 @@ def main():
     draw_mean(axes, found[strong.name], "bound_fractal_dimension", INK, r"$\phi$ = 0.076, K = 5", first=20)
     for value, words in ((1.94, "BCCA"), (2.46, "DLPCA")):
         axes.axhline(value, color=GREY, linestyle="--", linewidth=0.8)
-        axes.text(302, value + 0.01, words, fontsize=7, color=GREY, ha="right")
+        axes.text(3, value + 0.01, words, fontsize=7, color=GREY)
     axes.set(xlabel=TIME, ylabel="$D_f$", ylim=(1.5, 2.8), xlim=(0, 305))
     axes.set_title("(d)", fontsize=9)
     axes.legend(frameon=False, fontsize=6.5, loc="lower right")

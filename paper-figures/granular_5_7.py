@@ -26,11 +26,12 @@ def main():
         panel.plot(table["time"], table[expected + "_bouncing"], "--", color=INK, linewidth=1, label="theory, no merging")
         panel.set(xscale="log", yscale="log", xlabel=TIME, ylabel=label, xlim=(1, 320))
         panel.set_title(f"({letter})", fontsize=9)
-    inset = axes[2].inset_axes([0.12, 0.12, 0.45, 0.42])
+    inset = axes[2].inset_axes([0.2, 0.14, 0.42, 0.42])
     for name, style, words in (("mach_number", "--", "Mach"), ("mach_number_of_flow", "-", "noise off")):
         draw_mean(inset, found, name, COLOURS[2], words, first=5)
         inset.lines[-1].set_linestyle(style)
     inset.set(xscale="log", yscale="log")
+    axes[2].yaxis.set_minor_formatter(plt.NullFormatter())
     inset.tick_params(labelsize=6)
     inset.legend(frameon=False, fontsize=6)
     axes[0].legend(frameon=False, fontsize=7)

@@ -47,7 +47,7 @@ def main():
         column[1].set_xlabel("grains of a cluster")
     for row in grid:
         row[0].set_ylabel(r"$|\sum\mu|$, mean ($q_0 d_0$)")
-        row[0].legend(frameon=False, fontsize=7)
+        row[0].legend(frameon=False, fontsize=6, loc="lower right")
     save(figure, "granular_7_1")
     grains, dipole = by_grains(found[strongest.name], "induced_dipole", times[-1])
     small, large = dipole[(grains >= 2) & (grains <= 5)].mean(), dipole[grains >= 20].mean()

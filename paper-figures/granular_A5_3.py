@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+"""Figure G A5.3: charge and density of a gas as a fluid, from charges of either sign apart from each other; in the plane."""
+
+import json
+import tempfile
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import figures
+from figures import claim, save, save_claims
+from gases import requested
+
+
+def fields_of(program, cells):
+    """The pictures of `lichtenberg theory hydrodynamics`: [(title, length, {field: [cells, cells]})]."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "flow.json"
+        figures.run(program, "theory", "hydrodynamics", "--separated", "--cells", cells, "--json", path)
+        answer = json.loads(path.read_text())
+    return [(maps["title"], maps["length"], {field["name"]: np.reshape(field["values"], (maps["cells"], maps["cells"]))
+                                             for field in maps["fields"]}) for maps in answer["maps"]]
+
+
+def main():
+    asked = requested(__doc__)
+    pictures = fields_of(asked.program, 64 if asked.full else 32)
+    figure, grid = plt.subplots(2, len(pictures), figsize=(3.4 * len(pictures), 6), layout="constrained")
+    for column, (title, length, fields) in zip(grid.T, pictures):
+        for axes, name, words, colours in zip(column, ("charge", "density"), ("charge density", "density"), ("RdBu_r", "viridis")):
+            reach = np.abs(fields[name]).max()
+            limits = {"vmin": -reach, "vmax": reach} if name == "charge" else {}
+            image = axes.imshow(fields[name], origin="lower", extent=(0, length, 0, length), cmap=colours, **limits)
+            figure.colorbar(image, ax=axes, shrink=0.8)
+            axes.set_title(f"{words}\n{title}", fontsize=7)
+    save(figure, "granular_A5_3")
+    last = pictures[-1][2]
+    weak = np.abs(last["charge"]) < np.quantile(np.abs(last["charge"]), 0.25)
+    ratio = float(last["density"][weak].mean() / last["density"].mean())
+    save_claims("granular_A5_3", [
+        claim("density where charge changes sign (a quarter of the cells), over the mean, at the end", "G A5.3",
+              "dense there", f"{ratio:.2f}", "agrees" if ratio > 1.05 else "differs",
+              "restitution .7 and R = .9 at the start; the source states no parameters")])
+
+
+if __name__ == "__main__":
+    main()

@@ -33,7 +33,7 @@ def draw_slopes(axes, quantity, p=2):
         axes.plot(1 / time[later], np.log(middle[later] / before) / np.log(p), color=colour, linewidth=1.2, label=words)
     for z, words in ((1.21, "G: 1.21"), (1.49, "G: 1.49")):
         axes.axhline(z, color=GREY, linestyle=":" if z < 1.3 else "--", linewidth=1, label=words)
-    axes.set(xlabel="1 / t", xlim=(0, 0.03), ylim=(-0.2, 6 if quantity == "density_cluster_size" else 2.2))
+    axes.set(xlabel="$1 / t$ ($1/t_0$)", xlim=(0, 0.03), ylim=(-0.2, 6 if quantity == "density_cluster_size" else 2.2))
 
 
 def draw_small(axes, found):
@@ -89,7 +89,7 @@ def claims(z):
               "at the same time they are at other stages: t sqrt(K Q^2) counts"),
         claim("the same at the same t sqrt(K Q^2), .45 ... .9: z of the number mean of aggregates", "G 4.5", "the same",
               f"{in_words(z[strong, mean_of, 20, 40][:2])}, {in_words(z[weak, mean_of, 100, 200][:2])}",
-              "agrees" if abs(z[strong, mean_of, 20, 40][0] - z[weak, mean_of, 100, 200][0]) < 0.1 else "differs"),
+              f"nearly, {abs(z[strong, mean_of, 20, 40][0] - z[weak, mean_of, 100, 200][0]):.2f} apart"),
         claim("charged: z of the number mean of bound aggregates, K Q^2 = 5e-4, t = 50 ... 100 and 100 ... 150; 2e-5, "
               "150 ... 290", "G 4.10", "1.49",
               ", ".join(in_words(z[key][:2]) for key in ((strong, bound, 50, 100), (strong, bound, 100, 150),

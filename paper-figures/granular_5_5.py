@@ -43,9 +43,9 @@ def main():
     for value, words in ((1.94, "BCCA"), (2.46, "DLPCA")):
         axes.axhline(value, color=GREY, linestyle="--", linewidth=0.8)
         axes.text(3, value + 0.01, words, fontsize=7, color=GREY)
-    axes.set(xlabel=TIME, ylabel="$D_f$", ylim=(1.5, 2.8), xlim=(0, 305))
+    axes.set(xlabel=TIME, ylabel="$D_f$", ylim=(1.2, 2.8), xlim=(0, 305))
     axes.set_title("(d)", fontsize=9)
-    axes.legend(frameon=False, fontsize=6.5, loc="lower right")
+    axes.legend(frameon=False, fontsize=6.5, loc="lower right", ncols=2)
     save(figure, "granular_5_5")
     ours = []
     for point, times in (("2e-5", (100, 200, 300)), ("5e-4", (20, 50, 100, 150))):

@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "src/record/hdf5.hpp"
@@ -94,6 +96,32 @@ TEST_CASE("what a gas without charges cannot have, it has not") {
   }
   CHECK_FALSE(last.contains("bound_clusters"));
   CHECK(found["null"]["bound_clusters"] == "no forces between charges");
+}
+
+TEST_CASE("clusters of polarized grains have the sum of their grains' dipoles") {
+  const Folder folder;
+  folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false") +
+                               "[effects.induced_dipoles]\npolarizability = 0.01\n");
+  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
+  const Ended analysed = run_program(folder, "analyse gas.h5 --json");
+  REQUIRE_MESSAGE(analysed.status == 0, analysed.err);
+  const json found = json::parse(analysed.out), last = found["frames"].back();
+
+  const ResultFile file((folder / "gas.h5").string(), "read");
+  const std::string grains = "particles/conductors/";
+  const auto dipole = hdf5::get<double>(file.file(), grains + "dipole/value");
+  const auto cluster = hdf5::get<std::int64_t>(file.file(), grains + "cluster/value");
+  std::map<std::int64_t, std::array<double, 4>> sums;  // of the last frame's: how many grains, and their dipole
+  for (int i = 0; i < 60; ++i) {
+    auto& sum = sums[cluster[cluster.size() - 60 + i]];
+    ++sum[0];
+    for (int k = 0; k < 3; ++k) sum[1 + k] += dipole[dipole.size() - 180 + 3 * i + k];
+  }
+  double expected = 0, number = 0;
+  for (const auto& [name, sum] : sums)
+    if (sum[0] == 2) expected += std::hypot(sum[1], sum[2], sum[3]), ++number;
+  REQUIRE(number > 0);
+  CHECK(last["induced_dipole"][2].get<double>() == Approx(expected / number).epsilon(1e-12).scale(0));
 }
 
 TEST_CASE("grains are coloured by charge or cluster, as asked for") {

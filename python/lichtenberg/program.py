@@ -20,7 +20,7 @@ BESIDE = [
 def find_program():
     """LICHTENBERG of the environment, else the program that this package came with, else the one on the PATH."""
     here = Path(__file__).resolve().parent
-    candidates = [os.environ.get("LICHTENBERG"), *(here / place for place in BESIDE), shutil.which("lichtenberg")]
+    candidates = [os.environ.get("LICHTENBERG"), *((here / place).resolve() for place in BESIDE), shutil.which("lichtenberg")]
     for candidate in candidates:
         if candidate and os.access(candidate, os.X_OK):
             return str(candidate)

@@ -51,8 +51,12 @@ if(NOT EXISTS ${stage}/prefix/share/lichtenberg/plot.py)
   message(FATAL_ERROR "the plot script was not installed")
 endif()
 
-run(${CMAKE_COMMAND} -E env PYTHONPATH=${stage}/prefix/share/lichtenberg/python PYTHONDONTWRITEBYTECODE=1
-  /usr/bin/python3 -P -c "import lichtenberg as l; print(l.program.find_program(), l.solve('${SOURCE}/scenes/two-disks.toml').potential)")
+file(WRITE ${stage}/solve.py "import glob, site
+site.addsitedir(glob.glob('${stage}/prefix/lib/python3*/dist-packages')[0])
+import lichtenberg
+print(lichtenberg.program.find_program(), lichtenberg.solve('${SOURCE}/scenes/two-disks.toml').potential)
+")
+run(/usr/bin/python3 -B ${stage}/solve.py)
 expect("${stage}/prefix/bin/lichtenberg [")
 execute_process(COMMAND ${stage}/prefix/bin/lichtenberg view nowhere.h5 RESULT_VARIABLE status ERROR_VARIABLE output)
 expect("nowhere.h5")

@@ -93,7 +93,7 @@ TEST_CASE("help explains the program, a command and the scene") {
   const Ended program = run("help");
   CHECK(program.status == 0);
   for (const std::string command :
-       {"run", "solve", "explain", "plot", "view", "export", "analyse", "network", "work-precision", "ensemble", "help", "--petsc"})
+       {"run", "solve", "explain", "plot", "film", "view", "export", "analyse", "network", "work-precision", "ensemble", "help", "--petsc"})
     CHECK(contains(program.out, command));
   CHECK(contains(run("help solve").out, "--capacitance"));
   CHECK(run("solve --help").out == run("help solve").out);

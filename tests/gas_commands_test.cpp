@@ -74,8 +74,9 @@ TEST_CASE("a gas is run, analysed and drawn") {
     CHECK(hdf5::get<double>(file.file(), std::string("analysis/") + name).back() == last[name].get<double>());
   }
   CHECK(contains(run_program(folder, "analyse gas.h5 --frame 2").out, "frame 2 at t = 0.5 t0"));
-  CHECK(run_program(folder, "plot gas.h5 --frame 1 --out other.png").status == 0);
-  CHECK(std::filesystem::exists(folder / "other-series.png"));
+  CHECK(run_program(folder, "plot gas.h5 --frame 1").out == "gas-frame-1-charge.png shows frame 1 by charge\n");
+  CHECK(run_program(folder, "plot gas.h5 --series --out curves.svg").status == 0);
+  CHECK(contains(text_of(folder / "curves.svg"), "homogeneous and neutral"));
 }
 
 TEST_CASE("what a gas without charges cannot have, it has not") {

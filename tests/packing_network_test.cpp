@@ -234,6 +234,10 @@ TEST_CASE("what cannot be measured is refused in a sentence") {
   CHECK(run_command_line({"network", file.path(), "--resistivity", "1"}) == 2);
   // Before anything is solved and kept:
   CHECK(run_command_line({"network", file.path(), "--out", file.path() + "/nowhere/picture.png"}) == 2);
+  const std::string picture = file.path().substr(0, file.path().size() - 3) + "-network-contact.png";
+  std::ofstream(picture) << "mine";
+  CHECK(run_command_line({"network", file.path(), "--model", "contact"}) == 2);
+  CHECK(text_of(picture) == "mine");
   CHECK(text_of(file.path()) == before);
   for (const double part : {0.9, 0.5, 0.1}) {
     const auto length = static_cast<std::size_t>(part * static_cast<double>(before.size()));

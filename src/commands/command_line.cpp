@@ -39,9 +39,9 @@ std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments)
 }
 
 std::vector<Command> all_commands() {
-  return {run_command(),    solve_command(),          explain_command(), plot_command(),
-          view_command(),   export_command(),         analyse_command(), network_command(),
-          theory_command(), work_precision_command(), ensemble_command()};
+  return {run_command(),     solve_command(),  explain_command(),        plot_command(),
+          film_command(),    view_command(),   export_command(),         analyse_command(),
+          network_command(), theory_command(), work_precision_command(), ensemble_command()};
 }
 
 void check_command(const CLI::App& program, const std::string& command) {

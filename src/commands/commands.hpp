@@ -43,6 +43,7 @@ Command run_command();
 Command solve_command();
 Command explain_command();
 Command plot_command();
+Command film_command();
 Command view_command();
 Command export_command();
 Command analyse_command();

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "solvers/error.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "solvers/stopwatch.hpp"
 
 namespace lichtenberg {
@@ -66,7 +67,7 @@ void draw(const std::string& name, const std::vector<std::string>& arguments) {
 void draw_picture(const std::string& file, double& seconds) {
   const Stopwatch stopwatch(seconds);
   try {
-    draw("plot.py", {file});
+    draw("plot.py", {file, "--of-run"});
   } catch (const Failure& failure) {
     fmt::print(stderr, "lichtenberg: {}\n", failure.what());
   }
@@ -74,6 +75,7 @@ void draw_picture(const std::string& file, double& seconds) {
 
 void become_script(const std::string& name, const std::vector<std::string>& arguments) {
   CommandLine command(name, arguments);
+  parallel::finish_petsc();  // which no exit handler does any more
   execve(python, command.argv(), environ);
   refuse_start(errno);
 }

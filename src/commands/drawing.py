@@ -1,4 +1,4 @@
-"""The picture of a conductor scene: potential, conductors, electrodes, the tree; and what all pictures share."""
+"""What all pictures share: reading a result, disks and lines, electrodes, a scale bar, saving."""
 import json
 import os
 import sys
@@ -11,13 +11,10 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
-from matplotlib.colors import Normalize
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
-from matplotlib.transforms import Affine2D
+from matplotlib.transforms import Affine2D, offset_copy
 
 TO_GROUND, UNCONNECTED = -1, -2
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
@@ -54,7 +51,6 @@ class Snapshot:
     contact_gap: float  # nan without contacts
     successor: np.ndarray | None  # [N]
     potential: np.ndarray | None  # [N] V
-    field: np.ndarray | None  # [ny, nx] V, potential at the centres of the cells; of the last frame only
     sides: list
     electrodes: list
 
@@ -65,7 +61,7 @@ class Snapshot:
 
 
 def read_sides(domain):
-    width, height = domain["size"][()] * MM
+    width, height = domain["size"][:2] * MM
     corners = np.array([[0, 0], [width, 0], [0, height], [width, height]])
     ends = [(0, 2), (1, 3), (0, 1), (2, 3)]  # left, right, bottom, top
     return [
@@ -143,14 +139,13 @@ def read(path, frame=None):
     def reading(file):
         if "lichtenberg_result" not in file.attrs:
             raise InputError(f"{path} was not written by `lichtenberg run`")
-        return read_snapshot(file, *frame_index(file, path, frame))
+        return read_snapshot(file, frame_index(file, path, frame)[0])
 
     return read_file(path, reading)
 
 
-def read_snapshot(file, index, count):
+def read_snapshot(file, index):
     conductors, scene = file["particles/conductors"], file["scene"]
-    field = file.get("VTKHDF/PointData/potential") if index == count - 1 else None
     return Snapshot(
         title=scene.attrs["title"],
         time=conductors["position/time"][index],
@@ -160,7 +155,6 @@ def read_snapshot(file, index, count):
         contact_gap=scene["contact_gap"][()] * MM if "contact_gap" in scene else np.nan,
         successor=conductors["successor/value"][index] if "successor" in conductors else None,
         potential=conductors["potential/value"][index] if "potential" in conductors else None,
-        field=field[0] if field is not None else None,
         sides=read_sides(scene["domain"]),
         electrodes=[read_electrode(group) for group in scene["electrodes"].values()],
     )
@@ -197,33 +191,17 @@ def tree_edges(snapshot):
 
 def line_width(axes, snapshot, radii, points):
     """A width of so many radii, but at most so many points."""
-    axes.figure.canvas.draw()  # decides how large a millimetre is
+    return min(radii * np.median(snapshot.radius) * points_a_unit(axes), points)
+
+
+def points_a_unit(axes):
+    """How large a unit of length is drawn."""
+    if axes.figure.get_layout_engine() is None:
+        axes.apply_aspect()
+    else:
+        axes.figure.canvas.draw()  # decides it
     (left, _), (right, _) = axes.transData.transform([(0, 0), (1, 0)])
-    points_a_millimetre = (right - left) * 72 / axes.figure.dpi
-    return min(radii * np.median(snapshot.radius) * points_a_millimetre, points)
-
-
-def potential_colours(values):
-    """White is 0 V, with a colour for each sign, equally strong at equal potentials; None if all is at 0 V."""
-    low, high = min(values.min(), 0), max(values.max(), 0)
-    reach = max(high, -low)
-    if reach == 0:
-        return None
-    if min(high, -low) > 1e-3 * reach:
-        return {"cmap": "RdBu_r", "norm": Normalize(-reach, reach)}
-    return {"cmap": "Blues" if high > -low else "Reds_r", "norm": Normalize(low, high)}
-
-
-def draw_colour_bar(axes, colours, values):
-    bar = axes.figure.colorbar(ScalarMappable(**colours), cax=axes.inset_axes([1.03, 0, 0.03, 1]))
-    bar.ax.set_ylim(min(values.min(), 0), max(values.max(), 0))
-    bar.set_label("potential (V)")
-    bar.outline.set_linewidth(0.6)
-
-
-def draw_field(axes, snapshot, colours):
-    extent = (0, snapshot.size[0], 0, snapshot.size[1])
-    axes.imshow(snapshot.field, origin="lower", extent=extent, interpolation="bilinear", **colours)
+    return (right - left) * 72 / axes.figure.dpi
 
 
 def draw_disks(axes, snapshot, chosen, **style):
@@ -237,22 +215,6 @@ def draw_conductors(axes, snapshot):
     """Connected ones as steel, the others in a colour that no potential has."""
     draw_disks(axes, snapshot, snapshot.connected, facecolor=STEEL)
     draw_disks(axes, snapshot, ~snapshot.connected, facecolor=ISOLATED)
-
-
-def draw_potential(axes, snapshot):
-    """The field behind the conductors; where the file has none for the frame, the conductors' own potentials."""
-    values = snapshot.field if snapshot.field is not None else snapshot.potential
-    colours = potential_colours(values) if values is not None else None
-    if snapshot.field is not None or colours is None:
-        draw_conductors(axes, snapshot)
-        draw_legend(axes, snapshot)
-    else:
-        everyone = np.ones(len(snapshot.radius), bool)
-        draw_disks(axes, snapshot, everyone, array=snapshot.potential, **colours)
-    if colours is not None:
-        draw_colour_bar(axes, colours, values)
-        if snapshot.field is not None:
-            draw_field(axes, snapshot, colours)
 
 
 def draw_edges(axes, snapshot, edges, **style):
@@ -286,7 +248,7 @@ def electrode_patch(axes, electrode, size, **style):
 
 def draw_electrodes(axes, snapshot):
     for electrode in snapshot.electrodes:
-        style = {"facecolor": ELECTRODE, "edgecolor": INK, "linewidth": 0.6, "zorder": 2}
+        style = {"facecolor": ELECTRODE, "edgecolor": INK, "linewidth": 0.6, "zorder": 4.5}  # lines end at them
         axes.add_patch(electrode_patch(axes, electrode, snapshot.size, **style))
     for side in snapshot.sides:
         style = {"color": ELECTRODE, "linewidth": 4, "solid_capstyle": "butt", "clip_on": False, "zorder": 5}
@@ -294,26 +256,34 @@ def draw_electrodes(axes, snapshot):
 
 
 def draw_scale(axes, snapshot):
-    """A bar below the domain, a round length of about a fifth of its width."""
-    aim = 0.2 * snapshot.size[0]
+    draw_length(axes, snapshot.size[0], lambda length: in_metres(length / MM))
+
+
+def draw_length(axes, width, words):
+    """A bar below the panel, a round length of about a fifth of its width, with words(length) beside it."""
+    aim = 0.2 * width
     decade = 10.0 ** np.floor(np.log10(aim))
     length = max(m * decade for m in (1, 2, 5) if m * decade <= aim)
-    y = -0.025 * snapshot.size[1]
-    axes.plot([0, length], [y, y], color=INK, linewidth=1.5, solid_capstyle="butt", clip_on=False)
-    axes.text(length / 2, 1.5 * y, f"{length:g} mm", ha="center", va="top")
+    below = offset_copy(axes.get_xaxis_transform(), fig=axes.figure, y=-10, units="points")
+    style = {"color": INK, "linewidth": 1.5, "solid_capstyle": "butt", "clip_on": False}
+    axes.plot([0, length], [0, 0], transform=below, **style)
+    beside = offset_copy(below, fig=axes.figure, x=4, units="points")
+    axes.text(length, 0, words(length), transform=beside, ha="left", va="center", fontsize=8)
 
 
-def draw_legend(axes, snapshot):
-    """What the two colours of conductors mean, below the domain, where both occur."""
-    if snapshot.connected.all() or not snapshot.connected.any():
-        return
-    style = {"linestyle": "", "marker": "o", "markersize": 6, "markeredgecolor": INK, "markeredgewidth": 0.6}
-    handles = [
-        Line2D([], [], markerfacecolor=colour, label=label, **style)
-        for colour, label in [(STEEL, "connected to the ground"), (ISOLATED, "not connected")]
-    ]
-    where = {"loc": "upper right", "bbox_to_anchor": (1, 0), "ncols": 2, "borderaxespad": 0.5, "handletextpad": 0}
-    axes.legend(handles=handles, frameon=False, **where)
+def in_metres(length):
+    """A length as people write it, with a prefix: 5 mm, 200 µm."""
+    factor, prefix = prefixed(length)
+    return f"{length * factor:.4g} {prefix}m"
+
+
+def prefixed(largest):
+    """A factor that brings numbers up to this one into 1 ... 1000, and the prefix that their unit then has."""
+    prefixes = "qryzafpnµm kMGTPEZYRQ"
+    if not (largest > 0 and np.isfinite(largest)):
+        return 1.0, ""
+    power = int(np.clip(np.floor(np.log10(largest * (1 + 1e-9)) / 3), -10, 10))
+    return 10.0 ** (-3 * power), prefixes[power + 10].strip()
 
 
 def set_frame(axes, snapshot):
@@ -331,20 +301,31 @@ def caption(snapshot):
 
 def set_style():
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "savefig.dpi": 200, "figure.dpi": 200})
+    plt.rcParams["svg.fonttype"] = "none"  # words stay words
 
 
-def draw(snapshot):
-    """The whole picture, as a figure."""
-    set_style()
-    aspect = snapshot.size[1] / snapshot.size[0]
-    figure, axes = plt.subplots(figsize=(6, 0.9 + 5 * aspect), layout="constrained")
-    set_frame(axes, snapshot)
-    draw_potential(axes, snapshot)
-    draw_electrodes(axes, snapshot)
-    draw_edges(axes, snapshot, tree_edges(snapshot), color=INK)
-    draw_scale(axes, snapshot)
-    axes.set_title(f"{snapshot.title}\n{caption(snapshot)}" if snapshot.title else caption(snapshot))
-    return figure
+FORMATS = ("png", "pdf", "svg")
+
+
+def check_picture(path, overwrite):
+    """Before the work: throws InputError for a picture that could not be written, or would replace another."""
+    path = Path(path)
+    if path.suffix[1:] not in FORMATS:
+        raise InputError(f"{path} is no picture that can be drawn: its name must end in .png, .pdf or .svg")
+    check_new_file(path, overwrite)
+
+
+def check_new_file(path, overwrite):
+    """Throws InputError for a file that could not be written, or would replace another."""
+    path, folder = Path(path), Path(path).absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"{path} cannot be written: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{path} cannot be written: the folder {folder} may not be written to")
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise InputError(f"{path} is no plain file, and is left as it is: give --out another name")
+    if path.exists() and not overwrite:
+        raise InputError(f"{path} exists: give --out another name, or allow --overwrite")
 
 
 def save(figure, path):

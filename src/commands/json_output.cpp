@@ -42,7 +42,7 @@ bool holds_hdf5(const std::string& path) {
   return std::ifstream(path, std::ios::binary).read(begin.data(), signature.size()) && begin == signature;
 }
 
-void check_output(const std::string& path) {
+void check_output_file(const std::string& path) {
   check_writable(path);
   if (holds_hdf5(path)) throw InputError(fmt::format("{} is a result, and is left as it is: name another file", path));
 }
@@ -58,7 +58,7 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
     for (auto other = written.begin(); other != file; ++other)
       if (!other->empty() && is_same(*file, *other))
         throw InputError(fmt::format("{} cannot be written twice: name another file", *file));
-    check_output(*file);
+    check_output_file(*file);
   }
 }
 

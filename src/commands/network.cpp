@@ -25,7 +25,7 @@ struct NetworkArguments {
   std::optional<std::string> model;
   std::optional<std::string> between;
   double voltage = 1;
-  bool json = false, no_picture = false, no_save = false;
+  bool json = false, no_picture = false, no_save = false, overwrite = false;
 };
 
 /// What the command line says comes before what the scene says, key by key. The scene's parameters are for its own
@@ -138,10 +138,17 @@ void print_json(const NetworkArguments& request, const PackingFrame& frame,
 
 bool draws(const NetworkArguments& request) { return !request.no_picture && !request.no_save; }
 
+/// Says what it shows, as far as it was asked for.
 std::string picture_of(const NetworkArguments& request) {
   if (!request.picture.empty()) return request.picture;
   std::filesystem::path picture = request.file;
-  return picture.replace_filename(picture.stem().string() + "-network.png").string();
+  std::string name = picture.stem().string() + "-network";
+  if (request.model) name += "-" + *request.model;
+  if (request.options.resistor) name += "-" + *request.options.resistor;
+  if (request.between) name += "-" + *request.between;
+  if (request.frame) name += fmt::format("-frame-{}", *request.frame);
+  std::ranges::replace(name, ',', '-');
+  return picture.replace_filename(name + ".png").string();
 }
 
 void draw_networks(const NetworkArguments& request, const std::vector<SolvedNetwork>& networks) {
@@ -157,7 +164,7 @@ void measure(const NetworkArguments& request) {
         fmt::format("--voltage {:g} is not allowed: it must be from {:g} to {:g} V", request.voltage, least, most));
   const PackingFrame frame = read_packing(request.file, request.frame);
   if (!request.no_save) check_writable(request.file);
-  if (draws(request)) check_writable(picture_of(request));
+  if (draws(request)) check_output("--out", picture_of(request), request.overwrite);
   const NetworkOptions options = options_for(request, frame.scene);
   std::vector<SolvedNetwork> networks;
   for (const NetworkModel model : models_of(options))
@@ -199,7 +206,9 @@ Command network_command() {
       command.arguments.end(),
       {{"--voltage", &request->voltage, "V, of the second electrode (default: 1)"},
        {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
-       {"--out", &request->picture, "picture to write (default: FILE with -network.png)"},
+       {"--out", &request->picture,
+        "picture to write, .png, .pdf or .svg (default: FILE-network.png, with what was asked for in its name)"},
+       {"--overwrite", &request->overwrite, "replace the picture if it exists"},
        {"--no-picture", &request->no_picture, "draw nothing"},
        {"--no-save", &request->no_save, "leave the result file as it is; draws nothing"},
        {"--json", &request->json, "print JSON (SI units), every node and resistor, in place of a table"}});

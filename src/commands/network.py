@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Draws the networks that `lichtenberg network` left in a result file: potential as colour, current as line width.
+"""Draws the networks that `lichtenberg network` left in a result file: potential as colour, current as line width. In
+space only the backbone, the strongest of its resistors, in perspective and paler where they are far.
 
     network.py FILE [--models particle contact] [--out PICTURE]
 
@@ -12,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import drawing
+import plot_space
+from sheet import Sheet
 from matplotlib import pyplot as plt
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
@@ -20,24 +23,25 @@ from matplotlib.colors import Normalize
 COLOURS = "viridis"
 ISOLATED = "#f2d7d5"  # particles that no path joins to an electrode
 PALE = "#f0f0f0"
+MOST_LINES = 4000  # in space: more are a block
 
 
 @dataclass
 class DrawnNetwork:
-    """Lengths in m; of a packing in space the two coordinates that are drawn."""
+    """Lengths in m; three coordinates in space, else two."""
 
     model: str
     resistor: str
-    size: np.ndarray  # [2] of the domain
-    position: np.ndarray  # [N, 2] of the particles
+    size: np.ndarray  # [2] or [3] of the domain
+    position: np.ndarray  # [N, 2] or [N, 3] of the particles
     radius: np.ndarray  # [N]
     isolated: np.ndarray  # indices of particles
-    segments: np.ndarray  # [L, 2, 2] ends of the resistors
+    segments: np.ndarray  # [L, 2, 2] or [L, 2, 3] ends of the resistors
     potential: np.ndarray  # [L] V, mean of both ends
     current: np.ndarray  # [L] A, magnitude
     carries: np.ndarray  # [L]
     resistance: float  # Ohm
-    electrodes: list  # [2, 2] ends of each wall that is one, or the number of a particle
+    electrodes: list  # [2, 2] ends of each wall that is one, or the number of a particle; in space (name, number)
     highest: float  # V
 
 
@@ -100,13 +104,17 @@ def read_network(file, model):
     group = file["network"][model]
     position = file["particles/conductors/position/value"][int(group.attrs["frame"])]
     radius = file["particles/conductors/radius"][()]
-    size = file["scene/domain/size"][:2]
-    shown = [0, 1]  # in three dimensions too, which are seen from the front
+    domain = file["scene/domain"]
+    spatial = "height" in domain
+    size = np.append(domain["size"][:2], domain["height"][()] if spatial else [])
+    shown = [0, 1, 2] if spatial else [0, 1]
     names = [name.strip() for name in group.attrs["between"].split(",")]
     found = [walls(file).get(name) for name in names]
     ends = resistor_ends(group, position, radius, found)
     potential = group["potential"][()]
-    lines = [wall_line(w[0][shown], w[1][shown], size) if w else int(name) for w, name in zip(found, names)]
+    lines = [wall_line(w[0][:2], w[1][:2], size[:2]) if w else int(name) for w, name in zip(found, names)]
+    if spatial:
+        lines = [(name, None if w else int(name)) for w, name in zip(found, names)]
     return DrawnNetwork(
         model=model,
         resistor=group.attrs["resistor"],
@@ -163,9 +171,46 @@ def draw_electrodes(axes, network, clip):
             axes.plot(*electrode.T, color=drawing.INK, linewidth=4, solid_capstyle="butt", clip_on=clip, zorder=4)
 
 
+def draw_backbone(axes, network, colours):
+    """The strongest resistors, from far to near; returns which share of the largest current the weakest has."""
+    eye = plot_space.Eye(network.size)
+    plot_space.set_window(axes, eye)
+    plot_space.draw_box(axes, eye, "m")
+    current = np.where(network.carries, network.current, 0)
+    strongest = np.argsort(-current, kind="stable")[: min(MOST_LINES, np.count_nonzero(current > 0))]
+    middle = network.segments[strongest].mean(axis=1)
+    strongest = strongest[np.argsort(-eye.depth(middle))]
+    if len(strongest) == 0:
+        return 0
+    middle = network.segments[strongest].mean(axis=1)
+    faces = ScalarMappable(**colours).to_rgba(network.potential[strongest])
+    haze = 0.8 * eye.haze(eye.depth(middle))[:, None]
+    faces[:, :3] += haze * (1 - faces[:, :3])
+    share = current[strongest] / current.max()
+    widest = min(4.0, 0.5 * np.median(network.radius) * drawing.points_a_unit(axes))
+    width = np.maximum(widest * share, 0.2) * eye.scale(middle)
+    style = {"linewidths": width, "colors": faces, "capstyle": "round", "zorder": 2}
+    axes.add_collection(LineCollection(eye.project(network.segments[strongest]), **style))
+    return share.min()
+
+
+def panel_in_space(axes, network, colours):
+    weakest = draw_backbone(axes, network, colours)
+    electrodes = " to ".join(name if number is None else f"particle {name}" for name, number in network.electrodes)
+    words = f"backbone from {electrodes}"
+    if weakest > 0:
+        words += f", currents from {100 * weakest:.2g} % of the largest"
+    axes.text(0.5, 0, words, transform=axes.transAxes, ha="center", va="bottom", fontsize=8)
+
+
 def panel(axes, network, window=None):
     """`window`: what is shown, [[left, right], [bottom, top]]; by default the domain."""
     colours = {"cmap": COLOURS, "norm": Normalize(0, network.highest)}
+    resistance = f"R = {network.resistance:.6g} Ω" if np.isfinite(network.resistance) else "no path"
+    axes.set_title(f"{network.model}-centred, {network.resistor}: {resistance}")
+    if len(network.size) == 3:
+        panel_in_space(axes, network, colours)
+        return colours
     (left, right), (bottom, top) = window if window is not None else [(0, network.size[0]), (0, network.size[1])]
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
     draw_particles(axes, network)
@@ -174,24 +219,22 @@ def panel(axes, network, window=None):
     points = 72 / axes.figure.dpi * np.diff(axes.transData.transform([(0, 0), (np.median(network.radius), 0)])[:, 0])[0]
     draw_resistors(axes, network, colours, widest=max(0.4, min(4.0 if window is None else 12.0, 0.5 * points)))
     draw_electrodes(axes, network, clip=window is not None)
-    resistance = f"R = {network.resistance:.6g} Ω" if np.isfinite(network.resistance) else "no path"
-    axes.set_title(f"{network.model}-centred, {network.resistor}: {resistance}")
+    if window is None:
+        drawing.draw_length(axes, network.size[0], drawing.in_metres)
     return colours
 
 
 def draw(networks):
     """One panel a network, as a figure."""
     drawing.set_style()
-    aspect = networks[0].size[1] / networks[0].size[0]
-    figure, panels = plt.subplots(
-        1, len(networks), figsize=(0.7 + 5 * len(networks), 0.5 + 5 * aspect), layout="constrained", squeeze=False
-    )
-    for axes, network in zip(panels[0], networks):
+    spatial = len(networks[0].size) == 3
+    sheet = Sheet([plot_space.Eye(n.size).size if spatial else n.size for n in networks], with_bar=True)
+    for axes, network in zip(sheet.panels, networks):
         colours = panel(axes, network)
-    bar = figure.colorbar(ScalarMappable(**colours), ax=panels[0], fraction=0.03, pad=0.01)
+    bar = sheet.figure.colorbar(ScalarMappable(**colours), cax=sheet.figure.add_axes(sheet.bar))
     bar.set_label("potential (V)")
     bar.outline.set_linewidth(0.6)
-    return figure
+    return sheet.figure
 
 
 def main():

@@ -1,19 +1,14 @@
-"""The picture of a packing: particles, the forces between them as lines, rattlers; `plot.py` calls it.
-
-In three dimensions the particles are seen from the front, those behind first and darker.
-"""
-import matplotlib.pyplot as plt
+"""Pictures of packings: particles, the forces between them as lines, rattlers; in space by plot_space."""
 import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
 import drawing
+import plot_space
+from colours import Quantity, disk_mark, draw_legend, run_range
 
-FORCE, RATTLER, BEHIND = "#0c7bdc", drawing.ISOLATED, "#7a7a7a"
-
-
-def is_packing(path):
-    return drawing.read_file(path, lambda file: "walls" in file["scene"])
+FORCE, RATTLER = "#0c7bdc", drawing.ISOLATED
 
 
 class DrawnPacking:
@@ -27,9 +22,8 @@ class DrawnPacking:
         self.title = file["scene"].attrs["title"]
         self.iteration = int(times[index])
         self.spatial = "height" in file["scene/domain"]
-        position = particles["position/value"][index] * drawing.MM
-        self.position = position[:, :2]
-        self.depth = position[:, 2] if self.spatial else np.zeros(len(position))
+        self.place = particles["position/value"][index]  # [N, 3] m
+        self.position = self.place[:, :2] * drawing.MM
         self.radius = particles["radius"][()] * drawing.MM
         self.size = file["scene/domain/size"][:2] * drawing.MM
         self.energy = file["observables/energy/value"][index]
@@ -50,27 +44,87 @@ class DrawnPacking:
         n = len(self.radius)
         return np.array([[self.position[i], self.position[j] if j < n else self.foot(i, j - n)] for i, j in self.contacts])
 
+    def pressing(self):
+        """[N] N, sum of the magnitudes of the forces on each particle; nan of rattlers, and where none are stored."""
+        if self.contacts is None:
+            return np.full(len(self.radius), np.nan)
+        ends = self.contacts.ravel()
+        on = ends < len(self.radius)
+        total = np.bincount(ends[on], np.repeat(self.force, 2)[on], minlength=len(self.radius))
+        return np.where(total > 0, total, np.nan)
 
-def draw_particles(axes, packing):
-    order = np.argsort(-packing.depth) if packing.spatial else np.arange(len(packing.radius))
-    face = np.array([RATTLER if rattler else drawing.STEEL for rattler in packing.rattler], dtype=object)
-    if packing.spatial:
-        near = np.clip(1 - packing.depth / max(packing.depth.max(), 1e-300), 0, 1)
-        low, high = (np.array(plt.matplotlib.colors.to_rgb(c)) for c in (BEHIND, drawing.STEEL))
-        face = low + near[:, None] * (high - low)
-        face[packing.rattler] = plt.matplotlib.colors.to_rgb(RATTLER)
-    diameter = 2 * packing.radius[order]
-    style = {"facecolor": list(face[order]), "edgecolor": drawing.INK, "zorder": 2}
+
+class Packing:
+    """A packing on its way to rest; contacts and forces are known of its end."""
+
+    def __init__(self, file, path):
+        particles, domain = file["particles/conductors"], file["scene/domain"]
+        self.path = path
+        self.title = file["scene"].attrs["title"]
+        self.times = particles["position/time"][()]
+        self.spatial = "height" in domain
+        self.box = np.append(domain["size"][:2], domain["height"][()] if self.spatial else [])
+        self.unit = "m"
+        self.quantities = {}
+        if "packing" in file:
+            self.quantities["force"] = Quantity("force", "sum of contact forces ({}N)", "decades", "")
+        self.cut = None
+
+    @property
+    def size(self):
+        return plot_space.Eye(self.box).size if self.spatial else self.box
+
+    def range(self, file, name):
+        return run_range(self.quantities[name], DrawnPacking(file, None).pressing())
+
+    def default_colour(self, file, index):
+        """In the plane lines show the forces, in space colours do."""
+        last = index == len(self.times) - 1
+        return "force" if self.spatial and last and "force" in self.quantities else None
+
+    def read(self, file, index, name, field=None):
+        if name and index != len(self.times) - 1:
+            last = len(self.times) - 1
+            raise drawing.InputError(f"{self.path} has contact forces of its last frame alone, {last}, not of {index}")
+        packing = DrawnPacking(file, index)
+        return packing, packing.pressing() if name else None
+
+    def caption(self, shown):
+        packing = shown[0]
+        words = f"iteration {packing.iteration}, N = {len(packing.radius)}, U = {packing.energy:.4g} J"
+        return words + (f", cut at {'xyz'[self.cut[0]]} = {drawing.in_metres(self.cut[1])}" if self.cut else "")
+
+    def draw(self, axes, shown, scale):
+        packing, values = shown
+        faces = scale.colours(values) if scale else np.tile(to_rgba(drawing.STEEL), (len(packing.radius), 1))
+        faces[packing.rattler] = to_rgba(RATTLER)
+        if packing.spatial:
+            window = np.zeros(3), self.box
+            plot_space.draw(axes, packing.place, packing.radius / drawing.MM, faces, window, "m", self.cut)
+        else:
+            draw_panel(axes, packing, faces, lines=scale is None)
+            drawing.draw_scale(axes, packing)
+        handles = [Line2D([], [], color=FORCE, linewidth=2, label="force")] if self.has_lines(packing, scale) else []
+        if packing.rattler.any():
+            handles.append(disk_mark(RATTLER, "rattler"))
+        draw_legend(axes, handles)
+
+    def has_lines(self, packing, scale):
+        return scale is None and not packing.spatial and packing.contacts is not None and len(packing.contacts) > 0
+
+
+def draw_particles(axes, packing, faces, alpha):
+    diameter = 2 * packing.radius
+    style = {"facecolor": faces, "edgecolor": drawing.INK, "zorder": 2}
     style["linewidth"] = drawing.line_width(axes, packing, 0.1, 0.8)
-    # Where particles overlap, both rims show.
-    style["alpha"] = 1 if packing.spatial else 0.75
-    place = {"units": "xy", "offsets": packing.position[order], "offset_transform": axes.transData}
+    style["alpha"] = alpha
+    place = {"units": "xy", "offsets": packing.position, "offset_transform": axes.transData}
     axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
 
 
 def draw_forces(axes, packing):
     """A line as wide as its force is strong, against the mean."""
-    if packing.contacts is None or packing.spatial or len(packing.contacts) == 0:
+    if packing.contacts is None or len(packing.contacts) == 0:
         return
     mean_width = drawing.line_width(axes, packing, 0.15, 2)
     width = mean_width * packing.force / packing.force.mean()
@@ -83,36 +137,12 @@ def draw_walls(axes, packing):
             axes.axline(point, point + np.array([-normal[1], normal[0]]), color=drawing.INK, linewidth=1, zorder=1)
 
 
-def draw_legend(axes, packing):
-    handles = []
-    if packing.contacts is not None and not packing.spatial:
-        handles.append(Line2D([], [], color=FORCE, linewidth=2, label="force"))
-    if packing.rattler.any():
-        style = {"linestyle": "", "marker": "o", "markersize": 6, "markeredgecolor": drawing.INK, "markeredgewidth": 0.6}
-        handles.append(Line2D([], [], markerfacecolor=RATTLER, label="rattler", **style))
-    if handles:
-        where = {"loc": "upper right", "bbox_to_anchor": (1, 0), "ncols": 2, "borderaxespad": 0.5, "handletextpad": 0.4}
-        axes.legend(handles=handles, frameon=False, **where)
-
-
-def caption(packing):
-    return f"iteration {packing.iteration}, N = {len(packing.radius)}, U = {packing.energy:.4g} J"
-
-
-def draw_panel(axes, packing):
+def draw_panel(axes, packing, faces=None, lines=True):
+    """Of disks."""
+    if faces is None:
+        faces = np.array([to_rgba(RATTLER if rattler else drawing.STEEL) for rattler in packing.rattler])
     drawing.set_frame(axes, packing)
     draw_walls(axes, packing)
-    draw_particles(axes, packing)
-    draw_forces(axes, packing)
-
-
-def draw(path, frame):
-    """The whole picture, as a figure; the frame exists."""
-    packing = drawing.read_file(path, lambda file: DrawnPacking(file, frame))
-    drawing.set_style()
-    figure, axes = plt.subplots(figsize=(6, 0.9 + 5 * packing.size[1] / packing.size[0]), layout="constrained")
-    draw_panel(axes, packing)
-    drawing.draw_scale(axes, packing)
-    draw_legend(axes, packing)
-    axes.set_title(f"{packing.title}\n{caption(packing)}" if packing.title else caption(packing))
-    return figure
+    draw_particles(axes, packing, faces, 0.75 if lines else 1)  # where particles overlap, both rims show
+    if lines:
+        draw_forces(axes, packing)

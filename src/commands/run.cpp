@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <utility>
 
@@ -56,8 +57,20 @@ std::unique_ptr<Motion> make_motion(const Scene& scene) {
   return std::make_unique<Simulation>(scene);
 }
 
+/// The pictures that a run leaves take the place of its own alone.
+void check_pictures(const RunArguments& request, const Scene& scene) {
+  if (!scene.output.picture || request.resume || request.overwrite) return;
+  const std::string stem = std::filesystem::path(scene.output.file).replace_extension().string();
+  for (const char* end : {".png", "-series.png"})
+    if (std::filesystem::exists(stem + end) && (*end == '.' || scene.reference))
+      throw InputError(fmt::format(
+          "{}{} exists, where the run leaves its picture: give another name with --out, or allow --overwrite", stem,
+          end));
+}
+
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   if (request.resume) return Recorder::resume(scene.output.file, scene);
+  if (!std::filesystem::exists(scene.output.file)) check_pictures(request, scene);
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);
 }
 

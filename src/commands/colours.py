@@ -1,0 +1,218 @@
+"""What a colour stands for: a quantity, its range in a whole run, and the bar that says so."""
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import AsinhNorm, BoundaryNorm, LogNorm, Normalize, to_rgba
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, MaxNLocator
+
+from drawing import INK, InputError, prefixed
+
+PALE = "#ededed"  # what has no value: conductors that nothing connects, lone grains
+
+
+@dataclass
+class Quantity:
+    """What particles can be coloured by. Kinds: signed (white is 0), amount, decades (logarithmic), order (integers from
+    1), category (names without an order)."""
+
+    name: str
+    label: str  # with "{}" where the unit's prefix goes, if it is of SI
+    kind: str
+    column: str  # of the result file
+    pale: str = ""  # what particles without a value are
+
+
+@dataclass
+class Scale:
+    """Colours of a quantity, the same for all that is drawn with it."""
+
+    quantity: Quantity
+    low: float
+    high: float
+    norm: Normalize | None  # of categories: none
+    cmap: object
+    beyond: str = "neither"  # on which sides there are values outside
+
+    def has_colour(self, values):
+        """[N] whether there is one for a value: decades have none for 0."""
+        return values > 0 if self.quantity.kind == "decades" else np.isfinite(values)
+
+    def colours(self, values):
+        """[N, 4]; pale where there is no value."""
+        if self.norm is None:
+            return category_colours(values)
+        coloured = self.has_colour(values)
+        faces = self.cmap(self.norm(np.where(coloured, np.clip(values, self.low, self.high), self.low)))
+        faces[~coloured] = to_rgba(PALE)
+        return faces
+
+    def legend(self, values):
+        """What pale particles are, if there are any: marks for a legend."""
+        if self.has_colour(values).all() or not self.quantity.pale:
+            return []
+        return [disk_mark(PALE, self.quantity.pale)]
+
+
+def disk_mark(colour, label):
+    style = {"linestyle": "", "marker": "o", "markersize": 6, "markeredgecolor": INK, "markeredgewidth": 0.6}
+    return Line2D([], [], markerfacecolor=colour, label=label, **style)
+
+
+def draw_legend(axes, marks):
+    """Below the panel, on the right."""
+    if marks:
+        where = {"loc": "upper right", "bbox_to_anchor": (1.01, 0), "borderaxespad": 0.35, "handletextpad": 0.4}
+        axes.legend(handles=marks, frameon=False, fontsize=8, ncols=len(marks), columnspacing=1.2, **where)
+
+
+def category_colours(numbers):
+    """A colour a number, the same in all frames; eighteen in turn."""
+    pairs = [c for k, c in enumerate(colormaps["tab20"].colors) if k // 2 != 7]  # a strong and a pale one, no grey
+    palette = np.column_stack([np.array(pairs[::2] + pairs[1::2]), np.ones(18)])
+    known = np.isfinite(numbers)
+    faces = np.tile(to_rgba(PALE), (len(numbers), 1))
+    # Neighbours are often numbered one after the other: a step that has no factor in common with 18 parts them.
+    faces[known] = palette[(7 * numbers[known].astype(int)) % 18]
+    return faces
+
+
+def typical_reach(magnitudes):
+    """Their largest, unless a few stand far out: then what all but one in two hundred stay below."""
+    largest = magnitudes.max(initial=0)
+    typical = np.quantile(magnitudes, 0.995) if len(magnitudes) else 0
+    return typical if 0 < 2 * typical < largest else largest
+
+
+@dataclass
+class Range:
+    """What a quantity reaches in a run."""
+
+    low: float
+    high: float
+    typical: float = 0.0  # median magnitude of a signed quantity where it is not 0
+    least: float = np.inf  # with the few values that stand far out
+    largest: float = -np.inf
+
+    def joined(self, other):
+        low, high = min(self.low, other.low), max(self.high, other.high)
+        typical = max(self.typical, other.typical)
+        return Range(low, high, typical, min(self.least, other.least), max(self.largest, other.largest))
+
+
+def run_range(quantity, values, always=()):
+    """That of all values of a run; `always` are within it."""
+    values = values[np.isfinite(values)]
+    always = np.asarray(always, float)
+    if quantity.kind == "order":
+        return Range(1, max(values.max(initial=1), 2))
+    if quantity.kind == "decades":
+        positive = values[values > 0]
+        if len(positive) == 0:
+            return Range(0.1, 1)
+        high = positive.max()
+        low = min(max(positive.min(), 1e-4 * high), high / 2)
+        return Range(low, high, 0, positive.min(), positive.max())
+    low_reach, high_reach = typical_reach(-values[values < 0]), typical_reach(values[values > 0])
+    low, high = min(-low_reach, always.min(initial=0)), max(high_reach, always.max(initial=0))
+    magnitude = np.abs(values[np.abs(values) > 1e-3 * max(high, -low)])
+    typical = np.median(magnitude) if len(magnitude) else 0
+    return Range(low, high, typical, values.min(), values.max()) if high > low else Range(0, 1)
+
+
+def scale_of(quantity, own_range, found, cmap=None):
+    """`own_range`: [low, high] as asked for, or None for that which was found in the run."""
+    if quantity.kind == "category":
+        if own_range or cmap:
+            raise InputError(f"--range and --cmap say nothing of the colour {quantity.name}, which has no order")
+        return Scale(quantity, 0, 1, None, None)
+    low, high = own_range or (found.low, found.high)
+    if quantity.kind == "decades" and low <= 0:
+        raise InputError(f"--range from {low:g} is not allowed: {quantity.name} is drawn by decades, from above 0")
+    slack = 1e-9 * (high - low)
+    outside = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}
+    beyond = outside[int(min(found.low, found.least) < low - slack), int(max(found.high, found.largest) > high + slack)]
+    norm = norm_of(quantity, low, high, cmap, 0 if own_range else found.typical)
+    return Scale(quantity, low, high, norm, map_of(quantity, cmap), beyond)
+
+
+def norm_of(quantity, low, high, cmap, typical):
+    if quantity.kind == "decades":
+        return LogNorm(low, high)
+    if quantity.kind == "order":
+        return BoundaryNorm(np.arange(np.floor(low), np.floor(high) + 2) - 0.5, 256)
+    if quantity.kind != "signed":
+        return Normalize(low, high)
+    reach = max(-low, high)
+    ends = (low, high) if cmap else (-reach, reach)  # white is 0, and both signs are equally strong
+    if 0 < typical < reach / 8:  # or most of the run were white: linear to there, then by decades
+        return AsinhNorm(typical, *ends)
+    return Normalize(*ends)
+
+
+def map_of(quantity, cmap):
+    if cmap:
+        if cmap not in colormaps:
+            raise InputError(f"--cmap {cmap} is no colour map of matplotlib: try viridis, plasma, magma, RdBu_r or gray")
+        return colormaps[cmap]
+    return colormaps[{"signed": "RdBu_r", "order": "YlGnBu"}.get(quantity.kind, "viridis_r")]
+
+
+def draw_bar(figure, place, scale):
+    """The bar in `place`, [left, bottom, width, height] of the figure; of categories, their meaning in words."""
+    quantity = scale.quantity
+    axes = figure.add_axes(place)
+    if scale.norm is None:
+        axes.axis("off")
+        axes.text(0.5, 0.5, f"colour: {quantity.label}", rotation=90, ha="center", va="center", transform=axes.transAxes)
+        return
+    factor, prefix = prefixed(max(abs(scale.low), abs(scale.high))) if "{}" in quantity.label else (1.0, "")
+    bar = figure.colorbar(ScalarMappable(bar_norm(scale, factor), scale.cmap), cax=axes, extend=scale.beyond)
+    if quantity.kind == "order":
+        bar.set_ticks(np.arange(int(scale.low), int(scale.high) + 1))
+        bar.minorticks_off()
+    else:
+        bar.ax.set_ylim(scale.low * factor, scale.high * factor)
+        if quantity.kind == "decades":
+            set_decades(bar, scale)
+        elif isinstance(scale.norm, AsinhNorm):
+            bar.set_ticks(signed_decades(scale, factor))
+            bar.ax.yaxis.set_major_formatter("{x:g}")
+            bar.minorticks_off()
+        else:
+            bar.locator = MaxNLocator(7)
+            bar.update_ticks()
+    bar.set_label(quantity.label.format(prefix), color=INK)
+    bar.ax.tick_params(labelsize=8)
+    bar.outline.set_linewidth(0.6)
+
+
+def set_decades(bar, scale):
+    """Ticks that can be read: powers of ten, and where there are few of them 2 and 5 between."""
+    few = scale.high < 1000 * scale.low
+    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
+    if few:
+        bar.ax.yaxis.set_major_formatter("{x:g}")
+    bar.ax.yaxis.set_minor_formatter("")
+
+
+def signed_decades(scale, factor):
+    """0 and powers of ten of both signs, from the linear part on; where there are few, 2 and 5 between."""
+    first = np.floor(np.log10(scale.norm.linear_width * factor))
+    powers = 10.0 ** np.arange(first, np.log10(max(-scale.low, scale.high) * factor) + 1e-9)
+    if len(powers) < 4:
+        powers = np.outer(powers, (1, 2, 5)).ravel()
+    powers = powers[powers >= 0.9 * scale.norm.linear_width * factor]
+    ticks = np.concatenate([-powers[::-1], [0], powers])
+    return ticks[(ticks >= scale.low * factor) & (ticks <= scale.high * factor)]
+
+
+def bar_norm(scale, factor):
+    """The norm in the unit that the bar shows."""
+    norm = scale.norm
+    if isinstance(norm, BoundaryNorm):
+        return norm
+    ends = norm.vmin * factor, norm.vmax * factor
+    return AsinhNorm(norm.linear_width * factor, *ends) if isinstance(norm, AsinhNorm) else type(norm)(*ends)

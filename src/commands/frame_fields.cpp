@@ -1,0 +1,135 @@
+#include "src/commands/frame_fields.hpp"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <span>
+#include <system_error>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "src/effects/effects.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/groups.hpp"
+#include "src/model/bodies.hpp"
+
+namespace lichtenberg {
+namespace {
+
+constexpr int fewest_cells = 256, most_cells = 1024;
+constexpr double cells_in_a_radius = 3;
+constexpr double picture_tolerance = 1e-4;  // a colour map has 256 steps
+
+/// The least number of square cells along the longer side, from `wanted` on, that fills the box with whole cells. A
+/// scene that was run has such a number, so the search ends.
+int whole_cells(Vec2 size, int wanted) {
+  const double ratio = std::min(size.x, size.y) / std::max(size.x, size.y);
+  const auto is_whole = [&](int cells) {
+    const double shorter = cells * ratio;
+    return std::abs(shorter - std::round(shorter)) < 1e-9 * cells;
+  };
+  int cells = wanted;
+  while (cells < 8 * most_cells && !is_whole(cells)) ++cells;
+  return cells;
+}
+
+/// Enough to see the smallest conductor; the same for all frames.
+int cells_for(const Scene& scene) {
+  const Vec2 size = plane(scene.domain.size);
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double wanted = cells_in_a_radius * std::max(size.x, size.y) / radius;
+  return whole_cells(size, static_cast<int>(std::clamp<double>(wanted, fewest_cells, most_cells)));
+}
+
+/// Every electrical group at the potential that the frame has for it. Those that electrodes hold are one by potential.
+effects::ElectricalGroups groups_of(const Scene& scene, const ConductorFrame& frame) {
+  effects::ElectricalGroups groups;
+  std::map<std::pair<int, double>, int> first;
+  const int conductors = static_cast<int>(frame.position.size());
+  for (int i = 0; i < conductors; ++i) {
+    groups.id.push_back(first.try_emplace({frame.group[i], frame.potential[i]}, i).first->second);
+    groups.potential.push_back(frame.potential[i]);
+  }
+  const std::vector<effects::Terminal> terminals = effects::terminals_of(scene);
+  for (std::size_t k = 0; k < terminals.size(); ++k) {
+    if (terminals[k].node < 0) continue;
+    groups.id.push_back(static_cast<int>(groups.id.size()));
+    groups.potential.push_back(k < frame.terminals.size() ? frame.terminals[k].surface_potential
+                                                          : terminals[k].potential);
+  }
+  return groups;
+}
+
+laplace::LaplaceProblem problem_of(const Scene& scene, Bodies& bodies, const ConductorFrame& frame) {
+  for (std::size_t i = 0; i < frame.position.size(); ++i) {
+    bodies.position[2 * i] = frame.position[i].x;
+    bodies.position[2 * i + 1] = frame.position[i].y;
+  }
+  return effects::make_laplace_problem(scene, bodies, groups_of(scene, frame));
+}
+
+void write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(descriptor, bytes.data(), bytes.size());
+    if (written < 0)
+      throw Failure(
+          fmt::format("there is no memory for the fields of the frames ({}): choose fewer of them by --frames",
+                      std::generic_category().message(errno)));
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+}
+
+/// Those of a solver's field, or NaN and a sentence.
+std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::LaplaceProblem& problem, int index,
+                             std::size_t count) {
+  try {
+    solver.solve(problem);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "lichtenberg: the field of frame {} is not drawn: {}\n", index, error.what());
+    return std::vector<float>(count, std::numeric_limits<float>::quiet_NaN());
+  }
+  const laplace::Field field = solver.field();
+  return {field.value.begin(), field.value.end()};
+}
+
+}  // namespace
+
+bool has_field(const Result& result) {
+  if (result.conductor_frame(0).potential.empty()) return false;
+  try {
+    return result.scene().effects.has(&EffectKind::field);
+  } catch (const InputError& error) {  // a scene of another version
+    fmt::print(stderr, "lichtenberg: no field is drawn: {}\n", error.what());
+    return false;
+  }
+}
+
+FrameFields::FrameFields(const Result& result, const std::vector<int>& frames,
+                         const std::function<void(int done)>& solved)
+    : descriptor_(memfd_create("fields", 0)), path_(fmt::format("/proc/self/fd/{}", descriptor_)) {
+  if (descriptor_ < 0) throw Failure("there is no memory for the fields of the frames");
+  const Scene scene = result.scene();
+  const int cells = cells_for(scene);
+  const Vec2 size = plane(scene.domain.size);
+  const double h = std::max(size.x, size.y) / cells;
+  const std::int32_t shape[] = {static_cast<std::int32_t>(std::lround(size.x / h)),
+                                static_cast<std::int32_t>(std::lround(size.y / h))};
+  write_all(descriptor_, std::as_bytes(std::span(shape)));
+  laplace::CutCellSolver solver({.cells = cells, .tolerance = picture_tolerance});
+  Bodies bodies = make_bodies(scene);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const laplace::LaplaceProblem problem = problem_of(scene, bodies, result.conductor_frame(frames[k]));
+    const std::vector<float> values =
+        values_of(solver, problem, frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
+    write_all(descriptor_, std::as_bytes(std::span(values)));
+    solved(static_cast<int>(k) + 1);
+  }
+}
+
+}  // namespace lichtenberg

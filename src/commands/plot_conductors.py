@@ -1,0 +1,185 @@
+"""Pictures of conductors in a plane: what they are coloured by, the field between them, electrodes, the tree."""
+import tomllib
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+import drawing
+from colours import Quantity, Range, draw_legend, run_range
+from drawing import INK, MM, UNCONNECTED
+
+QUANTITIES = [
+    Quantity("potential", "potential ({}V)", "signed", "potential"),
+    Quantity("charge", "charge ({}C)", "signed", "charge"),
+    Quantity("force", "electric force ({}N)", "decades", "force", "without a force"),
+    Quantity("cluster", "conductors in contact", "category", "group", "in contact with none"),
+    Quantity("current", "current carried to the ground ({}A)", "decades", "successor", "not connected"),
+    Quantity("order", "order of the branch (Strahler number)", "order", "successor", "not connected"),
+    Quantity("joined", "joined the tree at ({}s)", "amount", "successor", "not connected"),
+    Quantity("speed", "speed ({}m/s)", "decades", "velocity", "at rest"),
+]
+ALL_ZERO = 1e-3  # of the run's largest potential: colours that cannot be told from white
+
+
+class Conductors:
+    """A run of conductors. Lengths of drawings in mm."""
+
+    def __init__(self, file, path):
+        scene, particles = file["scene"], file["particles/conductors"]
+        self.path = path
+        self.title = scene.attrs["title"]
+        self.times = particles["position/time"][()]
+        self.size = scene["domain/size"][:2] * MM
+        self.radius = particles["radius"][()] * MM
+        self.scene = tomllib.loads(text_of(scene["text"]))
+        self.terminals = terminal_potentials(file)
+        self.quantities = {q.name: q for q in QUANTITIES if q.column in particles}
+        self.highest_supply = np.abs(self.terminals).max(initial=0)
+        self.reach = self.highest_supply  # V, of all that the run has
+        if "potential" in particles:
+            self.reach = max(self.reach, np.abs(particles["potential/value"][()]).max())
+        self.fed = self.scene.get("effects", {}).get("current_source", {}).get("current", 0)
+        if not self.fed:
+            self.quantities.pop("current", None)
+
+    @property
+    def all_supplies(self):
+        """What the electrodes have in common, in a word or two."""
+        return "the ground" if not np.any(self.terminals) else "an electrode"
+
+    def column(self, file, name, index=slice(None)):
+        return file[f"particles/conductors/{self.quantities[name].column}/value"][index]
+
+    def values(self, file, name, index):
+        """[N]; nan where there is none."""
+        column = self.column(file, name, index)
+        if name in ("force", "speed"):
+            return np.linalg.norm(column, axis=1)
+        if name == "cluster":
+            numbers, inverse, size = np.unique(column, return_inverse=True, return_counts=True)
+            return np.where(size[inverse] > 1, (numbers + 1)[inverse], np.nan)
+        if name == "current":
+            return self.fed * carried(column)
+        if name == "order":
+            return strahler_numbers(column)
+        if name == "joined":
+            return self.joined(self.column(file, name, slice(0, index + 1)), index)
+        return column
+
+    def joined(self, successor, index):
+        """Since when each has had a path to the ground without a break, s."""
+        connected = successor != UNCONNECTED
+        broken = np.where(~connected, np.arange(len(connected))[:, None], -1).max(axis=0)
+        first = np.minimum(broken + 1, index)
+        return np.where(connected[index], self.times[first], np.nan)
+
+    def range(self, file, name):
+        """Of the whole run."""
+        quantity = self.quantities[name]
+        if name == "potential":
+            return run_range(quantity, self.column(file, name).ravel(), self.terminals)
+        if name == "joined":
+            return Range(0, self.times[-1])
+        if name in ("force", "speed"):
+            return run_range(quantity, np.linalg.norm(self.column(file, name), axis=-1).ravel())
+        if name in ("current", "order"):  # most are reached when the tree is complete, but one that broke had more
+            frames = np.unique(np.linspace(0, len(self.times) - 1, 25).astype(int))
+            return run_range(quantity, np.concatenate([self.values(file, name, k) for k in frames]))
+        return run_range(quantity, self.column(file, name).ravel())
+
+    def default_colour(self, file, index):
+        """The potential, if there is one to be seen; else what the tree carries."""
+        if "potential" not in self.quantities:
+            return next(iter(self.quantities), None)
+        instead = [name for name in ("current", "order") if name in self.quantities]
+        return instead[0] if instead and self.is_dark(self.column(file, "potential", index)) else "potential"
+
+    def read(self, file, index, name, field=None):
+        """What a picture of that frame shows; `field` is [ny, nx] V, if it has been solved."""
+        snapshot = drawing.read_snapshot(file, index)
+        values = self.values(file, name, index) if name else None
+        if name == "potential" and field is None and index == len(self.times) - 1 and "VTKHDF/PointData" in file:
+            field = file["VTKHDF/PointData/potential"][0]
+        return snapshot, values, field if name == "potential" else None
+
+    def caption(self, shown):
+        snapshot = shown[0]
+        words = f"t = {snapshot.time:.4g} s, N = {len(snapshot.radius)}"
+        if snapshot.successor is not None:
+            words += f", {100 * snapshot.connected.mean():.3g} % connected to {self.all_supplies}"
+        if self.is_dark(snapshot.potential):
+            words += ", all at 0 V"
+        return words
+
+    def is_dark(self, potential):
+        """Whether all is so near to 0 V that colours of potentials could not be told from white."""
+        return potential is not None and max(np.abs(potential).max(), self.highest_supply) <= ALL_ZERO * self.reach
+
+    def draw(self, axes, shown, scale):
+        snapshot, values, field = shown
+        drawing.set_frame(axes, snapshot)
+        if field is not None:
+            extent = (0, snapshot.size[0], 0, snapshot.size[1])
+            style = {"cmap": scale.cmap, "norm": scale.norm, "interpolation": "bilinear", "aspect": "auto"}
+            axes.imshow(field, origin="lower", extent=extent, **style)
+        faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(snapshot.radius), 1))
+        drawing.draw_disks(axes, snapshot, slice(None), facecolor=faces)
+        drawing.draw_electrodes(axes, snapshot)
+        edges = drawing.tree_edges(snapshot)
+        drawing.draw_edges(axes, snapshot, edges, color=INK)
+        drawing.draw_scale(axes, snapshot)
+        marks = scale.legend(values) if scale else []
+        if len(edges) > 0:
+            marks.append(Line2D([], [], color=INK, linewidth=1.5, label=f"way to {self.all_supplies}"))
+        draw_legend(axes, marks)
+
+
+def text_of(dataset):
+    text = dataset[()]
+    return text.decode() if isinstance(text, bytes) else str(text)
+
+
+def terminal_potentials(file):
+    """Of the supplies of electrodes and sides, V."""
+    domain = file["scene/domain"]
+    sides = zip(domain["side_is_electrode"], domain["side_potential"]) if "side_potential" in domain else []
+    known = [potential for electrode, potential in sides if electrode]
+    known += [group["potential"][()] for group in file["scene/electrodes"].values()]
+    return np.array(known, float)
+
+
+def in_order(successor):
+    """Conductors with a path, each before its successor; of a damaged file with a cycle, those that are in none."""
+    connected = successor != UNCONNECTED
+    waiting = np.bincount(successor[successor >= 0], minlength=len(successor))
+    ready = list(np.flatnonzero(connected & (waiting == 0)))
+    for i in ready:
+        j = successor[i]
+        if j >= 0:
+            waiting[j] -= 1
+            if waiting[j] == 0:
+                ready.append(j)
+    return ready
+
+
+def carried(successor):
+    """[N] how many conductors' current passes through each, its own among them; nan of those without a path."""
+    count = np.where(successor != UNCONNECTED, 1.0, np.nan)
+    for i in in_order(successor):
+        if successor[i] >= 0:
+            count[successor[i]] += count[i]
+    return count
+
+
+def strahler_numbers(successor):
+    """[N] as src/analysis/strahler.hpp defines them; nan of those without a path."""
+    order = np.where(successor != UNCONNECTED, 1.0, np.nan)
+    highest, twice = np.zeros(len(successor)), np.zeros(len(successor), bool)
+    for i in in_order(successor):
+        if highest[i] > 0:
+            order[i] = highest[i] + twice[i]
+        j = successor[i]
+        if j >= 0:
+            twice[j] = order[i] == highest[j] or (twice[j] and order[i] < highest[j])
+            highest[j] = max(highest[j], order[i])
+    return order

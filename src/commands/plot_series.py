@@ -1,0 +1,417 @@
+#!/usr/bin/python3
+"""Draws what results record over time, or the table of an ensemble.
+
+    plot_series.py FILE|FOLDER ... [--observables NAME,NAME] [--out PICTURE] [--overwrite]
+    plot_series.py FOLDER --table [--observables NAME,NAME] [--out PICTURE] [--overwrite]
+
+FILE is a result of a run, FOLDER one of an ensemble. Curves of several runs are in the same axes, a colour a run; those of
+an ensemble's members have a colour a variant, and the mean over its seeds is thick.
+
+Exit status 2 and one sentence for input that cannot be used.
+"""
+import argparse
+import json
+import re
+import sys
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import LogLocator, MaxNLocator
+
+import drawing
+from drawing import InputError
+from plot_conductors import text_of
+
+# Distinct also to the colour-blind (Okabe & Ito).
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c"]
+DASHES = ["-", "--", ":", "-."]
+THEORY = "#404040"
+MOST_RUNS = 200  # curves of an ensemble
+
+
+@dataclass
+class Panel:
+    label: str
+    columns: list  # [(name, label)]
+    theory: tuple = ("", "")  # name and label of the curve that theory expects
+    logarithmic: bool = False
+
+
+@dataclass
+class Recorded:
+    """What a run has recorded over its time."""
+
+    name: str
+    title: str
+    unit_of_time: str
+    panels: list  # suggested
+    columns: dict = field(default_factory=dict)  # name -> (time, values, unit)
+    logarithmic: bool = False  # its time
+    start: float = 0.0  # of the time that is shown
+    words_of_time: str = "time"
+
+    def column(self, name):
+        if name not in self.columns:
+            raise InputError(f"{self.name} has not recorded {name}: it has {', '.join(sorted(self.columns))}")
+        time, values, unit = self.columns[name]
+        return time - self.start, values, unit
+
+
+def read(path):
+    return drawing.read_file(path, lambda file: recorded(file, path))
+
+
+def recorded(file, path):
+    """Throws InputError."""
+    if "lichtenberg_result" not in file.attrs:
+        raise InputError(f"{path} was not written by `lichtenberg run`")
+    drawing.frame_index(file, path, None)
+    run = Recorded(Path(path).stem, file["scene"].attrs["title"], "s", [])
+    add_observables(file, run)
+    add_group(file, run, "analysis")
+    if "gas" in file:
+        become_gas(file, run)
+    elif "relaxation" in file:
+        become_packing(file, run)
+    else:
+        become_conductors(file, run)
+    return run
+
+
+def unit_of(data):
+    unit = data.attrs.get("unit", "1")
+    return unit.decode() if isinstance(unit, bytes) else unit
+
+
+def add_observables(file, run):
+    for name, group in file.get("observables", {}).items():
+        value = group["value"][()]
+        if value.ndim == 1:
+            run.columns[name] = group["time"][()], value.astype(float), unit_of(group["value"])
+            continue
+        labels = group["value"].attrs.get("terminals", group.attrs.get("terminals", range(value.shape[1])))
+        for k, label in enumerate(labels):
+            label = label.decode() if isinstance(label, bytes) else label
+            run.columns[f"{name}:{label}"] = group["time"][()], value[:, k].astype(float), unit_of(group["value"])
+
+
+def add_group(file, run, name, argument="time"):
+    group = file.get(name, {})
+    if argument not in group:
+        return
+    time = group[argument][()].astype(float)
+    for column, data in group.items():
+        if column != argument and data.ndim == 1 and len(data) == len(time):
+            run.columns.setdefault(column, (time, data[()].astype(float), unit_of(data)))
+
+
+def become_gas(file, run):
+    for name in list(file["gas"]):
+        run.columns.pop(name, None)  # it has ten rows a frame
+    add_group(file, run, "gas")
+    run.unit_of_time, run.logarithmic = "t0", True
+    scene = tomllib.loads(text_of(file["scene/text"]))
+    warm_up = sum(stage.get("duration", 0) for stage in scene.get("stage", []) if stage.get("elastic", True))
+    if file["gas/time"][-1] > warm_up > 0:
+        run.start, run.words_of_time = warm_up, f"time after the warm-up of {warm_up:g}"
+    line = ("haff_temperature", "homogeneous and neutral, restitution of the contacts")
+    columns = [("temperature", "with the flow"), ("local_temperature", "relative to it")]
+    run.panels.append(Panel("temperature", columns, line, True))
+    if np.ptp(file["gas/mean_square_charge"]) > 0:
+        line = ("expected_square_charge", "homogeneous, two at a time")
+        run.panels.append(Panel(r"$\langle q^2 \rangle$", [("mean_square_charge", "grains")], line, True))
+    clusters = [("mean_aggregate", "grains in contact: mean of two and more"), ("density_cluster_size", "dense cells: S")]
+    run.panels.append(Panel("size of clusters", clusters, logarithmic=True))
+
+
+def become_packing(file, run):
+    add_group(file, run, "relaxation", "iteration")
+    for name in ("energy", "largest_force"):
+        if name in file["relaxation"]:
+            data = file["relaxation"][name]
+            run.columns[name] = file["relaxation/iteration"][()].astype(float), data[()], unit_of(data)
+    run.unit_of_time, run.words_of_time = "1", "iteration"
+    for name, label in [("energy", "energy"), ("largest_force", "largest net force")]:
+        run.panels.append(Panel(label, [(name, "")], logarithmic=True))
+
+
+def become_conductors(file, run):
+    suggested = [
+        Panel("energy of the field", [("energy", "")]),
+        Panel("charge on the conductors", [("charge_held", "")]),
+        Panel("connected to an electrode", [("connected", "")]),
+        Panel("conductors of the tree", [("endpoints", "endpoints"), ("branch_points", "branch points")]),
+        Panel("power", [("supplied_power", "supplied"), ("dissipated_power", "dissipated")]),
+        Panel("kinetic energy", [("energy_kinetic", "")]),
+    ]
+    for panel in suggested:
+        panel.columns = [(name, label) for name, label in panel.columns if varies(run, name)]
+    run.panels = [panel for panel in suggested if panel.columns]
+
+
+def varies(run, name):
+    values = run.columns.get(name, (0, np.zeros(1), ""))[1]
+    values = values[np.isfinite(values)]
+    return len(values) > 1 and np.ptp(values) > 0
+
+
+def in_symbols(unit):
+    """m0 v0^2 and m s-1 as mathematics."""
+    text = re.sub(r"([a-z])_?0", r"\1_0", unit).replace(" ", r"\,")
+    return r"$\mathrm{" + re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"^{\1}", text) + "}$"
+
+
+def with_unit(label, unit):
+    return label if unit == "1" else f"{label} ({in_symbols(unit)})"
+
+
+def points_of(run, name, logarithmic):
+    """Times and values that can be shown."""
+    time, values, _ = run.column(name)
+    shown = np.isfinite(values)
+    if run.logarithmic:
+        shown &= time > 0
+    if logarithmic:
+        shown &= values > 0
+    return time[shown], values[shown]
+
+
+def set_scale(axes, logarithmic):
+    """Logarithmic where the points span more than a factor of three: else its ticks have no round numbers."""
+    drawn = [line.get_ydata() for line in axes.lines if len(line.get_ydata()) > 2]
+    shown = np.concatenate(drawn) if drawn else np.ones(1)
+    shown = shown[np.isfinite(shown)]
+    if not logarithmic or len(shown) == 0 or shown.min() <= 0 or shown.max() <= 3 * shown.min():
+        axes.ticklabel_format(axis="y", scilimits=(-3, 4))
+        return
+    axes.set_yscale("log")
+    if shown.max() < 30 * shown.min():  # too few powers of ten to go by
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("")
+
+
+def new_sheet(count, title):
+    drawing.set_style()
+    columns = 1 if count <= 3 else 2
+    rows = -(-count // columns)
+    size = (6.2 if columns == 1 else 9.6, 0.9 + 2.2 * rows)
+    figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    for axes in grid.flat[count:]:
+        axes.remove()
+    figure.suptitle(title, fontsize=10)
+    return figure, list(grid.flat[:count])
+
+
+def panels_of(runs, names):
+    """Those that are asked for, or those that the first run suggests and all have."""
+    if names:
+        for run in runs:
+            for name in names:
+                run.column(name)
+        return [Panel(name.replace("_", " "), [(name, "")], logarithmic=runs[0].logarithmic) for name in names]
+    panels = [p for p in runs[0].panels if all(name in run.columns for run in runs for name, _ in p.columns)]
+    if not panels:
+        raise InputError(f"there is nothing over time that {' and '.join(run.name for run in runs)} have both recorded")
+    return panels
+
+
+def draw_panel(axes, panel, runs, groups):
+    """`groups`: for each run which colour it has, and whether its curve stands for others."""
+    several = len(set(groups)) > 1 or len(runs) > 1
+    for k, (name, label) in enumerate(panel.columns):
+        for run, group in zip(runs, groups):
+            time, values = points_of(run, name, panel.logarithmic)
+            colour = COLOURS[(group if several else k) % len(COLOURS)]
+            style = {"color": colour, "linestyle": DASHES[k % 4] if several else "-", "linewidth": 1.1}
+            marker = {"marker": "o", "markersize": 2.5} if len(values) <= 40 else {}
+            axes.plot(time, values, label=label if run is runs[0] and label else None, **style, **marker)
+    name, label = panel.theory
+    if name in runs[0].columns and len(runs) == 1:
+        style = {"color": THEORY, "linewidth": 1, "linestyle": "--", "label": label, "zorder": 1}
+        axes.plot(*points_of(runs[0], name, panel.logarithmic), **style)
+    finish(axes, panel, runs[0])
+
+
+def finish(axes, panel, run):
+    axes.set_ylabel(with_unit(panel.label, run.column(panel.columns[0][0])[2]))
+    if run.logarithmic and any((line.get_xdata() > 0).any() for line in axes.lines if len(line.get_xdata())):
+        axes.set_xscale("log")
+    set_scale(axes, panel.logarithmic)
+    if any(label for _, label in panel.columns) or panel.theory[0]:
+        axes.legend(frameon=False, fontsize=7)
+    axes.set_xlabel(with_unit(run.words_of_time, run.unit_of_time))
+    axes.tick_params(labelsize=8)
+
+
+def draw_runs(runs, names):
+    panels = panels_of(runs, names)
+    titles = list(dict.fromkeys(run.title for run in runs if run.title))
+    figure, grid = new_sheet(len(panels), titles[0] if len(titles) == 1 else " and ".join(titles))
+    for axes, panel in zip(grid, panels):
+        draw_panel(axes, panel, runs, list(range(len(runs))))
+    if len(runs) > 1:
+        draw_names(figure, [run.name for run in runs])
+    return figure
+
+
+def draw_names(figure, names, more=""):
+    """Which colour is whose, below all."""
+    lines = [plt.Line2D([], [], color=COLOURS[k % len(COLOURS)], linewidth=2, label=name) for k, name in enumerate(names)]
+    if more:
+        lines.append(plt.Line2D([], [], color="#505050", linewidth=2.4, label=more))
+    columns = min(3, len(lines))
+    height = 0.22 * -(-len(lines) // columns) / figure.get_size_inches()[1]
+    figure.get_layout_engine().set(rect=(0, height, 1, 1 - height))
+    figure.legend(handles=lines, loc="lower center", ncols=columns, frameon=False, fontsize=8)
+
+
+def is_ensemble(path):
+    return Path(path).is_dir() or Path(path).suffix == ".json"
+
+
+def read_table(path):
+    """That of a folder, or the file itself. Throws InputError."""
+    path = Path(path) / "ensemble.json" if Path(path).is_dir() else Path(path)
+    try:
+        table = json.loads(path.read_text())
+    except OSError:
+        raise InputError(f"there is no {path}, the table of an ensemble") from None
+    except ValueError as error:
+        raise InputError(f"{path} cannot be read as JSON ({error})") from None
+    if not isinstance(table, dict) or "members" not in table or "points" not in table:
+        raise InputError(f"{path} is no table of an ensemble")
+    return table
+
+
+def variant_of(member):
+    settings = {key: value for key, value in member["settings"].items() if key != "seed"}
+    return ", ".join(f"{key} = {value}" for key, value in settings.items()) or "all seeds"
+
+
+def draw_ensemble(path, names):
+    members = [m for m in read_table(path)["members"] if m["state"] == "finished"][:MOST_RUNS]
+    folder = path if Path(path).is_dir() else Path(path).parent
+    if not members:
+        raise InputError(f"no member of the ensemble {path} has finished: there is nothing to draw")
+    variants = list(dict.fromkeys(variant_of(m) for m in members))
+    runs = [read(str(Path(folder) / f"{m['name']}.h5")) for m in members]
+    groups = [variants.index(variant_of(m)) for m in members]
+    panels = panels_of(runs, names)
+    figure, grid = new_sheet(len(panels), runs[0].title)
+    for axes, panel in zip(grid, panels):
+        draw_members(axes, panel, runs, groups)
+    draw_names(figure, variants, "mean over seeds, thin: each")
+    return figure
+
+
+def draw_members(axes, panel, runs, groups):
+    for k, (name, label) in enumerate(panel.columns):
+        for group in sorted(set(groups)):
+            curves = [points_of(run, name, False) for run, own in zip(runs, groups) if own == group]
+            style = {"color": COLOURS[group % len(COLOURS)], "linestyle": DASHES[k % 4]}
+            for time, values in curves:
+                axes.plot(time, values, linewidth=0.5, alpha=0.45, **style)
+            curves = [curve for curve in curves if len(curve[0])]
+            if curves:
+                axes.plot(*mean_of(curves), linewidth=1.9, label=label if group == min(groups) and label else None, **style)
+    finish(axes, Panel(panel.label, panel.columns, logarithmic=panel.logarithmic), runs[0])
+
+
+def mean_of(curves):
+    """At the times of the shortest curve, which all reach."""
+    time = min((curve[0] for curve in curves), key=lambda times: times[-1])
+    return time, np.mean([np.interp(time, *curve) for curve in curves], axis=0)
+
+
+TABLE = ["connected_fraction", "endpoint_fraction", "branch_fraction", "loops", "local_temperature", "mean_square_charge"]
+TABLE += ["mean_aggregate", "largest_cluster", "time"]
+
+
+def draw_table(folder, names):
+    """Means with their confidence intervals over what was varied; one key along the axis, others by colour."""
+    points = read_table(folder)["points"]
+    keys = [key for key in (points[0]["settings"] if points else {})]
+    if not keys:
+        raise InputError(f"the ensemble in {folder} varies nothing but seeds: `plot --series {folder}` draws its course")
+    along = max(keys, key=lambda key: len({str(p["settings"][key]) for p in points}))
+    known = set.intersection(*(set(p["quantities"]) for p in points))
+    for name in names or []:
+        if name not in known:
+            raise InputError(f"the ensemble in {folder} has no {name}: it has {', '.join(sorted(known))}")
+    differ = [name for name in TABLE if name in known and len({p["quantities"][name]["value"] for p in points}) > 1]
+    chosen = names or differ[:6]
+    if not chosen:
+        raise InputError(f"the means of the ensemble {folder} do not differ: name those to draw with --observables")
+    figure, grid = new_sheet(len(chosen), f"{Path(folder).name}: means over seeds, 95 % confidence")
+    others = list(dict.fromkeys(variant_of({"settings": without(p["settings"], along)}) for p in points))
+    for axes, name in zip(grid, chosen):
+        draw_means(axes, points, name, along, others)
+    if len(others) > 1:
+        draw_names(figure, others)
+    return figure
+
+
+def without(settings, key):
+    return {other: value for other, value in settings.items() if other != key}
+
+
+def draw_means(axes, points, name, along, others):
+    values = [p["settings"][along] for p in points]
+    numbers = all(isinstance(v, (int, float)) for v in values)
+    places = {str(v): v if numbers else k for k, v in enumerate(dict.fromkeys(values))} if not numbers else None
+    for group, other in enumerate(others):
+        own = [p for p in points if variant_of({"settings": without(p["settings"], along)}) == other]
+        x = [p["settings"][along] if numbers else places[str(p["settings"][along])] for p in own]
+        y = [p["quantities"][name]["value"] for p in own]
+        error = [p["quantities"][name].get("half_width", 0) for p in own]
+        style = {"color": COLOURS[group % len(COLOURS)], "marker": "o", "markersize": 4, "linewidth": 0.8, "capsize": 3}
+        axes.errorbar(x, y, error, **style)
+    if places:
+        axes.set_xticks(list(places.values()), list(places))
+    elif len(set(values)) <= 8:
+        axes.set_xticks(sorted(set(values)))
+    axes.margins(x=0.1)
+    axes.set(xlabel=along, ylabel=name.replace("_", " "))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.tick_params(labelsize=8)
+
+
+def picture_name(request):
+    stems = [Path(path).with_suffix("") if not Path(path).is_dir() else Path(path) for path in request.files]
+    what = "means" if request.table else "series"
+    chosen = f"-{request.observables.replace(',', '-').replace(':', '-')}" if request.observables else ""
+    beside = "".join(f"-beside-{stem.name}" for stem in stems[1:])
+    return request.out or f"{stems[0]}{beside}-{what}{chosen}.png"
+
+
+def draw(request):
+    names = request.observables.split(",") if request.observables else None
+    folders = [path for path in request.files if is_ensemble(path)]
+    if folders and len(request.files) > 1:
+        raise InputError(f"the ensemble {folders[0]} is drawn alone: draw the other files by a command of their own")
+    drawing.check_picture(picture_name(request), request.overwrite)
+    if folders:
+        figure = (draw_table if request.table else draw_ensemble)(folders[0], names)
+    else:
+        figure = draw_runs([read(path) for path in request.files], names)
+    drawing.save(figure, picture_name(request))
+    print(f"{picture_name(request)} shows {'means' if request.table else 'curves over time'}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", help="result files of runs, or the folder of an ensemble")
+    parser.add_argument("--observables", help="names of what is drawn, separated by commas")
+    parser.add_argument("--table", action="store_true", help="of an ensemble its means in place of curves")
+    parser.add_argument("--out", help="picture to write, .png, .pdf or .svg")
+    parser.add_argument("--overwrite", action="store_true", help="replace a picture that exists")
+    request = parser.parse_args()
+    return drawing.report(request.files[0], lambda: draw(request))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,317 @@
+// What `plot`, `film` and the commands that draw beside their work leave: sizes, colours, words, and nothing replaced.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/gas_text.hpp"
+#include "tests/program.hpp"
+
+using namespace lichtenberg;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Two plates at +-10 kV and a sphere that sets out from one to the other, 6 frames, 20 ms.
+const std::string plates = R"(
+title = "Plates"
+[domain]
+size = [8e-3, 8e-3]
+left = { potential = 10e3 }
+right = { potential = -10e3 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[conductor]]
+position = [0.6e-3, 4e-3]
+radius = 0.6e-3
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 6e-6
+[field]
+cells = 32
+[output]
+every = 0.004
+picture = false
+[stop]
+time = 0.02
+stationary = false
+)";
+
+/// Three spheres in a row that touch the ground and each other, fed: all at 0 V from the start.
+const std::string chain = R"(
+title = "Chain"
+[domain]
+size = [8e-3, 8e-3]
+bottom = { potential = 0 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[conductor]]
+position = [4e-3, 0.55e-3]
+radius = 0.5e-3
+[[conductor]]
+position = [4e-3, 1.6e-3]
+radius = 0.5e-3
+[[conductor]]
+position = [4e-3, 2.65e-3]
+radius = 0.5e-3
+[effects.floating_conductors]
+[effects.current_source]
+current = 1e-12
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 0.2e-3
+[field]
+cells = 32
+[output]
+every = 0.004
+picture = false
+[stop]
+time = 0.012
+stationary = false
+)";
+
+Ended run(const Folder& folder, const std::string& arguments) {
+  const Ended ended = run_program(folder, arguments);
+  INFO(arguments, ": ", ended.err);
+  CHECK(ended.status == 0);
+  return ended;
+}
+
+/// A folder in which a scene has been run as scene.h5.
+struct RunFolder : Folder {
+  explicit RunFolder(const std::string& scene) {
+    write("scene.toml", scene);
+    run(*this, "run scene.toml --quiet");
+  }
+};
+
+/// A number that Python finds in a picture: `p` has its colours, [height][width][red, green, blue] from 0 to 1, row 0
+/// on top.
+double seen(const Folder& folder, const std::string& picture, const std::string& expression) {
+  folder.write("look.py",
+               fmt::format("import matplotlib.image, numpy as np\np = matplotlib.image.imread('{}')[..., :3]\n"
+                           "print(float({}))\n",
+                           picture, expression));
+  const Ended looked = run_shell(folder, "/usr/bin/python3 look.py");
+  REQUIRE_MESSAGE(looked.status == 0, looked.err);
+  return std::stod(looked.out);
+}
+
+/// Of the place at these shares of width and height from the lower left of a panel of a plane scene as wide as high:
+/// 5 inches at .22, .4 of 6.24 x 6.02 inches, less where it is narrower.
+std::string place(double x, double y) {
+  return fmt::format("p[int((6.02 - .4 - 5 * {}) / 6.02 * p.shape[0]), int((.22 + 5 * {}) / 6.24 * p.shape[1])]", y, x);
+}
+
+void check_refused(const Folder& folder, const std::string& arguments, const std::string& sentence) {
+  const Ended ended = run_program(folder, arguments);
+  INFO(arguments, ": ", ended.err);
+  CHECK(ended.status == 2);
+  CHECK(contains(ended.err, sentence));
+  CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+}
+
+}  // namespace
+
+TEST_CASE("frames have one layout and one colour scale, and the field behind them, whichever they are") {
+  const RunFolder folder(plates);
+  const Ended drawn = run(folder, "plot scene.h5 --frames 0,2:4:2");
+  CHECK(drawn.out ==
+        "scene-frame-0-potential.png shows frame 0 by potential\nscene-frame-2-potential.png shows frame 2 by "
+        "potential\nscene-frame-4-potential.png shows frame 4 by potential\n");
+  for (const std::string picture : {"scene-frame-0-potential.png", "scene-frame-4-potential.png"}) {
+    CHECK(seen(folder, picture, "p.shape[1]") == 1248);  // 6.24 inches, 200 points each
+    CHECK(seen(folder, picture, "p.shape[0]") == 1204);
+    // Positive is red and negative blue, near the plates darker: RdBu's ends are .40, .00, .12 and .02, .19, .38.
+    CHECK(seen(folder, picture, place(0.02, 0.9) + "[0]") == doctest::Approx(0.45).epsilon(0.2));
+    CHECK(seen(folder, picture, place(0.02, 0.9) + "[2]") < 0.2);
+    CHECK(seen(folder, picture, place(0.98, 0.9) + "[2]") == doctest::Approx(0.45).epsilon(0.2));
+    CHECK(seen(folder, picture, place(0.98, 0.9) + "[0]") < 0.1);
+  }
+  // The bar and its words, right of the panel, are the same.
+  CHECK(seen(folder, "scene-frame-0-potential.png",
+             "abs(p[200:, 1060:] - matplotlib.image.imread('scene-frame-4-potential.png')[200:, 1060:, :3]).max()") ==
+        0);
+  // The picture that the run left has the field of its file, on the scene's own 32 cells; solved again on 256 it is the
+  // same but for those of the old around the sphere, a twentieth of the picture, which are off by a tenth of the
+  // colours at most.
+  run(folder, "run scene.toml --overwrite --quiet --set output.picture=true");
+  run(folder, "plot scene.h5 --frames 4,5 --out solved.png");
+  const auto difference = [&](const std::string& other) {
+    return seen(folder, "scene.png",
+                "abs(p[200:1000, 60:1000] - matplotlib.image.imread('" + other + "')[200:1000, 60:1000, :3]).mean()");
+  };
+  CHECK(difference("solved-5.png") < 0.005);
+  CHECK(difference("solved-4.png") > 0.005);  // where the sphere was elsewhere
+}
+
+TEST_CASE("words and colours are those asked for, as PNG, PDF and SVG") {
+  const RunFolder folder(plates);
+  run(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
+  const std::string words = text_of(folder / "a.svg");
+  for (const std::string word : {"potential (kV)", "Plates", "t = 0.004 s, N = 1", "connected to an electrode", "1 mm"})
+    CHECK_MESSAGE(contains(words, word), word);
+  CHECK_FALSE(contains(words, "ground"));
+  CHECK_FALSE(contains(words, ">10<"));  // the bar ends at 5 kV
+  CHECK(contains(words, "20<"));
+  run(folder, "plot scene.h5 --out a.pdf");
+  CHECK(text_of(folder / "a.pdf").starts_with("%PDF"));
+  // viridis ends in purple and yellow, .27, .00, .33 and .99, .91, .14.
+  run(folder, "plot scene.h5 --cmap viridis --out viridis.png");
+  CHECK(seen(folder, "viridis.png", place(0.01, 0.9) + "[1]") > 0.8);
+  CHECK(seen(folder, "viridis.png", place(0.99, 0.9) + "[1]") < 0.1);
+  for (const std::string colour : {"charge", "force", "cluster", "speed"}) {
+    run(folder, "plot scene.h5 --colour " + colour);
+    CHECK(seen(folder, "scene-frame-5-" + colour + ".png", place(0.5, 0.8) + ".min()") == 1);  // no field behind them
+  }
+}
+
+TEST_CASE("where all is at 0 V a picture shows what the tree carries, and says so") {
+  const RunFolder folder(chain);
+  CHECK(contains(run(folder, "plot scene.h5 --out chain.svg").out, "by current"));
+  const std::string words = text_of(folder / "chain.svg");
+  CHECK(contains(words, "100 % connected to the ground, all at 0 V"));
+  CHECK(contains(words, "current carried to the ground (pA)"));
+  // Three conductors' currents pass through the lowest, one through the uppermost: viridis_r's ends.
+  run(folder, "plot scene.h5");
+  CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 1.6e-3 / 8e-3 / 1.6 * 0.55) + "[1]") < 0.1);
+  CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
+  for (const std::string colour : {"order", "joined"}) run(folder, "plot scene.h5 --colour " + colour);
+}
+
+TEST_CASE("nothing is replaced in silence") {
+  const RunFolder folder(plates);
+  run(folder, "plot scene.h5");
+  check_refused(folder, "plot scene.h5",
+                "scene-frame-5-potential.png exists: give --out another name, or allow --overwrite");
+  run(folder, "plot scene.h5 --overwrite");
+  run(folder, "plot scene.h5 --series");
+  check_refused(folder, "plot scene.h5 --series", "scene-series.png exists");
+  fs::create_symlink(folder / "scene.toml", folder / "link.png");
+  check_refused(folder, "plot scene.h5 --out link.png --overwrite", "link.png is no plain file");
+  CHECK(text_of(folder / "scene.toml") == plates);
+  // What a run leaves takes the place of nothing but its own.
+  folder.write("other.toml", replaced(replaced(plates, "picture = false", ""), "time = 0.02", "time = 0.004"));
+  folder.write("other.png", "mine");
+  check_refused(folder, "run other.toml --quiet", "other.png exists, where the run leaves its picture");
+  CHECK(text_of(folder / "other.png") == "mine");
+  CHECK_FALSE(fs::exists(folder / "other.h5"));
+  run(folder, "run other.toml --quiet --overwrite");
+  CHECK(text_of(folder / "other.png").starts_with("\x89PNG"));
+}
+
+TEST_CASE("what cannot be drawn is refused with a sentence") {
+  const RunFolder folder(plates);
+  check_refused(folder, "plot scene.h5 --range 5,-5", "--range 5,-5 is the wrong way round");
+  check_refused(folder, "plot scene.h5 --range 5", "--range 5 is not understood: two numbers are wanted");
+  check_refused(folder, "plot scene.h5 --range 0,inf", "both ends must be finite");
+  check_refused(folder, "plot scene.h5 --colour force --range=-1,1", "force is drawn by decades, from above 0");
+  check_refused(folder, "plot scene.h5 --colour cluster --range 0,1", "say nothing of the colour cluster");
+  check_refused(folder, "plot scene.h5 --cmap rainbows", "--cmap rainbows is no colour map");
+  check_refused(folder, "plot scene.h5 --colour current", "scene.h5 has no current by conductor");
+  check_refused(folder, "plot scene.h5 --frame 6", "frame 6 is not in scene.h5: it has frames 0 to 5");
+  check_refused(folder, "plot scene.h5 --frames 0,7", "frame 7 is not in scene.h5");
+  check_refused(folder, "plot scene.h5 --frames 4:2", "4:2 is the wrong way round");
+  check_refused(folder, "plot scene.h5 --frames 0:5:0", "the step `0` must be a whole number from 1 on");
+  check_refused(folder, "plot scene.h5 --frames first", "`first` is no frame");
+  check_refused(folder, "plot scene.h5 --frame 1 --frames 2", "--frame and --frames say the same");
+  check_refused(folder, "plot scene.h5 --out nowhere/a.png", "nowhere/a.png cannot be written: there is no folder");
+  check_refused(folder, "plot scene.h5 --out a.gif", "its name must end in .png, .pdf or .svg");
+  check_refused(folder, "plot scene.h5 --cut z=1", "--cut is for scenes in space");
+  check_refused(folder, "plot scene.h5 --series --colour charge", "are for pictures of frames, not for curves");
+  check_refused(folder, "plot scene.h5 --series --observables energy,volume", "scene has not recorded volume: it has ");
+  check_refused(folder, "plot scene.h5 --observables energy", "it needs --series");
+  check_refused(folder, "film scene.h5 --out a.avi", "films are written as .mp4");
+  check_refused(folder, "film scene.h5 --frames 3:9", "frame 9 is not in scene.h5");
+  check_refused(folder, "film scene.h5 --range 2,1", "the wrong way round");
+  CHECK_FALSE(fs::exists(folder / "scene.mp4"));
+  CHECK_FALSE(fs::exists(folder / "scene.mp4.partial"));
+  folder.write("scene.mp4", "mine");
+  check_refused(folder, "film scene.h5", "scene.mp4 exists: give --out another name, or allow --overwrite");
+  const Ended without = run_shell(folder, "PATH=/nowhere LICHTENBERG film scene.h5 --overwrite");
+  CHECK(without.status == 2);
+  CHECK(contains(without.err, "there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg"));
+  CHECK(text_of(folder / "scene.mp4") == "mine");
+  // A folder that others own; root writes everywhere.
+  if (std::system("test $(id -u) != 0") == 0)
+    check_refused(folder, "plot scene.h5 --out /proc/a.png", "cannot be written");
+}
+
+TEST_CASE("a film has each frame once, in the size that it was drawn in") {
+  const RunFolder folder(plates);
+  const Ended made = run(folder, "film scene.h5 --rate 10");
+  CHECK(made.out == "scene.mp4 shows 6 frames by potential in 0.6 s\n");
+  const Ended probed = run_shell(folder,
+                                 "ffprobe -v error -count_frames -select_streams v -show_entries "
+                                 "stream=width,height,nb_read_frames,pix_fmt -of csv=p=0 scene.mp4");
+  REQUIRE(probed.status == 0);
+  CHECK(probed.out == "1060,1024,yuv420p,6\n");  // 6.24 x 6.02 inches, 170 points each, even
+  // What is red in the pictures is red in the film.
+  REQUIRE(run_shell(folder, "ffmpeg -v error -i scene.mp4 -frames:v 1 first.png").status == 0);
+  CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[0]") > 0.3);
+  CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[2]") < 0.25);
+  run(folder, "film scene.h5 --frames 1:5:2 --colour charge --quiet");
+  CHECK(run_shell(folder,
+                  "ffprobe -v error -count_frames -show_entries stream=nb_read_frames -of csv=p=0 scene-charge.mp4")
+            .out == "3\n");
+}
+
+TEST_CASE("curves over time, of two runs in the same axes and of an ensemble; runs beside each other") {
+  const RunFolder folder(plates);
+  fs::copy_file(folder / "scene.h5", folder / "twin.h5");
+  run(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
+  CHECK(contains(text_of(folder / "curves.svg"), "charge held"));
+  run(folder, "plot scene.h5 twin.h5 --series --out both.svg");
+  CHECK(contains(text_of(folder / "both.svg"), "twin"));
+  run(folder, "plot scene.h5 twin.h5");
+  // 2 panels of 4.2 inches, .35 between, .22 and 1.02 beside them.
+  CHECK(seen(folder, "scene-beside-twin-frame-5-potential.png", "p.shape[1]") ==
+        doctest::Approx(200 * 9.99).epsilon(1e-3));
+
+  run(folder, "ensemble scene.toml --vary medium.viscosity=0.5,0.7 --seeds 2 --out many --quiet");
+  run(folder, "plot many --series --out many.svg");
+  CHECK(contains(text_of(folder / "many.svg"), "medium.viscosity = 0.5"));
+  run(folder, "plot many --observables time,conductors --out means.svg");
+  CHECK(contains(text_of(folder / "means.svg"), "medium.viscosity"));
+  run(folder, "ensemble scene.toml --vary medium.viscosity=0.3,0.9 --out many --quiet");
+  CHECK(contains(run(folder, "plot many/ensemble-2.json --observables time").out, "many/ensemble-2-means-time.png"));
+  check_refused(folder, "plot many --observables volume", "has no volume");
+  check_refused(folder, "plot many/absent.json", "there is no many/absent.json");
+}
+
+TEST_CASE("spheres in space hide each other, and a cut takes away what is before it") {
+  const RunFolder folder(R"(
+[domain]
+size = [10.0, 10.0, 10.0]
+[[conductor]]
+position = [5.0, 5.0, 8.0]
+radius = 1.9
+[[conductor]]
+position = [2.3, 3.15, 2.96]
+velocity = [1.0, 0.0, 0.0]
+radius = 1.0
+[effects.hertz_contact]
+[output]
+every = 1e-3
+picture = false
+[stop]
+time = 1e-3
+stationary = false
+)");
+  run(folder, "plot scene.h5 --frame 0 --colour speed");
+  run(folder, "plot scene.h5 --frame 0 --colour speed --cut z=5");
+  const std::string both = "scene-frame-0-speed.png", cut = "scene-frame-0-speed-cut-z-5.png";
+  // The sphere that moves is purple, one end of the map; the one at rest, which hides it, is pale.
+  const std::string purple = "(p[..., 2] > p[..., 1] + .08)[:, :1000].sum()";
+  CHECK(seen(folder, cut, purple) > 3000);
+  CHECK(seen(folder, both, purple) == 0);
+  check_refused(folder, "plot scene.h5 --cut z=11", "--cut z=11 leaves nothing: the box reaches from z = 0 to 10 m");
+  check_refused(folder, "plot scene.h5 --cut w=1", "an axis and a place on it are wanted");
+}

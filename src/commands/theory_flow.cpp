@@ -141,14 +141,14 @@ TheoryColumn& add_column(TheoryTable& table, const std::string& name, const std:
 }
 
 /// Rms over all cells' pairs of waves of this length, of density and of velocity across, found and by linear theory.
-struct Growth {
+struct WaveGrowth {
   std::vector<double> density, across, linear_density, linear_across;
 };
 
-Growth growth_of(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
-                 std::span<const double> times, const std::vector<Fields>& course, int length) {
-  Growth growth{std::vector(times.size(), 0.0), std::vector(times.size(), 0.0), std::vector(times.size(), 0.0),
-                std::vector(times.size(), 0.0)};
+WaveGrowth wave_growth(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
+                       std::span<const double> times, const std::vector<Fields>& course, int length) {
+  WaveGrowth growth{std::vector(times.size(), 0.0), std::vector(times.size(), 0.0), std::vector(times.size(), 0.0),
+                    std::vector(times.size(), 0.0)};
   const double k = 2 * pi / grid.length * std::sqrt(length);
   const double shear = c.cooling / 4 - c.viscosity * k * k;
   for (const Wave& wave : waves(grid.dimension, 2)) {
@@ -174,7 +174,7 @@ void add_growth(TheoryTable& table, const FlowRequest& request, const Grid& grid
                 const theory::TransportCoefficients& c, std::span<const double> times,
                 const std::vector<Fields>& course) {
   for (const int length : {1, 2}) {
-    const Growth growth = growth_of(request, grid, c, times, course, length);
+    const WaveGrowth growth = wave_growth(request, grid, c, times, course, length);
     const std::string k = fmt::format("k = {:.3g}", 2 * pi / grid.length * std::sqrt(length));
     const auto add = [&](int panel, const std::string& name, const std::string& label,
                          const std::vector<double>& values) {

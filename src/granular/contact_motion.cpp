@@ -181,10 +181,10 @@ class Motion final : public ContactMotion {
     due_.resize(steps_);
     for (auto& pairs_due : due_) pairs_due.clear();
     auto contact = contacts.begin();
-    for (int p = 0; p < count; ++p) {
-      while (contact != contacts.end() && contact->pair < near_[p]) ++contact;
-      if (contact != contacts.end() && contact->pair == near_[p]) continue;
-      wait(near_[p], 0, steps_ == 1 ? 0 : norm(apart(bodies, nearest, near_[p])) - reach(bodies, near_[p]));
+    for (int n = 0; n < count; ++n) {
+      while (contact != contacts.end() && contact->pair < near_[n]) ++contact;
+      if (contact != contacts.end() && contact->pair == near_[n]) continue;
+      wait(near_[n], 0, steps_ == 1 ? 0 : norm(apart(bodies, nearest, near_[n])) - reach(bodies, near_[n]));
     }
   }
   double farthest_approach() const { return 2 * speed_ * dt_ * steps_; }

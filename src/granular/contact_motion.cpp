@@ -60,12 +60,12 @@ class VectorColumn {
     for (int k = 0; k < d; ++k) v[k] = of_[k][pair];
     return v;
   }
-  template <class Which>
-  Vectors<d> at(const Which& of) const {
+  template <class Those>
+  Vectors<d> at(const Those& of) const {
     return Vectors<d>::each([&](int k) { return of_[k].at(of); });
   }
-  template <class Which>
-  void put(const Which& of, const Vectors<d>& x) {
+  template <class Those>
+  void put(const Those& of, const Vectors<d>& x) {
     for (int k = 0; k < d; ++k) of_[k].put(of, x[k]);
   }
 
@@ -266,12 +266,12 @@ class Motion final : public ContactMotion {
     scale_.put(row, law_.scale(radius_i, radius_j));
     overlap_.put(row, radius_i + radius_j - sqrt(norm2(r)));
   }
-  template <class Which>
-  Pairs motion(const Which& of, const Outside<d, Several>& outside = {}) const {
+  template <class Those>
+  Pairs motion(const Those& of, const Outside<d, Several>& outside = {}) const {
     return {{law_, scale_.at(of)}, reach_.at(of), mass_.at(of), outside};
   }
-  template <class Which>
-  PairState<d, Several> state(const Which& of) const {
+  template <class Those>
+  PairState<d, Several> state(const Those& of) const {
     return {apart_.at(of), velocity_.at(of)};
   }
   [[gnu::flatten]] void push(Row row) {
@@ -365,8 +365,8 @@ class Motion final : public ContactMotion {
     auto &on_i = felt_[pair.i].*when, &on_j = felt_[pair.j].*when;
     for (int k = 0; k < d; ++k) on_i[k] -= push[k], on_j[k] += push[k];
   }
-  template <class Which>
-  Vectors<d> relative(std::array<double, d> Felt::*when, const Which& of) const {
+  template <class Those>
+  Vectors<d> relative(std::array<double, d> Felt::*when, const Those& of) const {
     const Several lower = lower_.at(of), higher = higher_.at(of);
     return Vectors<d>::each([&](int k) {
       const Several on_higher([&](int lane) { return (felt_[pair_[of[lane]].j].*when)[k]; });
@@ -396,8 +396,8 @@ class Motion final : public ContactMotion {
     });
   }
   /// Each pair by itself, with what the others give it linear in time.
-  template <class Which, class Go>
-  [[gnu::flatten]] auto follow(const Which& of, const Go& go) {
+  template <class Those, class Go>
+  [[gnu::flatten]] auto follow(const Those& of, const Go& go) {
     const Several mass = mass_.at(of), dt = dt_;
     const PairState<d, Several> start = state(of);
     const Vectors<d> first = outside_.at(of);

@@ -29,24 +29,14 @@ inline void require_cuda_device() {
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
-/// Lets the next kernel in a row (CudaExecutor::in_a_row) take its place beside this one, and waits for the one before.
-__device__ inline void keep_in_a_row() {
-#if __CUDA_ARCH__ >= 900
-  asm volatile("griddepcontrol.launch_dependents;");
-  asm volatile("griddepcontrol.wait;" ::: "memory");
-#endif
-}
-
 template <class F>
 __global__ void item_kernel(long n, F f) {
-  keep_in_a_row();
   const long k = blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x;
   if (k < n) f(static_cast<int>(k));
 }
 
 template <class F>
 __global__ void row_kernel(int rows, int columns, F f) {
-  keep_in_a_row();
   const int row = blockIdx.x * blockDim.y + threadIdx.y, column = blockIdx.y * blockDim.x + threadIdx.x;
   if (row < rows && column < columns) f(row, column);
 }
@@ -66,7 +56,6 @@ __device__ T value_of_lane_above(T value, int offset) {
 /// Some lanes of a warp a segment: each sums every so-manieth value, then the lanes are summed as a tree.
 template <int lanes, class Count, class Value, class Finish>
 __global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
-  keep_in_a_row();
   const long segment = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes;
   if (lanes == 32 && segment >= n) return;
   const int s = static_cast<int>(segment), lane = threadIdx.x % lanes, end = segment < n ? count(s) : 0;
@@ -81,7 +70,6 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
 /// Places for all that a warp keeps are taken at once: they stand in order.
 template <class Count, class Keep, class Put>
 __global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
-  keep_in_a_row();
   constexpr int rounds = 8, lanes = 32;
   const int lane = threadIdx.x % lanes, n = count();
   const long warps = gridDim.x * static_cast<long>(blockDim.x) / lanes;
@@ -131,7 +119,6 @@ class CudaBlock {
 
 template <int threads, class F>
 __global__ void __launch_bounds__(threads) block_kernel(F f) {
-  keep_in_a_row();
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }
 
@@ -173,7 +160,8 @@ class CudaExecutor {
   template <int threads = 256, class F>
   void for_each(long n, F f) const {
     if (n <= 0) return;
-    start(item_kernel<F>, static_cast<unsigned>((n + threads - 1) / threads), threads, 0, n, f);
+    item_kernel<<<static_cast<unsigned>((n + threads - 1) / threads), threads, 0, stream_>>>(n, f);
+    check_cuda(cudaGetLastError());
   }
 
   template <class F>
@@ -195,7 +183,8 @@ class CudaExecutor {
     if (bytes > unasked)
       check_cuda(cudaFuncSetAttribute(block_kernel<threads, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(bytes)));
-    start(block_kernel<threads, F>, blocks, threads, bytes, f);
+    block_kernel<threads><<<blocks, threads, bytes, stream_>>>(f);
+    check_cuda(cudaGetLastError());
   }
   std::size_t most_block_memory() const {
     int device = 0, bytes = 0;
@@ -338,14 +327,6 @@ class CudaExecutor {
     check_cuda(cudaStreamWaitEvent(stream_, join_, 0));
   }
 
-  /// The kernels that f starts follow others: each is brought to its place while the one before it ends.
-  template <class F>
-  void in_a_row(F f) const {
-    const bool before = std::exchange(in_a_row_, true);
-    f();
-    in_a_row_ = before;
-  }
-
   template <class F>
   double seconds(F f) const {
     cudaEvent_t start = nullptr, end = nullptr;
@@ -364,22 +345,6 @@ class CudaExecutor {
   }
 
  private:
-  template <class... Parameters, class... Arguments>
-  void start(void (*kernel)(Parameters...), unsigned blocks, unsigned threads, std::size_t bytes,
-             Arguments... arguments) const {
-    cudaLaunchAttribute row{};
-    row.id = cudaLaunchAttributeProgrammaticStreamSerialization;
-    row.val.programmaticStreamSerializationAllowed = 1;
-    cudaLaunchConfig_t launch{};
-    launch.gridDim = blocks;
-    launch.blockDim = threads;
-    launch.dynamicSmemBytes = bytes;
-    launch.stream = stream_;
-    launch.attrs = &row;
-    launch.numAttrs = in_a_row_ ? 1 : 0;
-    check_cuda(cudaLaunchKernelEx(&launch, kernel, static_cast<Parameters>(arguments)...));
-  }
-
   void copy_words(void* to, const void* from, std::size_t bytes) const {
     auto* target = static_cast<int*>(to);
     const auto* source = static_cast<const int*>(from);
@@ -413,7 +378,6 @@ class CudaExecutor {
 
   static constexpr std::size_t pinned_size = 1 << 16;
   mutable cudaStream_t stream_ = nullptr;
-  mutable bool in_a_row_ = false;
   cudaStream_t recorder_ = nullptr, beside_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
   void* pinned_ = nullptr;

@@ -179,12 +179,6 @@ class HostExecutor {
     g();
   }
 
-  /// f starts kernels that follow each other, and another before them: a device then starts them faster.
-  template <class F>
-  void in_a_row(F f) const {
-    f();
-  }
-
   /// Seconds that f's kernels take.
   template <class F>
   double seconds(F f) const {

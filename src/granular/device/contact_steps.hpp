@@ -351,7 +351,7 @@ struct ContactSteps {
 /// Finds the active pairs of a step: those few that may matter are put together first.
 template <class Law>
 struct FindActive {
-  static constexpr int a_block = 512;
+  static constexpr int a_block = 128;
   ContactSteps<Law> steps;
   int blocks;
 
@@ -365,7 +365,7 @@ struct FindActive {
     for (long first = static_cast<long>(b) * a_block; first < pairs; first += static_cast<long>(blocks) * a_block) {
       const int begin = static_cast<int>(first), now = pairs - begin < a_block ? pairs - begin : a_block;
       block.each(1, [&](int) { *count = 0; });
-      block.template each<4>(now, [&](int k) {
+      block.each(now, [&](int k) {
         if (steps.may_matter(begin + k)) kept[parallel::take_place(count)] = begin + k;
       });
       block.each(*count, [&](int a) { steps.find_active(kept[a]); });

@@ -357,9 +357,7 @@ class GasOn final : public DeviceGas {
   template <class Law>
   void outer_step(const Law& law, int inner) {
     enter(law);
-    run_->in_a_row([&] {
-      for (int step = 0; step < inner; ++step) step_contacts(law, step, step == inner - 1);
-    });
+    for (int step = 0; step < inner; ++step) step_contacts(law, step, step == inner - 1);
     look_at_contacts(law);
     if (sums_) sums_->evaluate(charges_.data(), partners_.view(), options_.exchanges);
     finish();
@@ -370,7 +368,7 @@ class GasOn final : public DeviceGas {
     const Found* found = found_.device();
     const int n = n_;
     // How many there are is known on the device alone.
-    const int blocks = n / FindActive<Law>::a_block + 1;
+    const int blocks = 2 * n / FindActive<Law>::a_block + 1;
     run_->template for_each_block<128>(blocks, FindActive<Law>::bytes, FindActive<Law>{steps, blocks});
     run_->template for_each<64>(n, [=] LICHTENBERG_HOST_DEVICE(int a) {
       for (; a < found->active; a += n) steps.push_halfway(a);

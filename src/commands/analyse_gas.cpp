@@ -152,7 +152,7 @@ void print_last(const GasFrame& f) {
 }
 
 /// How a size grows after the warm-up.
-struct Growth {
+struct SizeGrowth {
   std::vector<int> index;             ///< of the frames that count, in which there are aggregates
   std::vector<double> time, slope{};  ///< since the warm-up; local exponents
   std::optional<analysis::ShiftedPower> fit;
@@ -160,8 +160,8 @@ struct Growth {
 
 constexpr std::size_t fewest_of_growth = 5;
 
-Growth growth_of(const AnalysedGas& run, const GasFrames& frames, double (*size)(const GasFrame&)) {
-  Growth growth;
+SizeGrowth size_growth(const AnalysedGas& run, const GasFrames& frames, double (*size)(const GasFrame&)) {
+  SizeGrowth growth;
   std::vector<double> sizes;
   for (std::size_t k = 0; k < frames.size(); ++k)
     if (const double s = size(frames[k]); frames[k].time > run.warm_up && s > 1) {
@@ -176,7 +176,7 @@ Growth growth_of(const AnalysedGas& run, const GasFrames& frames, double (*size)
 double aggregate_of(const GasFrame& f) { return f.contact.sizes.aggregate; }
 double dense_size_of(const GasFrame& f) { return f.gas.density.mean_size(); }
 
-void print_growth(const Growth& growth, const std::string& what) {
+void print_growth(const SizeGrowth& growth, const std::string& what) {
   if (growth.time.size() < fewest_of_growth)
     return fmt::print("{:<15}too few frames of aggregates after the warm-up for a fit\n", what);
   const double slope = growth.slope.back();
@@ -187,7 +187,7 @@ void print_growth(const Growth& growth, const std::string& what) {
     fmt::print("{:<15}faster or slower than any power of a shifted time; last local slope {:.3f}\n", what, slope);
 }
 
-nlohmann::ordered_json json_of(const Growth& growth) {
+nlohmann::ordered_json json_of_growth(const SizeGrowth& growth) {
   if (growth.time.size() < fewest_of_growth) return {{"missing", "fewer than five frames of aggregates to fit"}};
   if (!growth.fit) return {{"missing", "faster or slower than any power of a shifted time"}};
   return {{"amplitude", growth.fit->amplitude}, {"shift", growth.fit->shift},  {"exponent", growth.fit->exponent},
@@ -204,7 +204,7 @@ std::optional<GasCourse> course_in(const std::string& path) {
 }
 
 /// Why columns are not there, or have no number.
-nlohmann::ordered_json reasons(const AnalysedGas& run) {
+nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
   nlohmann::ordered_json json{{"fractal_dimension",
                                "fewer than five clusters of six grains and more that do not reach around the box, or "
                                "all of one size"},
@@ -262,7 +262,8 @@ AnalysedGas GasAnalyser::run() const {
 std::vector<GasFrame> GasAnalyser::all() const {
   std::vector<GasFrame> found;
   for (int k = 0; k < result_.frames(); ++k) found.push_back(one(k));
-  const Growth aggregates = growth_of(run(), found, aggregate_of), dense = growth_of(run(), found, dense_size_of);
+  const SizeGrowth aggregates = size_growth(run(), found, aggregate_of),
+                   dense = size_growth(run(), found, dense_size_of);
   for (std::size_t k = 0; k < aggregates.index.size(); ++k)
     found[aggregates.index[k]].aggregate_slope = aggregates.slope[k];
   for (std::size_t k = 0; k < dense.index.size(); ++k) found[dense.index[k]].density_slope = dense.slope[k];
@@ -419,8 +420,8 @@ void print_analysis(const AnalysedGas& run, const GasFrames& frames) {
   print_last(frames.back());
   if (frames.size() == 1) return;
   fmt::print("\ngrowth after the warm-up of {:g} t0\n", run.warm_up);
-  print_growth(growth_of(run, frames, aggregate_of), "aggregates");
-  print_growth(growth_of(run, frames, dense_size_of), "dense cells: S");
+  print_growth(size_growth(run, frames, aggregate_of), "aggregates");
+  print_growth(size_growth(run, frames, dense_size_of), "dense cells: S");
 }
 
 void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
@@ -436,10 +437,10 @@ void print_analysis_json(const AnalysedGas& run, const GasFrames& frames) {
                               {"charge_by_speed_bins", {0, fastest_of_charges}},
                               {"speed_bins", {speeds.low, speeds.high}},
                               {"charge_bins", {charges.low, charges.high}}};
-  json["growth"] = {{"aggregates", json_of(growth_of(run, frames, aggregate_of))},
-                    {"dense_cells", json_of(growth_of(run, frames, dense_size_of))}};
+  json["growth"] = {{"aggregates", json_of_growth(size_growth(run, frames, aggregate_of))},
+                    {"dense_cells", json_of_growth(size_growth(run, frames, dense_size_of))}};
   json["notes"] = run.notes;
-  json["null"] = reasons(run);
+  json["null"] = missing_reasons(run);
   add_frames(json, columns_of(run, frames), frames);
   fmt::print("{}\n", json.dump(1));
 }

@@ -77,18 +77,27 @@ void FarField::cell_interaction(const LatticeSum& lattice, const Cells& cells, i
   value[0] = value[0].real();
 }
 
-/// Spectra of G_n over all distances of two cells.
+/// Spectra of G_n over all distances of two cells. The lattice is its own mirror image across both axes: a distance to
+/// the left has the conjugate of (-1)^n times the value to the right, one downward the conjugate of that upward.
 void FarField::make_kernel(const LatticeSum& lattice, const Cells& cells) {
   const int count = 2 * order_ + 1;
   std::vector<Complex> value(count);
-  for (int j = 0; j < rows_; ++j)
-    for (int i = 0; i < columns_; ++i) {
-      const int di = i < nx_ ? i : i - columns_, dj = j < ny_ ? j : j - rows_;
-      double sign = 1;
-      if (di != i) sign *= mirrors_.period_sign_x();
-      if (dj != j) sign *= mirrors_.period_sign_y();
+  const auto put = [&](int di, int dj) {
+    const int i = di < 0 ? di + columns_ : di, j = dj < 0 ? dj + rows_ : dj;
+    double sign = 1, turn = di < 0 ? -1 : 1;
+    if (di < 0) sign *= mirrors_.period_sign_x();
+    if (dj < 0) sign *= mirrors_.period_sign_y();
+    const bool conjugate = (di < 0) != (dj < 0);
+    for (int n = 0; n < count; ++n, sign *= turn)
+      plane(n)[at(i, j)] = sign * multiply(conjugate ? std::conj(value[n]) : value[n], twist(i, j));
+  };
+  for (int dj = 0; dj <= ny_; ++dj)
+    for (int di = 0; di <= nx_; ++di) {
       cell_interaction(lattice, cells, di, dj, value);
-      for (int n = 0; n < count; ++n) plane(n)[at(i, j)] = sign * multiply(value[n], twist(i, j));
+      if (di < nx_ && dj < ny_) put(di, dj);
+      if (di > 0 && dj < ny_) put(-di, dj);
+      if (di < nx_ && dj > 0) put(di, -dj);
+      if (di > 0 && dj > 0) put(-di, -dj);
     }
   const FftwPlan transform = plan(count, FFTW_FORWARD);
   fftw_execute(transform.get());

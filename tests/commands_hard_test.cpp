@@ -134,16 +134,6 @@ TEST_CASE("conductors held at two potentials that a resistor joins end the run i
   CHECK_FALSE(contains(ended.err, "too soft"));
 }
 
-TEST_CASE("a contact whose resistance lets charge pass too slowly is blamed, and not Young's modulus") {
-  const Folder folder;
-  std::string floating = replaced(falling_wire, "group = \"wire\"\n", "charge = 1e-9\n");
-  floating = replaced(floating, "[[group]]\nname = \"wire\"\npotential = 5954.5\n", "");
-  folder.write("scene.toml", replaced(floating, "6e7", "1e16"));
-  const Ended ended = run_within_a_minute(folder, "run scene.toml --quiet");
-  check_refused(ended, 1, "lower the resistance in [effects.contact_resistance]");
-  CHECK_FALSE(contains(ended.err, "too soft"));
-}
-
 TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
   const Folder folder;
   // One frame in a thousand simulated seconds, which takes hours.
@@ -199,11 +189,11 @@ TEST_CASE("one supply behind a resistor beside neutral conductors is a scene, in
   CHECK_FALSE(contains(ended.out, "nan"));
 }
 
-TEST_CASE("results never take the place of a pipe, a device or a link") {
+TEST_CASE("results never take the place of a pipe or a link") {  // no device: where this fails as root it would be gone
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   REQUIRE(run_shell(folder, "mkfifo pipe; ln -s elsewhere link").status == 0);
-  for (const std::string file : {"pipe", "link", "/dev/null"})
+  for (const std::string file : {"pipe", "link"})
     for (const std::string how : {"", " --overwrite"})
       check_refused(run_program(folder, "run scene.toml --out " + file + how), 2, file + " is no plain file");
   CHECK(std::filesystem::is_fifo(folder / "pipe"));

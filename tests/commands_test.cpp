@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
+#include <tuple>
 
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
@@ -92,8 +94,8 @@ TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to
 TEST_CASE("help explains the program, a command and the scene") {
   const Ended program = run("help");
   CHECK(program.status == 0);
-  for (const std::string command :
-       {"run", "solve", "explain", "plot", "film", "view", "export", "analyse", "network", "work-precision", "ensemble", "help", "--petsc"})
+  for (const std::string command : {"run", "solve", "explain", "plot", "film", "view", "export", "analyse", "network",
+                                    "work-precision", "ensemble", "help", "--petsc"})
     CHECK(contains(program.out, command));
   CHECK(contains(run("help solve").out, "--capacitance"));
   CHECK(run("solve --help").out == run("help solve").out);
@@ -112,8 +114,8 @@ TEST_CASE("solve --json: the two disks of the shipped scene") {
   const json answer = json::parse(result.out);
   std::vector<std::string> fields;
   for (const auto& [key, value] : answer.items()) fields.push_back(key);
-  CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "energy", "iterations", "method", "residual",
-                                           "seconds", "unknowns", "work"});
+  CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "depth", "electrodes", "energy", "iterations",
+                                           "method", "residual", "seconds", "units", "unknowns", "work"});
   REQUIRE(answer["conductors"].size() == 2);
   const json& held = answer["conductors"][0];
   const json& floating = answer["conductors"][1];
@@ -393,6 +395,9 @@ TEST_CASE("--set changes keys of any scene that a command reads, texts without t
   check_refused(run(folder, "solve small.toml --set field.cell=32"), "the nearest known key is field.cells");
   check_refused(run(folder, "solve small.toml --set field.cells=-1"), "small.toml: field.cells = -1 is not allowed");
   check_refused(run(folder, "solve small.toml --set conductor[1].radius=0"), "conductor.radius = 0 is not allowed");
+  check_refused(run(folder, "solve small.toml --set field.accuracy=1e-3"), "field.cells is chosen for field.accuracy");
+  check_refused(run(folder, "solve small.toml --set field.accuracy=1e-3 --set field.cells=32"),
+                "small.toml: field.cells is chosen for field.accuracy");
   check_refused(run(folder, "solve small.toml --set field.cells"), "a key and its value are wanted");
 }
 
@@ -438,4 +443,105 @@ TEST_CASE("a box in space has three lengths, on the screen and in the file") {
   REQUIRE(run(folder, "run cube.toml --quiet").status == 0);
   CHECK(hdf5::get<double>(hdf5::load(folder / "cube.h5"), "scene/domain/size") ==
         std::vector<double>{0.01, 0.02, 0.03});
+}
+
+/// Two sides of a box as the plates of a capacitor, 16 x 8 mm, 2 mm deep.
+const std::string plates = R"(
+  [domain]
+  size = [16e-3, 8e-3]
+  bottom = { potential = 0.0 }
+  top = { potential = 100.0 }
+  [medium]
+  permittivity = 4e-11
+  depth = 2e-3
+  [effects.floating_conductors]
+  [field]
+  cells = 64
+)";
+
+TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and the capacitance that it must") {
+  const Folder folder;
+  folder.write("plates.toml", plates);
+  const double capacitance = 4e-11 * 16e-3 * 2e-3 / 8e-3;  // the field is uniform: exact but for the solver's tolerance
+  const json answer = json::parse(run(folder, "solve plates.toml --capacitance --json").out);
+  CHECK(answer["conductors"].empty());
+  CHECK(answer["depth"] == 2e-3);
+  CHECK(answer["units"]["charge"] == "C");
+  REQUIRE(answer["electrodes"].size() == 2);
+  CHECK(answer["electrodes"][0]["name"] == "the bottom side of the domain");
+  CHECK(answer["electrodes"][1]["charge"].get<double>() == near(100 * capacitance, 1e-6));
+  const json& matrix = answer["capacitance"]["matrix"];
+  CHECK(matrix[0][0].get<double>() == near(capacitance, 1e-6));
+  CHECK(matrix[0][1].get<double>() == near(-capacitance, 1e-6));
+  const std::string table = run(folder, "solve plates.toml").out;
+  CHECK(contains(table, "the top side of the domain"));
+  CHECK(contains(table, "depth       0.002 m"));
+  CHECK(contains(run(folder, "explain plates.toml").out, "none: without conductors nothing moves"));
+  check_refused(run(folder, "run plates.toml"), "`lichtenberg solve` solves its field");
+  folder.write("moving.toml", plates + "[effects.stokes_drag]\n");
+  check_refused(run(folder, "solve moving.toml --set medium.viscosity=1"), "the scene has no conductors");
+  folder.write("empty.toml",
+               replaced(replaced(plates, "top = { potential = 100.0 }", ""), "bottom = { potential = 0.0 }", ""));
+  check_refused(run(folder, "solve empty.toml"), "nothing makes a field");
+}
+
+TEST_CASE("four electrodes and no conductor: what leaves one arrives at the others") {
+  const Folder folder;
+  std::string scene = "domain = { size = [16e-3, 16e-3] }\nmedium = { permittivity = 4e-11 }\n";
+  for (const auto& [x, y, potential] : {std::tuple{4, 4, 0}, {12, 4, 50}, {4, 12, 100}, {12, 12, -30}})
+    scene += fmt::format("[[electrode]]\nshape = \"disk\"\ncentre = [{}e-3, {}e-3]\nradius = 1e-3\npotential = {}\n", x,
+                         y, potential);
+  folder.write("four.toml", scene + "[effects.floating_conductors]\n");
+  const json answer = json::parse(run(folder, "solve four.toml --json").out);
+  double sum = 0, largest = 0;
+  for (const json& electrode : answer["electrodes"]) {
+    const double charge = electrode["charge"];
+    sum += charge;
+    largest = std::max(largest, std::abs(charge));
+  }
+  CHECK(answer["electrodes"].size() == 4);
+  CHECK(std::abs(sum) < 1e-7 * largest);  // an insulated box holds no charge but what its bodies have; tolerance 1e-8
+  CHECK(answer["depth"] == 1);
+}
+
+TEST_CASE("a conductor that is held stays, and the other moves") {
+  const Folder folder;
+  std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  held = true") +
+                      "[effects.stokes_drag]\n[output]\nevery = 0.05\npicture = false\n[stop]\ntime = 0.1\n";
+  folder.write("small.toml", scene);
+  REQUIRE(run(folder, "run small.toml --quiet --set medium.viscosity=0.7").status == 0);
+  const auto position =
+      hdf5::get<double>(hdf5::load(folder / "small.h5"), "particles/conductors/position/value");  // 3 frames of 2
+  for (const int frame : {1, 2}) {
+    CHECK(position[6 * frame] == 5e-3);
+    CHECK(position[6 * frame + 1] == 8e-3);
+    CHECK(position[6 * frame + 4] != 8e-3);
+  }
+  folder.write("fast.toml", replaced(scene, "held = true", "held = true\n  velocity = [1.0, 0.0]"));
+  check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
+                "conductor.velocity is not allowed for a conductor that is held");
+}
+
+TEST_CASE("cells fit the box, or the message says which would") {
+  const Folder folder;
+  folder.write("small.toml", replaced(replaced(small_scene, "[16e-3, 16e-3]", "[16e-3, 12.5e-3]"), "cells = 64", ""));
+  CHECK(contains(run(folder, "explain small.toml").out, "grid                 512 x 400 cells"));
+  folder.write("other.toml", replaced(replaced(small_scene, "[16e-3, 16e-3]", "[15e-3, 12.5e-3]"), "cells = 64", ""));
+  CHECK(contains(run(folder, "explain other.toml").out, "grid                 516 x 430 cells"));
+  check_refused(run(folder, "explain other.toml --set field.cells=64"), "field.cells = 60 or 66 would do");
+}
+
+TEST_CASE("help of a part of a scene, of a key, and in lines that fit a screen") {
+  const std::string field = run("help scene field").out;
+  CHECK(field.starts_with("[field]\n"));
+  CHECK(contains(field, "linear_solver"));
+  CHECK_FALSE(contains(field, "viscosity"));
+  CHECK(run("help scene leakage").out.starts_with("[effects.leakage]"));
+  const std::string key = run("help scene field.cells").out;
+  CHECK(contains(key, "cells"));
+  CHECK_FALSE(contains(key, "tolerance"));
+  check_refused(run("help scene feild"), "the nearest is field");
+  check_refused(run("help run field"), "only `help scene` has parts");
+  std::istringstream lines(run("help scene").out);
+  for (std::string line; std::getline(lines, line);) CHECK_MESSAGE(line.size() <= 100, line);
 }

@@ -189,6 +189,10 @@ double Electrics::charge_error(double time) const {
                                                   resistor_current_[k], now, noise));
   }
   const double tolerance = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
+  // Charges that are but the noise of potentials, where nothing drives any, are not worth a step.
+  const double no_charge =
+      scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_potential;
+  largest_charge = std::max(largest_charge, no_charge);
   return worst == 0 ? 0 : worst / (tolerance * largest_charge);
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,6 +17,11 @@ namespace lichtenberg {
 namespace {
 
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
+
+/// In place of a line: what was set elsewhere (--set) is there, too.
+constexpr int not_in_the_file = std::numeric_limits<int>::max();
+
+int noted_line(const toml::node& node) { return line_of(node) > 0 ? line_of(node) : not_in_the_file; }
 
 /// What a message says was found: the value, if that is short.
 std::string found(const toml::node& node) {
@@ -38,14 +44,14 @@ class Reader {
 
  private:
   void read_table(const Table& table, const toml::table& node) {
-    draft_.lines[table.path] = line_of(node);
+    draft_.lines[table.path] = noted_line(node);
     table.open(draft_, line_of(node));
     for (const auto& [name, value] : node) {
       const std::string path = path_in(table, name.str());
       if (const Table* inner = schema_.find_table(path)) {
         read_inner_table(*inner, value);
       } else if (const Key* key = find_key(table, name.str())) {
-        draft_.lines[path] = line_of(value);
+        draft_.lines[path] = noted_line(value);
         read_key(path, *key, value);
       } else {
         refuse_unknown(path, static_cast<int>(name.source().begin.line));
@@ -153,7 +159,7 @@ std::string read_text(const std::string& path) {
 }  // namespace
 
 std::string place_in(const std::string& path, int line) {
-  return line > 0 ? fmt::format("{}:{}: ", path, line) : path + ": ";
+  return line > 0 && line != not_in_the_file ? fmt::format("{}:{}: ", path, line) : path + ": ";
 }
 
 void refuse(const std::string& path, int line, const std::string& sentence) {

@@ -146,7 +146,8 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
   });
   rescale(static_cast<std::ptrdiff_t>(cells_), groups);
   // What couplings to given potentials have in x'Ax is no measure of the field.
-  return level_->is_coupled() ? std::abs(factor) * std::sqrt(of_field) : std::sqrt(factor * product);
+  const double not_negative = std::max(of_field, 0.0);  // where there is no field rounding may make it less
+  return level_->is_coupled() ? std::abs(factor) * std::sqrt(not_negative) : std::sqrt(factor * product);
 }
 
 void CutCellOperator::right_hand_side(const LaplaceProblem& problem, double* b, double scale) const {

@@ -545,3 +545,20 @@ TEST_CASE("help of a part of a scene, of a key, and in lines that fit a screen")
   std::istringstream lines(run("help scene").out);
   for (std::string line; std::getline(lines, line);) CHECK_MESSAGE(line.size() <= 100, line);
 }
+
+TEST_CASE("bash completes commands, options and files; man has a page") {
+  const Folder folder;
+  const auto completed = [&](const std::string& words) {
+    return run_shell(folder, "LICHTENBERG help completion >completion.sh; bash -c 'source completion.sh; COMP_WORDS=(" +
+                                 words +
+                                 "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _lichtenberg; echo ${COMPREPLY[@]}'")
+        .out;
+  };
+  CHECK(completed("lichtenberg ana") == "analyse\n");
+  CHECK(completed("lichtenberg run --res") == "--resume\n");
+  CHECK(completed("lichtenberg run compl") == "completion.sh\n");
+  const std::string page = run("help man").out;
+  CHECK(page.starts_with(".TH LICHTENBERG 1"));
+  CHECK(contains(page, ".SS run SCENE [OPTIONS]"));
+  CHECK(contains(page, "\\-\\-resume"));
+}

@@ -20,6 +20,7 @@
 #include "solvers/parallel/petsc.hpp"
 #include "solvers/parallel/processes.hpp"
 #include "src/commands/commands.hpp"
+#include "src/commands/self_description.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
@@ -88,7 +89,9 @@ std::string help_text(const CLI::App& program, const std::string& topic, const s
   if (topic.empty())
     return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
   if (topic == "scene") return scene_help(part);
-  std::vector<std::string> topics{"scene"};
+  if (topic == "completion") return bash_completion(all_commands());
+  if (topic == "man") return manual_page(all_commands());
+  std::vector<std::string> topics{"scene", "completion", "man"};
   for (const CLI::App* command : program.get_subcommands({})) {
     if (command->get_name() == topic) return command->help(program.get_name());
     topics.push_back(command->get_name());
@@ -102,7 +105,7 @@ Command help_command(const CLI::App& program) {
   auto& [topic, part] = *words;
   return {"help",
           "Explains a command, or with `help scene` every key of a scene file",
-          {{"TOPIC", &topic, "a command, or scene"},
+          {{"TOPIC", &topic, "a command, scene, completion (a script for bash) or man (a manual page)"},
            {"PART", &part, "of a scene: a table, an effect or a key, as in `help scene field`"}},
           [&program, words] { fmt::print("{}", help_text(program, (*words)[0], (*words)[1])); }};
 }

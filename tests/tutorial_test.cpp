@@ -1,0 +1,74 @@
+// Every line of the tutorial, in its order, as a reader would type it.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "src/record/hdf5.hpp"
+#include "tests/program.hpp"
+#include "tests/source_folder.hpp"
+
+using namespace lichtenberg;
+
+namespace {
+
+const std::string program = "    ./lichtenberg ";
+
+/// Runs what the tutorial says and writes the files that it shows. Returns what the last command that begins so
+/// printed.
+struct Reader {
+  Folder folder;
+  int commands = 0;
+  std::map<std::string, Ended> ended;
+
+  void follow(const std::string& text) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      if (line == "```toml") write_file(lines);
+      if (line.starts_with(program)) run(line.substr(program.size()));
+    }
+  }
+
+  void write_file(std::istringstream& lines) {
+    std::string name, text;
+    std::getline(lines, name);
+    REQUIRE(name.starts_with("# "));
+    for (std::string line; std::getline(lines, line) && line != "```";) text += line + "\n";
+    folder.write(name.substr(2), text);
+  }
+
+  void run(const std::string& arguments) {
+    ended[arguments] = run_program(folder, arguments);
+    ++commands;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("each command of the tutorial does what its text says") {
+  Reader reader;
+  std::filesystem::create_directory_symlink(source_folder() + "/scenes", reader.folder / "scenes");
+  reader.follow(text_of(source_folder() + "/TUTORIAL.md"));
+  CHECK(reader.commands == 14);
+  for (const auto& [arguments, ended] : reader.ended) {
+    const bool refused = arguments == "solve scenes/two-disks.toml --set field.accuracy=1e-3";
+    CHECK_MESSAGE(ended.status == (refused ? 2 : 0), arguments << ": " << ended.err);
+    if (refused) CHECK(contains(ended.err, "is chosen for field.accuracy"));
+  }
+  const auto printed = [&](const std::string& arguments) { return reader.ended.at(arguments).out; };
+  CHECK(contains(printed("solve scenes/two-disks.toml --capacitance"), "652.1"));
+  CHECK(contains(printed("solve plates.toml --capacitance"), "2.49688"));
+  CHECK(nlohmann::json::parse(printed("solve scenes/two-disks.toml --set field.cells=128 --json"))["units"]["charge"] ==
+        "C");
+  for (const std::string picture : {"own.png", "own-3.png"})
+    CHECK(text_of(reader.folder / picture).starts_with("\x89PNG"));
+  const auto frames = [&](const std::string& result) {
+    return hdf5::get<double>(hdf5::load(reader.folder / result), "particles/conductors/position/time").size();
+  };
+  CHECK(frames("own.h5") == 16);
+  CHECK(frames("thicker.h5") == 11);
+  CHECK(nlohmann::json::parse(text_of(reader.folder / "own-ensemble/ensemble.json"))["members"].size() == 4);
+}

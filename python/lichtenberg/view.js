@@ -725,5 +725,4 @@ async function start() {
   }
 }
 
-if (typeof document !== "undefined") start();
-else module.exports = { summed, shades, setShades, rangeOf, roundLength, nearestIndex, times, table, Camera };
+start();

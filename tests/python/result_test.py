@@ -1,5 +1,6 @@
 """The Python package reads what the program wrote, and calls it."""
 import os
+import re
 import shutil
 import unittest
 
@@ -90,6 +91,19 @@ class ResultTest(unittest.TestCase):
             os.replace(other, index)
             with self.assertRaisesRegex(lichtenberg.InputError, "load it again"):
                 result["charge"]
+
+
+class ReadmeTest(unittest.TestCase):
+    def test_its_lines_do_what_they_say(self):
+        lines = re.search(r"```python\n(.*?)```", (runs.HOME / "python/README.md").read_text(), re.DOTALL).group(1)
+        for name in ("dendrite.h5", "dendrite.html"):
+            lines = lines.replace(name, str(runs.FOLDER / name))
+        shutil.copy(runs.seedling(), runs.FOLDER / "dendrite.h5")
+        names = {}
+        exec(lines.replace("scenes/", f"{runs.HOME}/scenes/"), names)
+        self.assertEqual(names["last"]["position"].shape, (36, 3))
+        for written in ("dendrite.html", "dendrite.xyz"):
+            self.assertGreater((runs.FOLDER / written).stat().st_size, 10_000)
 
 
 class SolveTest(unittest.TestCase):

@@ -86,11 +86,11 @@ std::vector<std::string> DrawnFrames::options() const {
   return words;
 }
 
-void check_bytes(const std::string& path) {
+void check_bytes(const std::string& path, const std::string& done) {
   try {
-    ResultFile(path, "drawn");
+    ResultFile(path, done);
   } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged and cannot be drawn ({})", path, error.what()));
+    throw InputError(fmt::format("{} is damaged and cannot be {} ({})", path, done, error.what()));
   }
 }
 

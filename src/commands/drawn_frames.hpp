@@ -26,7 +26,8 @@ struct DrawnFrames {
 /// InputError unless all are frames of `path`, which has `count`.
 std::vector<int> listed_frames(const std::string& written, const std::string& path, int count);
 
-/// Throws InputError if the result is damaged: Python's HDF5 would crash on some such files.
-void check_bytes(const std::string& path);
+/// Throws InputError, with what was to be `done`, if the result is damaged: Python's HDF5 would crash on some such
+/// files.
+void check_bytes(const std::string& path, const std::string& done = "drawn");
 
 }  // namespace lichtenberg

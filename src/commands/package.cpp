@@ -1,26 +1,12 @@
 #include "src/commands/package.hpp"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <vector>
 
-#include "solvers/error.hpp"
 #include "src/commands/draw.hpp"
-#include "src/record/result_file.hpp"
+#include "src/commands/drawn_frames.hpp"
 
 namespace lichtenberg {
-namespace {
-
-void check_result(const std::string& path, const std::string& done) {
-  try {
-    ResultFile(path, done);
-  } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged and cannot be {} ({})", path, done, error.what()));
-  }
-}
-
-}  // namespace
 
 Argument frames_argument(PackageRequest& request) {
   return {"--frames", &request.frames,
@@ -28,7 +14,7 @@ Argument frames_argument(PackageRequest& request) {
 }
 
 void become_package(const std::string& command, const std::string& done, const PackageRequest& request) {
-  if (!std::filesystem::is_directory(request.result)) check_result(request.result, done);
+  if (!std::filesystem::is_directory(request.result)) check_bytes(request.result, done);
   std::vector<std::string> words{command, request.result};
   if (!request.format.empty()) words.insert(words.end(), {"--to", request.format});
   if (!request.out.empty()) words.insert(words.end(), {"--out", request.out});

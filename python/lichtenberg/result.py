@@ -171,13 +171,16 @@ class Result:
 
     @property
     def dimension(self):
-        return 3 if "height" in self.file["scene/domain"] else 2
+        domain = self.file["scene/domain"]
+        return 3 if "height" in domain else len(domain["size"])
 
     @cached_property
     def size(self):
         """[2] or [3] of the domain, whose lower corner is the origin."""
         domain = self.file["scene/domain"]
-        lengths = [*domain["size"][()], *([domain["height"][()]] if self.dimension == 3 else [])]
+        lengths = [*domain["size"][()]]
+        if len(lengths) < self.dimension:  # files of earlier versions have the third apart
+            lengths.append(domain["height"][()])
         return Array(lengths, unit_of(domain["size"]))
 
     @cached_property

@@ -173,7 +173,7 @@ def electrodes_of(result):
     scene = result.file["scene"]
     if result.dimension == 3:
         return []
-    width, height = scene["domain/size"][()]
+    width, height = result.size
     ends = [(0, 0, 0, height), (width, 0, width, height), (0, 0, width, 0), (0, height, width, height)]
     shapes = []
     domain = scene["domain"]

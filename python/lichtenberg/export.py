@@ -215,18 +215,20 @@ def as_list(values):
 
 
 def export_ensemble(source, to, out, frames, overwrite):
-    """members.csv, a row a run, and points.csv, a row a setting with means and half widths of 95 % confidence."""
-    path = Path(source) / "ensemble.json"
-    if not path.exists():
+    """members.csv, a row a run, and points.csv, a row a setting with means and half widths of 95 % confidence; with -2 and so
+    on of further sweeps in the folder."""
+    tables = sorted(Path(source).glob("ensemble*.json"))
+    if not tables:
         raise InputError(f"{source} is a folder without ensemble.json: give a result file, or the folder of an ensemble")
     if to != "csv" or frames is not None:
         raise InputError(f"{source} is an ensemble, which has csv alone and no frames; its members are result files")
     out = out or default_output(source, "-csv")
     check_output(out, overwrite, folder=True)
-    ensemble = json.loads(path.read_text())
     folder = make_folder(out)
-    write_records(folder / "members.csv", [flat(member) for member in ensemble["members"]])
-    write_records(folder / "points.csv", [flat(point) for point in ensemble["points"]])
+    for path in tables:
+        ensemble = json.loads(path.read_text())
+        for rows in ("members", "points"):
+            write_records(folder / f"{rows}{path.stem.removeprefix('ensemble')}.csv", [flat(entry) for entry in ensemble[rows]])
     return out
 
 

@@ -3,6 +3,7 @@ import csv
 import importlib.util
 import os
 import re
+import shutil
 import unittest
 import xml.etree.ElementTree
 
@@ -158,6 +159,8 @@ class CsvTest(unittest.TestCase):
         self.assertEqual(status, 0, complaint)
         folder = exported(runs.FOLDER / "both", "csv")
         self.assertEqual(len(rows_of(folder / "members.csv")), 2)
+        shutil.copy(runs.FOLDER / "both/ensemble.json", runs.FOLDER / "both/ensemble-2.json")
+        self.assertEqual(rows_of(exported(runs.FOLDER / "both", "csv") / "points-2.csv"), rows_of(folder / "points.csv"))
         points = rows_of(folder / "points.csv")
         self.assertEqual(points[0]["runs"], "2")
         self.assertTrue(any(re.fullmatch(r"quantities\..*\.half_width", title) for title in points[0]))

@@ -560,8 +560,8 @@ class GasOn final : public DeviceGas {
     quanta_.impulse = std::ldexp(1.0, power(heaviest) - 52);
     quanta_.shift = std::ldexp(1.0, power(heaviest) - 54);
   }
-  /// Acceleration by a contact of two that meet at this speed: if nothing were lost, the overlap would be a third of
-  /// the way that they fly meanwhile.
+  /// Acceleration that a contact of two that meet at this speed does not exceed: even if nothing is lost, the overlap
+  /// is less than half of the way that they would fly meanwhile.
   double hardest_push(double speed) const {
     if (!(speed > 0)) return 0;
     const double overlap = 0.5 * speed * shortest_contact(law_, speed);

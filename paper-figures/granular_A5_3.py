@@ -41,7 +41,8 @@ def main():
     save_claims("granular_A5_3", [
         claim("density where charge changes sign (a quarter of the cells), over the mean, at the end", "G A5.3",
               "dense there", f"{ratio:.2f}", "agrees" if ratio > 1.05 else "differs",
-              "restitution .7 and R = .9 at the start; the source states no parameters")])
+              "charge goes with the mass: where it is dense there is charge, of one sign; restitution .7, R = .9, one noise: the "
+              "source states no parameters")])
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ TEST_CASE("a gas is run, analysed and drawn") {
   CHECK(contains(run_program(folder, "analyse gas.h5 --frame 2").out, "frame 2 at t = 0.5 t0"));
   CHECK(run_program(folder, "plot gas.h5 --frame 1").out == "gas-frame-1-charge.png shows frame 1 by charge\n");
   CHECK(run_program(folder, "plot gas.h5 --series --out curves.svg").status == 0);
-  CHECK(contains(text_of(folder / "curves.svg"), "homogeneous and neutral"));
+  CHECK(contains(text_of(folder / "curves.svg"), "relative to it"));  // too few grains for theory
 }
 
 TEST_CASE("what a gas without charges cannot have, it has not") {

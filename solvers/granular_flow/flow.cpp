@@ -64,8 +64,7 @@ std::vector<Fields> evolve(const Gas& gas, const Grid& grid, const Fields& start
   const Ode ode{.rates = std::ref(rates),
                 .absolute = absolute_errors(grid, rates.unknowns(), tolerance),
                 .relative = tolerance,
-                .stiff = true,
-                .conserve = [&](std::span<double> change) { rates.conserve(change); }};
+                .stiff = true};
   std::vector<Fields> found;
   for (const auto& y : integrate(ode, 0, rates.pack(start), times)) found.push_back(rates.unpack(y));
   return found;

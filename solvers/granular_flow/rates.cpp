@@ -259,12 +259,4 @@ void Rates::operator()(double time, std::span<const double> y, std::span<double>
   finish(time, y, rate);
 }
 
-void Rates::conserve(std::span<double> change) const {
-  for (int which = 0; which + 1 < unknowns(); ++which) {
-    const std::span<double> values = part(change, which);
-    const double mean = sum_of(values) / static_cast<double>(size_);
-    for (double& value : values) value -= mean;
-  }
-}
-
 }  // namespace lichtenberg::granular_flow

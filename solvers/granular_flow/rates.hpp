@@ -31,9 +31,6 @@ class Rates {
   /// Not finite where n is not positive.
   void operator()(double time, std::span<const double> y, std::span<double> rate);
 
-  /// Takes from each of n, c and n u its mean.
-  void conserve(std::span<double> change) const;
-
  private:
   struct Side;
   using Around = std::array<std::size_t, 6>;

@@ -65,19 +65,6 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
   return std::ranges::all_of(values(rate), [](double r) { return std::isfinite(r); }) ? 0 : try_shorter;
 }
 
-/// The Jacobian times v, from rates at y and as far from it as a step may be off: CVODE's own difference, but for what
-/// rounding in it would do to conserved sums.
-int jacobian_product(N_Vector v, N_Vector product, double time, N_Vector y, N_Vector rate, void* data, N_Vector work) {
-  auto& self = *static_cast<Integration*>(data);
-  CVodeGetErrWeights(self.memory, work);
-  const double far = 1 / N_VWrmsNorm(v, work);
-  N_VLinearSum(far, v, 1, y, work);
-  if (const int flag = rates(time, work, product, data)) return flag;
-  N_VLinearSum(1 / far, product, -1 / far, rate, product);
-  if (self.ode.conserve) self.ode.conserve(values(product));
-  return 0;
-}
-
 int events(double time, N_Vector y, double* value, void* data) {
   return guarded(data, [&](const Ode& ode) {
     for (const Ode::Value& falls : ode.falls) *value++ = falls(time, values(y));
@@ -99,7 +86,6 @@ void set_solver(Integration& self) {
     constexpr int directions = 20;  // of GMRES
     self.linear_solver = SUNLinSol_SPGMR(self.y, SUN_PREC_NONE, directions, self.context);
     check(self, CVodeSetLinearSolver(self.memory, self.linear_solver, nullptr));
-    check(self, CVodeSetJacTimes(self.memory, nullptr, jacobian_product));
   } else {
     self.solver = SUNNonlinSol_FixedPoint(self.y, 0, self.context);
     check(self, CVodeSetNonlinearSolver(self.memory, self.solver));

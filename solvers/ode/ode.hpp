@@ -15,9 +15,6 @@ struct Ode {
   double relative = 2e-14;       ///< this part of it
   std::vector<Value> falls{};    ///< the first of these to fall through zero ends the integration
   bool stiff = false;            ///< some of it decays much faster than what is looked for; there may be many equations
-  /// Of stiff equations: takes out of a change of y what would change sums that the rates keep, so that solving to a
-  /// tolerance only does not change them either.
-  std::function<void(std::span<double> change)> conserve{};
 };
 
 struct OdeEnd {

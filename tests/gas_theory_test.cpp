@@ -98,7 +98,7 @@ TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theor
   CHECK(numbers == all["columns"]["number_smoluchowski"]["values"]);
   // As long as hardly any have merged, the two theories' numbers are each other's, to second order.
   const double merged = 1 - same.back().get<double>();
-  CHECK(merged > 1e-4);
+  CHECK(merged > 1e-6);
   CHECK(std::abs(numbers.back().get<double>() - same.back().get<double>()) < merged * merged + 1e-8);
   CHECK(all["columns"]["structure"]["values"][0] ==
         near(std::pow(1 - M_PI / 6 * 60 / 216, 4) / std::pow(1 + M_PI / 3 * 60 / 216, 2), 0.05));
@@ -120,15 +120,17 @@ TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, field
   const json& columns = answer["tables"][0]["columns"];
   for (const json& least : columns["coldest"]["values"]) CHECK(least.get<double>() > 0);
   for (const json& least : columns["thinnest"]["values"]) CHECK(least.get<double>() > 0);
-  // The longest shear waves grow at zeta*/4 - eta* k^2 while they are small: twelve cells a wave, (kh)^4/90.
+  // The longest shear waves grow at zeta*/4 - eta* k^2 while they are small, here .01 to .03: their squares, 1e-3, are
+  // what linear theory leaves out, a step's tolerance of 1e-5 is 1e-3 of them, and (kh)^4/90 of twelve cells a wave is
+  // less.
   const json &found = columns["shear_1"]["values"], &linear = columns["linear_shear_1"]["values"];
-  CHECK(found[5].get<double>() > 1.5 * found[0].get<double>());
-  CHECK(found[5].get<double>() == near(linear[5], 0.01));
+  CHECK(found[3].get<double>() > 2 * found[0].get<double>());
+  CHECK(found[3].get<double>() == near(linear[3], 0.02));
   REQUIRE(answer["maps"].size() == 3);
   CHECK(answer["maps"][0]["title"].get<std::string>().starts_with("t/t_0 = 348,"));  // G A5.3
   CHECK(answer["maps"][2]["fields"][0]["values"].size() == 144);
 
-  const hdf5::Handle file = hdf5::open(OpenFile((folder / "h.vtkhdf").string()));
+  const hdf5::Handle file = hdf5::load(folder / "h.vtkhdf");
   const hdf5::Handle points = hdf5::open_group(file, "VTKHDF/PointData");
   CHECK(hdf5::shape(points, "velocity") == hdf5::Shape{2, 12, 12, 3});
   const std::vector<double> density = hdf5::get<double>(points, "density");

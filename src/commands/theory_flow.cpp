@@ -306,7 +306,7 @@ TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
       c.cooling, c.viscosity, c.conduction, c.density_conduction, request.charge_number, request.charges_last};
   const Grid grid{request.dimension, request.cells, request.length};
   const std::vector<double> times = own_times(c.cooling, request.end);
-  const auto course = granular_flow::evolve(gas, grid, disturbed(request, grid), times, 1e-4);
+  const auto course = granular_flow::evolve(gas, grid, disturbed(request, grid), times);
   TheoryAnswer answer{"hydrodynamics",
                       "Hydrodynamic equations of a charged gas that cools (G 6.26, corrected)",
                       flow_figures(request, c),

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -19,6 +20,13 @@ using nlohmann::json;
 namespace {
 
 const std::string scene = gas_text(60, 6, 1, 0.25);
+
+/// Puts a text where a list of numbers was, as another program might.
+void damage(const Folder& folder, const std::string& file, const std::string& dataset) {
+  const std::string script =
+      fmt::format("import h5py; f = h5py.File('{0}', 'r+'); del f['{1}']; f['{1}'] = 'none'", file, dataset);
+  REQUIRE(run_shell(folder, fmt::format("/usr/bin/python3 -c \"{}\"", script)).status == 0);
+}
 
 }  // namespace
 
@@ -170,6 +178,48 @@ TEST_CASE("explain says what a gas starts with, and how warm polarized grains ma
   CHECK_MESSAGE(contains(ended.out, "safe below T = 4.1"), ended.out);
 }
 
+TEST_CASE("explain and run say what becomes of accuracy: double precision, and parameters by hand that are no good") {
+  const Folder folder;
+  const auto said = [&](const std::string& command, const std::string& keys, const std::string& sentence) {
+    folder.write("gas.toml",
+                 replaced(replaced(scene, "sum = \"minimum-image\"", keys), "[output]", "[output]\npicture = false"));
+    const Ended ended = run_program(folder, command + " gas.toml");
+    CHECK_MESSAGE(ended.status == 0, ended.err);
+    CHECK_MESSAGE(contains(ended.out + ended.err, sentence), ended.out << ended.err);
+  };
+  said("explain", "accuracy = 1e-7", "in double precision, as single is good for an accuracy of 6e-07 and more");
+  said("explain", "accuracy = 1e-4", "in single precision");
+  const std::string poor = "cutoff = 1.1\nalpha = 0.3\nmesh = 8\norder = 4";
+  said("explain", poor, "with the cutoff, mesh and order given by hand: 0.1 is the most");
+  said("run", poor, "lichtenberg: effects.coulomb: forces are off by ");
+  // The error of a mesh follows from its spacing: 1024^3 points are no work for that.
+  said("explain", "cutoff = 2\nmesh = 1024\norder = 4", "1024 x 1024 x 1024 points");
+}
+
+TEST_CASE("numbers that there are not are not printed: one grain, grains at rest, contacts that lose nothing") {
+  const Folder folder;
+  const std::string quiet = replaced(scene, "[output]", "[output]\npicture = false");
+  const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  const auto holds = [&](const std::string& text, const std::string& word) {
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+      if ((at == 0 || !is_word(text[at - 1])) && !is_word(text[at + word.size()])) return true;
+    return false;
+  };
+  const std::string elastic =
+      replaced(quiet, "[effects.viscoelastic_contact]", "[effects.linear_contact]\nrestitution = 1");
+  for (const std::string& gas :
+       {replaced(quiet, "count = 60", "count = 1"), replaced(quiet, "temperature = 1", "temperature = 0"), elastic}) {
+    folder.write("gas.toml", gas);
+    for (const char* command :
+         {"explain gas.toml", "run gas.toml --overwrite", "analyse gas.h5", "theory haff gas.h5"}) {
+      const Ended ended = run_program(folder, command);
+      CHECK(ended.status <= 2);
+      CHECK_MESSAGE(!holds(ended.out + ended.err, "nan"), command << ended.out << ended.err);
+      CHECK_MESSAGE(!holds(ended.out + ended.err, "inf"), command << ended.out << ended.err);
+    }
+  }
+}
+
 TEST_CASE("what cannot be done with grains is refused with a sentence") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
@@ -182,6 +232,17 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   refused("plot gas.h5 --frame 5", "frame 5 is not in gas.h5: it has frames 0 to 4");
   refused("analyse gas.h5 --frame -1", "--frame -1 is not in gas.h5: it has frames 0 to 4");
   refused("network gas.h5", "has a periodic side");
+  std::filesystem::create_directory(folder / "results");
+  for (const char* command : {"analyse results", "theory haff results", "network results"})
+    refused(command, "results is a folder: name a result file");
+  refused("theory haff gas.h5 --plot --out haff.foo",
+          "--out haff.foo: the picture's name must end in .png, .pdf or .svg");
+  for (const char* series : {"time", "temperature"}) {
+    std::filesystem::copy_file(folder / "gas.h5", folder / "damaged.h5",
+                               std::filesystem::copy_options::overwrite_existing);
+    damage(folder, "damaged.h5", std::string("gas/") + series);
+    refused("theory haff damaged.h5", "damaged.h5 is damaged: ");
+  }
   folder.write("large.toml", replaced(scene, "count = 60", "count = 1\nradius = 1.6"));
   refused("run large.toml",
           "large.toml:5: domain.size = 6 d0 along its shortest side is not allowed with a grain of diameter 3.2 d0");

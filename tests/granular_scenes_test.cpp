@@ -147,6 +147,31 @@ TEST_CASE("a step that is too long is refused before anything is written") {
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + verlet)), InputError);
 }
 
+TEST_CASE("gases at the ends of what numbers can say move all the same") {
+  const std::string end = "[stop]\ntime = 0.05\n";
+  for (const std::string& scene :
+       {box + "[[population]]\ncount = 100\ntemperature = 1e-300\n" + contact + end,
+        box + grains + contact + "[effects.charge_exchange]\nstrength = 1e50\nexponent = 10\n" + end,
+        box + grains + contact + coulomb + "sum = \"shifted-force\"\n" + end,
+        box + grains + contact + coulomb + "cutoff = 6\nmesh = 32\norder = 5\n" + end,
+        box + "[[population]]\ncount = 1\ntemperature = 1\n" + contact + end,
+        box + grains + "[effects.linear_contact]\nrestitution = 1\n" + end}) {
+    const std::string sentence = sentence_of(scene);
+    CHECK_MESSAGE(sentence.empty(), scene << "\n=> " << sentence);
+  }
+}
+
+TEST_CASE("parameters by hand that leave large errors are doubted once, others are not") {
+  const std::string charged = box + "[[population]]\ncount = 100\ntemperature = 1\ncharge = 1\n" + contact + coulomb;
+  GranularMotion doubted(parse(charged + "cutoff = 1.1\nmesh = 8\norder = 4\n"));
+  const std::vector<std::string> warnings = doubted.warnings();
+  REQUIRE(warnings.size() == 1);
+  CHECK_MESSAGE(contains(warnings.front(), "effects.coulomb: forces are off by 0."), warnings.front());
+  CHECK(doubted.warnings().empty());
+  CHECK(GranularMotion(parse(charged + "cutoff = 3\nmesh = 32\norder = 6\n")).warnings().empty());
+  CHECK(GranularMotion(parse(charged)).warnings().empty());
+}
+
 TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
   struct Refused {
     std::string scene, sentence;
@@ -169,7 +194,30 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},
-      {box + few + contact + coulomb + "sum = \"shifted-force\"\ncutoff = 7\n", "at least twice that is needed"},
+      {box + few + contact + coulomb + "sum = \"shifted-force\"\ncutoff = 7\n",
+       "effects.coulomb.cutoff = 7 is not allowed in this box: at most 6 is"},
+      {box + few + contact + coulomb + "cutoff = 6.1\n",
+       "effects.coulomb.cutoff = 6.1 is not allowed in this box: at most 6 is"},
+      {box + "[[population]]\ncount = 20\nradius = [0.3, 0.6]\n" + contact + coulomb + "cutoff = 5.8\n",
+       "half of its shortest side less what the largest diameter has more than the smallest"},
+      {box + few + contact + coulomb + "order = 8\naccuracy = 1e-7\n",
+       "effects.coulomb: order = 8 is not allowed: forces are computed in double precision here, as single is good for "
+       "an accuracy of 6e-07 and more, with splines of order 4 to 7"},
+      {box + few + contact + coulomb + "order = 4\n[effects.induced_dipoles]\n", "with splines of order 5 to 7"},
+      {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 17\n", "single needs an even number of points"},
+      {box + few + contact + coulomb + "order = 8\ncutoff = 5\nmesh = 32\n",
+       "a cutoff of a third of the box, 4, or less"},
+      {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 12\n", "effects.coulomb: a mesh with 12 points"},
+      {box + few + contact + coulomb + "strength = 1e101\n", "effects.coulomb.strength"},
+      {box + few + "charge = 1\n" + contact + coulomb + "strength = 1e10\n", "a smaller effects.coulomb.strength"},
+      {box + few + contact + "[effects.charge_exchange]\nexponent = 500\n", "greater than 0 and at most 10"},
+      {box + few + contact + "[effects.charge_exchange]\nstrength = 1e200\n", "greater than 0 and at most 1e+50"},
+      {box + few + contact + "dissipative = 1e6\n",
+       "effects.viscoelastic_contact.dissipative = 1e+06 is too large for its elastic = 278.6"},
+      {box + few + contact + "elastic = 1e200\n", "effects.viscoelastic_contact.elastic"},
+      {box + few + contact + "elastic = 1e60\n[stop]\ntime = 1\n", "too short for steps of"},
+      {box + "[[population]]\ncount = 20\n" + contact + "[[stage]]\nduration = 0.1\ntemperature = 2\n",
+       "stage.temperature = 2 cannot be had: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
       {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
       {box + few + contact + "[effects.induced_dipoles]\n",

@@ -40,6 +40,8 @@ std::vector<int> quick_for_fftw() {
   return numbers;
 }
 
+constexpr int highest_double_order = 7;
+
 /// What a way to sum can do, and the nanoseconds that it takes on one core (validation/benchmarks/periodic.cpp).
 struct Way {
   std::vector<int> points;  ///< a side, that its transforms are quick for
@@ -56,7 +58,13 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
   const auto near = [](double density, double cutoff) {
     return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
   };
-  return {quick_for_fftw(),        lowest_order, 7, 0.5 * std::min({lengths.x, lengths.y, lengths.z}), near, 50, 1.8,
+  return {quick_for_fftw(),
+          lowest_order,
+          highest_double_order,
+          0.5 * std::min({lengths.x, lengths.y, lengths.z}),
+          near,
+          50,
+          1.8,
           [](int) { return 0.55; }};
 }
 
@@ -111,6 +119,16 @@ double band_limit_for(double most, double cutoff) {
   return high;
 }
 
+/// The smallest alpha of a gauss_cloud that loses no more than `most`; the loss falls with it.
+double alpha_for(double most, double cutoff) {
+  double low = 0.1 / cutoff, high = 20 / cutoff;
+  while (high - low > 1e-4 * high) {
+    const double middle = 0.5 * (low + high);
+    (gauss_cloud(middle, cutoff).lost > most ? low : high) = middle;
+  }
+  return high;
+}
+
 /// The coarsest mesh of `candidates` along the longest side, `numbers` along others, whose error is no more than
 /// `most`.
 std::optional<Mesh> coarsest(const Cloud& cloud, double most, const std::vector<int>& candidates,
@@ -143,11 +161,8 @@ void require_sensible(double accuracy, Vec3 lengths, double contact) {
     throw InputError(fmt::format("an accuracy of {} cannot be asked of a mesh: 1e-8 to 0.1 can", accuracy));
 }
 
-/// Accuracy that single precision is good for.
-constexpr double finest_single = 6e-7;
-
 double error_of(const MeshChoice& choice, double contact) {
-  const double by_mesh = relative_error(choice.mesh, choice.cloud(), contact);
+  const double by_mesh = relative_error(sample_of(choice.mesh), choice.cloud(), contact);
   return choice.single ? std::hypot(by_mesh, error_of_single_precision) : by_mesh;
 }
 
@@ -169,6 +184,7 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   for (const double cutoff : within) {
     if (cutoff > way.longest_cutoff) continue;
     MeshChoice now{.cutoff = cutoff, .alpha = by_hand.alpha.value_or(0)};
+    if (request.gauss && now.alpha == 0) now.alpha = alpha_for(most, cutoff);
     if (now.alpha == 0) now.band_limit = band_limit_for(most, cutoff);
     const Cloud cloud = now.cloud();
     if (now.alpha > 0 && cloud.lost > most) continue;
@@ -184,10 +200,24 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   return best;
 }
 
+/// Throws InputError for an order by hand that a ParticleMesh does not know.
+void require_order_in_double(const MeshRequest& request) {
+  const int order = request.by_hand.order.value_or(highest_double_order);
+  const int lowest = request.dipoles ? lowest_dipole_order : 4;
+  if (order >= lowest && order <= highest_double_order) return;
+  const std::string reason = why_not_single(request);
+  throw InputError(fmt::format(
+      "order = {} is not allowed: forces are computed in double precision here, as {}, with splines of order "
+      "{} to {}",
+      order, reason.empty() ? "single does not reach the accuracy" : reason, lowest, highest_double_order));
+}
+
 MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_order) {
   require_sensible(accuracy, request.lengths, request.contact);
   const double most = 0.5 * accuracy * accuracy * force2(request.contact);
-  auto best = choose(most, request, in_double_precision(request.lengths, lowest_order));
+  Way way = in_double_precision(request.lengths, lowest_order);
+  way.longest_cutoff = std::min(way.longest_cutoff, request.longest_cutoff);
+  auto best = choose(most, request, way);
   if (!best)
     throw InputError(
         fmt::format("no mesh of up to 1024 points along a side reaches an accuracy of {} in a box of {} x "
@@ -211,15 +241,28 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
     other.band_limit = limit;
     if (error_of(other, request.contact) < error_of(choice, request.contact)) choice = other;
   }
-  choice.single = !request.dipoles && choice.mesh.points[2] % 2 == 0 &&
+  choice.single = why_not_single(request).empty() && choice.mesh.points[2] % 2 == 0 &&
                   std::ssize(cloud_polynomial(choice.cloud())) <= SingleNear::highest_degree + 1 &&
-                  choice.cutoff <= SingleNear::longest_cutoff(request.lengths) &&
                   error_of(choice, request.contact) >= finest_single;
+  if (!choice.single) require_order_in_double(request);
   choice.error = error_of(choice, request.contact);
   return choice;
 }
 
 }  // namespace
+
+std::string why_not_single(const MeshRequest& request) {
+  const ByHand& by_hand = request.by_hand;
+  if (request.only_double) return "that is asked for";
+  if (request.dipoles) return "single knows no dipoles";
+  if (!by_hand.complete() && request.accuracy < finest_single)
+    return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
+  if (by_hand.points.value_or(0) % 2 != 0) return "single needs an even number of points";
+  if (by_hand.cutoff.value_or(0) > SingleNear::longest_cutoff(request.lengths))
+    return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less",
+                       SingleNear::longest_cutoff(request.lengths));
+  return "";
+}
 
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {
   return in_double(accuracy, {.charges = charges, .lengths = lengths, .contact = contact}, lowest_order);
@@ -231,9 +274,11 @@ MeshChoice choose_quick_mesh(const MeshRequest& request) {
   const double own2 = error_of_single_precision * error_of_single_precision;
   const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);
   std::optional<MeshChoice> best;
-  if (!request.dipoles && request.by_hand.points.value_or(0) % 2 == 0 && request.accuracy >= finest_single)
-    best = choose(most, request, in_single_precision(request.lengths));
-  if (!best) return in_double(request.accuracy, request, request.dipoles ? lowest_dipole_order : 4);
+  if (why_not_single(request).empty()) best = choose(most, request, in_single_precision(request.lengths));
+  if (!best) {
+    require_order_in_double(request);
+    return in_double(request.accuracy, request, request.dipoles ? lowest_dipole_order : 4);
+  }
   best->single = true;
   best->error = error_of(*best, request.contact);
   return *best;
@@ -287,6 +332,16 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   return {sample, response.force};
 }
 
+/// Where one charge alone is not 0, what it feels is rounding, and no error is a part of that.
+bool has_forces(const Exact& exact, const Sources& sources, double contact) {
+  double charge2 = 0, squares = 0;
+  for (const double q : sources.charge) charge2 += q * q;
+  for (const double f : exact.force) squares += f * f;
+  constexpr double rounding = 1e-9;
+  const double random = random_force(charge2, sources.size(), sources.volume(), contact);
+  return std::sqrt(squares / static_cast<double>(exact.sample.size())) > rounding * random;
+}
+
 double found_error(const MeshChoice& choice, const Sources& sources, const Exact& exact) {
   const Response found = evaluated(*make_mesh_sum(choice, sources.size()), sources);
   double error = 0, size = 0;
@@ -309,6 +364,7 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   const Exact exact = exact_forces(request, sources);
   constexpr int rounds = 4;
   MeshChoice best = choose_quick_mesh(request);  // throws if that is out of reach
+  if (!has_forces(exact, sources, request.contact)) return best;
   MeshRequest now = request;
   now.accuracy = std::max(0.5 * request.accuracy, 1e-8);
   constexpr double least_single = 7e-7;  // nearly twice its own error

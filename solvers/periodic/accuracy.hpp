@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "solvers/periodic/influence.hpp"
 #include "solvers/periodic/sum.hpp"
@@ -46,7 +48,16 @@ struct MeshRequest {
   double contact = 1;
   bool dipoles = false;
   ByHand by_hand{};
+  double longest_cutoff = INFINITY;  ///< of a ParticleMesh, in a box whose half is longer
+  // For comparisons; runs have no reason to ask for either.
+  bool gauss = false;        ///< Ewald's splitting in place of the prolate one
+  bool only_double = false;  ///< a ParticleMesh in any case
 };
+
+/// The accuracy that a SingleMesh is good for.
+constexpr double finest_single = 6e-7;
+/// What keeps a SingleMesh from what is asked for, in words that follow "as"; empty if one might do.
+std::string why_not_single(const MeshRequest& request);
 
 /// Error of forces that single precision makes by itself: found over rms force, of 1000 to 50016 random charges.
 constexpr double error_of_single_precision = 4e-7;
@@ -57,7 +68,7 @@ constexpr double error_of_single_precision = 4e-7;
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order = 4);
 /// The same of a SingleMesh, if there are no dipoles, the accuracy is 6e-7 or more and the box is long enough for one.
 /// With all given by hand only the cloud's band limit is left to choose: the one of least error. Throws InputError if
-/// what is given by hand leaves no way to reach the accuracy.
+/// what is given by hand leaves no way to reach the accuracy, or an order is given that the precision does not know.
 MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// The same, with parameters whose error at these places lies between a third of what is asked for and that: relative
 /// errors of clusters differ from those of charges at random places by up to two, either way. It is measured against a

@@ -96,6 +96,11 @@ void add_clusters(Columns<GasFrame>& columns, const AnalysedGas& run, const std:
       columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return of(f).exponent; });
 }
 
+/// In so many digits, or a dash where there is no number.
+std::string shown(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
+}
+
 void print_gas_head() {
   fmt::print("{:>6} {:>9} {:^21} {:>7} {:^27} {:>8} {:^24} {:^14}\n", "", "", "T", "", "charge", "",
              "clusters in contact", "dense cells");
@@ -105,12 +110,12 @@ void print_gas_head() {
 }
 
 void print_gas_line(const GasFrame& f) {
-  fmt::print("{:>6} {:>9.4g} {:>10.4g} {:>10.4g} {:>7.3f} {:>9.2g} {:>9.3g} {:>7.3g} ", f.frame, f.time,
-             f.gas.temperature.local, f.gas.temperature.total, f.gas.sonine, f.total_charge, f.gas.charge.square,
-             f.gas.charge.kurtosis);
+  fmt::print("{:>6} {:>9.4g} {:>10} {:>10.4g} {:>7} {:>9.2g} {:>9.3g} {:>7} ", f.frame, f.time,
+             shown(f.gas.temperature.local, 4), f.gas.temperature.total, shown(f.gas.sonine, 3), f.total_charge,
+             f.gas.charge.square, shown(f.gas.charge.kurtosis, 3));
   const analysis::ClusterSizes& c = f.contact.sizes;
-  fmt::print("{:>8} {:>8} {:>7} {:>7.3g} {:>6} {:>7.3g}\n", f.contacts, c.number, c.largest, c.aggregate,
-             f.gas.density.size.size(), f.gas.density.mean_size());
+  fmt::print("{:>8} {:>8} {:>7} {:>7} {:>6} {:>7}\n", f.contacts, c.number, c.largest, shown(c.aggregate, 3),
+             f.gas.density.size.size(), shown(f.gas.density.mean_size(), 3));
 }
 
 std::string with_error(double value, double error) { return fmt::format("{:.3f} +- {:.2g}", value, error); }
@@ -129,9 +134,10 @@ void print_shapes(const ClusterState& state) {
 }
 
 void print_clusters(const std::string& kind, const ClusterState& state) {
-  fmt::print("{:<15}{}, the largest of {}, by mass of {:.3g}; T = {:.4g} and <q^2> = {:.4g} of them as bodies\n", kind,
-             state.sizes.number, state.sizes.largest, state.sizes.mean, state.temperature, state.square_charge);
-  if (!std::isnan(state.bjerrum))
+  fmt::print("{:<15}{}, the largest of {}, by mass of {:.3g}; T = {} and <q^2> = {} of them as bodies\n", kind,
+             state.sizes.number, state.sizes.largest, state.sizes.mean, shown(state.temperature, 4),
+             shown(state.square_charge, 4));
+  if (std::isfinite(state.bjerrum))
     fmt::print("{:<15}B = {:.4g}, with T = {:.4g} relative to the flow\n", "", state.bjerrum, state.local_temperature);
   print_shapes(state);
 }
@@ -144,10 +150,11 @@ void print_last(const GasFrame& f) {
   fmt::print("dense          cells of {:.4g} d0 with at least {} grains\n", d.cells.edge.x, d.least);
   if (const auto& e = f.density_exponent)
     fmt::print("{:<15}N_s ~ s^-{} of {} clusters\n", "", with_error(e->exponent, e->error), e->clusters);
-  fmt::print("correlation    {:.3g} of charge^2 and speed^2\n", f.correlation);
-  fmt::print("Mach number    {:.3g}, {:.3g} without what temperature alone gives\n", f.mach.raw, f.mach.flow);
-  fmt::print("structure      {:.3g} of density in the longest waves", f.structure.density.front());
-  if (!f.structure.charge.empty()) fmt::print(", {:.3g} of charge", f.structure.charge.front());
+  fmt::print("correlation    {} of charge^2 and speed^2\n", shown(f.correlation, 3));
+  fmt::print("Mach number    {}, {} without what temperature alone gives\n", shown(f.mach.raw, 3),
+             shown(f.mach.flow, 3));
+  fmt::print("structure      {} of density in the longest waves", shown(f.structure.density.front(), 3));
+  if (!f.structure.charge.empty()) fmt::print(", {} of charge", shown(f.structure.charge.front(), 3));
   fmt::print("\n");
 }
 

@@ -43,8 +43,9 @@ void explain_sums(const Scene& scene) {
 
 /// Speed of the fastest of so many Maxwellian grains over sqrt(T): the tail sqrt(2/pi) u exp(-u^2/2) holds one of them.
 double fastest(std::size_t grains) {
+  const double tail = 0.8 * static_cast<double>(std::max<std::size_t>(grains, 2));
   double u = 3;
-  for (int k = 0; k < 20; ++k) u = std::sqrt(2 * std::log(static_cast<double>(grains) * std::max(u, 1.0) * 0.8));
+  for (int k = 0; k < 20; ++k) u = std::sqrt(2 * std::log(tail * std::max(u, 1.0)));
   return u;
 }
 

@@ -68,14 +68,10 @@ void write_json(const std::string& path, const nlohmann::ordered_json& json) {
 }
 
 void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture) {
-  try {
-    const TemporaryFile data;
-    write_json(data.path, json);
-    draw(script, {data.path, "--out", picture});
-    fmt::print("\n{} shows it\n", picture);
-  } catch (const Failure& failure) {
-    fmt::print(stderr, "lichtenberg: {}\n", failure.what());
-  }
+  const TemporaryFile data;
+  write_json(data.path, json);
+  draw(script, {data.path, "--out", picture});
+  fmt::print("\n{} shows it\n", picture);
 }
 
 }  // namespace lichtenberg

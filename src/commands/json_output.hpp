@@ -13,8 +13,8 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
 /// Whole or not at all. Throws Failure if the disk does not take it.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-/// Has a script of this folder draw what the JSON holds into a picture, and says so. The table is on the screen, so a
-/// picture that cannot be drawn is no reason to fail: standard error says why.
+/// Has a script of this folder draw what the JSON holds into a picture, and says so. Throws Failure if it does not: all
+/// else that was asked for is to be done before.
 void draw_json(const std::string& script, const nlohmann::ordered_json& json, const std::string& picture);
 
 }  // namespace lichtenberg

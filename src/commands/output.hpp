@@ -18,4 +18,11 @@ inline void check_output(const std::string& option, const std::string& path, boo
     throw InputError(fmt::format("{} exists: give {} another name, or allow --overwrite", path, option));
 }
 
+/// Throws InputError unless a script can draw into a file of this name.
+inline void check_picture(const std::string& option, const std::string& path) {
+  const std::string format = std::filesystem::path(path).extension();
+  if (format != ".png" && format != ".pdf" && format != ".svg")
+    throw InputError(fmt::format("{} {}: the picture's name must end in .png, .pdf or .svg", option, path));
+}
+
 }  // namespace lichtenberg

@@ -107,7 +107,9 @@ std::string heading(const TheoryColumn& column) {
   return column.unit == "1" ? column.name : fmt::format("{} ({})", column.name, column.unit);
 }
 
-std::string cell(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "-"; }
+std::string cell(double value, int digits = 6) {
+  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "-";
+}
 
 /// Columns from `begin` on that fit beside the first one; returns the one after them.
 std::size_t print_columns(const TheoryTable& table, std::size_t begin, std::size_t every) {
@@ -167,7 +169,7 @@ void print_table(const TheoryTable& table) {
 void print_answer(const TheoryAnswer& answer, const std::string& source) {
   fmt::print("{}\nof {}\n\n", answer.title, source);
   for (const TheoryFigure& figure : answer.figures)
-    fmt::print("  {:<28}{:>14}{:<10}{}\n", figure.name, fmt::format("{:.8g}", figure.value),
+    fmt::print("  {:<28}{:>14}{:<10}{}\n", figure.name, std::isinf(figure.value) ? "infinite" : cell(figure.value, 8),
                figure.unit == "1" ? "" : " " + figure.unit, figure.meaning);
   for (const TheoryTable& table : answer.tables) print_table(table);
 }
@@ -254,6 +256,7 @@ void check_theory(const TheoryArguments& request) {
     throw InputError("--cells, --seed, --space, --separated and --field are for theory hydrodynamics");
   if (request.seed && *request.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *request.seed));
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
+  if (request.plot) check_picture("--out", theory_picture(request));
   check_outputs({request.json, request.csv, request.field, request.plot ? theory_picture(request) : ""},
                 {request.result, request.scene});
 }

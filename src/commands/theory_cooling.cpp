@@ -170,34 +170,47 @@ std::vector<double> logarithmic_range(double first, double last, int count) {
   return range;
 }
 
-GasCourse::GasCourse(const std::string& path, double warm_up) {
-  const ResultFile file(path, "compared with theory");
-  if (!hdf5::exists(file.file(), "gas/time"))
-    throw InputError(path + " holds no course of a gas that a theory could be compared with");
-  for (const std::string group : {"gas", "analysis"}) {
-    if (!hdf5::exists(file.file(), group + "/time")) continue;
-    const hdf5::Handle found = hdf5::open_group(file.file(), group);
-    const std::vector<double> time = hdf5::get<double>(found, "time");
-    for (const std::string& name : hdf5::names(found)) {
-      const hdf5::Shape shape = hdf5::shape(found, name);
-      const bool shells = name.ends_with("_structure") && shape.size() == 2;
-      if (shape.empty() || shape[0] != time.size() || (shape.size() > 1 && !shells)) continue;
-      const std::vector<double> value = hdf5::get<double>(found, name);
-      const std::size_t columns = shells ? shape[1] : 1;
-      for (std::size_t column = 0; column < columns; ++column) {
-        Series& series =
-            series_[(group == "gas" ? name : group + "/" + name) + (shells ? fmt::format("/{}", column + 1) : "")];
-        for (std::size_t k = 0; k < time.size(); ++k)
-          if (time[k] > warm_up)
-            series.time.push_back(time[k] - warm_up), series.value.push_back(value[k * columns + column]);
-      }
-    }
+GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
+  try {
+    const ResultFile file(path, "compared with theory");
+    if (!hdf5::exists(file.file(), "gas/time"))
+      throw InputError(path + " holds no course of a gas that a theory could be compared with");
+    for (const std::string group : {"gas", "analysis"})
+      if (hdf5::exists(file.file(), group + "/time")) read(file.file(), group, warm_up);
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{} is damaged: the course of its gas cannot be read ({}); run its scene again", path,
+                                 error.what()));
   }
   if (series_["time"].time.empty())
     throw InputError(path + " holds nothing of the time after the warm-up, in which theory begins");
 }
 
+void GasCourse::read(const hdf5::Handle& file, const std::string& of, double warm_up) {
+  const hdf5::Handle group = hdf5::open_group(file, of);
+  const std::vector<double> time = hdf5::get<double>(group, "time");
+  for (const std::string& name : hdf5::names(group)) {
+    const std::string known_as = of == "gas" ? name : of + "/" + name;
+    const hdf5::Shape shape = hdf5::shape(group, name);
+    const bool shells = name.ends_with("_structure") && shape.size() == 2;
+    if (shape.empty() || shape[0] != time.size() || (shape.size() > 1 && !shells)) {
+      of_other_shapes_.insert(known_as);
+      continue;
+    }
+    const std::vector<double> value = hdf5::get<double>(group, name);
+    const std::size_t columns = shells ? shape[1] : 1;
+    for (std::size_t column = 0; column < columns; ++column) {
+      Series& series = series_[known_as + (shells ? fmt::format("/{}", column + 1) : "")];
+      for (std::size_t k = 0; k < time.size(); ++k)
+        if (time[k] > warm_up)
+          series.time.push_back(time[k] - warm_up), series.value.push_back(value[k * columns + column]);
+    }
+  }
+}
+
 const GasCourse::Series* GasCourse::find(const std::string& name) const {
+  if (of_other_shapes_.contains(name))
+    throw InputError(fmt::format("{} is damaged: its {} has not one number for each instant; run its scene{} again",
+                                 path_, name, name.starts_with("analysis/") ? " or `lichtenberg analyse`" : ""));
   const auto found = series_.find(name);
   return found == series_.end() ? nullptr : &found->second;
 }

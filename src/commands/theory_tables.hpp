@@ -1,10 +1,12 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "src/commands/gas_parameters.hpp"
+#include "src/record/hdf5.hpp"
 #include "src/theory/kinetic.hpp"
 
 namespace lichtenberg {
@@ -76,7 +78,7 @@ class GasCourse {
   /// Throws InputError if the file holds none: it is damaged, no gas's, or ends with the warm-up.
   GasCourse(const std::string& path, double warm_up);
 
-  /// By name; null if it is not there.
+  /// By name; null if it is not there. Throws InputError if it has not one number for each instant.
   const Series* find(const std::string& name) const;
   const std::map<std::string, Series>& all() const { return series_; }
   /// Adds it, times `factor`, to the table, if it is there.
@@ -84,7 +86,11 @@ class GasCourse {
             double factor = 1) const;
 
  private:
+  void read(const hdf5::Handle& file, const std::string& group, double warm_up);
+
+  std::string path_;
   std::map<std::string, Series> series_;
+  std::set<std::string> of_other_shapes_;
 };
 
 // The theories, each with what it is asked for. Throw InputError for a gas that is outside of what they hold for.

@@ -64,11 +64,11 @@ const EffectKind& ChargeExchangeOptions::kind() {
                {.name = "strength",
                 .place = place<&ChargeExchangeOptions::strength>,
                 .unit = "q0",
-                .range = ranges::positive,
+                .range = {.low = 0, .high = 1e50, .low_itself = false},  // fourth powers of charges are taken
                 .help = "Q"},
                {.name = "exponent",
                 .place = place<&ChargeExchangeOptions::exponent>,
-                .range = ranges::positive,
+                .range = {.low = 0, .high = 10, .low_itself = false},  // it is taken of energies, twice and more
                 .help = "eta, of impact"},
                {.name = "rate",
                 .place = place<&ChargeExchangeOptions::rate>,

@@ -26,35 +26,77 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
 
 Vec3 lengths_of(const Scene& scene) { return scene.domain.box().lengths; }
 
-double default_cutoff(const Scene& scene) {
+double half_of_box(const Scene& scene) {
   const Vec3 lengths = lengths_of(scene);
-  return std::min(7.0, 0.5 * std::min({lengths.x, lengths.y, lengths.z}));
+  return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
+}
+
+/// Of sums that are given pairs: lists of these go by surfaces, up to what the smallest grains need, and find nothing
+/// beyond half of the box.
+double longest_cutoff(const Scene& scene) {
+  const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
+  return half_of_box(scene) * (1 - 1e-9) - 2 * (largest.radius - smallest.radius);
+}
+
+/// Of shifted_force: some room is left for lists of pairs that hold for more than a step.
+double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_cutoff(scene)); }
+
+periodic::MeshRequest mesh_request(const Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  return {.accuracy = options.accuracy,
+          .charges = static_cast<int>(scene.conductors.size()),
+          .lengths = lengths_of(scene),
+          .contact = 2 * smallest_radius(scene),
+          .dipoles = scene.effects.has("induced_dipoles"),
+          .by_hand = {options.cutoff, options.alpha, options.mesh, options.order},
+          .longest_cutoff = longest_cutoff(scene)};
 }
 
 periodic::MeshChoice mesh_for(const Scene& scene) {
-  const auto& options = *scene.effects.find<CoulombOptions>();
   const std::vector<double> charge = initial_charges(scene);
   std::vector<double> position;
   for (const Conductor& grain : scene.conductors)
     for (int k = 0; k < 3; ++k) position.push_back(grain.position[k]);
-  const periodic::MeshRequest request{.accuracy = options.accuracy,
-                                      .charges = static_cast<int>(charge.size()),
-                                      .lengths = lengths_of(scene),
-                                      .contact = 2 * smallest_radius(scene),
-                                      .dipoles = scene.effects.has("induced_dipoles"),
-                                      .by_hand = {options.cutoff, options.alpha, options.mesh, options.order}};
+  const periodic::MeshRequest request = mesh_request(scene);
+  return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
+}
+
+/// What is to be said of a mesh whose forces are not as good as they should be; empty if they are.
+std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) {
+  constexpr double most = 0.1;  // that may be asked for as effects.coulomb.accuracy
+  const double asked = scene.effects.find<CoulombOptions>()->accuracy;
+  if (mesh_request(scene).by_hand.complete()) {
+    if (choice.error <= most) return "";
+    return fmt::format(
+        "effects.coulomb: forces are off by {:.2g} of the rms force at random places, as is estimated, with the "
+        "cutoff, mesh and order given by hand: {:g} is the most that effects.coulomb.accuracy may ask for",
+        choice.error, most);
+  }
+  if (choice.error <= asked) return "";
+  return fmt::format(
+      "effects.coulomb.accuracy = {:g} is not reached: forces are off by {:.2g} of the rms force where the grains are",
+      asked, choice.error);
+}
+
+/// With the table's name before what is wrong.
+template <class Work>
+auto naming_the_table(const Scene& scene, const Work& work) {
   try {
-    return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
+    return work();
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: effects.coulomb: {}", scene.path, error.what()));
   }
 }
 
-std::unique_ptr<periodic::Sum> make_sum(const Scene& scene) {
+std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   switch (options.sum) {
     case CoulombSum::mesh:
-      return periodic::make_mesh_sum(mesh_for(scene), static_cast<int>(scene.conductors.size()));
+      return naming_the_table(scene, [&] {
+        const periodic::MeshChoice choice = mesh_for(scene);
+        doubt = doubt_about(scene, choice);
+        return periodic::make_mesh_sum(choice, static_cast<int>(scene.conductors.size()));
+      });
     case CoulombSum::ewald:
       return std::make_unique<periodic::Ewald>(options.accuracy);
     case CoulombSum::minimum_image:
@@ -65,18 +107,39 @@ std::unique_ptr<periodic::Sum> make_sum(const Scene& scene) {
   return std::make_unique<periodic::ShiftedForce>(options.cutoff.value_or(default_cutoff(scene)), options.damping);
 }
 
+std::string precision_in_words(const periodic::MeshChoice& choice, const periodic::MeshRequest& request) {
+  if (choice.single) return "single precision";
+  const std::string reason = periodic::why_not_single(request);
+  return "double precision" + (reason.empty() ? "" : ", as " + reason);
+}
+
 std::vector<Remark> explain(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
-  const periodic::MeshChoice choice = mesh_for(scene);
-  const bool by_hand = options.cutoff && options.mesh && options.order;
-  return {{"charges",
-           fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with splines of order {}, in "
-                       "{} precision; error {:.1e} of the rms force {}",
-                       by_hand ? "by what is given by hand" : fmt::format("to {:g} of the rms force", options.accuracy),
-                       choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
-                       choice.mesh.order, choice.single ? "single" : "double", choice.error,
-                       by_hand ? "at random places" : "where the grains are")}};
+  const periodic::MeshChoice choice = naming_the_table(scene, [&] { return mesh_for(scene); });
+  const bool by_hand = mesh_request(scene).by_hand.complete();
+  std::vector<Remark> remarks = {
+      {"charges",
+       fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with splines of order {}, in "
+                   "{}; error {:.1e} of the rms force {}",
+                   by_hand ? "by what is given by hand" : fmt::format("to {:g} of the rms force", options.accuracy),
+                   choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
+                   choice.mesh.order, precision_in_words(choice, mesh_request(scene)), choice.error,
+                   by_hand ? "at random places" : "where the grains are")}};
+  if (const std::string doubt = doubt_about(scene, choice); !doubt.empty()) remarks.push_back({"warning", doubt});
+  return remarks;
+}
+
+void check_cutoff(const Draft& draft, Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  constexpr double rounding = 1e-8;
+  const double most = longest_cutoff(scene);
+  if (!options.cutoff || *options.cutoff <= most * (1 + rounding)) return;
+  refuse(scene.path, draft.line("effects.coulomb.cutoff"),
+         fmt::format("effects.coulomb.cutoff = {:g} is not allowed in this box: at most {:g} is, half of its shortest "
+                     "side less what the largest diameter has more than the smallest, or a charge would meet two "
+                     "images of another",
+                     *options.cutoff, most));
 }
 
 void check(const Draft& draft) {
@@ -118,7 +181,7 @@ const EffectKind& CoulombOptions::kind() {
       .options = CoulombOptions{},
       .keys = {{.name = "strength",
                 .place = place<&CoulombOptions::strength>,
-                .range = ranges::not_negative,
+                .range = {.low = 0, .high = 1e100},
                 .help = "K = k_e q0^2 / (m0 v0^2 d0)"},
                {.name = "sum",
                 .place = place<&CoulombOptions::sum>,
@@ -133,7 +196,7 @@ const EffectKind& CoulombOptions::kind() {
                 .place = place<&CoulombOptions::cutoff>,
                 .unit = "d0",
                 .range = ranges::positive,
-                .computed_default = "from the accuracy; of shifted-force 7, or half the box",
+                .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
                 .help = "up to which pairs count; of mesh and shifted-force"},
                {.name = "alpha",
                 .place = place<&CoulombOptions::alpha>,
@@ -160,6 +223,7 @@ const EffectKind& CoulombOptions::kind() {
       .periodic = true,
       .grains = true,
       .check = check,
+      .complete = check_cutoff,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
@@ -170,8 +234,8 @@ const EffectKind& CoulombOptions::kind() {
 struct Coulomb::Implementation {
   explicit Implementation(const Scene& scene)
       : options(*scene.effects.find<CoulombOptions>()),
-        sum(make_sum(scene)),
-        range(sum->cutoff() - 2 * smallest_radius(scene)),
+        sum(make_sum(scene, doubt)),
+        range(std::min(sum->cutoff(), longest_cutoff(scene)) - 2 * smallest_radius(scene)),
         wants_potentials(scene.effects.has("induced_dipoles") || scene.effects.has("charge_exchange")) {
     if (const auto* dipoles = scene.effects.find<InducedDipolesOptions>())
       induced.emplace(*sum, dipoles->sum, dipoles->polarizability, dipoles->tolerance);
@@ -217,6 +281,7 @@ struct Coulomb::Implementation {
   }
 
   CoulombOptions options;
+  std::string doubt;  ///< about its accuracy; empty: none
   std::unique_ptr<periodic::Sum> sum;
   double range;           ///< between surfaces
   bool wants_potentials;  ///< in each step, for charges that move
@@ -289,6 +354,11 @@ std::map<std::string, double> Coulomb::seconds() const {
   if (implementation_->options.sum != CoulombSum::mesh) return {};
   const auto [near, mesh] = implementation_->sum->seconds();
   return {{"near", near}, {"mesh", mesh}};
+}
+
+std::vector<std::string> Coulomb::warnings() const {
+  if (implementation_->doubt.empty()) return {};
+  return {implementation_->doubt};
 }
 
 void Coulomb::add_columns(const State& state, Frame& frame) const {

@@ -54,6 +54,7 @@ class Coulomb : public Effect {
   void save(Checkpoint& checkpoint) const override;
   void restore(const Checkpoint& checkpoint) override;
   std::map<std::string, double> seconds() const override;
+  std::vector<std::string> warnings() const override;
   void add_columns(const State& state, Frame& frame) const override;
   void summarize(const State& state, Summary& summary) const override;
 

@@ -50,7 +50,7 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .options = ViscoelasticContactOptions{},
       .keys = {{.name = "elastic",
                 .place = place<&ViscoelasticContactOptions::elastic>,
-                .range = ranges::positive,
+                .range = {.low = 1e-100, .high = 1e100},  // squares are taken
                 .help = "E = alpha d0^(5/2) / (m0 v0^2), alpha = 2 Y sqrt(d0/4) / (3 (1 - nu^2)) (G 3.11, 3.36)"},
                {.name = "dissipative",
                 .place = place<&ViscoelasticContactOptions::dissipative>,

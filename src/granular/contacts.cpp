@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "src/granular/pair_state.hpp"
+#include "src/theory/restitution.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -29,6 +30,19 @@ GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double 
   return {pair, begin + part * dt, closing(PairState<d>{before + part * way, way / dt})};
 }
 
+/// So much that no step of a contact follows it, nor does theory.
+void check_damping(const Scene& scene, const GrainContactLaw& law) {
+  const auto* soft = std::get_if<ViscoelasticLaw>(&law);
+  if (!soft) return;
+  const double number = theory::dissipation_number({soft->elastic, soft->dissipative}, 1);
+  constexpr double most = theory::RestitutionCurve::largest;
+  if (number <= most) return;
+  throw InputError(fmt::format(
+      "{}: effects.viscoelastic_contact.dissipative = {:g} is too large for its elastic = {:g}: an impact at "
+      "speed 1 loses nearly all it has from {:.3g} on, which is the most that is allowed",
+      scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
+}
+
 }  // namespace
 
 void refuse_flight_through(const GrainContact& contact) {
@@ -49,6 +63,7 @@ GrainContactLaw contact_law(const Scene& scene, const Model& model) {
     throw InputError(scene.path +
                      ": a scene of grains needs effects.viscoelastic_contact or effects.linear_contact: without it "
                      "they would fly through each other");
+  check_damping(scene, *law);
   return *law;
 }
 

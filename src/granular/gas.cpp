@@ -105,7 +105,16 @@ void Gas::drive(double begin, double dt) {
 std::span<const Pair> Gas::near(double dt, double gain) {
   const Stopwatch stopwatch(seconds_.lists);
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-  return list_.pairs(model_.bodies, 2 * (fastest() + gain) * dt, *team_);
+  const double travel = 2 * (fastest() + gain) * dt;
+  try {
+    return list_.pairs(model_.bodies, travel, *team_);
+  } catch (const InputError&) {  // farther than lists of pairs go in the box
+    throw Failure(fmt::format(
+        "{}: from t = {:.6g} t0 on a grain may come {:.3g} d0 far within a step of {:.3g} t0, with a speed of up to "
+        "{:.3g} v0 and up to {:.3g} v0 more by what acts on it, too far for the box: a shorter mechanics.step, smaller "
+        "charges, a smaller effects.coulomb.strength or a larger domain.size is needed",
+        scene_.path, time_, travel, dt, fastest(), gain));
+  }
 }
 
 ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
@@ -142,6 +151,12 @@ void Gas::follow_contacts(double end) {
   if (has_smooth_forces()) held = smooth_forces();
   const double gain = largest_over_mass(model_.bodies, held) * dt;
   const double step = shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
+  constexpr double most = 1e8;
+  if (!(dt / step < most))
+    throw Failure(
+        fmt::format("{}: at t = {:.6g} t0 the shortest contact lasts {:.2g} t0, too short for steps of "
+                    "{:.2g}: softer contacts (elastic), or a far shorter mechanics.step, is needed",
+                    scene_.path, time_, step * scene_.mechanics.contact_steps, dt));
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   const std::vector<double> from = held.empty() ? std::vector<double>{} : model_.bodies.position;
   book_.contact_error -= model_.kinetic_energy();
@@ -236,8 +251,12 @@ void Gas::leave_stage() {
 void Gas::rescale(double temperature) {
   Bodies& b = model_.bodies;
   const double now = 2 * model_.kinetic_energy() / (b.dimension * std::max(1, b.size()));
-  if (now > 0)
-    for (double& p : b.momentum) p *= std::sqrt(temperature / now);
+  if (!(now > 0))
+    throw Failure(
+        fmt::format("{}: stage.temperature = {:g} cannot be had: all grains are at rest when the stage ends, "
+                    "and nothing of them can be scaled; give them population.temperature or velocities",
+                    scene_.path, temperature));
+  for (double& p : b.momentum) p *= std::sqrt(temperature / now);
 }
 
 Checkpoint Gas::save() const {

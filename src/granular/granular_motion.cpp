@@ -128,6 +128,7 @@ struct GranularMotion::Implementation {
   std::shared_ptr<const Bodies> like;      ///< masses, radii and box of what is there
   GasEnergy flows;                         ///< booked before it went there
   double seconds = 0, analysis_seconds = 0;
+  bool warned = false;  ///< what effects have to say has been said
 };
 
 GranularMotion::GranularMotion(const Scene& scene) : GranularMotion(scene, nullptr) {}
@@ -209,6 +210,14 @@ ColumnGroup GranularMotion::take_history() {
 Summary GranularMotion::summary() {
   Implementation& self = *implementation_;
   return summarize(self.gas(), self.look(self.theory), self.energy_at_start);
+}
+
+std::vector<std::string> GranularMotion::warnings() {
+  std::vector<std::string> all;
+  if (std::exchange(implementation_->warned, true)) return all;
+  for (const auto& effect : implementation_->here.model().effects)
+    for (std::string& warning : effect->warnings()) all.push_back(std::move(warning));
+  return all;
 }
 
 std::map<std::string, double> GranularMotion::seconds() const {

@@ -32,6 +32,7 @@ class GranularMotion : public Motion {
   Checkpoint checkpoint() override;
   void restore(const Checkpoint& checkpoint) override;
 
+  std::vector<std::string> warnings() override;
   ColumnGroup take_history() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;

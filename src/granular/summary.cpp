@@ -33,7 +33,8 @@ std::string temperature_line(const Note& now) {
           : fmt::format("{:.4g} relative to the flow in cells of {:g} d0, {:.4g} with it", t.local,
                         analysis::temperature_edge, t.total);
   if (now.expected) text += fmt::format("; a homogeneous neutral gas would have {:.4g}", now.expected->temperature);
-  return text + fmt::format("; a_2 = {:.3g}", now.gas.sonine);
+  if (!std::isnan(now.gas.sonine)) text += fmt::format("; a_2 = {:.3g}", now.gas.sonine);
+  return text;
 }
 
 std::string charge_line(const Gas& gas, const Note& now) {

@@ -119,6 +119,8 @@ class Effect {
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
   /// Wall time (s) that its forces have taken since the start, by part, if it tells parts apart.
   virtual std::map<std::string, double> seconds() const { return {}; }
+  /// What the user should know before the run goes on: a promise that is not kept.
+  virtual std::vector<std::string> warnings() const { return {}; }
   /// Adds the columns that it shows in a frame. The recorder refuses a name that another column has.
   virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
   /// Adds what it has to say to the summary of a run.

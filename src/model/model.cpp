@@ -43,6 +43,16 @@ void check_one_a_body(const std::vector<double>& charge, const Bodies& bodies, c
                                  bodies.size(), charge.size()));
 }
 
+/// Trades the number of searches against the number of pairs looked at in vain. Beyond half a box there are none.
+double skin_for(const Bodies& bodies, double range) {
+  constexpr double usual = 0.8;  // of the largest radius
+  const double radius = *std::ranges::max_element(bodies.radius);
+  double half = INFINITY;
+  for (int k = 0; k < bodies.dimension; ++k)
+    if (bodies.box.periodic(k)) half = std::min(half, 0.5 * bodies.box.lengths[k]);
+  return std::clamp(half * (1 - 1e-9) - range - 2 * radius, 0.0, usual * radius);
+}
+
 }  // namespace
 
 Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector<double>& charge)
@@ -57,9 +67,7 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
     if (needs.charges) check_one_a_body(charge, bodies, *effect), bodies.charge = charge;
     if (needs.neighbour_range) range = std::max(*needs.neighbour_range, range.value_or(*needs.neighbour_range));
   }
-  // The skin trades the number of searches against the number of pairs looked at in vain.
-  constexpr double skin = 0.8;  // of the largest radius
-  if (range && bodies.size() > 0) neighbours.emplace(*range, skin * *std::ranges::max_element(bodies.radius));
+  if (range && bodies.size() > 0) neighbours.emplace(*range, skin_for(bodies, *range));
 }
 
 double Model::largest_move() const {

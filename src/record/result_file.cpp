@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <system_error>
 #include <utility>
 
@@ -23,6 +24,9 @@ void allow_many_files() {
 }
 
 OpenFile open_file(const std::string& path) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(path, unknown))
+    throw InputError(fmt::format("{} is a folder: name a result file", path));
   try {
     return OpenFile(path);
   } catch (const std::system_error& error) {

@@ -1,11 +1,15 @@
 #include "src/theory/haff.hpp"
 
+#include <fmt/format.h>
+
 #include <boost/math/quadrature/exp_sinh.hpp>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
+#include "solvers/error.hpp"
 #include "solvers/ode/ode.hpp"
 
 namespace lichtenberg::theory {
@@ -62,9 +66,16 @@ double haff_temperature(double initial, double tau, double time) {
 double impact_mean(double temperature, const std::function<double(double speed, double x)>& f) {
   static boost::math::quadrature::exp_sinh<double> quadrature;
   const double fast = 700;  // exp(-x) is nothing beyond
-  return quadrature.integrate(
-      [&](double x) { return x < fast ? std::exp(-x) * f(2 * std::sqrt(temperature * x), x) : 0.0; }, 0.0,
-      std::numeric_limits<double>::infinity(), 1e-13);
+  const double thermal = 2 * std::sqrt(temperature);
+  try {
+    return quadrature.integrate([&](double x) { return x < fast ? std::exp(-x) * f(thermal * std::sqrt(x), x) : 0.0; },
+                                0.0, std::numeric_limits<double>::infinity(), 1e-13);
+  } catch (const std::runtime_error&) {  // boost's, of what is no number
+    throw Failure(
+        fmt::format("theory: what impacts do on average at the temperature {:g} is no number; grains that are "
+                    "less stiff, less charged or less warm have one",
+                    temperature));
+  }
 }
 
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times) {

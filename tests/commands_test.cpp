@@ -562,3 +562,19 @@ TEST_CASE("bash completes commands, options and files; man has a page") {
   CHECK(contains(page, ".SS run SCENE [OPTIONS]"));
   CHECK(contains(page, "\\-\\-resume"));
 }
+
+#if defined(__x86_64__)
+TEST_CASE("a program for another processor says so and does not end by a signal") {
+  // AVX-512 ER was in Xeon Phis alone.
+  const Folder folder;
+  folder.write("main.cpp", "int main() {}");
+  const std::string at = "-std=c++20 -I '" + source_folder() + "' -c '" + source_folder() + "/src/";
+  const Ended compiled = run_shell(folder, "c++ -mavx512er " + at + "instruction_sets.cpp' && c++ " + at +
+                                               "processor.cpp' && c++ main.cpp instruction_sets.o processor.o");
+  REQUIRE_MESSAGE(compiled.status == 0, compiled.err);
+  const Ended ended = run_shell(folder, "./a.out");
+  CHECK(ended.status == 1);
+  CHECK_MESSAGE(one_sentence(ended.err), ended.err);
+  CHECK_MESSAGE(contains(ended.err, "compiled for processors with AVX-512 ER, which this one lacks"), ended.err);
+}
+#endif

@@ -32,9 +32,7 @@ void check(const Arguments& arguments) {
   if (arguments.time && !arguments.request.sizes.empty())
     throw InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds");
   if (!(arguments.request.seconds > 0)) throw InputError("--seconds must be positive");
-  const std::string format = fs::path(arguments.picture).extension();
-  if (format != ".png" && format != ".pdf" && format != ".svg")
-    throw InputError(fmt::format("--output {}: the picture's name must end in .png, .pdf or .svg", arguments.picture));
+  check_picture("--output", arguments.picture);
   check_output("--output", arguments.picture, arguments.overwrite);
   if (arguments.json.empty()) return;
   check_output("--json", arguments.json, arguments.overwrite);

@@ -31,6 +31,11 @@ class Trial {
   /// Work of the last run by what a machine cannot change: operator evaluations, in residual evaluations on the whole
   /// grid; 0: not counted.
   virtual double evaluations() const { return 0; }
+  /// Seconds of the last run where the wall's clock does not tell them: of the processor, of one thread that others
+  /// must not slow down; of another program or a device, whose start and transfers do not count.
+  virtual std::optional<double> own_seconds() const { return {}; }
+  /// Another program or a device does it, whose memory is not this one's.
+  virtual bool is_elsewhere() const { return false; }
 };
 
 /// One setting of a method.
@@ -50,7 +55,7 @@ struct Point {
   std::string method;
   Settings settings;
   std::vector<double> errors;  ///< by quantity
-  double seconds = 0;          ///< wall time of a run, median
+  double seconds = 0;          ///< of a run, median; by Diagram::clock
   double cores = 0;            ///< processor time over wall time
   std::int64_t work = 0;
   double evaluations = 0;           ///< of an operator, in residual evaluations on the whole grid; 0: not counted
@@ -70,6 +75,7 @@ struct Diagram {
   std::vector<std::string> quantities;                       ///< whose errors are taken
   std::string measure;                                       ///< which error that is, in words
   std::string work;                                          ///< what Point::work counts
+  std::string clock = "wall time";                           ///< what Point::seconds are
   std::string reference;                                     ///< how it was found, in words
   std::vector<double> reference_errors;                      ///< the reference's own, estimated, by quantity
   std::vector<std::pair<std::string, std::string>> methods;  ///< name and description of those that were asked for
@@ -92,13 +98,13 @@ Diagram sweep_field(const Scene& scene, const Request& request);
 /// The scene's motion until stop.time, by every integrator. Quantity: positions. Throws InputError for unknown methods.
 Diagram sweep_time(const Scene& scene, const Request& request);
 
-/// The forces of charges on grains at the places of the first instant, by every way to sum them; Gaussian charges where
-/// the scene's grains have none yet. Quantities: rms force, largest force. Throws InputError for a scene without
-/// charges and for unknown methods.
+/// The forces of charges on grains at the places of the first instant, by every way to sum them, LAMMPS' among them;
+/// with induced dipoles, from no start, where the scene's grains polarize. Gaussian charges where they have none yet.
+/// Quantities: rms force, largest force. Throws InputError for a scene without charges and for unknown methods.
 Diagram sweep_charges(const Scene& scene, const Request& request);
 
-/// The motion of a scene of grains over half a unit of time, stages left out, by every integrator. Quantities: places,
-/// energy book. Throws InputError for unknown methods.
+/// The motion of a scene of grains over half a unit of time, stages left out, by every integrator, and by every variant
+/// of dipoles where its grains polarize. Quantities: places, energy book. Throws InputError for unknown methods.
 Diagram sweep_grains(const Scene& scene, const Request& request);
 
 /// Those of `all` that were asked for. Throws InputError for names that are none of theirs.
@@ -117,6 +123,9 @@ struct Price {
 /// For errors of 1e-1, 1e-2, ... in the quantity of that index, to the first that no point reaches. An error counts as
 /// no smaller than the reference's own.
 std::vector<Price> price_list(const Diagram& diagram, std::size_t quantity);
+
+/// Of the processor, that this thread has taken.
+double seconds_of_thread();
 
 /// Where a diagram was measured, and by what.
 struct Circumstances {

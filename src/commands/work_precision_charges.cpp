@@ -6,76 +6,132 @@
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/device/device.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
 #include "solvers/periodic/short_range.hpp"
 #include "solvers/random.hpp"
-#include "src/commands/work_precision.hpp"
+#include "src/commands/work_precision_charges.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg::work_precision {
 namespace {
 
-/// Charges at the places of the scene's first instant, and the forces that they should feel.
-struct ChargedSubject {
-  Bodies bodies;
-  std::vector<int> sample;       ///< of whom forces are compared
-  periodic::Response reference;  ///< of the sample
-  double rms_force = 0;
-
-  periodic::Sources sources() const { return {bodies.box.lengths, bodies.position, bodies.charge}; }
-  double diameter() const { return 2 * *std::ranges::min_element(bodies.radius); }
-};
-
 using MakeSum = std::function<std::unique_ptr<periodic::Sum>()>;
 
 /// One evaluation of all forces, pairs being known.
 class SumTrial : public Trial {
  public:
-  SumTrial(const ChargedSubject& subject, const MakeSum& make) : subject_(subject), sum_(make()) {
+  SumTrial(const ChargedSubject& subject, std::unique_ptr<periodic::Sum> sum)
+      : subject_(subject), sum_(std::move(sum)) {
     if (sum_->cutoff() > 0) pairs_ = pairs_closer_than(subject.bodies, sum_->cutoff() - subject.diameter());
   }
 
-  void run() override { sum_->evaluate(subject_.sources(), pairs_, parallel::Team::single(), response_); }
-  std::vector<double> errors() const override {
-    double squares = 0, largest = 0;
-    for (std::size_t s = 0; s < subject_.sample.size(); ++s) {
-      double square = 0;
-      for (int k = 0; k < 3; ++k) {
-        const double off = response_.force[3 * subject_.sample[s] + k] - subject_.reference.force[3 * s + k];
-        square += off * off;
-      }
-      squares += square;
-      largest = std::max(largest, square);
-    }
-    const double n = static_cast<double>(subject_.sample.size());
-    return {std::sqrt(squares / n) / subject_.rms_force, std::sqrt(largest) / subject_.rms_force};
+  void run() override {
+    const double start = seconds_of_thread();
+    evaluate();
+    seconds_ = seconds_of_thread() - start;
   }
+  std::vector<double> errors() const override { return subject_.errors(response_.force); }
   std::int64_t work() const override { return static_cast<std::int64_t>(pairs_.size()); }
+  std::optional<double> own_seconds() const override { return seconds_; }
+  const std::vector<double>& forces() const { return response_.force; }
 
- private:
+ protected:
+  virtual void evaluate() { sum_->evaluate(subject_.sources(), pairs_, parallel::Team::single(), response_); }
+
   const ChargedSubject& subject_;
   std::unique_ptr<periodic::Sum> sum_;
   std::vector<Pair> pairs_;
   periodic::Response response_;
+
+ private:
+  double seconds_ = 0;
 };
 
-Candidate candidate(const ChargedSubject& subject, Settings settings, double cost, MakeSum make) {
-  return {std::move(settings), cost,
-          [&subject, make = std::move(make)] { return std::make_unique<SumTrial>(subject, make); }};
+/// The same with the dipoles that charges induce, found from no start.
+class DipolesTrial final : public SumTrial {
+ public:
+  DipolesTrial(const ChargedSubject& subject, std::unique_ptr<periodic::Sum> far, periodic::DipoleSum variant,
+               double tolerance)
+      : SumTrial(subject, std::move(far)), induced_(*sum_, variant, subject.dipoles->polarizability, tolerance) {}
+
+ private:
+  void evaluate() override {
+    std::vector<double> dipole;
+    induced_.evaluate(subject_.sources(), pairs_, parallel::Team::single(), dipole, response_);
+  }
+
+  periodic::InducedDipoles induced_;
+};
+
+/// One evaluation on a device, whose own clock counts: neither lists nor what goes to it and comes from it.
+class DeviceTrial final : public Trial {
+ public:
+  DeviceTrial(const ChargedSubject& subject, const periodic::MeshChoice& choice)
+      : subject_(subject), sum_(periodic::device::make_cuda_mesh(choice.mesh, choice.cloud())) {}
+
+  void run() override {
+    constexpr double skin = 0.5;  // d0, of lists that hold for some steps
+    constexpr int repeats = 10;
+    seconds_ = sum_->profile(subject_.sources(), skin, repeats).forces;
+    sum_->evaluate(subject_.sources(), {}, parallel::Team::single(), response_);
+  }
+  std::vector<double> errors() const override { return subject_.errors(response_.force); }
+  std::int64_t work() const override { return 0; }
+  std::optional<double> own_seconds() const override { return seconds_; }
+  bool is_elsewhere() const override { return true; }
+
+ private:
+  const ChargedSubject& subject_;
+  std::unique_ptr<periodic::device::DeviceMesh> sum_;
+  periodic::Response response_;
+  double seconds_ = 0;
+};
+
+/// Of a sum that is to be as accurate as `accuracy`; with dipoles, these to the same.
+Candidate candidate(const ChargedSubject& subject, Settings settings, double cost, double accuracy, MakeSum make) {
+  return {std::move(settings), cost, [&subject, accuracy, make = std::move(make)]() -> std::unique_ptr<Trial> {
+            if (!subject.dipoles) return std::make_unique<SumTrial>(subject, make());
+            return std::make_unique<DipolesTrial>(subject, make(), periodic::DipoleSum::ewald, accuracy);
+          }};
 }
 
-Method mesh(const ChargedSubject& subject) {
-  Method method{"mesh", "near pairs, all else on a mesh with the parameters that an accuracy asks for", {}};
-  for (int decade = 1; decade <= 8; ++decade) {
-    const double accuracy = std::pow(10, -decade);
-    method.candidates.push_back(candidate(subject, {{"accuracy", accuracy}}, std::pow(decade + 2, 3), [=, &subject] {
-      const int charges = subject.bodies.size();
-      return periodic::make_mesh_sum(
-          periodic::choose_quick_mesh({accuracy, charges, subject.bodies.box.lengths, subject.diameter()}), charges);
-    }));
-  }
+double cost_of_mesh(double accuracy) { return std::pow(2 - std::log10(accuracy), 3); }
+
+constexpr double accuracies[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
+
+periodic::MeshRequest request_for(const ChargedSubject& subject, double accuracy) {
+  return {.accuracy = accuracy,
+          .charges = subject.bodies.size(),
+          .lengths = subject.bodies.box.lengths,
+          .contact = subject.diameter(),
+          .dipoles = subject.dipoles.has_value()};
+}
+
+Method mesh(const ChargedSubject& subject, std::string name, std::string description, bool gauss, bool only_double) {
+  Method method{std::move(name), std::move(description), {}};
+  for (const double accuracy : accuracies)
+    method.candidates.push_back(
+        candidate(subject, {{"accuracy", accuracy}}, cost_of_mesh(accuracy), accuracy, [=, &subject] {
+          periodic::MeshRequest request = request_for(subject, accuracy);
+          request.gauss = gauss;
+          request.only_double = only_double;
+          return periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges);
+        }));
+  return method;
+}
+
+/// A device has single precision for charges alone; what it is asked for is chosen as for the CPU's.
+Method mesh_on_device(const ChargedSubject& subject) {
+  Method method{"mesh-cuda", "the same mesh on a CUDA device, by the device's clock", {}};
+  for (const double accuracy : accuracies)
+    if (accuracy >= periodic::finest_single)
+      method.candidates.push_back({{{"accuracy", accuracy}}, cost_of_mesh(accuracy), [=, &subject] {
+                                     return std::make_unique<DeviceTrial>(
+                                         subject, periodic::choose_quick_mesh(request_for(subject, accuracy)));
+                                   }});
   return method;
 }
 
@@ -83,7 +139,7 @@ Method ewald(const ChargedSubject& subject) {
   Method method{"ewald", "Ewald's sums term by term", {}};
   for (int decade = 1; decade <= 13; decade += 2) {
     const double tolerance = std::pow(10, -decade);
-    method.candidates.push_back(candidate(subject, {{"tolerance", tolerance}}, std::pow(decade + 1, 1.5),
+    method.candidates.push_back(candidate(subject, {{"tolerance", tolerance}}, std::pow(decade + 1, 1.5), tolerance,
                                           [=] { return std::make_unique<periodic::Ewald>(tolerance); }));
   }
   return method;
@@ -92,23 +148,64 @@ Method ewald(const ChargedSubject& subject) {
 Method minimum_image(const ChargedSubject& subject) {
   return {"minimum-image",
           "the nearest image of each other charge, without a promise",
-          {candidate(subject, {{"reach / L", 1}}, 1,
+          {candidate(subject, {{"reach / L", 1}}, 1, 0,
                      [] { return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box); })}};
 }
 
 Method shifted_force(const ChargedSubject& subject) {
   Method method{"shifted-force", "pairs within a cut-off, shifted to end there, without a promise", {}};
-  const Vec3 lengths = subject.bodies.box.lengths;
-  const double half = 0.5 * std::min({lengths.x, lengths.y, lengths.z});
   for (const double cutoff : {3.0, 5.0, 7.0, 10.0})
-    if (cutoff <= half)
-      method.candidates.push_back(candidate(subject, {{"cutoff", cutoff}}, std::pow(cutoff, 3),
+    if (cutoff <= subject.half_box())
+      method.candidates.push_back(candidate(subject, {{"cutoff", cutoff}}, std::pow(cutoff, 3), 0,
                                             [=] { return std::make_unique<periodic::ShiftedForce>(cutoff); }));
   return method;
 }
 
+Method lammps(const ChargedSubject& subject) {
+  Method method{"lammps", "LAMMPS' PPPM (Gauss, B-splines of order 5), by its own clock", {}};
+  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
+    for (const double cutoff : {4.0, 5.0, 6.0, 7.0})
+      if (cutoff <= subject.half_box())
+        method.candidates.push_back({{{"accuracy", accuracy}, {"cutoff", cutoff}},
+                                     cost_of_mesh(accuracy),
+                                     [=, &subject] { return make_lammps_trial(subject, accuracy, cutoff); }});
+  return method;
+}
+
+/// Charges on the mesh, dipoles by nearest images as the variant has it.
+Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant) {
+  Method method{"dipoles-" + std::string(name_of(variant)), "nearest images where induced_dipoles.sum has them", {}};
+  for (const double accuracy : {1e-2, 1e-3, 1e-4})
+    method.candidates.push_back({{{"accuracy", accuracy}}, cost_of_mesh(accuracy), [=, &subject] {
+                                   const periodic::MeshRequest request = request_for(subject, accuracy);
+                                   return std::make_unique<DipolesTrial>(
+                                       subject,
+                                       periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges),
+                                       variant, accuracy);
+                                 }});
+  return method;
+}
+
 std::vector<Method> all_methods(const ChargedSubject& subject) {
-  return {mesh(subject), ewald(subject), minimum_image(subject), shifted_force(subject)};
+  const std::string to = "with the parameters that an accuracy asks for";
+  Method quick = mesh(subject, "mesh", "what a run takes: near pairs, all else on a mesh, " + to, false, false);
+  Method gauss = mesh(subject, "mesh-gauss", "the same with Ewald's splitting", true, false);
+  if (subject.dipoles)
+    return {quick,
+            gauss,
+            ewald(subject),
+            dipole_variant(subject, periodic::DipoleSum::mixed_consistent),
+            dipole_variant(subject, periodic::DipoleSum::minimum_image),
+            dipole_variant(subject, periodic::DipoleSum::source)};
+  return {quick,
+          gauss,
+          mesh(subject, "mesh-double", "the mesh in double precision throughout", false, true),
+          mesh(subject, "mesh-double-gauss", "the same with Ewald's splitting", true, true),
+          mesh_on_device(subject),
+          ewald(subject),
+          minimum_image(subject),
+          shifted_force(subject),
+          lammps(subject)};
 }
 
 /// Gaussian charges, where the scene has none yet.
@@ -123,6 +220,7 @@ void charge(ChargedSubject& subject, std::uint64_t seed) {
 
 ChargedSubject make_subject(const Scene& scene) {
   ChargedSubject subject{.bodies = make_bodies(scene)};
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>()) subject.dipoles = *dipoles;
   subject.bodies.charge = initial_charges(scene);
   charge(subject, scene.seed);
   constexpr int most = 200;  // forces compared: their sum takes as long as the Ewald sums of thousands
@@ -137,20 +235,51 @@ double rms(const std::vector<double>& force) {
   return std::sqrt(3 * sum / static_cast<double>(force.size()));
 }
 
-/// By Ewald's sums; what a tolerance ten thousand times larger changes is more than their error.
-void find_reference(ChargedSubject& subject, Diagram& diagram) {
+std::vector<double> of_sample(const ChargedSubject& subject, const std::vector<double>& force) {
+  std::vector<double> chosen;
+  for (const int i : subject.sample) chosen.insert(chosen.end(), &force[3 * i], &force[3 * i] + 3);
+  return chosen;
+}
+
+/// By Ewald's sums, balanced for the sample.
+std::vector<double> exact_forces(const ChargedSubject& subject, double tolerance) {
   const double balance = std::pow(2.0 * subject.sample.size() / subject.bodies.size(), 1.0 / 6);
-  const auto sum = [&](double tolerance) {
-    const periodic::Splitting balanced = periodic::splitting_for(subject.sources(), tolerance);
-    const periodic::Splitting splitting =
-        periodic::splitting_for(subject.sources(), tolerance, balanced.alpha * std::min(balance, 1.0));
-    periodic::Response response;
-    periodic::Ewald(splitting).evaluate_at(subject.sample, subject.sources(), parallel::Team::single(), response);
-    return response;
-  };
-  subject.reference = sum(1e-13);
+  const periodic::Splitting balanced = periodic::splitting_for(subject.sources(), tolerance);
+  const periodic::Splitting splitting =
+      periodic::splitting_for(subject.sources(), tolerance, balanced.alpha * std::min(balance, 1.0));
+  periodic::Response response;
+  periodic::Ewald(splitting).evaluate_at(subject.sample, subject.sources(), parallel::Team::single(), response);
+  return response.force;
+}
+
+/// Dipoles want all fields: by Ewald's sums only while that takes a minute.
+bool are_few(const ChargedSubject& subject) { return subject.bodies.size() <= 2000; }
+
+std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, double tolerance) {
+  std::unique_ptr<periodic::Sum> far = std::make_unique<periodic::Ewald>(tolerance);
+  if (!are_few(subject)) {
+    const periodic::MeshRequest request = request_for(subject, std::max(tolerance, 1e-8));
+    far = periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges);
+  }
+  DipolesTrial trial(subject, std::move(far), periodic::DipoleSum::ewald, tolerance);
+  trial.run();
+  return of_sample(subject, trial.forces());
+}
+
+/// What a far looser one changes is more than its error.
+void find_reference(ChargedSubject& subject, Diagram& diagram) {
+  std::vector<double> looser;
+  if (subject.dipoles) {
+    subject.reference.force = exact_forces_with_dipoles(subject, 1e-10);
+    looser = exact_forces_with_dipoles(subject, 1e-7);
+    diagram.reference = are_few(subject) ? "Ewald's sums and dipoles at tolerance 1e-10"
+                                         : "the mesh at accuracy 1e-8, dipoles at tolerance 1e-10";
+  } else {
+    subject.reference.force = exact_forces(subject, 1e-13);
+    looser = exact_forces(subject, 1e-9);
+    diagram.reference = "Ewald's sums at tolerance 1e-13";
+  }
   subject.rms_force = rms(subject.reference.force);
-  const std::vector<double> looser = sum(1e-9).force;
   double largest = 0, squares = 0;
   for (std::size_t k = 0; k < looser.size(); ++k) {
     const double off = looser[k] - subject.reference.force[k];
@@ -159,10 +288,27 @@ void find_reference(ChargedSubject& subject, Diagram& diagram) {
   }
   diagram.reference_errors = {std::sqrt(3 * squares / static_cast<double>(looser.size())) / subject.rms_force,
                               largest / subject.rms_force};
-  diagram.reference = "Ewald's sums at tolerance 1e-13";
 }
 
 }  // namespace
+
+double ChargedSubject::diameter() const { return 2 * *std::ranges::min_element(bodies.radius); }
+
+double ChargedSubject::half_box() const {
+  const Vec3 lengths = bodies.box.lengths;
+  return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
+}
+
+std::vector<double> ChargedSubject::errors(const std::vector<double>& force) const {
+  double squares = 0, largest = 0;
+  for (std::size_t s = 0; s < sample.size(); ++s) {
+    double square = 0;
+    for (int k = 0; k < 3; ++k) square += std::pow(force[3 * sample[s] + k] - reference.force[3 * s + k], 2);
+    squares += square;
+    largest = std::max(largest, square);
+  }
+  return {std::sqrt(squares / static_cast<double>(sample.size())) / rms_force, std::sqrt(largest) / rms_force};
+}
 
 Diagram sweep_charges(const Scene& scene, const Request& request) {
   if (!scene.effects.has("coulomb"))
@@ -174,10 +320,12 @@ Diagram sweep_charges(const Scene& scene, const Request& request) {
   ChargedSubject subject = make_subject(scene);
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{
-      .title = fmt::format("forces of {} charges at the places of the first instant", subject.bodies.size()),
+      .title = fmt::format("forces of {} charges{} at the places of the first instant", subject.bodies.size(),
+                           subject.dipoles ? " and the dipoles that they induce" : ""),
       .quantities = {"rms force", "largest force"},
       .measure = "root mean square and largest error of a force, over the rms force",
-      .work = "pairs"};
+      .work = "pairs",
+      .clock = "time of one core"};
   if (request.progress) request.progress(0, 0, "reference", {});
   find_reference(subject, diagram);
   measure(choose(all_methods(subject), request.methods), request, diagram);

@@ -5,6 +5,8 @@
 
 #include "solvers/error.hpp"
 #include "src/commands/work_precision.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/granular/integrator.hpp"
 
 namespace lichtenberg::work_precision {
@@ -27,11 +29,10 @@ std::vector<double> unwrapped(const Bodies& bodies) {
 /// A run of it.
 class GasTrial : public Trial {
  public:
-  GasTrial(const GasSubject& subject, const MechanicsOptions& mechanics) : subject_(subject), scene_(subject.scene) {
-    scene_.mechanics = mechanics;
-  }
+  GasTrial(const GasSubject& subject, Scene scene) : subject_(subject), scene_(std::move(scene)) {}
 
   void run() override {
+    const double start = seconds_of_thread();
     granular::Gas gas(scene_);
     const auto integrator = granular::make_integrator(scene_.mechanics.integrator);
     const double energy = gas.energy().total(), end = scene_.stop.time;
@@ -43,6 +44,7 @@ class GasTrial : public Trial {
     const granular::GasEnergy book = gas.energy();
     left_over_ = std::abs(book.total() - energy) / (book.kinetic + book.dissipated);
     steps_ = gas.contact_steps;
+    seconds_ = seconds_of_thread() - start;
   }
   std::vector<double> errors() const override {
     double squares = 0;
@@ -52,43 +54,82 @@ class GasTrial : public Trial {
     return {std::sqrt(squares / grains), left_over_};
   }
   std::int64_t work() const override { return steps_; }
+  std::optional<double> own_seconds() const override { return seconds_; }
   const std::vector<double>& places() const { return places_; }
 
  private:
   const GasSubject& subject_;
   Scene scene_;
   std::vector<double> places_;
-  double left_over_ = 0;
+  double left_over_ = 0, seconds_ = 0;
   std::int64_t steps_ = 0;
 };
 
-MechanicsOptions with(const GasSubject& subject, Integrator integrator, double step, int contact_steps = 30) {
-  MechanicsOptions mechanics = subject.scene.mechanics;
-  mechanics.integrator = integrator;
-  mechanics.step = step;
-  mechanics.contact_steps = contact_steps;
-  return mechanics;
+Scene with(const GasSubject& subject, Integrator integrator, double step, int contact_steps = 30) {
+  Scene scene = subject.scene;
+  scene.mechanics.integrator = integrator;
+  scene.mechanics.step = step;
+  scene.mechanics.contact_steps = contact_steps;
+  return scene;
 }
 
-Candidate candidate(const GasSubject& subject, Settings settings, double cost, const MechanicsOptions& mechanics) {
-  return {std::move(settings), cost, [&subject, mechanics] { return std::make_unique<GasTrial>(subject, mechanics); }};
+Candidate candidate(const GasSubject& subject, Settings settings, double cost, Scene scene) {
+  return {std::move(settings), cost,
+          [&subject, scene = std::move(scene)] { return std::make_unique<GasTrial>(subject, scene); }};
 }
 
-/// Steps of charges and of contacts are made shorter together.
+/// Of step k of the sweep: those of charges and of contacts are made shorter together.
+Candidate multirate_at(const GasSubject& subject, int k, const std::function<void(Scene&)>& change = {}) {
+  const double step = 0.08 / (1 << k);
+  const int contact_steps = 10 << k;
+  Scene scene = with(subject, Integrator::multirate, step, contact_steps);
+  if (change) change(scene);
+  return candidate(subject, {{"step", step}, {"contact steps", contact_steps}}, 1 << k, std::move(scene));
+}
+
+constexpr int halvings = 6;
+
 Method multirate(const GasSubject& subject) {
   Method method{"multirate", "charges held over a step, within which contacts have steps of their own", {}};
-  for (int k = 0; k < 6; ++k) {
-    const double step = 0.08 / (1 << k);
-    const int contact_steps = 10 << k;
-    method.candidates.push_back(candidate(subject, {{"step", step}, {"contact steps", contact_steps}}, 1 << k,
-                                          with(subject, Integrator::multirate, step, contact_steps)));
+  for (int k = 0; k < halvings; ++k) method.candidates.push_back(multirate_at(subject, k));
+  return method;
+}
+
+/// Contacts resolved as in the best of them: what is left is what held charges cost.
+Method charges_held(const GasSubject& subject) {
+  Method method{"multirate-charges", "the same with contacts as good as they get: what held charges cost", {}};
+  const int contact_steps = 10 << (halvings - 1);
+  for (int k = 0; k < halvings; ++k) {
+    const double step = 0.32 / (1 << k);
+    method.candidates.push_back(
+        candidate(subject, {{"step", step}}, 1, with(subject, Integrator::multirate, step, contact_steps)));
   }
+  return method;
+}
+
+/// In steps that cost next to no accuracy.
+Method force_accuracy(const GasSubject& subject) {
+  Method method{"multirate-forces", "the same, all steps short: what the accuracy of forces costs", {}};
+  for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+    Scene scene = with(subject, Integrator::multirate, 0.01, 80);
+    scene.effects.find<effects::CoulombOptions>()->accuracy = accuracy;
+    method.candidates.push_back(candidate(subject, {{"accuracy", accuracy}}, 1, std::move(scene)));
+  }
+  return method;
+}
+
+/// Multirate's steps with dipoles by another sum.
+Method dipole_variant(const GasSubject& subject, periodic::DipoleSum variant) {
+  Method method{"dipoles-" + std::string(name_of(variant)), "multirate with induced_dipoles.sum of that name", {}};
+  for (int k = 0; k < halvings; ++k)
+    method.candidates.push_back(multirate_at(
+        subject, k, [&](Scene& scene) { scene.effects.find<effects::InducedDipolesOptions>()->sum = variant; }));
   return method;
 }
 
 Method fixed_steps(const GasSubject& subject, Integrator integrator, std::string description) {
   Method method{name_of(integrator), std::move(description), {}};
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < halvings; ++k) {
     const double step = 0.01 / (1 << k);
     method.candidates.push_back(candidate(subject, {{"step", step}}, 1 << k, with(subject, integrator, step)));
   }
@@ -96,9 +137,19 @@ Method fixed_steps(const GasSubject& subject, Integrator integrator, std::string
 }
 
 std::vector<Method> all_methods(const GasSubject& subject) {
-  return {multirate(subject), fixed_steps(subject, Integrator::verlet, "velocity Verlet with predicted velocities"),
-          fixed_steps(subject, Integrator::gear, "Gear's predictor and corrector of order 6"),
-          fixed_steps(subject, Integrator::gear_printed, "the same with G 3.41's coefficients as printed")};
+  std::vector<Method> all = {
+      multirate(subject), fixed_steps(subject, Integrator::verlet, "velocity Verlet with predicted velocities"),
+      fixed_steps(subject, Integrator::gear, "Gear's predictor and corrector of order 6"),
+      fixed_steps(subject, Integrator::gear_printed, "the same with G 3.41's coefficients as printed")};
+  const auto* coulomb = subject.scene.effects.find<effects::CoulombOptions>();
+  if (coulomb) all.push_back(charges_held(subject));
+  if (coulomb && coulomb->sum == effects::CoulombSum::mesh && !(coulomb->cutoff && coulomb->mesh && coulomb->order))
+    all.push_back(force_accuracy(subject));
+  if (const auto* dipoles = subject.scene.effects.find<effects::InducedDipolesOptions>())
+    for (const auto variant : {periodic::DipoleSum::ewald, periodic::DipoleSum::mixed_consistent,
+                               periodic::DipoleSum::minimum_image, periodic::DipoleSum::source})
+      if (variant != dipoles->sum) all.push_back(dipole_variant(subject, variant));
+  return all;
 }
 
 /// By steps a quarter of the shortest of the sweep; what twice as long ones change is more than their error.
@@ -118,6 +169,7 @@ Diagram sweep_grains(const Scene& scene, const Request& request) {
   constexpr double horizon = 0.5;  // t0: a grain of a gas at T = 10 then has collided once or twice
   GasSubject subject{.scene = scene};
   subject.scene.stages.clear();
+  subject.scene.mechanics.threads = 1;
   subject.scene.stop.time = std::min(scene.stop.time, horizon);
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{
@@ -126,7 +178,8 @@ Diagram sweep_grains(const Scene& scene, const Request& request) {
       .measure =
           "root mean square distance of a grain from where it should be, in d0; what the energy book is "
           "off by over the kinetic energy at the start",
-      .work = "steps of contacts"};
+      .work = "steps of contacts",
+      .clock = "time of one core"};
   if (request.progress) request.progress(0, 0, "reference", {});
   find_reference(subject, diagram);
   measure(choose(all_methods(subject), request.methods), request, diagram);

@@ -19,11 +19,13 @@ double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-double processor_seconds() {
+double seconds_by(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+double processor_seconds() { return seconds_by(CLOCK_PROCESS_CPUTIME_ID); }
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -73,8 +75,9 @@ Point measure(const std::string& method, const Candidate& candidate) {
   const auto run = [&] {
     const double wall_start = wall_seconds(), processor_start = processor_seconds();
     trial->run();
-    wall.push_back(wall_seconds() - wall_start);
-    processor.push_back(processor_seconds() - processor_start);
+    const std::optional<double> own = trial->own_seconds();
+    wall.push_back(own.value_or(wall_seconds() - wall_start));
+    processor.push_back(own.value_or(processor_seconds() - processor_start));
   };
   run();
   if (wall.front() < long_run) {
@@ -88,7 +91,7 @@ Point measure(const std::string& method, const Candidate& candidate) {
   point.errors = trial->errors();
   point.work = trial->work();
   point.evaluations = trial->evaluations();
-  point.mebibytes = memory.mebibytes();
+  if (!trial->is_elsewhere()) point.mebibytes = memory.mebibytes();
   return point;
 }
 
@@ -124,6 +127,8 @@ void try_candidate(const std::string& method, const Candidate& candidate, double
 }
 
 }  // namespace
+
+double seconds_of_thread() { return seconds_by(CLOCK_THREAD_CPUTIME_ID); }
 
 std::string to_string(const Settings& settings) {
   std::string text;

@@ -39,7 +39,8 @@ void print_heading(const Diagram& diagram, const Circumstances& here) {
   fmt::print("  errors      {}\n", diagram.measure);
   fmt::print("  reference   {}; its own error is about", diagram.reference);
   for (const double error : diagram.reference_errors) fmt::print(" {:.1e}", error);
-  fmt::print("\n  time        of a run from nothing: the median of up to five after one that does not count\n");
+  fmt::print("\n  time        {} of a run from nothing: the median of up to five after one that does not count\n",
+             diagram.clock);
   if (shows_evaluations(diagram))
     fmt::print("  evaluations of an operator, in residual evaluations on the whole grid\n");
   const bool busy = here.load > 0.5;
@@ -162,7 +163,7 @@ nlohmann::ordered_json to_json(const Diagram& diagram, const Circumstances& here
                               {"processor", here.processor}, {"cores", here.cores},
                               {"load", here.load},           {"versions", here.versions},
                               {"errors", diagram.measure},   {"reference", diagram.reference},
-                              {"work", diagram.work}};
+                              {"work", diagram.work},        {"time", diagram.clock}};
   for (std::size_t q = 0; q < diagram.quantities.size(); ++q)
     json["reference_errors"][diagram.quantities[q]] = diagram.reference_errors[q];
   for (const auto& [name, description] : diagram.methods) json["methods"][name] = description;

@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+"""How the work of a charged gas grows with its number of grains, on one core, LAMMPS beside it: a table and a picture.
+
+    gas_scaling.py [--program build/benchmark_gas] [--grains 1000,10000,...] [--accuracy 1e-4] [--lammps-up-to 100000]
+                   [--device FIGURES.json] [--json FILE] [--out PICTURE]
+
+Grains of charge +1 and -1 at random places, at G's density, T = 1, steps of .005 with all forces in each, exchange of charges
+off from the count: `benchmark_gas` is run once for each number, so that its largest memory is known. Milliseconds of one core's
+processor time. LAMMPS: as gas_lammps.py has it, at the cut-off --cutoff. FIGURES.json: what a device took,
+{"device": its name, "rows": [{"grains": N, "forces": ms, "step": ms}, ...]}.
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+import gas_lammps
+
+INK, BLUE, ORANGE, GREEN = "#1a1a1a", "#0072b2", "#d55e00", "#009e73"
+SMALL, LARGE = 30000, 1000000  # fewer grains get more steps, more get fewer
+
+
+def steps_for(grains):
+    return 50 if grains < SMALL else 10 if grains < LARGE else 3
+
+
+def run_with_memory(command):
+    """What it prints, and its largest resident size in MiB."""
+    with tempfile.TemporaryFile("w+") as out:
+        process = subprocess.Popen(command, stdout=out)
+        _, status, usage = os.wait4(process.pid, 0)
+        if status != 0:
+            sys.exit(f"{command[0]} failed")
+        out.seek(0)
+        return out.read(), usage.ru_maxrss / 1024
+
+
+def run_ours(arguments, grains):
+    """A row of benchmark_gas: forces are evaluated twice a step, after charges have moved once more."""
+    command = [str(arguments.program), "--sizes", str(grains), "--accuracies", f"0,{arguments.accuracy:g}", "--sample", "0"]
+    command += ["--steps", str(steps_for(grains)), "--repeats", "3"]
+    text, memory = run_with_memory(command)
+    lines = text.splitlines()
+    title = next(k for k, line in enumerate(lines) if line.split()[:1] == ["grains"])
+    names = lines[title].replace("set-up", "setup").split()
+    neutral, charged = ([float(word) if word != "-" else 0 for word in line.split()] for line in lines[title + 1:title + 3])
+    row = dict(zip(names, charged))
+    forces = (row["near"] + row["mesh"]) / 2
+    return {"grains": grains, "forces": forces, "step": row["CPU"] - forces, "contacts": dict(zip(names, neutral))["CPU"],
+            "setup": row["setup"], "MiB": memory}, lines[0]
+
+
+def run_lammps(arguments, grains):
+    """Forces and steps. Places by lichtenberg, as LAMMPS has none to offer."""
+    length = 70 * (grains / 50016)**(1 / 3)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        first, _ = gas_lammps.run_ours(arguments.lichtenberg, folder, grains, length, 1e-2, 1)
+        gas_lammps.write_data(folder / "data", first, length)
+        steps = steps_for(grains)
+        forces = gas_lammps.run_lammps(folder, arguments.cutoff, arguments.accuracy, steps, contacts=False)
+        step = gas_lammps.run_lammps(folder, arguments.cutoff, arguments.accuracy, steps, contacts=True)
+    return {"grains": grains, "forces": forces, "step": step}
+
+
+def print_table(ours, lammps, device):
+    columns = ["grains", "forces", "step", "contacts", "set-up (ms)", "MiB", "us a grain and step"]
+    print(" ".join(f"{name:>12}" for name in columns) + "   LAMMPS: forces, step   device: forces, step")
+    for row in ours:
+        text = " ".join(f"{value:>12.4g}" for value in row.values()) + f" {1e3 * row['step'] / row['grains']:>12.3g}       "
+        for others in (lammps, device["rows"]):
+            other = next((each for each in others if each["grains"] == row["grains"]), None)
+            text += f"{other['forces']:>10.4g} {other['step']:>10.4g}" if other else " " * 21
+        print(text)
+
+
+def draw_lines(axes, rows, name, style, colour, label):
+    known = [row for row in rows if row.get(name)]
+    if known:
+        axes.plot([row["grains"] for row in known], [row[name] for row in known], style, color=colour, markersize=4,
+                  linewidth=1.2, label=label)
+
+
+def draw(ours, lammps, device, title):
+    plt.rcParams.update({"font.size": 8, "savefig.dpi": 160})
+    figure, (time, memory) = plt.subplots(1, 2, figsize=(7.5, 3.4), layout="constrained", width_ratios=[1.6, 1])
+    for rows, colour, who in ((ours, BLUE, "one core"), (lammps, ORANGE, "LAMMPS, one core"),
+                              (device["rows"], GREEN, device["device"])):
+        draw_lines(time, rows, "step", "o-", colour, f"{who}: step")
+        draw_lines(time, rows, "forces", "s--", colour, f"{who}: forces of charges")
+    draw_lines(time, ours, "contacts", "^:", INK, "one core: step without charges")
+    draw_lines(memory, ours, "MiB", "o-", BLUE, "largest resident size")
+    draw_lines(memory, ours, "setup", "^:", INK, "set-up (ms)")
+    time.set(xscale="log", yscale="log", xlabel="grains", ylabel="ms")
+    memory.set(xscale="log", yscale="log", xlabel="grains", ylabel="MiB, ms")
+    for axes in (time, memory):
+        axes.grid(True, which="major", linewidth=0.3)
+        axes.tick_params(which="minor", length=0)
+        axes.legend(frameon=False, fontsize=7)
+    figure.suptitle(title, fontsize=8)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--program", type=Path, default=Path("build/benchmark_gas"))
+    parser.add_argument("--lichtenberg", type=Path, default=Path("build/lichtenberg"), help="of which LAMMPS gets its places")
+    parser.add_argument("--grains", default="1000,10000,100000,1000000", help="even numbers")
+    parser.add_argument("--accuracy", type=float, default=1e-4, help="of forces, asked of both")
+    parser.add_argument("--lammps-up-to", type=int, default=0, help="grains; 0: without LAMMPS")
+    parser.add_argument("--cutoff", type=float, default=6, help="of LAMMPS")
+    parser.add_argument("--device", type=Path, help="figures of a device")
+    parser.add_argument("--json", type=Path, help="file to write all figures to")
+    parser.add_argument("--out", type=Path, help="picture to write")
+    arguments = parser.parse_args()
+    arguments.program, arguments.lichtenberg = arguments.program.resolve(), arguments.lichtenberg.resolve()
+    device = json.loads(arguments.device.read_text()) if arguments.device else {"device": "", "rows": []}
+    ours, lammps, machine = [], [], ""
+    for grains in map(int, arguments.grains.split(",")):
+        row, machine = run_ours(arguments, grains)
+        ours.append(row)
+        if grains <= arguments.lammps_up_to:
+            lammps.append(run_lammps(arguments, grains))
+        print(f"{grains} grains: {row['step']:.4g} ms a step", file=sys.stderr)
+    title = f"A charged gas at an accuracy of {arguments.accuracy:g}; {machine}"
+    print(title)
+    print_table(ours, lammps, device)
+    if arguments.json:
+        arguments.json.write_text(json.dumps({"title": title, "ours": ours, "lammps": lammps, "device": device}, indent=1))
+    if arguments.out:
+        draw(ours, lammps, device, title).savefig(arguments.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -323,6 +323,34 @@ void cluster_at_rest(Report& report) {
   report.at_most("momentum", momentum(run.gas.bodies()), 1e-12);
 }
 
+void to_one_cluster(Report& report, bool all) {
+  const int n = all ? 250 : 50;
+  const double edge = std::cbrt(n / 0.1), end = all ? 1000 : 50;
+  Scene scene = viscoelastic(edge);
+  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
+  add_gas(scene, n, edge, 10);
+  charge_randomly(scene, 1);
+  scene.mechanics.step = all ? 0.005 : 0.02;
+  Run run(scene);
+  const double start = run.gas.energy().total(), thermal = thermal_momentum(run.gas);
+  run.to(end);
+  report.section(
+      fmt::format("{} charged grains cool from T = 10 to rest in one cluster, {:.2g} steps, {:.2g} of contacts", n,
+                  static_cast<double>(run.gas.steps), static_cast<double>(run.gas.contact_steps)));
+  const granular::GasEnergy now = run.gas.energy();
+  report.at_most("left over of the book, of what was dissipated", std::abs(now.total() - start) / now.dissipated, 1e-3);
+  const auto numbers = analysis::cluster_numbers(n, granular::pairs_in_contact(run.gas));
+  report.at_least("grains in the largest cluster", static_cast<double>(analysis::cluster_sizes(numbers).largest), n);
+  // Two slow modes a grain, as in cluster_at_rest: 2 F / (D sqrt(xi) t) a grain, F = K q^2 = E xi^(3/2); what turns or
+  // flies as a whole has no more than the momentum and the spin that it began with.
+  const double overlap = std::pow(1 / 278.6, 2.0 / 3);
+  report.at_most("kinetic energy, less that of turning", now.kinetic - turning_energy(run.gas.bodies()),
+                 n * 2 / (27.7 * std::sqrt(overlap) * end));
+  // A grain's momentum rounds by 1.1e-16 of it a few times a step, at random.
+  report.at_most("momentum, of the thermal one at the start", momentum(run.gas.bodies()) / thermal,
+                 10 * 1.1e-16 * std::sqrt(static_cast<double>(run.gas.contact_steps)));
+}
+
 void lists(Report& report, bool all) {
   report.section("every pair that overlaps is a contact");
   Scene scene = viscoelastic(8);
@@ -479,6 +507,7 @@ int main(int argc, char** argv) {
   too_fast(report);
   elastic_gas(report, all);
   cluster_at_rest(report);
+  to_one_cluster(report, all);
   lists(report, all);
   charges(report, all);
   driven(report);

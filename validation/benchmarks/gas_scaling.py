@@ -4,9 +4,8 @@
     gas_scaling.py [--program build/benchmark_gas] [--grains 1000,10000,...] [--accuracy 1e-4] [--lammps-up-to 100000]
                    [--device FIGURES.json] [--json FILE] [--out PICTURE]
 
-Grains of charge +1 and -1 at random places, at G's density, T = 1, steps of .005 with all forces in each, exchange of charges
-off from the count: `benchmark_gas` is run once for each number, so that its largest memory is known. Milliseconds of one core's
-processor time. LAMMPS: as gas_lammps.py has it, at the cut-off --cutoff. FIGURES.json: what a device took,
+Grains of charge +1 and -1 at random places, at G's density, T = 1, steps of .005 with all forces in each. `benchmark_gas` is
+run once for each number, so that its largest memory is known. Milliseconds of one core's processor time. LAMMPS: as gas_lammps.py has it, at the cut-off --cutoff. FIGURES.json: what a device took,
 {"device": its name, "rows": [{"grains": N, "forces": ms, "step": ms}, ...]}.
 """
 import argparse
@@ -44,7 +43,7 @@ def run_with_memory(command):
 
 
 def run_ours(arguments, grains):
-    """A row of benchmark_gas: forces are evaluated twice a step, after charges have moved once more."""
+    """A row, of processor time: what steps take more with charges are two evaluations of forces, as charges move in between."""
     command = [str(arguments.program), "--sizes", str(grains), "--accuracies", f"0,{arguments.accuracy:g}", "--sample", "0"]
     command += ["--steps", str(steps_for(grains)), "--repeats", "3"]
     text, memory = run_with_memory(command)
@@ -52,10 +51,10 @@ def run_ours(arguments, grains):
     title = next(k for k, line in enumerate(lines) if line.split()[:1] == ["grains"])
     names = lines[title].replace("set-up", "setup").split()
     neutral, charged = ([float(word) if word != "-" else 0 for word in line.split()] for line in lines[title + 1:title + 3])
-    row = dict(zip(names, charged))
-    forces = (row["near"] + row["mesh"]) / 2
-    return {"grains": grains, "forces": forces, "step": row["CPU"] - forces, "contacts": dict(zip(names, neutral))["CPU"],
-            "setup": row["setup"], "MiB": memory}, lines[0]
+    row, alone = dict(zip(names, charged)), dict(zip(names, neutral))["CPU"]
+    forces = (row["CPU"] - alone) / 2
+    return {"grains": grains, "forces": forces, "step": alone + forces, "contacts": alone, "setup": row["setup"],
+            "MiB": memory}, lines[0]
 
 
 def run_lammps(arguments, grains):
@@ -63,23 +62,26 @@ def run_lammps(arguments, grains):
     length = 70 * (grains / 50016)**(1 / 3)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        first, _ = gas_lammps.run_ours(arguments.lichtenberg, folder, grains, length, 1e-2, 1)
-        gas_lammps.write_data(folder / "data", first, length)
-        steps = steps_for(grains)
-        forces = gas_lammps.run_lammps(folder, arguments.cutoff, arguments.accuracy, steps, contacts=False)
-        step = gas_lammps.run_lammps(folder, arguments.cutoff, arguments.accuracy, steps, contacts=True)
+        gas_lammps.run_ours(arguments.lichtenberg, folder, grains, length, 1e-2, 1)
+        gas_lammps.write_data(folder / "data", gas_lammps.first_frame(folder), length)
+        forces, step = (gas_lammps.milliseconds_a_step(
+            lambda n: gas_lammps.run_lammps(folder, arguments.cutoff, arguments.accuracy, n, contacts), steps_for(grains), 1)
+                        for contacts in (False, True))
     return {"grains": grains, "forces": forces, "step": step}
 
 
-def print_table(ours, lammps, device):
-    columns = ["grains", "forces", "step", "contacts", "set-up (ms)", "MiB", "us a grain and step"]
+def print_head(machine):
+    print(f"A charged gas; {machine}")
+    columns = ["grains", "forces", "step", "contacts", "set-up (ms)", "MiB", "us a grain"]
     print(" ".join(f"{name:>12}" for name in columns) + "   LAMMPS: forces, step   device: forces, step")
-    for row in ours:
-        text = " ".join(f"{value:>12.4g}" for value in row.values()) + f" {1e3 * row['step'] / row['grains']:>12.3g}       "
-        for others in (lammps, device["rows"]):
-            other = next((each for each in others if each["grains"] == row["grains"]), None)
-            text += f"{other['forces']:>10.4g} {other['step']:>10.4g}" if other else " " * 21
-        print(text)
+
+
+def print_row(row, others):
+    text = " ".join(f"{value:>12.4g}" for value in row.values()) + f" {1e3 * row['step'] / row['grains']:>12.3g}  "
+    for rows in others:
+        other = next((each for each in rows if each["grains"] == row["grains"]), None)
+        text += f" {other['forces']:>10.4g} {other['step']:>10.4g}" if other else " " * 22
+    print(text, flush=True)
 
 
 def draw_lines(axes, rows, name, style, colour, label):
@@ -129,12 +131,12 @@ def main():
         ours.append(row)
         if grains <= arguments.lammps_up_to:
             lammps.append(run_lammps(arguments, grains))
-        print(f"{grains} grains: {row['step']:.4g} ms a step", file=sys.stderr)
+        if len(ours) == 1:
+            print_head(machine)
+        print_row(row, (lammps, device["rows"]))
+        if arguments.json:
+            arguments.json.write_text(json.dumps({"machine": machine, "ours": ours, "lammps": lammps, "device": device}, indent=1))
     title = f"A charged gas at an accuracy of {arguments.accuracy:g}; {machine}"
-    print(title)
-    print_table(ours, lammps, device)
-    if arguments.json:
-        arguments.json.write_text(json.dumps({"title": title, "ours": ours, "lammps": lammps, "device": device}, indent=1))
     if arguments.out:
         draw(ours, lammps, device, title).savefig(arguments.out)
 

@@ -206,6 +206,7 @@ TEST_CASE("names and keys beyond all measure are refused in a sentence") {
   const std::string name(300, 'x');
   check_refused(run_program(folder, "run scene.toml --out " + name + ".h5"), 2, "File name too long");
   check_refused(run_program(folder, "explain " + name + ".toml"), 2, "File name too long");
+  check_refused(run_program(folder, "run scene.toml --resume --out " + name + ".h5"), 2, "File name too long");
   check_refused(run_program(folder, "ensemble scene.toml --vary title=\\\"" + name + "\\\""), 2, "306 characters");
   std::string keys = "a";
   for (int k = 0; k < 50000; ++k) keys += ".a";

@@ -21,6 +21,7 @@
 #include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "src/record/atomic_file.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
@@ -69,6 +70,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
 }
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
+  check_writable(scene.output.file);  // a name that no file can have is not asked after
   if (request.resume) return Recorder::resume(scene.output.file, scene);
   if (!std::filesystem::exists(scene.output.file)) check_pictures(request, scene);
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);

@@ -62,7 +62,7 @@ bool shows_order(const Diagram& diagram) { return diagram.quantities.size() == 1
 std::size_t column_width(const std::string& heading, std::size_t least) { return std::max(least, heading.size() + 2); }
 
 void print_points(const Diagram& diagram) {
-  constexpr auto heading = "{:<20}{:<34}";
+  constexpr auto heading = "{:<26}{:<34}";
   fmt::print(heading, "method", "settings");
   for (const std::string& quantity : diagram.quantities) fmt::print("{:>{}}", quantity, column_width(quantity, 12));
   if (shows_order(diagram)) fmt::print("{:>8}", "order");
@@ -97,7 +97,7 @@ void print_left_out(const Diagram& diagram) {
     std::vector<std::string> settings;
     for (auto entry = first; entry != last; ++entry) settings.push_back(to_string(entry->settings));
     const bool measured = std::ranges::find(diagram.points, first->method, &Point::method) != diagram.points.end();
-    fmt::print("  {:<20}{}{}\n", first->method, measured ? fmt::format("{}: ", fmt::join(settings, "; ")) : "",
+    fmt::print("  {:<26}{}{}\n", first->method, measured ? fmt::format("{}: ", fmt::join(settings, "; ")) : "",
                first->reason);
     first = last;
   }

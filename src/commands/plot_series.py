@@ -10,7 +10,6 @@ an ensemble's members have a colour a variant, and the mean over its seeds is th
 Exit status 2 and one sentence for input that cannot be used.
 """
 import argparse
-import json
 import re
 import sys
 import tomllib
@@ -276,12 +275,9 @@ def is_ensemble(path):
 def read_table(path):
     """That of a folder, or the file itself. Throws InputError."""
     path = Path(path) / "ensemble.json" if Path(path).is_dir() else Path(path)
-    try:
-        table = json.loads(path.read_text())
-    except OSError:
-        raise InputError(f"there is no {path}, the table of an ensemble") from None
-    except ValueError as error:
-        raise InputError(f"{path} cannot be read as JSON ({error})") from None
+    if not path.exists():
+        raise InputError(f"there is no {path}, the table of an ensemble")
+    table = drawing.read_json(path)
     if not isinstance(table, dict) or "members" not in table or "points" not in table:
         raise InputError(f"{path} is no table of an ensemble")
     return table

@@ -130,7 +130,7 @@ void check_modes(const Gas& gas, const Grid& grid, const std::vector<Wave>& wave
       CHECK(std::ranges::any_of(expected.longitudinal, [&](Complex e) { return std::abs(e - rate) < 1e-12; }));
       const Complex grown = std::log(modes[n] / amplitude / std::exp(rate * end)) / end;
       CHECK(std::abs(grown) < 0.01 * std::abs(rate));
-      CHECK(std::abs(grown) < 3 * missing + 5e-5);
+      CHECK(std::abs(grown) < 3 * missing + 2e-5);
     }
     const double shear = std::log(std::abs(a[3]) / amplitude) / end;
     CHECK(std::abs(shear - expected.shear) < 0.01 * std::abs(expected.shear));

@@ -139,7 +139,7 @@ struct Worst {
   std::uint64_t seed = 0;
   void add(double value, std::uint64_t at) {
     values.push_back(value);
-    if (!values.empty() && value <= largest) return;
+    if (value <= largest) return;
     largest = value;
     seed = at;
   }

@@ -129,7 +129,7 @@ ContactRecord Gas::advance_contacts(const std::vector<double>& held, double dt, 
   const double step = dt / times;
   for (int done = 0, count = 0; done < times; done += count) {
     // Grains farther apart than they come in a while need not be looked at in each of its steps.
-    count = std::clamp(static_cast<int>(a_while / ((fastest() + gain) * step)), 1, times - done);
+    count = static_cast<int>(std::clamp(a_while / ((fastest() + gain) * step), 1.0, static_cast<double>(times - done)));
     const std::span<const Pair> pairs = near(count * step, gain);
     const Stopwatch stopwatch(seconds_.contacts);
     auto [record, stored_before, stored_after] = contact_motion_->advance(

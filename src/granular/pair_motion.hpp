@@ -39,10 +39,9 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const Which<Real>& which, const
 }
 
 /// The relative motion r'' = outside(t) + force / mass along r of two grains that are in contact or come into contact
-/// within a step, by the classical
-/// Runge-Kutta method in sigma = sqrt(time since they touched). The force of a viscoelastic contact begins like
-/// sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is smooth, and four evaluations a
-/// step leave an error hundreds of times smaller (src/granular/README.md).
+/// within a step, by the classical Runge-Kutta method in sigma = sqrt(time since they touched). The force of a
+/// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so in t no fixed step gets past order 3/2; in sigma it is
+/// smooth, and four evaluations a step leave an error hundreds of times smaller (src/granular/README.md).
 ///
 /// Of one pair or, with a `Real` of several lanes, of as many at once, with the same arithmetic for each.
 /// `Law` gives ContactPush for the overlap of this pair.

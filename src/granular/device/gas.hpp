@@ -304,12 +304,11 @@ class GasOn final : public DeviceGas {
     const double* charge = charge_.data();
     const int n = n_;
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { book->largest_charge = 0; });
-    run_->sum_segments(
-        (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return part(n, p); },
-        [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return Largest{.speed2 = std::abs(charge[p * a_part + t])}; },
-        [=] LICHTENBERG_HOST_DEVICE(int, Largest most) {
-          parallel::enlarge_atomically(&book->largest_charge, most.speed2);
-        });
+    run_->sum_segments((n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return part(n, p); },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return Most{std::abs(charge[p * a_part + t])}; },
+                       [=] LICHTENBERG_HOST_DEVICE(int, Most most) {
+                         parallel::enlarge_atomically(&book->largest_charge, most.value);
+                       });
     Charged* charges = charges_.data();
     const Vec3* place = place_.data();
     const Vec3 over{whole_turn / box_.lengths.x, whole_turn / box_.lengths.y, whole_turn / box_.lengths.z};

@@ -39,6 +39,20 @@ inline Spread spread(const std::vector<double>& sample) {
   return result;
 }
 
+/// A sample of random cases that remembers which of them is its worst.
+struct SampleBySeed {
+  std::vector<double> values;
+  double largest = 0;
+  std::uint64_t seed = 0;
+  void add(double value, std::uint64_t at) {
+    values.push_back(value);
+    if (value <= largest) return;
+    largest = value;
+    seed = at;
+  }
+  std::string note() const { return fmt::format("{} cases, seed {}", values.size(), seed); }
+};
+
 /// A table on the screen, each value beside its bound, and the verdict over all of them.
 class Report {
  public:

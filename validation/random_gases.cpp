@@ -132,20 +132,6 @@ double rms_difference(std::vector<double> a, const std::vector<double>& b) {
   return rms(a);
 }
 
-/// A sample that remembers where its worst is.
-struct Worst {
-  std::vector<double> values;
-  double largest = 0;
-  std::uint64_t seed = 0;
-  void add(double value, std::uint64_t at) {
-    values.push_back(value);
-    if (value <= largest) return;
-    largest = value;
-    seed = at;
-  }
-  std::string note() const { return fmt::format("{} scenes, seed {}", values.size(), seed); }
-};
-
 /// What a charge would feel at random places, and what it does feel: errors of near pairs are of the size of the
 /// second.
 double scale_of(const ChargedGas& gas, const std::vector<double>& exact) {
@@ -155,7 +141,7 @@ double scale_of(const ChargedGas& gas, const std::vector<double>& exact) {
 }
 
 struct SumErrors {
-  Worst estimated_double, estimated_single, measured, with_dipoles;
+  SampleBySeed estimated_double, estimated_single, measured, with_dipoles;
   int refused = 0, threads_differ = 0;
 };
 
@@ -182,7 +168,7 @@ void compare_sums(const ChargedGas& gas, std::uint64_t seed, SumErrors& errors) 
     const auto sum = periodic::make_mesh_sum(choice, gas.size());
     const std::vector<double> force = forces_by(*sum, gas, one);
     if (forces_by(*sum, gas, two) != force) ++errors.threads_differ;
-    Worst& worst =
+    SampleBySeed& worst =
         gas.polarizability ? errors.with_dipoles : (choice.single ? errors.estimated_single : errors.estimated_double);
     worst.add(found(choice, force) / scale, seed);
   }
@@ -240,7 +226,8 @@ Scene draw_motion(Dice& dice, double& end) {
   grains::add_gas(scene, count, scene.domain.size.x, temperature, static_cast<std::uint64_t>(dice.whole(1, 1 << 30)));
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? 1 : -1;
   end = std::min(2.0, 2 / std::sqrt(temperature));
-  scene.mechanics.step = 0.02 * end;
+  // Not longer than charges' forces may be held, or the scene would be refused.
+  scene.mechanics.step = std::min(0.02 * end, 0.9 * granular::longest_hold(granular::Gas(scene)));
   return scene;
 }
 
@@ -260,7 +247,7 @@ std::vector<double> places_at_end(Scene scene, Integrator integrator, int finer,
 void steps(Report& report, std::uint64_t first, int count) {
   report.section(
       fmt::format("{} random motions of few grains, multirate against cvode: rms distance of a grain", count));
-  Worst coarse, ratio;
+  SampleBySeed coarse, ratio;
   int refused = 0;
   // Contacts of 45 steps are good to 1e-6, more or less by where in a step they begin (src/granular/README.md).
   constexpr double of_contacts = 1e-6;

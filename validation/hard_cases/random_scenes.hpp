@@ -119,20 +119,6 @@ inline double asymmetry(const std::vector<double>& capacitance) {
   return worst;
 }
 
-/// A sample that remembers where its worst is.
-struct Worst {
-  std::vector<double> values;
-  double largest = 0;
-  std::uint64_t seed = 0;
-  void add(double value, std::uint64_t at) {
-    values.push_back(value);
-    if (value <= largest) return;
-    largest = value;
-    seed = at;
-  }
-  std::string note() const { return fmt::format("seed {}", seed); }
-};
-
 /// Bounds. Iterations: gaps and radii of all sizes may cost, but not without end; CG takes sqrt(kappa) / 2 ln(2 /
 /// tolerance) = 9.6 sqrt(kappa), which is 48 for a preconditioned condition number of 25. A potential's error is at
 /// most the tolerance times the solution's energy norm, that of a charge the same times the root of the conductance of
@@ -141,7 +127,7 @@ inline void random_scenes(Report& report, int count) {
   report.section(fmt::format("{} random scenes", count));
   constexpr double tolerance = 1e-8;
   int failures = 0;
-  Worst iterations, imbalance, beyond, asymmetries;
+  SampleBySeed iterations, imbalance, beyond, asymmetries;
   for (int k = 0; k < count; ++k) {
     const auto seed = static_cast<std::uint64_t>(k);
     const LaplaceProblem problem = SceneMaker(seed).make();

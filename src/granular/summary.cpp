@@ -80,7 +80,6 @@ std::string energy_line(const GasEnergy& e, double error) {
   if (e.driven != 0) text += fmt::format(", {:.4g} by driving", e.driven);
   text += fmt::format(": off by {:.1e}", error);
   if (e.dissipated > 0) text += fmt::format(", {:.1e} of what was dissipated", std::abs(error) / e.dissipated);
-  if (e.contact_error == 0) return text;
   if (e.contact_error != 0)  // of integrators that tell the two apart
     text += fmt::format("; {:.1e} by steps of contacts, {:.1e} by those of smooth forces", e.contact_error,
                         error - e.contact_error);

@@ -1,6 +1,6 @@
 // Random small gases: sums of charges on meshes against Ewald's, and the fast steps against CVODE's.
 //
-//   random_gases         a hundred of each, a minute
+//   random_gases         thirty of each
 //   random_gases long    ten thousand
 //   random_gases N [M]   N, from seed M on
 //
@@ -275,7 +275,7 @@ void steps(Report& report, std::uint64_t first, int count) {
 
 int main(int argc, char** argv) {
   const bool all = asked_for_long(argc, argv);
-  const int asked = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : asked > 0 ? asked : 100;
+  const int asked = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : asked > 0 ? asked : 30;
   const std::uint64_t first = argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 0;
   Report report("Random small gases");
   sums(report, first, count);

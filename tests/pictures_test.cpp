@@ -135,6 +135,9 @@ TEST_CASE("frames have one layout and one colour scale, and the field behind the
     CHECK(seen(folder, picture, place(0.98, 0.9) + "[2]") == doctest::Approx(0.45).epsilon(0.2));
     CHECK(seen(folder, picture, place(0.98, 0.9) + "[0]") < 0.1);
   }
+  // A range goes from the first or to the last frame where it does not say, whatever its step.
+  CHECK(contains(run(folder, "plot scene.h5 --frames :1,5::2147483647 --colour speed").out, "shows frame 5 by speed"));
+  CHECK(fs::exists(folder / "scene-frame-0-speed.png"));
   // The bar and its words, right of the panel, are the same.
   CHECK(seen(folder, "scene-frame-0-potential.png",
              "abs(p[200:, 1060:] - matplotlib.image.imread('scene-frame-4-potential.png')[200:, 1060:, :3]).max()") ==
@@ -181,7 +184,7 @@ TEST_CASE("where all is at 0 V a picture shows what the tree carries, and says s
   CHECK(contains(words, "current carried to the ground (pA)"));
   // Three conductors' currents pass through the lowest, one through the uppermost: viridis_r's ends.
   run(folder, "plot scene.h5");
-  CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 1.6e-3 / 8e-3 / 1.6 * 0.55) + "[1]") < 0.1);
+  CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
   CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
   for (const std::string colour : {"order", "joined"}) run(folder, "plot scene.h5 --colour " + colour);
 }
@@ -221,6 +224,7 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   check_refused(folder, "plot scene.h5 --frames 4:2", "4:2 is the wrong way round");
   check_refused(folder, "plot scene.h5 --frames 0:5:0", "the step `0` must be a whole number from 1 on");
   check_refused(folder, "plot scene.h5 --frames first", "`first` is no frame");
+  check_refused(folder, "plot scene.h5 --frames 0,", "`` is no frame");
   check_refused(folder, "plot scene.h5 --frame 1 --frames 2", "--frame and --frames say the same");
   check_refused(folder, "plot scene.h5 --out nowhere/a.png", "nowhere/a.png cannot be written: there is no folder");
   check_refused(folder, "plot scene.h5 --out a.gif", "its name must end in .png, .pdf or .svg");
@@ -257,7 +261,7 @@ TEST_CASE("a film has each frame once, in the size that it was drawn in") {
   REQUIRE(run_shell(folder, "ffmpeg -v error -i scene.mp4 -frames:v 1 first.png").status == 0);
   CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[0]") > 0.3);
   CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[2]") < 0.25);
-  run(folder, "film scene.h5 --frames 1:5:2 --colour charge --quiet");
+  run(folder, "film scene.h5 --frames 1::2 --colour charge --quiet");
   CHECK(run_shell(folder,
                   "ffprobe -v error -count_frames -show_entries stream=nb_read_frames -of csv=p=0 scene-charge.mp4")
             .out == "3\n");

@@ -37,11 +37,19 @@ def call(*arguments):
 
 
 def options_of(settings):
-    """accuracy=1e-3 as --accuracy 1e-3, capacitance=True as --capacitance."""
+    """accuracy=1e-3 as --accuracy=1e-3, capacitance=True as --capacitance, range=(-1, 1) as --range=-1,1, and
+    set={"field.cells": 64, ...} as --set=field.cells=64 and so on."""
     words = []
     for name, value in settings.items():
-        if value is not None and value is not False:
-            words += ["--" + name.replace("_", "-")] + ([] if value is True else [str(value)])
+        option = "--" + name.replace("_", "-")
+        if value is True:
+            words.append(option)
+        elif isinstance(value, dict):
+            words += [f"{option}={key}={toml(entry)}" for key, entry in value.items()]
+        elif isinstance(value, (list, tuple)):
+            words.append(f"{option}={','.join(map(str, value))}")
+        elif value is not None and value is not False:
+            words.append(f"{option}={value}")
     return words
 
 

@@ -365,11 +365,13 @@ def check_output(path, overwrite, folder=False):
         raise InputError(f"{path} cannot be written: folder {parent} may not be written")
     if not os.path.lexists(path):
         return
+    kind, right_kind = ("folder", os.path.isdir) if folder else ("file", os.path.isfile)
+    if os.path.islink(path) or not right_kind(path):
+        raise InputError(f"{path} is no plain {kind}, and is left as it is: give --out another name")
+    if not folder and h5py.is_hdf5(path):
+        raise InputError(f"{path} is a result, and is left as it is: give --out another name")
     if not overwrite:
         raise InputError(f"{path} exists: give --out another name, or allow --overwrite")
-    right_kind = os.path.isdir(path) if folder else os.path.isfile(path)
-    if os.path.islink(path) or not right_kind or (not folder and h5py.is_hdf5(path)):
-        raise InputError(f"{path} is a link, a result or no {'folder' if folder else 'file'}: it is not replaced")
 
 
 def write_whole(path, parts):

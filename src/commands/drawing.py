@@ -16,13 +16,13 @@ from matplotlib.patches import Circle, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D, offset_copy
 
-TO_GROUND, UNCONNECTED = -1, -2
+here = Path(__file__).resolve().parent
+sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
+
+from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, identity
+
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 MM = 1e3  # millimetres a metre: all drawings are in millimetres
-
-
-class InputError(Exception):
-    """Input that cannot be used, as one sentence."""
 
 
 @dataclass
@@ -89,15 +89,6 @@ def read_file(path, reading):
         if identity(path) == before:
             return result
     raise InputError(f"{path} is replaced by its run faster than it can be read")
-
-
-def identity(path):
-    try:
-        status = os.stat(path)
-    except OSError as error:
-        reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
-        raise InputError(f"{path} {reason}") from None
-    return status.st_ino, status.st_mtime_ns
 
 
 def report(path, work):
@@ -312,20 +303,7 @@ def check_picture(path, overwrite):
     path = Path(path)
     if path.suffix[1:] not in FORMATS:
         raise InputError(f"{path} is no picture that can be drawn: its name must end in .png, .pdf or .svg")
-    check_new_file(path, overwrite)
-
-
-def check_new_file(path, overwrite):
-    """Throws InputError for a file that could not be written, or would replace another."""
-    path, folder = Path(path), Path(path).absolute().parent
-    if not folder.is_dir():
-        raise InputError(f"{path} cannot be written: there is no folder {folder}")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{path} cannot be written: the folder {folder} may not be written to")
-    if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise InputError(f"{path} is no plain file, and is left as it is: give --out another name")
-    if path.exists() and not overwrite:
-        raise InputError(f"{path} exists: give --out another name, or allow --overwrite")
+    check_output(path, overwrite)
 
 
 def save(figure, path):

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cstdint>
 
 #include "solvers/error.hpp"
 #include "src/record/result_file.hpp"
@@ -49,15 +50,23 @@ std::vector<int> listed_frames(const std::string& written, const std::string& pa
     const std::vector<std::string> ends = parts(part, ':');
     if (ends.size() > 3)
       throw InputError(fmt::format("--frames {}: `{}` has more than FIRST:LAST:STEP", written, part));
-    const int first = frame_number(ends.front(), path, count);
-    const int last = ends.size() > 1 ? frame_number(ends[1], path, count) : first;
+    const bool range = ends.size() > 1;
+    const int first = range && ends[0].empty() ? 0 : frame_number(ends[0], path, count);
+    const int last = !range ? first : ends[1].empty() ? count - 1 : frame_number(ends[1], path, count);
     if (last < first)
       throw InputError(
           fmt::format("--frames {}: {} is the wrong way round, the first frame comes first", written, part));
     const int step = ends.size() > 2 ? step_of(ends[2], written) : 1;
-    for (int frame = first; frame <= last; frame += step) frames.push_back(frame);
+    for (std::int64_t frame = first; frame <= last; frame += step) frames.push_back(static_cast<int>(frame));
   }
   return frames;
+}
+
+Argument frames_argument(std::string& frames, const std::string& otherwise) {
+  return {"--frames", &frames,
+          fmt::format("frames and ranges FIRST:LAST:STEP, with LAST among them, as in 0,5,10:20,30:90:10 or ::10 "
+                      "(default: {})",
+                      otherwise)};
 }
 
 std::vector<Argument> DrawnFrames::arguments() {

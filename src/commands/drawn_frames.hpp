@@ -10,7 +10,7 @@ namespace lichtenberg {
 
 /// What is asked of pictures of frames, one by one or as a film.
 struct DrawnFrames {
-  std::string frames;  ///< "0,5,10:20,30:90:10"; empty: what the command draws without
+  std::string frames;  ///< as in "0,5,10:20,30:90:10"; empty: what the command draws without
   std::string colour, range, cmap, cut;
   std::string output;
   bool overwrite = false;
@@ -22,8 +22,12 @@ struct DrawnFrames {
   bool may_show_field() const { return colour.empty() || colour == "potential"; }
 };
 
-/// The indices of "0,5,10:20,30:90:10" (a range holds both its ends) in the order in which they are written. Throws
-/// InputError unless all are frames of `path`, which has `count`.
+/// `--frames`; `otherwise`: what is taken without it.
+Argument frames_argument(std::string& frames, const std::string& otherwise);
+
+/// The indices of "0,5,10:20,30:90:10" in the order in which they are written; a range holds both its ends, and goes
+/// from the first or to the last frame where it does not name them, as in "::10" (lichtenberg.result.chosen_frames
+/// reads the same in Python). Throws InputError unless all are frames of `path`, which has `count`.
 std::vector<int> listed_frames(const std::string& written, const std::string& path, int count);
 
 /// Throws InputError, with what was to be `done`, if the result is damaged: Python's HDF5 would crash on some such

@@ -1,8 +1,7 @@
-#include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "src/commands/commands.hpp"
+#include "src/commands/drawn_frames.hpp"
 #include "src/commands/package.hpp"
 
 namespace lichtenberg {
@@ -22,7 +21,7 @@ Command export_command() {
         "extended XYZ file; csv: a folder with one file a table",
         {.required = true, .allowed = {"vtk", "xyz", "csv"}}},
        {"--out", &request->out, "file or folder to write (default: RESULT with .xyz, -vtk or -csv)"},
-       frames_argument(*request),
+       frames_argument(request->frames, "all"),
        {"--overwrite", &request->overwrite, "replace what exists"}},
       [request] { become_package("export", "exported", *request); }};
 }

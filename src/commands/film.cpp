@@ -83,7 +83,7 @@ Command film_command() {
   Command command{"film", "Makes an mp4 of a run, on all cores, in one colour scale and layout; needs ffmpeg", {}};
   command.arguments = {
       {"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
-      {"--frames", &request->drawn.frames, "indices and FIRST:LAST[:STEP], as in 0:150:10 (default: all)"},
+      frames_argument(request->drawn.frames, "all"),
       {"--rate", &request->rate, "frames a second", {.positive = true, .default_shown = true}},
       {"--out", &request->drawn.output, "film to write (default: FILE.mp4, with a --colour FILE-COLOUR.mp4)"},
       {"--quiet", &request->quiet, "show no progress"}};

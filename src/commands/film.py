@@ -117,7 +117,7 @@ class Progress:
 
 def make(request):
     global studio
-    drawing.check_new_file(request.out, request.overwrite)
+    drawing.check_output(request.out, request.overwrite)
     run = plot.read_run(request.file)
     last = len(run.times) - 1
     frames = [int(k) for k in request.frames.split(",")] if request.frames else list(range(last + 1))

@@ -8,17 +8,12 @@
 
 namespace lichtenberg {
 
-Argument frames_argument(PackageRequest& request) {
-  return {"--frames", &request.frames,
-          "frames and ranges FIRST:LAST:STEP, with LAST among them, as in 0,5,10:20,30:90:10 or ::10 (default: all)"};
-}
-
 void become_package(const std::string& command, const std::string& done, const PackageRequest& request) {
   if (!std::filesystem::is_directory(request.result)) check_bytes(request.result, done);
   std::vector<std::string> words{command, request.result};
   if (!request.format.empty()) words.insert(words.end(), {"--to", request.format});
   if (!request.out.empty()) words.insert(words.end(), {"--out", request.out});
-  if (request.frames) words.push_back("--frames=" + *request.frames);  // which may begin with a minus
+  if (!request.frames.empty()) words.push_back("--frames=" + request.frames);  // which may begin with a minus
   if (request.overwrite) words.emplace_back("--overwrite");
   become_script("package.py", words);
 }

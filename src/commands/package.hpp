@@ -1,20 +1,14 @@
 #pragma once
 
-#include <optional>
 #include <string>
-
-#include "src/commands/commands.hpp"
 
 namespace lichtenberg {
 
 /// What the Python package of python/lichtenberg is asked for.
 struct PackageRequest {
-  std::string result, format, out;
-  std::optional<std::string> frames;
+  std::string result, format, out, frames;
   bool overwrite = false;
 };
-
-Argument frames_argument(PackageRequest& request);
 
 /// Becomes the package's command of that name: its exit status is the program's. Throws InputError, with what was to be
 /// `done`, if the result is damaged, which Python's HDF5 would crash on; Failure if Python cannot be started.

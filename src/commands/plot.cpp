@@ -107,7 +107,7 @@ Command plot_command() {
        "--series",
        {.required = true}},
       {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
-      {"--frames", &request->drawn.frames, "several: indices and FIRST:LAST[:STEP], as in 0,5,10:20,30:90:10"},
+      frames_argument(request->drawn.frames, "the last"),
       {"--out", &request->drawn.output,
        "picture to write, its kind by its end: .png, .pdf or .svg; of several frames each name gets its index "
        "(default: "

@@ -161,7 +161,7 @@ def plot_frames(request):
         for shown in frames:
             drawing.read_file(run.path, lambda file: drawing.frame_index(file, run.path, shown[runs.index(run)]))
     set_cut(runs, request.cut)
-    colour = request.colour or default_colour(runs, frames[0])
+    colour = request.colour or default_colour(runs, frames[len(frames) // 2])
     scale = common_scale(runs, colour, request)
     names = picture_names(request, runs, frames, colour)
     for name in names:

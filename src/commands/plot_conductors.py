@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 import drawing
 from colours import Quantity, Range, draw_legend, run_range
 from drawing import INK, MM, UNCONNECTED
+from lichtenberg.result import text_of
 
 QUANTITIES = [
     Quantity("potential", "potential ({}V)", "signed", "potential"),
@@ -31,7 +32,7 @@ class Conductors:
         self.times = particles["position/time"][()]
         self.size = scene["domain/size"][:2] * MM
         self.radius = particles["radius"][()] * MM
-        self.scene = tomllib.loads(text_of(scene["text"]))
+        self.scene = tomllib.loads(text_of(scene["text"][()]))
         self.terminals = terminal_potentials(file)
         self.quantities = {q.name: q for q in QUANTITIES if q.column in particles}
         self.highest_supply = np.abs(self.terminals).max(initial=0)
@@ -132,11 +133,6 @@ class Conductors:
         if len(edges) > 0:
             marks.append(Line2D([], [], color=INK, linewidth=1.5, label=f"way to {self.all_supplies}"))
         draw_legend(axes, marks)
-
-
-def text_of(dataset):
-    text = dataset[()]
-    return text.decode() if isinstance(text, bytes) else str(text)
 
 
 def terminal_potentials(file):

@@ -22,7 +22,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 import drawing
 from drawing import InputError
-from plot_conductors import text_of
+from lichtenberg.result import text_of, unit_of
 
 # Distinct also to the colour-blind (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c"]
@@ -80,11 +80,6 @@ def recorded(file, path):
     return run
 
 
-def unit_of(data):
-    unit = data.attrs.get("unit", "1")
-    return unit.decode() if isinstance(unit, bytes) else unit
-
-
 def add_observables(file, run):
     for name, group in file.get("observables", {}).items():
         value = group["value"][()]
@@ -93,8 +88,7 @@ def add_observables(file, run):
             continue
         labels = group["value"].attrs.get("terminals", group.attrs.get("terminals", range(value.shape[1])))
         for k, label in enumerate(labels):
-            label = label.decode() if isinstance(label, bytes) else label
-            run.columns[f"{name}:{label}"] = group["time"][()], value[:, k].astype(float), unit_of(group["value"])
+            run.columns[f"{name}:{text_of(label)}"] = group["time"][()], value[:, k].astype(float), unit_of(group["value"])
 
 
 def add_group(file, run, name, argument="time"):
@@ -112,7 +106,7 @@ def become_gas(file, run):
         run.columns.pop(name, None)  # it has ten rows a frame
     add_group(file, run, "gas")
     run.unit_of_time, run.logarithmic = "t0", True
-    scene = tomllib.loads(text_of(file["scene/text"]))
+    scene = tomllib.loads(text_of(file["scene/text"][()]))
     warm_up = sum(stage.get("duration", 0) for stage in scene.get("stage", []) if stage.get("elastic", True))
     if file["gas/time"][-1] > warm_up > 0:
         run.start, run.words_of_time = warm_up, f"time after the warm-up of {warm_up:g}"
@@ -289,7 +283,8 @@ def variant_of(member):
 
 
 def draw_ensemble(path, names):
-    members = [m for m in read_table(path)["members"] if m["state"] == "finished"][:MOST_RUNS]
+    finished = [m for m in read_table(path)["members"] if m["state"] == "finished"]
+    members = finished[:MOST_RUNS]
     folder = path if Path(path).is_dir() else Path(path).parent
     if not members:
         raise InputError(f"no member of the ensemble {path} has finished: there is nothing to draw")
@@ -300,7 +295,8 @@ def draw_ensemble(path, names):
     figure, grid = new_sheet(len(panels), runs[0].title)
     for axes, panel in zip(grid, panels):
         draw_members(axes, panel, runs, groups)
-    draw_names(figure, variants, "mean over seeds, thin: each")
+    some = f" of the first {MOST_RUNS} of {len(finished)} runs" if len(members) < len(finished) else ""
+    draw_names(figure, variants, f"mean over seeds, thin: each{some}")
     return figure
 
 

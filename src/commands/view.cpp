@@ -1,7 +1,7 @@
 #include <memory>
-#include <optional>
 
 #include "src/commands/commands.hpp"
+#include "src/commands/drawn_frames.hpp"
 #include "src/commands/package.hpp"
 
 namespace lichtenberg {
@@ -12,7 +12,7 @@ Command view_command() {
           "Writes one HTML page to look at a run in a browser, without a network: particles over time, curves",
           {{"RESULT", &request->result, "result file of a run (.h5)", {.required = true}},
            {"--out", &request->out, "page to write (default: RESULT with .html)"},
-           frames_argument(*request),
+           frames_argument(request->frames, "all"),
            {"--overwrite", &request->overwrite, "replace the page if it exists"}},
           [request] { become_package("view", "shown", *request); }};
 }

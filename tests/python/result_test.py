@@ -68,6 +68,8 @@ class ResultTest(unittest.TestCase):
             picture = result.frame(1)._repr_png_()
             self.assertTrue(picture.startswith(b"\x89PNG"))
             self.assertNotEqual(picture, result._repr_png_())
+            whole = result.plot(colour="charge")._repr_png_()
+            self.assertNotEqual(result.plot(colour="charge", range=(-1e-12, 1e-12))._repr_png_(), whole)
 
     def test_what_is_not_there_is_a_sentence(self):
         with lichtenberg.load(runs.seedling()) as result:
@@ -136,6 +138,13 @@ class SolveTest(unittest.TestCase):
             "[[conductor]]\nposition = [11e-3, 8e-3]\nradius = 1e-3\n[effects.floating_conductors]\n[field]\ncells = 64\n"
         )
         np.testing.assert_array_equal(lichtenberg.solve(path).potential, lichtenberg.solve(self.scene).potential)
+
+    def test_keys_of_a_scene_can_be_set(self):
+        deep = lichtenberg.solve(self.scene, set={"medium.depth": 4e-3, "conductor[0].charge": 2e-10})
+        # Twice the charge and twice the depth (of 2 mm, the largest diameter): the same potentials, twice the energy.
+        plain = lichtenberg.solve(self.scene)
+        np.testing.assert_allclose(deep.potential, plain.potential, rtol=1e-7)  # of the solver, 1e-8 or better
+        self.assertAlmostEqual(deep.energy / plain.energy, 2, places=6)
 
     def test_the_program_s_sentence_is_the_error(self):
         with self.assertRaisesRegex(lichtenberg.InputError, "unknown key fiel"):

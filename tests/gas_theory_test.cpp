@@ -142,7 +142,7 @@ TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, field
 TEST_CASE("hydrodynamics is the same again, and another from another seed") {
   const Folder folder;
   const auto tables = [&](const std::string& options) {
-    REQUIRE(run_program(folder, "theory hydrodynamics --cells 8 --json h.json" + options).status == 0);
+    REQUIRE(run_program(folder, "theory hydrodynamics --cells 8 --overwrite --json h.json" + options).status == 0);
     return read_json(folder, "h.json")["tables"];
   };
   const json first = tables("");
@@ -180,6 +180,8 @@ TEST_CASE("what is read, results and what is no plain file are never written ove
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
   const std::string before = text_of(folder / "gas.h5"), text = text_of(folder / "gas.toml");
   std::filesystem::create_symlink("elsewhere.csv", folder / "link.csv");
+  folder.write("mine.csv", "mine");
+  folder.write("theory-stability.png", "mine");
   for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
            {"theory haff gas.h5 --csv gas.h5", "is what is read"},
            {"theory haff gas.h5 --json ./gas.h5", "is what is read"},
@@ -187,13 +189,20 @@ TEST_CASE("what is read, results and what is no plain file are never written ove
            {"analyse gas.h5 --csv gas.h5", "is what is read"},
            {"theory haff --csv gas.h5", "is a result"},
            {"theory haff --csv link.csv", "is no plain file"},
+           {"theory haff --csv link.csv --overwrite", "is no plain file"},
+           {"theory haff --csv mine.csv", "mine.csv exists: name another file, or allow --overwrite"},
+           {"analyse gas.h5 --csv mine.csv", "mine.csv exists"},
+           {"theory stability --plot", "theory-stability.png exists"},
            {"theory haff --csv x --json x", "cannot be written twice"},
            {"theory haff --out x.png", "--plot"}}) {
     const Ended ended = run_program(folder, command);
     CHECK_MESSAGE(ended.status == 2, command);
     CHECK_MESSAGE(contains(ended.err, sentence), command << ": " << ended.err);
   }
+  CHECK(text_of(folder / "mine.csv") == "mine");
   CHECK(text_of(folder / "gas.h5") == before);
+  for (const std::string command : {"theory haff --csv mine.csv", "analyse gas.h5 --csv mine.csv"})
+    CHECK(run_program(folder, command + " --overwrite").status == 0);
   CHECK(text_of(folder / "gas.toml") == text);
 }
 

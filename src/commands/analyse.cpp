@@ -22,7 +22,7 @@ namespace {
 struct AnalyseArguments {
   std::string file, csv;
   std::optional<int> frame;
-  bool json = false;
+  bool json = false, overwrite = false;
   std::string not_stored;  ///< why what is found is printed only; empty: it is stored
 };
 
@@ -160,7 +160,7 @@ void analyse(AnalyseArguments& request) {
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
                                  result.frames() - 1));
   request.not_stored = why_not_stored(request.file);
-  check_outputs({request.csv}, {request.file});
+  check_outputs({request.csv}, {request.file}, request.overwrite);
   Scene scene = result.scene();
   if (scene.reference) return analyse(GasAnalyser(result, std::move(scene)), result, request);
   analyse(Analyser(result, std::move(scene)), result, request);
@@ -175,7 +175,8 @@ Command analyse_command() {
           {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
            {"--frame", &request->frame, "only the frame of this index, from 0, and nothing is stored"},
            {"--json", &request->json, "print JSON (SI units; of grains, those of their scene) in place of a table"},
-           {"--csv", &request->csv, "CSV file to write too, a line a frame"}},
+           {"--csv", &request->csv, "CSV file to write too, a line a frame"},
+           {"--overwrite", &request->overwrite, "replace that file if it exists"}},
           [request] { analyse(*request); }};
 }
 

@@ -42,14 +42,16 @@ bool holds_hdf5(const std::string& path) {
   return std::ifstream(path, std::ios::binary).read(begin.data(), signature.size()) && begin == signature;
 }
 
-void check_output_file(const std::string& path) {
+void check_output_file(const std::string& path, bool overwrite) {
   check_writable(path);
   if (holds_hdf5(path)) throw InputError(fmt::format("{} is a result, and is left as it is: name another file", path));
+  if (!overwrite && std::filesystem::exists(path))
+    throw InputError(fmt::format("{} exists: name another file, or allow --overwrite", path));
 }
 
 }  // namespace
 
-void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read) {
+void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite) {
   for (auto file = written.begin(); file != written.end(); ++file) {
     if (file->empty()) continue;
     for (const std::string& source : read)
@@ -58,7 +60,7 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
     for (auto other = written.begin(); other != file; ++other)
       if (!other->empty() && is_same(*file, *other))
         throw InputError(fmt::format("{} cannot be written twice: name another file", *file));
-    check_output_file(*file);
+    check_output_file(*file, overwrite);
   }
 }
 

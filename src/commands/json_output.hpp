@@ -7,8 +7,9 @@
 namespace lichtenberg {
 
 /// Throws InputError if one of these files (those without a name are not asked for) cannot be written, is another one
-/// of them or one of those that are read, or would take the place of a result or of what is no plain file.
-void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read);
+/// of them or one of those that are read, or would take the place of a result or of what is no plain file, or of any
+/// other file unless these may be overwritten.
+void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
 /// Whole or not at all. Throws Failure if the disk does not take it.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);

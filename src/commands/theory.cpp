@@ -29,7 +29,7 @@ struct TheoryArguments {
   std::vector<std::string> settings;
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
-  bool plot = false, space = false, separated = false;
+  bool plot = false, space = false, separated = false, overwrite = false;
 };
 
 const std::vector<std::string> theory_names = {"haff",    "monopolar", "restitution",   "smoluchowski",
@@ -258,7 +258,7 @@ void check_theory(const TheoryArguments& request) {
   if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
   if (request.plot) check_picture("--out", theory_picture(request));
   check_outputs({request.json, request.csv, request.field, request.plot ? theory_picture(request) : ""},
-                {request.result, request.scene});
+                {request.result, request.scene}, request.overwrite);
 }
 
 void tell_theory(const TheoryArguments& request) {
@@ -299,7 +299,8 @@ Command theory_command() {
        {"--separated", &request->separated,
         "hydrodynamics from charges of either sign, apart from each other (G A5.3)"},
        {"--seed", &request->seed, "of the noise that disturbs hydrodynamics (default: 1)"},
-       {"--field", &request->field, "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"}},
+       {"--field", &request->field, "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
+       {"--overwrite", &request->overwrite, "replace files that exist"}},
       [request] { tell_theory(*request); }};
 }
 

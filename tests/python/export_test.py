@@ -11,7 +11,7 @@ import numpy as np
 
 import runs
 from lichtenberg import load
-from lichtenberg.result import chosen_frames
+from lichtenberg.result import chosen_frames, write_whole
 
 
 def needs(module):
@@ -231,7 +231,9 @@ class RefusedTest(unittest.TestCase):
         self.assertEqual(len(load(result)), 4)
 
     def test_nothing_is_left_of_what_failed(self):
-        self.assertEqual([name for name in os.listdir(runs.FOLDER) if "partial" in name], [])
+        with self.assertRaises(ZeroDivisionError):
+            write_whole(runs.FOLDER / "failed.csv", (str(1 / n) for n in (1, 0)))
+        self.assertEqual([name for name in os.listdir(runs.FOLDER) if "failed" in name], [])
 
 
 if __name__ == "__main__":

@@ -362,7 +362,7 @@ TEST_CASE("a result of format 1, as its own program wrote it, is read like one o
   CHECK_EQ(old["contacts_recorded"], true);
   CHECK_EQ(old["frames"], analysed(now, "four.h5")["frames"]);
   CHECK_EQ(run_program(earlier, "plot four.h5 --frame 0").status, 0);
-  CHECK(fs::exists(earlier / "four.png"));
+  CHECK(fs::exists(earlier / "four-frame-0-potential.png"));
   earlier.write("four.toml", scene_text);
   const Ended resumed = run_program(earlier, "run --resume four.toml");
   CHECK_EQ(resumed.status, 2);

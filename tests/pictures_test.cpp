@@ -233,6 +233,8 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   check_refused(folder, "plot scene.h5 --series --observables energy,volume", "scene has not recorded volume: it has ");
   check_refused(folder, "plot scene.h5 --observables energy", "it needs --series");
   check_refused(folder, "film scene.h5 --out a.avi", "films are written as .mp4");
+  check_refused(folder, "film scene.h5 --rate 0", "--rate: 0 is not allowed: it must be a number above 0");
+  check_refused(folder, "film scene.h5 --rate 1e-9", "--rate 1e-09 is not allowed: it must be from 0.1 to 1000");
   check_refused(folder, "film scene.h5 --frames 3:9", "frame 9 is not in scene.h5");
   check_refused(folder, "film scene.h5 --range 2,1", "the wrong way round");
   CHECK_FALSE(fs::exists(folder / "scene.mp4"));

@@ -68,7 +68,10 @@ void declare(CLI::App& subcommand, const Argument& argument) {
   CLI::Option* option = add(subcommand, argument);
   const ArgumentRule& rule = argument.rule;
   option->required(rule.required);
-  if (rule.positive) option->check(CLI::PositiveNumber);
+  if (rule.positive)
+    option->check([](const std::string& value) {
+      return CLI::PositiveNumber(value).empty() ? "" : value + " is not allowed: it must be a number above 0";
+    });
   if (rule.comma_separated) option->delimiter(',');
   if (rule.repeated) option->take_all()->allow_extra_args(false);
   if (rule.default_shown) option->capture_default_str();

@@ -59,6 +59,10 @@ FrameFields solve_fields(const FilmArguments& request, const Result& result, con
 [[noreturn]] void film(const FilmArguments& request) {
   DrawnFrames drawn = request.drawn;
   drawn.output = film_of(request);
+  constexpr double least = 0.1, most = 1000;  // that players know
+  if (!(request.rate >= least && request.rate <= most))
+    throw InputError(fmt::format("--rate {:g} is not allowed: it must be from {:g} to {:g} frames a second",
+                                 request.rate, least, most));
   if (!drawn.output.ends_with(".mp4"))
     throw InputError(fmt::format("--out {}: films are written as .mp4, and their names end so", drawn.output));
   check_output("--out", drawn.output, drawn.overwrite);

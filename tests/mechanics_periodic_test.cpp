@@ -192,11 +192,11 @@ TEST_CASE("frames of a scene in space have z, and turns where sides are periodic
 
 TEST_CASE("a periodic box that is shorter than twice the range of neighbours is refused at the first instant") {
   const Scene scene = parse_scene(
-      "domain = { size = [2.5, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
+      "domain = { size = [1.9, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
       "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",
       "short.toml");
   CHECK_THROWS_WITH_AS(Simulation(scene).frame(),
-                       doctest::Contains("short.toml: the periodic box is 2.5 long from left to right"), InputError);
+                       doctest::Contains("short.toml: the periodic box is 1.9 long from left to right"), InputError);
 }
 
 TEST_CASE("an effect that knows no periodic side refuses bodies in a periodic box") {

@@ -130,7 +130,7 @@ std::vector<Trial> trials_of_other_shapes(int cells) {
   std::vector<Trial> trials;
   for (const auto& [name, others] : {std::pair{"bar", std::vector{bar}}, std::pair{"rim", std::vector{rim}},
                                      std::pair{"bar and rim", std::vector{bar, rim}}}) {
-    Trial trial{name, {}, {}};
+    Trial trial{name, {.permittivity = 1}, {}};
     trial.problem.size = {1, 1};
     trial.problem.bodies = disks;
     trial.problem.bodies.insert(trial.problem.bodies.end(), others.begin(), others.end());

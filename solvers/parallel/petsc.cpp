@@ -65,8 +65,12 @@ void start_petsc() {
   pointers.push_back(nullptr);
   int count = static_cast<int>(arguments.size());
   char** values = pointers.data();
-  // Alone, without mpirun, Open MPI would start a daemon beside us to wait for company.
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  // Alone, without mpirun, Open MPI would start a daemon beside us to wait for company, and share folders in /tmp with
+  // other processes that are alone: one that ends takes them away while another starts.
+  if (!std::getenv("OMPI_COMM_WORLD_SIZE")) {
+    setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+    setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+  }
   // PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program.
   if (PetscInitialize(&count, &values, nullptr, nullptr)) throw Failure("PETSc could not be started");
   PetscPopSignalHandler();

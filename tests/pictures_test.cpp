@@ -1,5 +1,6 @@
 // What `plot`, `film` and the commands that draw beside their work leave: sizes, colours, words, and nothing replaced.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -238,7 +239,9 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   check_refused(folder, "film scene.h5 --frames 3:9", "frame 9 is not in scene.h5");
   check_refused(folder, "film scene.h5 --range 2,1", "the wrong way round");
   CHECK_FALSE(fs::exists(folder / "scene.mp4"));
-  CHECK_FALSE(fs::exists(folder / "scene.mp4.partial"));
+  REQUIRE(run_shell(folder, "mkfifo pipe.h5").status == 0);
+  for (const char* command : {"plot", "film", "view", "export --to csv"})
+    check_refused(folder, fmt::format("{} pipe.h5", command), "pipe.h5 is no file: name a result file");
   folder.write("scene.mp4", "mine");
   check_refused(folder, "film scene.h5", "scene.mp4 exists: give --out another name, or allow --overwrite");
   const Ended without = run_shell(folder, "PATH=/nowhere LICHTENBERG film scene.h5 --overwrite");
@@ -248,6 +251,22 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
   // A folder that others own; root writes everywhere.
   if (std::system("test $(id -u) != 0") == 0)
     check_refused(folder, "plot scene.h5 --out /proc/a.png", "cannot be written");
+}
+
+TEST_CASE("an interrupted film leaves nothing behind, and no list of Python's calls") {
+  const RunFolder folder(plates);
+  folder.write("ffmpeg", "#!/bin/sh\n>scene.mp4.partial-$PPID\nhead -c 100000 >/dev/null\nkill -INT $PPID\nexec cat >ffmpeg.log\n");
+  const Ended ended = run_shell(folder, "chmod +x ffmpeg; PATH=.:$PATH env --default-signal=INT LICHTENBERG film scene.h5 --quiet");
+  CHECK(ended.status != 0);
+  CHECK(ended.err.find("Traceback") == std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "scene.mp4"));
+  CHECK(run_shell(folder, "ls | grep -c partial").out == "0\n");
+}
+
+TEST_CASE("a range of frames without ends goes over all") {
+  const RunFolder folder(plates);
+  CHECK(run(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
+        "a-0.png shows frame 0 by potential\na-5.png shows frame 5 by potential\n");
 }
 
 TEST_CASE("a film has each frame once, in the size that it was drawn in") {

@@ -133,14 +133,15 @@ TEST_CASE("electrodes at different potentials must not touch") {
   const std::string along_x = bar + "from = [0.02, 0.01]\nto = [0.03, 0.01]";
   CHECK(refused(along_x, bar + "from = [0.0299, 0.0109]\nto = [0.035, 0.016]"));
   CHECK_FALSE(refused(along_x, bar + "from = [0.0301, 0.0111]\nto = [0.035, 0.016]"));
-  // A ring that leaves the whole domain to the fluid (half the domain's diagonal is 0.02236 m) does not touch its
-  // sides.
+  // A ring that leaves the whole domain to the fluid (half the domain's diagonal is 0.02236 m) is in no cell, and one
+  // that only its corners reach into may be (half a cell's diagonal is 0.00044 m).
   const auto with_ring = [](const std::string& radius) {
     return "domain = { size = [0.04, 0.02], top = { potential = 5 } }\nfield.cells = 64\n" + disk("[0.01, 0.01]") +
            "[[electrode]]\nshape = \"ring\"\ncentre = [0.02, 0.01]\npotential = 0\nradius = " + radius + "\n";
   };
-  CHECK(refusal(with_ring("0.0224")) == "");
-  check_refused(with_ring("0.0223"), {"\"ring 1\" at 0 V", "top side of the domain at 5 V"});
+  check_refused(with_ring("0.0224"), {"the ring reaches into the domain by 0 m, which is not at all"});
+  check_refused(with_ring("0.0223"), {"the ring reaches into the domain by 6.07e-05 m"});
+  check_refused(with_ring("0.0218"), {"\"ring 1\" at 0 V", "top side of the domain at 5 V"});
   check_refused(
       "domain = { size = [0.04, 0.02], bottom = { potential = 5 } }\nmedium.permittivity = 1e-11\n"
       "[[electrode]]\nname = \"sink\"\nshape = \"half-disk\"\nside = \"bottom\"\nat = 0.01\nradius = 0.001\n"

@@ -3,6 +3,7 @@ import csv
 import io
 import json
 import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +29,19 @@ def export(source, to, out=None, frames=None, overwrite=False):
     chosen = chosen_frames(source, frames)
     out = out or default_output(source.path, ".xyz" if to == "xyz" else f"-{to}")
     check_output(out, overwrite, folder=to != "xyz")
-    {"xyz": write_xyz, "vtk": write_vtk, "csv": write_csv}[to](source, chosen, out)
+    with_no_half(out, lambda: {"xyz": write_xyz, "vtk": write_vtk, "csv": write_csv}[to](source, chosen, out))
     return out
+
+
+def with_no_half(out, write):
+    """Writes a folder that was not there whole or not at all; files of their own (`write_whole`) are so anyway."""
+    new = not os.path.lexists(out)
+    try:
+        write()
+    except BaseException:
+        if new and os.path.isdir(out):
+            shutil.rmtree(out)
+        raise
 
 
 def make_folder(path):

@@ -38,7 +38,7 @@ def call(*arguments):
 
 def options_of(settings):
     """accuracy=1e-3 as --accuracy=1e-3, capacitance=True as --capacitance, range=(-1, 1) as --range=-1,1, and
-    set={"field.cells": 64, ...} as --set=field.cells=64 and so on."""
+    set={"field.cells": 64, ...} or set=["field.cells=64", ...] as --set=field.cells=64 and so on."""
     words = []
     for name, value in settings.items():
         option = "--" + name.replace("_", "-")
@@ -46,8 +46,10 @@ def options_of(settings):
             words.append(option)
         elif isinstance(value, dict):
             words += [f"{option}={key}={toml(entry)}" for key, entry in value.items()]
-        elif isinstance(value, (list, tuple)):
+        elif isinstance(value, tuple):
             words.append(f"{option}={','.join(map(str, value))}")
+        elif isinstance(value, list):
+            words += [f"{option}={entry}" for entry in value]
         elif value is not None and value is not False:
             words.append(f"{option}={value}")
     return words

@@ -305,6 +305,8 @@ def identity(path):
 
 def opened(path):
     """Without a lock, unless this process has the file open with one already, which HDF5 asks to be the same."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError(f"{path} is no file: name a result file")
     for options in ({"locking": False}, {}):
         try:
             return h5py.File(path, "r", **options)

@@ -179,7 +179,7 @@ def draw_bar(figure, place, scale):
             set_decades(bar, scale)
         elif isinstance(scale.norm, AsinhNorm):
             bar.set_ticks(signed_decades(scale, factor))
-            bar.ax.yaxis.set_major_formatter("{x:g}")
+            bar.ax.yaxis.set_major_formatter(lambda x, _: f"{x:g}".replace("-", "\N{MINUS SIGN}"))
             bar.minorticks_off()
         else:
             bar.locator = MaxNLocator(7)

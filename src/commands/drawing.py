@@ -308,9 +308,11 @@ def check_picture(path, overwrite):
 
 def save(figure, path):
     """Whole or not at all. Throws InputError."""
-    partial = f"{path}.partial"
+    partial = f"{path}.partial-{os.getpid()}"
     try:
         figure.savefig(partial, format=Path(path).suffix[1:] or "png")
         os.replace(partial, path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path} cannot be written ({error})") from None
+    finally:
+        Path(partial).unlink(missing_ok=True)

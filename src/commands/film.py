@@ -6,9 +6,12 @@
 
 Exit status 2 and one sentence for input that cannot be used.
 """
+import interrupted  # before all else
+
 import argparse
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -63,7 +66,7 @@ class Ffmpeg:
     """Takes frames and leaves a film, whole or not at all."""
 
     def __init__(self, path, pixels, rate):
-        self.path, self.partial = path, f"{path}.partial"
+        self.path, self.partial = path, f"{path}.partial-{os.getpid()}"
         size = f"{pixels[0]}x{pixels[1]}"
         frames = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", f"{rate:g}", "-i", "-"]
         film = ["-c:v", "libx264", "-crf", CRF, "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
@@ -88,6 +91,7 @@ class Ffmpeg:
 
     def drop(self):
         self.process.kill()
+        self.process.wait()
         if os.path.exists(self.partial):
             os.remove(self.partial)
 
@@ -115,6 +119,15 @@ class Progress:
             print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
+def undisturbed_pool(jobs):
+    """Processes that leave an interruption to this one, which ends them."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return multiprocessing.get_context("fork").Pool(jobs)
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
 def make(request):
     global studio
     drawing.check_output(request.out, request.overwrite)
@@ -129,7 +142,7 @@ def make(request):
     film = Ffmpeg(request.out, studio.pixels, request.rate)
     progress = Progress(len(frames), request.quiet)
     try:
-        with multiprocessing.get_context("fork").Pool(jobs) as pool:
+        with undisturbed_pool(jobs) as pool:
             for done, picture in enumerate(pool.imap(draw, enumerate(frames)), 1):
                 if isinstance(picture, str):
                     raise InputError(picture)
@@ -143,7 +156,8 @@ def make(request):
     film.finish()
     if not request.quiet:
         seconds = len(frames) / request.rate
-        print(f"{request.out} shows {len(frames)} frames{' by ' + colour if colour else ''} in {seconds:.3g} s")
+        words = f"{len(frames)} frame{'s' * (len(frames) > 1)}{' by ' + colour if colour else ''}"
+        print(f"{request.out} shows {words} in {seconds:.3g} s")
 
 
 def main():

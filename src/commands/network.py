@@ -6,6 +6,8 @@ space only the backbone, the strongest of its resistors, in perspective and pale
 
 Exit status 2 and one sentence for input that cannot be used. Other scripts import the drawing functions.
 """
+import interrupted  # before all else
+
 import argparse
 import sys
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
 """Finds the Python package lichtenberg, which does the work of `view` and `export`, and hands the words on to it."""
+import interrupted  # before all else
+
 import sys
 from pathlib import Path
 

@@ -10,6 +10,8 @@ the same colours.
 
 Exit status 2 and one sentence for input that cannot be used.
 """
+import interrupted  # before all else
+
 import argparse
 import functools
 import sys

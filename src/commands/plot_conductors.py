@@ -16,7 +16,7 @@ QUANTITIES = [
     Quantity("cluster", "conductors in contact", "category", "group", "in contact with none"),
     Quantity("current", "current carried to the ground ({}A)", "decades", "successor", "not connected"),
     Quantity("order", "order of the branch (Strahler number)", "order", "successor", "not connected"),
-    Quantity("joined", "joined the tree at ({}s)", "amount", "successor", "not connected"),
+    Quantity("joined", "in the tree since ({}s)", "amount", "successor", "not connected"),
     Quantity("speed", "speed ({}m/s)", "decades", "velocity", "at rest"),
 ]
 ALL_ZERO = 1e-3  # of the run's largest potential: colours that cannot be told from white

@@ -9,6 +9,8 @@ an ensemble's members have a colour a variant, and the mean over its seeds is th
 
 Exit status 2 and one sentence for input that cannot be used.
 """
+import interrupted  # before all else
+
 import argparse
 import re
 import sys
@@ -195,7 +197,7 @@ def new_sheet(count, title):
     figure, grid = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
     for axes in grid.flat[count:]:
         axes.remove()
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure, list(grid.flat[:count])
 
 
@@ -208,7 +210,8 @@ def panels_of(runs, names):
         return [Panel(name.replace("_", " "), [(name, "")], logarithmic=runs[0].logarithmic) for name in names]
     panels = [p for p in runs[0].panels if all(name in run.columns for run in runs for name, _ in p.columns)]
     if not panels:
-        raise InputError(f"there is nothing over time that {' and '.join(run.name for run in runs)} have both recorded")
+        names = " and ".join(run.name for run in runs)
+        raise InputError(f"there is nothing over time that {names} recorded{' in common' if len(runs) > 1 else ''}")
     return panels
 
 
@@ -221,7 +224,7 @@ def draw_panel(axes, panel, runs, groups):
             colour = COLOURS[(group if several else k) % len(COLOURS)]
             style = {"color": colour, "linestyle": DASHES[k % 4] if several else "-", "linewidth": 1.1}
             marker = {"marker": "o", "markersize": 2.5} if len(values) <= 40 else {}
-            axes.plot(time, values, label=label if run is runs[0] and label else None, **style, **marker)
+            axes.plot(time, values, label=label if run is runs[0] and label and len(values) else None, **style, **marker)
     name, label = panel.theory
     if name in runs[0].columns and len(runs) == 1:
         style = {"color": THEORY, "linewidth": 1, "linestyle": "--", "label": label, "zorder": 1}
@@ -234,7 +237,7 @@ def finish(axes, panel, run):
     if run.logarithmic and any((line.get_xdata() > 0).any() for line in axes.lines if len(line.get_xdata())):
         axes.set_xscale("log")
     set_scale(axes, panel.logarithmic)
-    if any(label for _, label in panel.columns) or panel.theory[0]:
+    if axes.get_legend_handles_labels()[1]:
         axes.legend(frameon=False, fontsize=7)
     axes.set_xlabel(with_unit(run.words_of_time, run.unit_of_time))
     axes.tick_params(labelsize=8)
@@ -253,7 +256,7 @@ def draw_runs(runs, names):
 
 def draw_names(figure, names, more=""):
     """Which colour is whose, below all."""
-    lines = [plt.Line2D([], [], color=COLOURS[k % len(COLOURS)], linewidth=2, label=name) for k, name in enumerate(names)]
+    lines = [plt.Line2D([], [], color=COLOURS[k % len(COLOURS)], linewidth=2, label=name.replace("$", r"\$")) for k, name in enumerate(names)]
     if more:
         lines.append(plt.Line2D([], [], color="#505050", linewidth=2.4, label=more))
     columns = min(3, len(lines))

@@ -50,6 +50,7 @@ class Sheet:
                 color=INK,
                 ha="center",
                 va="bottom",
+                parse_math=words is caption,  # a title's $ are the scene's own
             )
             for words, size, above in lines
         ]

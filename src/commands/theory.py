@@ -5,6 +5,8 @@
 
 Exit status 2 and one sentence for input that cannot be used.
 """
+import interrupted  # before all else
+
 import argparse
 import re
 import sys

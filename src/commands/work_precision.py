@@ -6,6 +6,8 @@
 A line joins the points of a method that are cheaper than all its more accurate ones; the others are faint. Exit status 2
 and one sentence for input that cannot be used.
 """
+import interrupted  # before all else
+
 import argparse
 import sys
 import textwrap

@@ -27,6 +27,8 @@ OpenFile open_file(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown))
     throw InputError(fmt::format("{} is a folder: name a result file", path));
+  if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
+    throw InputError(fmt::format("{} is no file: name a result file", path));  // a pipe that nobody writes would hang
   try {
     return OpenFile(path);
   } catch (const std::system_error& error) {

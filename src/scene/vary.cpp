@@ -39,6 +39,9 @@ KeyPlace place_of(const Schema& schema, const std::string& key) {
   const std::string name = key.substr(dot + 1);  // npos + 1 is 0
   const std::optional<std::size_t> index = take_index(table_path);
   const Table* table = schema.find_table(table_path);
+  if (schema.find_table(key) != nullptr)
+    throw InputError(
+        fmt::format("{0} is no key of a scene but a table: name a key of it (`lichtenberg help scene {0}`)", key));
   if (table == nullptr || find_key(*table, name) == nullptr)
     throw InputError(fmt::format("{} is no key of a scene: the nearest known key is {}", key,
                                  nearest_path(key, schema.known_paths())));

@@ -130,6 +130,13 @@ class SolveTest(unittest.TestCase):
         np.testing.assert_allclose(matrix[np.ix_(inner, inner)] @ found.potential, found.charge, atol=1e-17)
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-8 * abs(matrix).max())
 
+    def test_a_list_repeats_an_option(self):
+        settings = ["medium.depth=3.0", "field.cells=64"]
+        found = lichtenberg.solve(self.scene, set=settings)
+        expected = lichtenberg.solve({**self.scene, "medium": {**self.scene["medium"], "depth": 3.0}}, set="field.cells=64")
+        np.testing.assert_array_equal(found.potential, expected.potential)
+        self.assertNotEqual(found.potential.tolist(), lichtenberg.solve(self.scene).potential.tolist())
+
     def test_a_file_is_as_good_as_a_dictionary(self):
         path = runs.FOLDER / "two.toml"
         path.write_text(

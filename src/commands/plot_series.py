@@ -180,7 +180,7 @@ def set_scale(axes, logarithmic):
     shown = np.concatenate(drawn) if drawn else np.ones(1)
     shown = shown[np.isfinite(shown)]
     if not logarithmic or len(shown) == 0 or shown.min() <= 0 or shown.max() <= 3 * shown.min():
-        axes.ticklabel_format(axis="y", scilimits=(-3, 4))
+        axes.ticklabel_format(axis="y", scilimits=(-3, 4), useOffset=False)
         return
     axes.set_yscale("log")
     if shown.max() < 30 * shown.min():  # too few powers of ten to go by

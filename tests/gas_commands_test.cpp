@@ -21,11 +21,15 @@ namespace {
 
 const std::string scene = gas_text(60, 6, 1, 0.25);
 
-/// Puts a text where a list of numbers was, as another program might.
-void damage(const Folder& folder, const std::string& file, const std::string& dataset) {
-  const std::string script =
-      fmt::format("import h5py; f = h5py.File('{0}', 'r+'); del f['{1}']; f['{1}'] = 'none'", file, dataset);
+/// Changes a result `f` as another program might.
+void damage_by(const Folder& folder, const std::string& file, const std::string& lines) {
+  const std::string script = fmt::format("import h5py; f = h5py.File('{}', 'r+'); {}", file, lines);
   REQUIRE(run_shell(folder, fmt::format("/usr/bin/python3 -c \"{}\"", script)).status == 0);
+}
+
+/// Puts a text where a list of numbers was.
+void damage(const Folder& folder, const std::string& file, const std::string& dataset) {
+  damage_by(folder, file, fmt::format("del f['{0}']; f['{0}'] = 'none'", dataset));
 }
 
 }  // namespace
@@ -243,6 +247,23 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
     damage(folder, "damaged.h5", std::string("gas/") + series);
     refused("theory haff damaged.h5", "damaged.h5 is damaged: ");
   }
+  for (const auto& [lines, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"f['network/contacts_of_all_frames'][0, 1] = -1", "touches the ground, which a gas has not"},
+           {"f['particles/conductors/velocity/value'][1, 5, 0] = 1e300", "in frame 1 places, velocities or charges"},
+           {"f['particles/conductors/position/value'][1, 5, 0] = float('nan')", "in frame 1 places, velocities or"}}) {
+    std::filesystem::copy_file(folder / "gas.h5", folder / "damaged.h5",
+                               std::filesystem::copy_options::overwrite_existing);
+    damage_by(folder, "damaged.h5", lines);
+    refused("analyse damaged.h5", sentence);
+  }
+  folder.write("one.toml", replaced(scene, "count = 60", "count = 1"));
+  refused("work-precision one.toml", "one.toml: one charge alone feels no force");
+  refused("run one.toml --out ./one.toml --overwrite", "one.toml is what is read");
+  refused("run gas.toml --from gas.h5 --out gas.h5 --overwrite", "gas.h5 is what is read");
+  refused("work-precision one.toml --time --json one.toml --overwrite", "one.toml is what is read");
+  const Ended at_rest = run_program(folder, "work-precision one.toml --time --methods multirate");
+  CHECK(at_rest.status == 0);
+  CHECK_MESSAGE(!contains(at_rest.out, "nan"), at_rest.out);
   folder.write("large.toml", replaced(scene, "count = 60", "count = 1\nradius = 1.6"));
   refused("run large.toml",
           "large.toml:5: domain.size = 6 d0 along its shortest side is not allowed with a grain of diameter 3.2 d0");

@@ -106,6 +106,13 @@ TEST_CASE("coagulation of a scene goes at the pace of its mergers, and all theor
   for (const json& series : all["found"]) found.push_back(series["of"]);
   for (const char* name : {"temperature", "square_charge", "number", "size", "bjerrum", "structure"})
     CHECK_MESSAGE(std::ranges::find(found, name) != found.end(), name);
+
+  // Another program may have left what no analysis finds.
+  const std::string none = "import h5py; h5py.File('gas.h5', 'r+')['analysis/bound_clusters'][...] = 0";
+  REQUIRE(run_shell(folder, fmt::format("/usr/bin/python3 -c \"{}\"", none)).status == 0);
+  const Ended damaged = run_program(folder, "theory all gas.h5");
+  CHECK(damaged.status == 2);
+  CHECK_MESSAGE(contains(damaged.err, "gas.h5 is damaged: it has frames without bound clusters"), damaged.err);
 }
 
 TEST_CASE("hydrodynamics: a course with linear theory beside it, pictures, fields for ParaView") {
@@ -241,6 +248,13 @@ TEST_CASE("theories outside of their range say what it is") {
   refused("haff --scene large.toml", "equal grains of diameter and mass 1");
   folder.write("cold.toml", replaced(replaced(scene(), "temperature = 1", "temperature = 0"), "temperature = 2", ""));
   refused("haff --scene cold.toml", "for grains that move, T > 0");
+  for (const char* key : {"charge_exchange.exponent=10", "charge_exchange.strength=1e50", "coulomb.strength=1e90"}) {
+    const Ended ended = run_program(folder, fmt::format("theory kinetic --scene gas.toml --set effects.{}", key));
+    CHECK(ended.status == 1);
+    CHECK_MESSAGE(contains(ended.err, "kinetic theory has no course of a gas that charges so fast"), ended.err);
+  }
+  const std::string barely = "--set effects.viscoelastic_contact.dissipative=1e-300";
+  CHECK(contains(run_program(folder, "theory restitution --scene gas.toml " + barely).out, "negative at no speed"));
   folder.write("early.toml", replaced(scene(), "time = 1.5", "time = 0.5"));
   refused("haff --scene early.toml", "the run ends before its warm-up does");
 }

@@ -218,3 +218,18 @@ TEST_CASE("a resumed run says the same, whoever looked in between") {
   for (const char* name : {"time", "temperature", "haff_temperature", "expected_collisions", "expected_square_charge"})
     CHECK(reals_of(a, name) == reals_of(b, name));
 }
+
+TEST_CASE("a run that pauses after any step has the notes of one that does not") {
+  GranularMotion whole(scene()), paused(scene());
+  go_on(whole, 0.5);
+  int pauses = 0;
+  const auto pause = [&] { return ++pauses > 0; };
+  std::vector<double> times;
+  while (paused.time() < 0.5) {
+    paused.advance_to(paused.next_frame(), pause);
+    for (const double time : reals_of(paused.take_history(), "time")) times.push_back(time);
+    paused.restore(paused.checkpoint());
+  }
+  CHECK(pauses > 10);
+  CHECK(times == reals_of(whole.take_history(), "time"));
+}

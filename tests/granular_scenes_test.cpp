@@ -142,7 +142,9 @@ TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows
   }
 }
 
-TEST_CASE("a step that is too long is refused before anything is written") {
+TEST_CASE("a step that is too long, or so short that time stands still, is refused before anything is written") {
+  const std::string still = "[mechanics]\nstep = 1e-300\n[stop]\ntime = 1\n";
+  CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + still)), InputError);
   const std::string verlet = "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n";
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + verlet)), InputError);
 }
@@ -241,6 +243,13 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
        "effects.charge_exchange.strength is not allowed with effects.charge_exchange.model = \"none\""},
       {box + few + contact + "elastic = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
       {box + few + contact + si, "effects.viscoelastic_contact.viscosity is missing"},
+      {box +
+           "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\n[[conductor]]\nposition = [6.9, 6, 6]\nradius = 0.5\n" +
+           contact,
+       "overlaps the one at [6, 6, 6] d0 (line 11) by 0.1 d0"},
+      {box + "[[conductor]]\nposition = [13, 6, 6]\nradius = 0.5\n" + contact,
+       "reaches out of the domain by 1 d0: all of it, along periodic axes its centre, must lie in [0, 0, 0] to [12, "
+       "12, 12] d0"},
       {box + few + "charge_distribution = \"gaussian\"\n" + contact, "needs population.charge, the width"},
       {box + few + "charge = 1\ncharge_distribution = \"exponential-power\"\n" + contact,
        "needs population.charge_exponent"},

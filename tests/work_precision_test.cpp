@@ -107,6 +107,14 @@ TEST_CASE("no price is named for less than the reference's own error") {
   CHECK(prices[1].point == nullptr);
 }
 
+TEST_CASE("prices of what has no error at all end where numbers do") {
+  Diagram diagram = one_quantity(0);
+  diagram.points = {point("exact", 0, 1)};
+  const std::vector<Price> prices = price_list(diagram, 0);
+  REQUIRE(prices.size() == 16);
+  CHECK(prices.back().point != nullptr);
+}
+
 TEST_CASE("what would take too long is not begun, and what fails does not end the sweep") {
   bool begun = false;
   const Candidate endless{{{"cost", 1e6}}, 1e6, [&]() -> std::unique_ptr<Trial> {

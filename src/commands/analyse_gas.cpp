@@ -24,6 +24,7 @@ using analysis::Histogram;
 constexpr const char* energy_unit = "m0 v0^2";
 constexpr double fastest_of_charges = 4;  // in rms values
 constexpr int charge_by_speed_bins = 20;
+constexpr double no_quantity = 1e70;  // sums of fourth powers of smaller numbers are finite
 
 /// How many there are of each size, from 0 on.
 std::vector<int> number_by_size(std::span<const int> sizes) {
@@ -305,6 +306,13 @@ Bodies GasAnalyser::bodies(int index) const {
       bodies.momentum[i * d + k] = bodies.mass[i] * velocity[3 * i + k];
     }
   bodies.charge = frame.reals("charge");
+  for (const std::span<const double> values :
+       {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
+    if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))
+      throw InputError(
+          fmt::format("{} is damaged and cannot be analysed (in frame {} places, velocities or charges are "
+                      "no numbers, or too large for any)",
+                      result_.path(), index));
   const std::vector<double> image = frame.reals("image");
   for (int i = 0; i < bodies.size() && image.size() == position.size(); ++i)
     for (int k = 0; k < d; ++k) bodies.image[i * d + k] = static_cast<int>(image[3 * i + k]);
@@ -319,7 +327,14 @@ std::vector<Pair> GasAnalyser::contacts(int index) const {
                     "cannot be analysed",
                     result_.path()));
   std::vector<Pair> pairs;
-  for (const auto& [i, j] : *recorded) pairs.push_back({i, j});
+  for (const auto& [i, j] : *recorded) {
+    if (j < 0)
+      throw InputError(
+          fmt::format("{} is damaged and cannot be analysed (in frame {} grain {} touches the ground, which "
+                      "a gas has not)",
+                      result_.path(), index, i));
+    pairs.push_back({i, j});
+  }
   std::ranges::sort(pairs);
   return pairs;
 }

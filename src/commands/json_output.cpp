@@ -51,12 +51,16 @@ void check_output_file(const std::string& path, bool overwrite) {
 
 }  // namespace
 
+void check_not_read(const std::string& file, const std::vector<std::string>& read) {
+  for (const std::string& source : read)
+    if (!source.empty() && is_same(file, source))
+      throw InputError(fmt::format("{} is what is read, and is left as it is: name another file to write", file));
+}
+
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite) {
   for (auto file = written.begin(); file != written.end(); ++file) {
     if (file->empty()) continue;
-    for (const std::string& source : read)
-      if (!source.empty() && is_same(*file, source))
-        throw InputError(fmt::format("{} is what is read, and is left as it is: name another file to write", *file));
+    check_not_read(*file, read);
     for (auto other = written.begin(); other != file; ++other)
       if (!other->empty() && is_same(*file, *other))
         throw InputError(fmt::format("{} cannot be written twice: name another file", *file));

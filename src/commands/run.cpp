@@ -14,6 +14,7 @@
 #include "src/commands/draw.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/progress.hpp"
 #include "src/commands/start_from.hpp"
 #include "src/effects/field_choice.hpp"
@@ -72,6 +73,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   check_writable(scene.output.file);  // a name that no file can have is not asked after
   if (request.resume) return Recorder::resume(scene.output.file, scene);
+  check_not_read(scene.output.file, {request.scene, request.from});
   if (!std::filesystem::exists(scene.output.file)) check_pictures(request, scene);
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);
 }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "solvers/error.hpp"
 #include "src/commands/theory_tables.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/smoluchowski.hpp"
@@ -93,6 +94,10 @@ std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasCours
   const theory::Impacts impacts = gas.impacts(true);
   const double close = theory::contact_value(gas.density), volume = gas.grains / gas.density;
   for (std::size_t k = 1; k + 1 < number->time.size(); ++k) {
+    if (!(number->value[k] > 0 && charge->value[k] >= 0))
+      throw InputError(gas.source +
+                       " is damaged: it has frames without bound clusters, or with charges that have no mean square; "
+                       "`lichtenberg analyse` finds them again");
     const double mass = gas.grains / number->value[k];
     const theory::Aggregates now{gas.density / mass, temperature->value[k], charge->value[k], mass, std::cbrt(mass)};
     if (!(now.temperature > 0)) continue;

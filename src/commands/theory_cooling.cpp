@@ -322,10 +322,13 @@ TheoryAnswer restitution_theory(const GasParameters& gas) {
     table.columns.insert(table.columns.end(), {overlap, pade, first});
     table.panels[0].columns = {"restitution", "pade", "first_order"};
     table.panels.push_back({"largest overlap", true, {"overlap"}});
+    const double negative = std::pow(c, -5);
     answer.figures = {
         {"dissipation_number", "1", k1, "k at speed 1, which goes as v^(1/5)"},
         {"C", "(t0/d0)^(1/5)", c,
-         fmt::format("of the first-order law, which is negative above a speed of {:.4g}", std::pow(c, -5))},
+         std::isfinite(negative)
+             ? fmt::format("of the first-order law, which is negative above a speed of {:.4g}", negative)
+             : "of the first-order law, which is negative at no speed"},
         {"piercing_speed", "v0", theory::piercing_speed(pair), "from which on elastic grains pass through each other"}};
   }
   answer.tables = {table};

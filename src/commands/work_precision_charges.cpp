@@ -317,6 +317,8 @@ Diagram sweep_charges(const Scene& scene, const Request& request) {
                      "effects.coulomb; with --time it compares integrators");
   if (!request.sizes.empty())
     throw InputError("--sizes goes with conductors: the meshes of charges follow from their accuracy");
+  if (scene.conductors.size() < 2)
+    throw InputError(scene.path + ": one charge alone feels no force, and errors of forces are given over them");
   ChargedSubject subject = make_subject(scene);
   choose(all_methods(subject), request.methods);  // names are checked before anything is computed
   Diagram diagram{

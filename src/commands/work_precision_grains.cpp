@@ -42,7 +42,8 @@ class GasTrial : public Trial {
     }
     places_ = unwrapped(gas.bodies());
     const granular::GasEnergy book = gas.energy();
-    left_over_ = std::abs(book.total() - energy) / (book.kinetic + book.dissipated);
+    const double turned_over = book.kinetic + book.dissipated;  // 0: grains at rest, whose book is exact
+    left_over_ = turned_over > 0 ? std::abs(book.total() - energy) / turned_over : 0;
     steps_ = gas.contact_steps;
     seconds_ = seconds_of_thread() - start;
   }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include "solvers/error.hpp"
 #include "src/commands/work_precision.hpp"
@@ -162,8 +163,9 @@ void measure(const std::vector<Method>& methods, const Request& request, Diagram
 }
 
 std::vector<Price> price_list(const Diagram& diagram, std::size_t quantity) {
+  constexpr int last = std::numeric_limits<double>::digits10 + 1;  // or errors of 0 would go on for ever
   std::vector<Price> prices;
-  for (int decade = 1; prices.empty() || prices.back().point != nullptr; ++decade) {
+  for (int decade = 1; decade <= last && (prices.empty() || prices.back().point != nullptr); ++decade) {
     Price price{.error = std::pow(10.0, -decade)};
     for (const Point& point : diagram.points) {
       const double own = std::max(point.errors[quantity], diagram.reference_errors[quantity]);

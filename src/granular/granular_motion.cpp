@@ -7,6 +7,7 @@
 #include <future>
 #include <thread>
 
+#include "solvers/error.hpp"
 #include "solvers/stopwatch.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
@@ -17,12 +18,27 @@ namespace lichtenberg {
 
 using namespace granular;
 
+namespace {
+
+/// Time that is so late that a step is within its rounding stands still.
+void check_shortest(const Scene& scene) {
+  const double step = scene.mechanics.step, end = scene.stop.time;
+  if (std::isfinite(end) && !(end + step > end))
+    throw InputError(
+        fmt::format("{}: mechanics.step = {:g} is too short for time to go on up to stop.time = {:g}: a longer step or "
+                    "an earlier end is needed",
+                    scene.path, step, end));
+}
+
+}  // namespace
+
 struct GranularMotion::Implementation {
   Implementation(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> on)
       : here(scene),
         integrator(make_integrator(scene.mechanics.integrator)),
         theory(HomogeneousGas::of(here)),
         device(std::move(on)) {
+    check_shortest(scene);
     integrator->longest_step(here);  // refuses one that is too long before anything is written
     load();
     energy_at_start = here.energy(potential()).total();
@@ -159,9 +175,10 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
     const double end = noted ? due : time;
     while (self.time() < end) {
       self.step(end);
-      if (pause && pause()) return;
+      if (self.time() < end && pause && pause()) return;
     }
-    self.note();
+    self.note();  // before any pause: a run that is resumed here goes on to the next one
+    if (pause && pause()) return;
   }
 }
 

@@ -118,10 +118,10 @@ void check_population(const Draft& draft, const PopulationDraft& population) {
     if (lower[k] >= upper[k] || lower[k] < 0 || upper[k] > size[k])
       refuse(draft.scene.path, population.line,
              fmt::format("population.region from {} to {} is not allowed: it must be {} inside the domain, which goes "
-                         "from {} to {} m",
+                         "from {} to {} {}",
                          at(lower, axes), at(upper, axes),
                          axes == 3 ? "[[left, bottom, front], [right, top, back]]" : "[[left, bottom], [right, top]]",
-                         at({}, axes), at(size, axes)));
+                         at({}, axes), at(size, axes), draft.scene.units().length));
 }
 
 }  // namespace
@@ -174,6 +174,7 @@ std::size_t SphereGrid::Hash::operator()(const Bucket& bucket) const {
 void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes) {
   const Box<3> box = draft.scene.domain.box();
   const int dimension = draft.scene.dimension();
+  const std::string unit = draft.scene.units().length;
   SphereGrid grid(2 * largest_radius(draft), draft.scene.domain);
   for (std::size_t i = 0; i < draft.conductors.size(); ++i) {
     const Conductor& conductor = draft.conductors[i].conductor;
@@ -181,15 +182,15 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
     const double slack = touching_slack * sphere.radius;
     const auto refuse_it = [&](const std::string& why) {
       refuse(draft.scene.path, draft.conductors[i].line,
-             fmt::format("conductor.position = {} m is not allowed: this conductor {}", at(sphere.centre, dimension),
-                         why));
+             fmt::format("conductor.position = {} {} is not allowed: this conductor {}", at(sphere.centre, dimension),
+                         unit, why));
     };
     if (const double out = outside(sphere, box, dimension); out > slack)
-      refuse_it(fmt::format("reaches out of the domain by {:.3g} m: {} must lie in {} to {} m", out,
+      refuse_it(fmt::format("reaches out of the domain by {:.3g} {}: {} must lie in {} to {} {}", out, unit,
                             box.any_periodic() ? "all of it, along periodic axes its centre,"
                             : dimension == 3   ? "the whole sphere"
                                                : "the whole disk",
-                            at(Vec3{}, dimension), at(box.lengths, dimension)));
+                            at(Vec3{}, dimension), at(box.lengths, dimension), unit));
     if (!fits(sphere.radius, -2 * slack, box))
       refuse_it("overlaps its own image beyond a periodic side: that axis must be at least a diameter long");
     for (const Electrode& electrode : electrodes)
@@ -198,9 +199,9 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
         refuse_it(fmt::format("overlaps the electrode \"{}\" by {:.3g} m: they may touch but not overlap",
                               electrode.name, overlap));
     if (const auto other = grid.conflict(sphere, -slack))
-      refuse_it(fmt::format("overlaps the one at {} m (line {}) by {:.3g} m: conductors may touch but not overlap",
-                            at(grid[*other].centre, dimension), draft.conductors[*other].line,
-                            -grid.gap(sphere, grid[*other])));
+      refuse_it(fmt::format("overlaps the one at {} {} (line {}) by {:.3g} {}: conductors may touch but not overlap",
+                            at(grid[*other].centre, dimension), unit, draft.conductors[*other].line,
+                            -grid.gap(sphere, grid[*other]), unit));
     grid.insert(sphere);
   }
 }
@@ -218,10 +219,11 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
       const double radius = radii.next(random);
       const auto place = find_place(radius, population, draft, {electrodes, walls}, grid, random);
       if (!place && placed == 0)
-        refuse(draft.scene.path, population.line,
-               fmt::format("population.count = {} is impossible: there is no room for even one of radius {:g} m with "
-                           "population.min_gap = {:g} m; smaller ones or a larger domain or region are allowed",
-                           population.count, radius, population.min_gap));
+        refuse(
+            draft.scene.path, population.line,
+            fmt::format("population.count = {0} is impossible: there is no room for even one of radius {1:g} {3} with "
+                        "population.min_gap = {2:g} {3}; smaller ones or a larger domain or region are allowed",
+                        population.count, radius, population.min_gap, draft.scene.units().length));
       if (!place)
         refuse(
             draft.scene.path, population.line,

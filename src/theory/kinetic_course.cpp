@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
+#include "solvers/error.hpp"
 #include "solvers/ode/ode.hpp"
 #include "src/theory/kinetic.hpp"
 
@@ -44,13 +46,25 @@ Ode kinetic_ode(const KineticGas& gas, const ImpactMeans& means) {
   return {.rates = rates, .absolute = {relative, relative, 1e-30}, .relative = relative};
 }
 
+/// Charges may grow so fast that quadratures and steps in time end without a number.
+std::vector<std::vector<double>> followed(const Ode& ode, const std::vector<double>& start,
+                                          std::span<const double> times) {
+  try {
+    return integrate(ode, 0, start, times);
+  } catch (const std::runtime_error&) {
+    throw Failure(
+        "theory: kinetic theory has no course of a gas that charges so fast; with a smaller strength or exponent of "
+        "effects.charge_exchange, or a smaller effects.coulomb.strength, it has one");
+  }
+}
+
 }  // namespace
 
 std::vector<KineticState> kinetic_course(const KineticGas& gas, std::span<const double> times) {
   const ImpactMeans means = gas.speeds_at_contact ? ImpactMeans{} : tabulated_means(gas.impacts, gas.temperature);
   const std::vector<double> start = {std::log(gas.density), std::log(gas.temperature), 0};
   std::vector<KineticState> states;
-  for (const auto& y : integrate(kinetic_ode(gas, means), 0, start, times)) {
+  for (const auto& y : followed(kinetic_ode(gas, means), start, times)) {
     const Aggregates then = aggregates(gas, std::exp(y[0]), std::exp(y[1]), y[2]);
     states.push_back({then.density, then.temperature, then.charge_square, then.bjerrum(gas.coupling)});
   }

@@ -255,8 +255,11 @@ TEST_CASE("what cannot be drawn is refused with a sentence") {
 
 TEST_CASE("an interrupted film leaves nothing behind, and no list of Python's calls") {
   const RunFolder folder(plates);
-  folder.write("ffmpeg", "#!/bin/sh\n>scene.mp4.partial-$PPID\nhead -c 100000 >/dev/null\nkill -INT $PPID\nexec cat >ffmpeg.log\n");
-  const Ended ended = run_shell(folder, "chmod +x ffmpeg; PATH=.:$PATH env --default-signal=INT LICHTENBERG film scene.h5 --quiet");
+  folder.write(
+      "ffmpeg",
+      "#!/bin/sh\n>scene.mp4.partial-$PPID\nhead -c 100000 >/dev/null\nkill -INT $PPID\nexec cat >ffmpeg.log\n");
+  const Ended ended =
+      run_shell(folder, "chmod +x ffmpeg; PATH=.:$PATH env --default-signal=INT LICHTENBERG film scene.h5 --quiet");
   CHECK(ended.status != 0);
   CHECK(ended.err.find("Traceback") == std::string::npos);
   CHECK_FALSE(fs::exists(folder / "scene.mp4"));

@@ -41,8 +41,8 @@ double step_that_resolves_contacts(const Gas& gas, double steps_a_contact);
 
 /// The longest step for which forces of charges may be held: a quarter of the period in which the two of largest charge
 /// swing about where charges and contact balance, 2 pi sqrt(m_eff / slope of the contact's force); infinite if nothing
-/// holds them together. Forces that are held for more than a whole period drive that swinging, for less they damp it, up
-/// to a quarter hardly (README.md).
+/// holds them together. Forces that are held for more than a whole period drive that swinging, for less they damp it,
+/// up to a quarter hardly (README.md).
 double longest_hold(const Gas& gas);
 
 }  // namespace lichtenberg::granular

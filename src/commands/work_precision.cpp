@@ -34,13 +34,13 @@ void check(const Arguments& arguments) {
   if (!(arguments.request.seconds > 0)) throw InputError("--seconds must be positive");
   check_picture("--output", arguments.picture);
   check_output("--output", arguments.picture, arguments.overwrite);
-  check_outputs({arguments.picture}, {arguments.scene});
+  check_outputs({arguments.picture}, {arguments.scene}, arguments.overwrite);
   if (arguments.json.empty()) return;
   check_output("--json", arguments.json, arguments.overwrite);
   if (fs::absolute(arguments.json).lexically_normal() == fs::absolute(arguments.picture).lexically_normal())
     throw InputError(
         fmt::format("--json {0}: the picture is written to {0}; give one of them another name", arguments.json));
-  check_outputs({arguments.json}, {arguments.scene});
+  check_outputs({arguments.json}, {arguments.scene}, arguments.overwrite);
 }
 
 std::string default_picture(const Arguments& arguments) {

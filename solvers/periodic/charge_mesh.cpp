@@ -49,16 +49,7 @@ void ChargeMesh::with_constants(Kind kind, Work&& work) const {
         return work(order, std::integral_constant<Kind, Kind::multipoles>{});
     }
   };
-  switch (mesh_.order) {
-    case 4:
-      return with_kind(std::integral_constant<int, 4>{});
-    case 5:
-      return with_kind(std::integral_constant<int, 5>{});
-    case 6:
-      return with_kind(std::integral_constant<int, 6>{});
-    case 7:
-      return with_kind(std::integral_constant<int, 7>{});
-  }
+  with_order<7>(mesh_.order, with_kind);
 }
 
 ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)

@@ -7,6 +7,7 @@
 
 #include "solvers/parallel/team.hpp"
 #include "solvers/periodic/sources.hpp"
+#include "solvers/periodic/tiles.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -55,14 +56,8 @@ class Columns {
   /// is no other tile's at that time, and is reached in the same order for any number of threads.
   template <class Work>
   void for_each_apart(parallel::Team& team, const Work& work) const {
-    const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2);
-    const int rows = tiles_[1] / step_y, count = tiles_[0] / step_x * rows;
-    for (int x = 0; x < step_x; ++x)
-      for (int y = 0; y < step_y; ++y)
-        team.for_each(count, [&](int k) {
-          const int tile = (x + k / rows * step_x) * tiles_[1] + y + k % rows * step_y;
-          work(tile * columns_a_tile(), (tile + 1) * columns_a_tile());
-        });
+    for_each_tile_apart(tiles_[0], tiles_[1], team,
+                        [&](int tile) { work(tile * columns_a_tile(), (tile + 1) * columns_a_tile()); });
   }
 
   static constexpr int spare = 16;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <type_traits>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/charge_mesh.hpp"
@@ -22,22 +21,6 @@ template <int order>
 using FloatSpline = Spline<order, float>;
 
 }  // namespace
-
-template <class Work>
-void SingleChargeMesh::with_order(Work&& work) const {
-  switch (mesh_.order) {
-    case 4:
-      return work(std::integral_constant<int, 4>{});
-    case 5:
-      return work(std::integral_constant<int, 5>{});
-    case 6:
-      return work(std::integral_constant<int, 6>{});
-    case 7:
-      return work(std::integral_constant<int, 7>{});
-    case 8:
-      return work(std::integral_constant<int, 8>{});
-  }
-}
 
 const Mesh& SingleChargeMesh::checked_even(const Mesh& mesh) {
   if (mesh.points[2] % 2 != 0)
@@ -102,7 +85,7 @@ void SingleChargeMesh::spread_charge(const Columns& columns, int s) {
 void SingleChargeMesh::spread(const Columns& columns, parallel::Team& team) {
   grid_.clear(team);
   total_ = columns.total_charge();
-  with_order([&](auto order) {
+  with_order<8>(mesh_.order, [&](auto order) {
     columns.for_each_apart(team, [&] [[gnu::noinline]] (int first, int end) {
       for (int s = columns.first(first)[0]; s < columns.first(end)[0]; ++s) spread_charge<order>(columns, s);
     });
@@ -154,7 +137,7 @@ void SingleChargeMesh::add_to(const Columns& columns, int s, float background, f
 void SingleChargeMesh::add(const Columns& columns, std::span<float> sums, parallel::Team& team) const {
   constexpr int charges_a_task = 512;
   const auto background = static_cast<float>(background_ * total_);
-  with_order([&](auto order) {
+  with_order<8>(mesh_.order, [&](auto order) {
     team.for_each((columns.size() + charges_a_task - 1) / charges_a_task, [&] [[gnu::noinline]] (int task) {
       const int first = task * charges_a_task, end = std::min(columns.size(), first + charges_a_task);
       for (int s = first; s < end; ++s) add_to<order>(columns, s, background, &sums[4 * s]);

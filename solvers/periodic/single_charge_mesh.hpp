@@ -36,9 +36,6 @@ class SingleChargeMesh {
   void spread_charge(const Columns& columns, int s);
   template <int order>
   void add_to(const Columns& columns, int s, float background, float* sum) const;
-  /// Calls work(std::integral_constant) of the order.
-  template <class Work>
-  void with_order(Work&& work) const;
 
   Mesh mesh_;
   SingleConvolution grid_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
 
 #include "solvers/periodic/lanes.hpp"
 
@@ -63,5 +64,12 @@ struct Spline {
     for (int d = terms - 2; d >= 0; --d) row = row * t + periodic::lanes<lanes>(of[d].data());
   }
 };
+
+/// Calls work(order as a constant) for an order from 4 to `most`.
+template <int most, class Work>
+void with_order(int order, const Work& work) {
+  if (order == most) return work(std::integral_constant<int, most>{});
+  if constexpr (most > 4) with_order<most - 1>(order, work);
+}
 
 }  // namespace lichtenberg::periodic

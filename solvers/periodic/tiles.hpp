@@ -10,6 +10,17 @@
 
 namespace lichtenberg::periodic {
 
+/// Calls work(tile) for tiles x * tiles_y + y of the box, one or an even number along x and y. Those of every other one
+/// along both axes, which reach nothing in common, are taken at a time: the same order for any number of threads.
+template <class Work>
+void for_each_tile_apart(int tiles_x, int tiles_y, parallel::Team& team, const Work& work) {
+  const int step_x = std::min(tiles_x, 2), step_y = std::min(tiles_y, 2);
+  const int rows = tiles_y / step_y, count = tiles_x / step_x * rows;
+  for (int x = 0; x < step_x; ++x)
+    for (int y = 0; y < step_y; ++y)
+      team.for_each(count, [&](int k) { work((x + k / rows * step_x) * tiles_y + y + k % rows * step_y); });
+}
+
 /// Charges sorted by where they are: what is near each other is near in memory, and threads can share the box. A tile
 /// is a column of the box along z, at least twice the `reach` wide along x and y, so that what reaches no further than
 /// that from its charges reaches half of each tile around it. In a tile charges go up z by half a reach at a time, and
@@ -34,15 +45,8 @@ class Tiles {
   /// is reached in the same order for any number of threads.
   template <class Work>
   void for_each_apart(parallel::Team& team, const Work& work) const {
-    // Of every other tile, along both axes, no two reach anything in common.
-    const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2);
-    const int rows = tiles_[1] / step_y, count = tiles_[0] / step_x * rows;
-    for (int x = 0; x < step_x; ++x)
-      for (int y = 0; y < step_y; ++y)
-        team.for_each(count, [&](int k) {
-          const int tile = (x + k / rows * step_x) * tiles_[1] + y + k % rows * step_y;
-          work(first_[tile * tiles_[2]], first_[(tile + 1) * tiles_[2]]);
-        });
+    for_each_tile_apart(tiles_[0], tiles_[1], team,
+                        [&](int tile) { work(first_[tile * tiles_[2]], first_[(tile + 1) * tiles_[2]]); });
   }
 
  private:

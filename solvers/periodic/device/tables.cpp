@@ -21,16 +21,9 @@ std::vector<float> window_of_order() {
 }
 
 std::vector<float> window_of(int order) {
-  switch (order) {
-    case 4:
-      return window_of_order<4>();
-    case 5:
-      return window_of_order<5>();
-    case 6:
-      return window_of_order<6>();
-    default:
-      return window_of_order<7>();
-  }
+  std::vector<float> window;
+  with_order<7>(order, [&](auto constant) { window = window_of_order<constant>(); });
+  return window;
 }
 
 NearTable near_table(const Mesh& mesh, const Cloud& cloud) {

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "solvers/geometry/box.hpp"
+#include "solvers/laplace/problem.hpp"
+#include "solvers/parallel/team.hpp"
+
+namespace lichtenberg::laplace {
+
+/// A conducting ball: where it is and the group whose potential it has. Spheres of one group need not touch.
+struct Sphere {
+  Vec3 centre;        ///< m
+  double radius = 0;  ///< m
+  int group = 0;
+};
+
+/// Laplace's equation div(eps grad V) = 0 outside conducting spheres, in the box [0, lengths] or in free space, where V
+/// tends to 0. Unlike in `LaplaceProblem` nothing is per metre of depth: `Group::charge` is in C, energies are in J.
+struct SphereProblem {
+  /// Sides in the order of `side_names`: x = 0, x = lengths.x, y = 0, ... A wall insulates, an electrode has its
+  /// potential below, an axis is periodic on both its sides. Not looked at in free space.
+  Box<3> box;
+  std::array<double, 6> side_potential{};  ///< V, of the electrodes
+  bool free_space = false;
+  double permittivity = 0;  ///< F/m; has to be given
+  std::vector<Sphere> spheres;
+  std::vector<Group> groups;
+  std::vector<Coupling> couplings;  ///< as in LaplaceProblem, capacitance in F; refused so far
+
+  /// Whether an electrode or free space (whose V is 0 far away) takes what charge there is.
+  bool grounded() const;
+  /// Throws InputError, with one sentence, for what is no problem: a length, a radius or the permittivity not positive,
+  /// an axis periodic on one side only, a sphere on or through a side (periodic axes apart), a sphere of no group, a
+  /// group of no sphere, couplings; spheres of different groups that touch, or of one group that overlap by more than
+  /// 1 % of the smaller radius; charges that do not sum to zero where nothing is grounded and no group fixed.
+  void check() const;
+};
+
+struct SphereSolution {
+  std::vector<double> group_potential;  ///< V, a group
+  std::vector<double> sphere_charge;    ///< C, a sphere
+  std::vector<Vec3> sphere_dipole;      ///< C m, a sphere: integral of sigma (x - centre)
+  std::vector<Vec3> sphere_force;       ///< N, a sphere: eps/2 integral of E^2 n
+  std::array<double, 6> side_charge{};  ///< C, of each electrode
+  double energy = 0;                    ///< J, eps/2 integral of E^2: 1/2 sum of charge and potential
+  double error = 0;                     ///< estimate: of potentials and forces, relative to the largest
+  int degree = 0;                       ///< of the highest harmonic on any sphere
+  long unknowns = 0;
+  int iterations = 0;
+  Timings seconds;
+};
+
+/// Potential and field at a point; inside a sphere its potential and no field.
+struct PointField {
+  double potential = 0;  ///< V
+  Vec3 field;            ///< V/m, -grad V
+  int sphere = -1;       ///< that covers the point, -1: none
+};
+
+struct SphereOptions {
+  double accuracy = 1e-3;  ///< error of potentials, charges and forces, relative to the largest; 1e-12 to 0.1
+};
+
+/// Conducting spheres by real solid harmonics on each (README.md). Degrees follow from the accuracy and the neighbours
+/// of each sphere. What speeds up the next solve of a similar scene is kept: the last solutions as first guess.
+class SphereSolver {
+ public:
+  /// Throws InputError for an accuracy out of range. `team` must outlive the solver; results are the same bits for any
+  /// number of threads.
+  explicit SphereSolver(SphereOptions options = {}, parallel::Team& team = parallel::Team::single());
+  ~SphereSolver();
+  SphereSolver(SphereSolver&&) noexcept;
+
+  /// Throws InputError as SphereProblem::check does, and where the accuracy would take a degree beyond what double
+  /// precision or memory hold (the sentence says which); Failure if the iteration does not converge.
+  SphereSolution solve(const SphereProblem& problem);
+  /// Of the last solve. Throws Failure if nothing has been solved.
+  std::vector<PointField> field(std::span<const Vec3> points) const;
+  /// C (row-major, groups x groups; F): charge on group i when group j is at 1 V, all other groups and the electrodes
+  /// at 0. Where nothing is grounded its rows sum to zero.
+  std::vector<double> capacitance_matrix(const SphereProblem& problem);
+  /// The next solve depends on its problem alone.
+  void forget();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace lichtenberg::laplace

@@ -1,0 +1,100 @@
+#include "solvers/laplace/spheres/harmonics.hpp"
+
+#include <cmath>
+
+namespace lichtenberg::laplace::spheres {
+
+void regular_harmonics(Vec3 r, int degree, double* value) {
+  const double r2 = norm2(r);
+  value[0] = 1;
+  for (int l = 1; l <= degree; ++l) {
+    // Sectoral ones from the degree below, times (x + i y).
+    const double up = std::sqrt((2 * l - 1) / (2.0 * l)) * (l == 1 ? std::sqrt(2.0) : 1);
+    const double cosine = value[at(l - 1, l - 1)], sine = l == 1 ? 0 : value[at(l - 1, 1 - l)];
+    value[at(l, l)] = up * (r.x * cosine - r.y * sine);
+    value[at(l, -l)] = up * (r.x * sine + r.y * cosine);
+    for (int m = 0; m < l; ++m) {
+      const double below = std::sqrt(static_cast<double>(l - 1 - m) * (l - 1 + m)),
+                   over = 1 / std::sqrt(double(l - m) * (l + m));
+      for (const int k : {m, -m}) {
+        const double before = l - 2 >= m ? value[at(l - 2, k)] : 0;
+        value[at(l, k)] = over * ((2 * l - 1) * r.z * value[at(l - 1, k)] - below * r2 * before);
+        if (m == 0) break;
+      }
+    }
+  }
+}
+
+namespace {
+
+/// d^l_(m', m) (pi/2) for m' = 0 ... l and m = 0 ... l, from those with m' = l (Trapani and Navaza, Acta Cryst. A 62,
+/// 262 (2006)): stable to thousands.
+class HalfTurns {
+ public:
+  explicit HalfTurns(int degree) : side_(degree + 1), top_(side_), delta_(static_cast<std::size_t>(side_) * side_) {
+    top_[0] = 1;
+  }
+  /// To be called with l = 0, 1, 2, ...
+  void advance(int l) {
+    if (l > 0) advance_top(l);
+    for (int m = 0; m <= l; ++m) delta_[index(l, m)] = top_[m];
+    for (int m = 0; m <= l; ++m)
+      for (int k = l - 1; k >= 0; --k) {
+        const double over = std::sqrt(static_cast<double>(l - k) * (l + k + 1));
+        const double two_above = k + 2 <= l ? delta_[index(k + 2, m)] : 0;
+        delta_[index(k, m)] = 2 * m / over * delta_[index(k + 1, m)] -
+                              std::sqrt(static_cast<double>(l - k - 1) * (l + k + 2)) / over * two_above;
+      }
+  }
+  double operator()(int row, int column) const { return delta_[index(row, column)]; }
+
+ private:
+  std::size_t index(int row, int column) const { return static_cast<std::size_t>(row) * side_ + column; }
+  void advance_top(int l) {
+    for (int m = l; m >= 1; --m) top_[m] = std::sqrt(l * (2.0 * l - 1) / (2.0 * (l + m) * (l + m - 1))) * top_[m - 1];
+    top_[0] *= -std::sqrt((2.0 * l - 1) / (2.0 * l));
+  }
+
+  int side_;
+  std::vector<double> top_, delta_;
+};
+
+}  // namespace
+
+QuarterTurn::QuarterTurn(int degree) : degree_(degree) {
+  HalfTurns half(degree);
+  for (int l = 0; l <= degree; ++l) {
+    half.advance(l);
+    for (int m = -l; m <= l; ++m) {
+      const bool odd_in_x = (m < 0) != ((m & 1) != 0), odd_in_z = ((l + m) & 1) != 0;
+      const bool sine = odd_in_z;  // odd in y before the turn
+      const int parity = sine != odd_in_x ? 1 : 0;
+      const int first = parity == 1 ? 1 : sine ? 2 : 0;
+      start_.push_back({sine, first, value_.size()});
+      const int row = std::abs(m);
+      for (int k = first; k <= l; k += 2) {
+        // A turn about y mixes them by d^l(pi/2); quarter turns about z before and after make it one about x, and leave
+        // these signs.
+        const double scale = (row == 0 ? 1 : std::sqrt(2.0)) * (k == 0 ? 1 : std::sqrt(2.0));
+        const int halves = (m < 0 && !sine ? row - k - 1 : sine && m >= 0 ? k - row - 1 : row - k) / 2;
+        value_.push_back((halves & 1 ? -scale : scale) * half(row, k));
+      }
+    }
+  }
+}
+
+std::vector<std::complex<double>> to_complex(const double* real, int degree) {
+  std::vector<std::complex<double>> result(harmonics(degree));
+  const double half = std::sqrt(0.5);
+  for (int l = 0; l <= degree; ++l) {
+    result[at(l, 0)] = real[at(l, 0)];
+    for (int m = 1; m <= l; ++m) {
+      const std::complex<double> value{half * real[at(l, m)], half * real[at(l, -m)]};
+      result[at(l, -m)] = value;
+      result[at(l, m)] = (m & 1 ? -1.0 : 1.0) * std::conj(value);
+    }
+  }
+  return result;
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "solvers/laplace/spheres/spheres.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// r with its sign changed along the axes of `mask` (bits x, y, z).
+inline Vec3 mirrored(Vec3 r, int mask) { return {mask & 1 ? -r.x : r.x, mask & 2 ? -r.y : r.y, mask & 4 ? -r.z : r.z}; }
+
+/// Of a charge at c: one of `sign` times it at mirrored(c, mask) + shift.
+struct MirrorImage {
+  int mask = 0;
+  Vec3 shift;
+  double sign = 1;
+};
+
+/// The sides as mirrors: an insulating one reflects a charge to one of the same sign, an electrode at 0 V to the
+/// opposite one. To and fro between two of a kind that makes images with a period of 2 L, between two of different
+/// kinds of 4 L; a periodic axis has its own length. Free space has none.
+struct Mirrors {
+  explicit Mirrors(const SphereProblem& problem);
+
+  bool bounded = false;
+  Vec3 period;                       ///< of all images
+  std::vector<MirrorImage> images;   ///< in one period, the charge itself first
+  std::array<bool, 3> alternates{};  ///< axes along which half a period changes the sign
+
+  double volume() const { return period.x * period.y * period.z; }
+  /// Images of one charge a volume.
+  double density() const { return static_cast<double>(images.size()) / volume(); }
+  /// Calls visit(way) for the way to p from every copy of `first`, whole periods apart, that is closer than `range`.
+  template <class Visit>
+  void for_each_copy(Vec3 p, Vec3 first, double range, Visit visit) const;
+  /// Calls visit(image, way) for the way to p from every image of a charge at c that is closer than `range`.
+  template <class Visit>
+  void for_each_near(Vec3 p, Vec3 c, double range, Visit visit) const {
+    for (const MirrorImage& image : images)
+      for_each_copy(p, mirrored(c, image.mask) + image.shift, range, [&](Vec3 way) { visit(image, way); });
+  }
+};
+
+template <class Visit>
+void Mirrors::for_each_copy(Vec3 p, Vec3 first, double range, Visit visit) const {
+  if (!bounded) return visit(p - first);
+  std::array<int, 3> low, high;
+  for (int k = 0; k < 3; ++k) {
+    low[k] = static_cast<int>(std::ceil((p[k] - range - first[k]) / period[k]));
+    high[k] = static_cast<int>(std::floor((p[k] + range - first[k]) / period[k]));
+  }
+  for (int x = low[0]; x <= high[0]; ++x)
+    for (int y = low[1]; y <= high[1]; ++y)
+      for (int z = low[2]; z <= high[2]; ++z) {
+        const Vec3 way = p - (first + Vec3{x * period.x, y * period.y, z * period.z});
+        if (norm2(way) < range * range) visit(way);
+      }
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,90 @@
+#include "solvers/laplace/spheres/krylov.hpp"
+
+#include <fmt/format.h>
+#include <petscksp.h>
+
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/parallel/petsc.hpp"
+
+namespace lichtenberg::laplace::spheres {
+namespace {
+
+using parallel::check_petsc;
+
+PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
+  const System* system = nullptr;
+  PetscCall(MatShellGetContext(matrix, &system));
+  const PetscScalar* from = nullptr;
+  PetscScalar* to = nullptr;
+  PetscCall(VecGetArrayRead(x, &from));
+  PetscCall(VecGetArrayWrite(y, &to));
+  system->apply(from, to);
+  system->project(to);
+  PetscCall(VecRestoreArrayRead(x, &from));
+  PetscCall(VecRestoreArrayWrite(y, &to));
+  return 0;
+}
+
+double length(const std::vector<double>& x) {
+  double sum = 0;
+  for (const double value : x) sum += value * value;
+  return std::sqrt(sum);
+}
+
+struct Objects {
+  KSP ksp = nullptr;
+  Mat matrix = nullptr;
+  ::Vec x = nullptr, b = nullptr;
+  ~Objects() {
+    KSPDestroy(&ksp);
+    MatDestroy(&matrix);
+    VecDestroy(&x);
+    VecDestroy(&b);
+  }
+};
+
+}  // namespace
+
+KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
+  parallel::start_petsc();
+  const PetscInt n = system.size();
+  std::vector<double> residual = system.right_hand_side(), product(n), correction(n);
+  system.project(residual.data());
+  const double scale = std::hypot(length(residual), length(system.start({}, {})));
+  system.apply(x.data(), product.data());
+  system.project(product.data());
+  for (PetscInt k = 0; k < n; ++k) residual[k] -= product[k];
+  const double first = length(residual);
+  if (first <= tolerance * scale) return {0, scale > 0 ? first / scale : 0};
+
+  Objects petsc;
+  check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, residual.data(), &petsc.b));
+  check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, correction.data(), &petsc.x));
+  check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, const_cast<System*>(&system), &petsc.matrix));
+  check_petsc(MatShellSetOperation(petsc.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  check_petsc(KSPCreate(PETSC_COMM_SELF, &petsc.ksp));
+  check_petsc(KSPSetOptionsPrefix(petsc.ksp, "spheres_"));
+  check_petsc(KSPSetType(petsc.ksp, KSPCG));
+  PC pc = nullptr;
+  check_petsc(KSPGetPC(petsc.ksp, &pc));
+  check_petsc(PCSetType(pc, PCNONE));
+  check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
+  check_petsc(KSPSetTolerances(petsc.ksp, 0, tolerance * scale, PETSC_DEFAULT, 2000));
+  check_petsc(KSPSetFromOptions(petsc.ksp));
+  check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
+  PetscInt iterations = 0;
+  PetscReal last = 0;
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check_petsc(KSPGetIterationNumber(petsc.ksp, &iterations));
+  check_petsc(KSPGetResidualNorm(petsc.ksp, &last));
+  check_petsc(KSPGetConvergedReason(petsc.ksp, &reason));
+  if (reason < 0)
+    throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
+                              iterations, KSPConvergedReasons[reason], last / scale));
+  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k];
+  return {static_cast<int>(iterations), last / scale};
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,186 @@
+#include "solvers/laplace/spheres/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lichtenberg::laplace::spheres {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// C_lm / r^(l+1) at r.
+void irregular_harmonics(Vec3 r, int degree, double* value) {
+  regular_harmonics(r, degree, value);
+  const double r2 = norm2(r);
+  double factor = 1 / std::sqrt(r2);
+  for (int l = 0; l <= degree; ++l, factor /= r2)
+    for (int m = -l; m <= l; ++m) value[at(l, m)] *= factor;
+}
+
+/// C_lm / r^(l+1) about a point a becomes regular harmonics of r - a:
+///   I_lm(a + b) = sum_tn (-1)^(t+n) sqrt(C(l+t+m-n, l+m) C(l+t-m+n, l-m)) I_(l+t),(m-n)(a) R_tn(b)
+/// in complex harmonics with the phase of Condon and Shortley.
+double coupling_factor(int l, int m, int t, int n) {
+  const auto log_binomial = [](int a, int b) {
+    return std::lgamma(a + 1) - std::lgamma(b + 1) - std::lgamma(a - b + 1);
+  };
+  const double size = 0.5 * (log_binomial(l + t + m - n, l + m) + log_binomial(l + t - m + n, l - m));
+  return ((t + n) & 1 ? -1 : 1) * std::exp(size);
+}
+
+/// A real harmonic in complex ones: the coefficients of m and -m.
+std::array<Complex, 2> of_real(int m) {
+  const double half = std::sqrt(0.5);
+  const Complex minus = m == 0 ? Complex{0.5} : m > 0 ? Complex{half} : Complex{0, half};
+  const Complex plus = m == 0 ? minus : (m & 1 ? -1.0 : 1.0) * std::conj(minus);
+  return {plus, minus};
+}
+
+}  // namespace
+
+Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree + 1)) {
+  for (int l = 0; l <= degree; ++l)
+    for (int t = 0; l + t <= degree; ++t) {
+      std::vector<Term>& terms = terms_[l * (degree + 1) + t];
+      for (int n = -t; n <= t; ++n)
+        for (int m = -l; m <= l; ++m)
+          for (const int k : {std::abs(std::abs(m) - std::abs(n)), std::abs(m) + std::abs(n)}) {
+            if (k > l + t) continue;
+            for (const int derivative : {k, -k}) {
+              // The real value of derivative k stands in the complex ones of k and -k as its harmonic does.
+              Complex sum = 0;
+              const auto source = of_real(m), target = of_real(n);
+              for (const int sm : {1, -1})
+                for (const int sn : {1, -1}) {
+                  const int cm = sm * std::abs(m), cn = sn * std::abs(n);
+                  if (std::abs(cm - cn) != k) continue;
+                  // Values of a real harmonic in the complex one: conjugates of its coefficients.
+                  const auto value = of_real(derivative);
+                  const Complex v = k == 0 ? Complex{1} : std::conj(cm - cn > 0 ? value[0] : value[1]);
+                  sum += source[sm > 0 ? 0 : 1] * coupling_factor(l, cm, t, cn) * v * std::conj(target[sn > 0 ? 0 : 1]);
+                }
+              if (std::abs(sum.real()) > 1e-14)
+                terms.push_back({at(t, n), at(l, m), at(l + t, derivative), sum.real()});
+              if (derivative == 0) break;
+            }
+            if (m == 0 || n == 0) break;
+          }
+    }
+}
+
+void Coupling::add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
+                   const double* multipoles, int target_degree, double target_radius, double* local) const {
+  double source_power = sign * source_radius;
+  for (int l = 0; l <= std::min(source_degree, degree_); ++l, source_power *= source_radius) {
+    double power = source_power;
+    for (int t = 0; t <= target_degree && l + t <= degree_; ++t, power *= target_radius)
+      for (const Term& term : terms_[l * (degree_ + 1) + t]) {
+        const int m = term.source - l * (l + 1);
+        local[term.target] += power * term.factor * derivatives[term.derivative] * multipoles[term.source] *
+                              (mask ? mirror_sign(l, m, mask) : 1);
+      }
+  }
+}
+
+LatticeSum::LatticeSum(const Mirrors& mirrors, double range, int degree, double accuracy)
+    : mirrors_(&mirrors), range_(range), degree_(degree) {
+  // erfc(x) is about exp(-x^2): so much at the range leaves the accuracy behind the cut-off, beyond the range since
+  // higher derivatives are screened later.
+  const double decay = std::sqrt(-std::log(accuracy)) + 0.5;
+  alpha_ = decay / range;
+  cutoff_ = 1.3 * range;
+  make_waves(2 * alpha_ * (decay + 1));
+}
+
+void LatticeSum::make_waves(double most) {
+  const Vec3 period = mirrors_->period;
+  std::array<int, 3> high;
+  std::array<double, 3> unit;
+  double copies = 1;
+  for (int k = 0; k < 3; ++k) {
+    unit[k] = 2 * std::numbers::pi / period[k];
+    high[k] = static_cast<int>(most / unit[k]);
+    if (mirrors_->alternates[k]) copies *= 2;
+  }
+  const auto meant = [&](int k, int n) { return !mirrors_->alternates[k] || (n & 1) != 0; };
+  for (int x = 0; x <= high[0]; ++x)
+    for (int y = x == 0 ? 0 : -high[1]; y <= high[1]; ++y)
+      for (int z = x == 0 && y == 0 ? 1 : -high[2]; z <= high[2]; ++z) {
+        const Vec3 wave{x * unit[0], y * unit[1], z * unit[2]};
+        if (meant(0, x) && meant(1, y) && meant(2, z) && norm2(wave) <= most * most) wave_.push_back(wave);
+      }
+  for (int l = 0; l <= degree_; ++l)
+    for (int m = -l; m <= l; ++m) (l & 1 ? odd_at_ : even_at_).push_back(at(l, m));
+  even_.resize(even_at_.size(), wave_.size());
+  odd_.resize(odd_at_.size(), wave_.size());
+  std::vector<double> value(harmonics(degree_));
+  for (std::size_t w = 0; w < wave_.size(); ++w) {
+    const double k2 = norm2(wave_[w]);
+    regular_harmonics(wave_[w], degree_, value.data());
+    // Twice, for the wave that goes the other way; i^l of the derivatives and (-1)^l of their definition together.
+    double factor = 2 * copies * 4 * std::numbers::pi / mirrors_->volume() / k2 * std::exp(-k2 / (4 * alpha_ * alpha_));
+    int even = 0, odd = 0;
+    for (int l = 0; l <= degree_; ++l) {
+      if (l > 0) factor /= 2 * l - 1;
+      const double sign = l / 2 % 2 == 1 ? -1 : 1;
+      for (int m = -l; m <= l; ++m) {
+        if (l & 1)
+          odd_(odd++, w) = sign * factor * value[at(l, m)];
+        else
+          even_(even++, w) = sign * factor * value[at(l, m)];
+      }
+    }
+  }
+}
+
+void LatticeSum::add_near(int mask, Vec3 from, Vec3 place, double* value) const {
+  std::vector<double> term(harmonics(degree_));
+  for (const MirrorImage& image : mirrors_->images) {
+    if (image.mask != mask) continue;
+    mirrors_->for_each_copy(place, from + image.shift, cutoff_, [&](Vec3 r) {
+      const double r2 = norm2(r), t = alpha_ * alpha_ * r2;
+      if (t < 1e-12) {
+        value[0] -= image.sign * 2 * alpha_ / std::sqrt(std::numbers::pi);
+        return;
+      }
+      irregular_harmonics(r, degree_, term.data());
+      // Q(l + 1/2, t) upwards: Q(a + 1, t) = Q(a, t) + t^a exp(-t) / Gamma(a + 1).
+      const double without = r2 < range_ * range_ ? 1 : 0;
+      double upper = std::erfc(std::sqrt(t)), step = std::exp(-t) * std::sqrt(t / std::numbers::pi) * 2;
+      for (int l = 0; l <= degree_; ++l) {
+        const double factor = image.sign * (upper - without);
+        for (int m = -l; m <= l; ++m) value[at(l, m)] += factor * term[at(l, m)];
+        upper += step;
+        step *= t / (l + 1.5);
+      }
+    });
+  }
+}
+
+Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& from,
+                                            const std::vector<Vec3>& places) const {
+  const auto count = static_cast<Eigen::Index>(places.size()), waves = static_cast<Eigen::Index>(wave_.size());
+  double net = 0, base = 0;
+  for (const MirrorImage& image : mirrors_->images)
+    if (image.mask == mask) {
+      net += image.sign;
+      if (base == 0) base = image.sign;
+    }
+  Eigen::MatrixXd cosine(waves, count), sine(waves, count);
+  for (Eigen::Index p = 0; p < count; ++p)
+    for (Eigen::Index w = 0; w < waves; ++w) {
+      const double phase = dot(wave_[w], places[p] - from[p]);
+      cosine(w, p) = base * std::cos(phase);
+      sine(w, p) = base * std::sin(phase);
+    }
+  const Eigen::MatrixXd even = even_ * cosine, odd = odd_ * sine;
+  Eigen::MatrixXd result(harmonics(degree_), count);
+  for (std::size_t k = 0; k < even_at_.size(); ++k) result.row(even_at_[k]) = even.row(k);
+  for (std::size_t k = 0; k < odd_at_.size(); ++k) result.row(odd_at_[k]) = odd.row(k);
+  result.row(0).array() -= net * std::numbers::pi / (alpha_ * alpha_ * mirrors_->volume());
+  for (Eigen::Index p = 0; p < count; ++p) add_near(mask, from[p], places[p], result.col(p).data());
+  return result;
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "solvers/laplace/spheres/harmonics.hpp"
+#include "solvers/laplace/spheres/images.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// How a field that comes from far away depends on the distance: for a source of degree l and a target of degree t only
+/// derivatives of degree l + t of the potential of a charge matter, C_(l+t),m(grad) G / (-1)^(l+t) (2 l + 2 t - 1)!!,
+/// which for G = 1/r are C_lm / r^(l+1).
+class Coupling {
+ public:
+  /// For l + t up to the degree.
+  explicit Coupling(int degree);
+
+  /// Adds sum over l, m of a_lm (source_radius)^(l+1) target_radius^t * derivatives, for t up to target_degree. `mask`:
+  /// the source is mirrored.
+  void add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
+           const double* multipoles, int target_degree, double target_radius, double* local) const;
+
+ private:
+  struct Term {
+    int target, source, derivative;
+    double factor;
+  };
+  int degree_;
+  std::vector<std::vector<Term>> terms_;  ///< [l * (degree + 1) + t]
+};
+
+/// What all images of a unit charge beyond a range make, as derivatives for Coupling: Ewald's sum, in which every term
+/// has been differentiated in closed form. With a_n = n + 1/2 and Gamma's regularized incomplete functions P and Q,
+///   C_nm(grad) erfc(alpha r)/r = (-1)^n (2n-1)!! C_nm(r) / r^(2n+1) Q(a_n, alpha^2 r^2),
+/// and 1/r - erfc(alpha r)/r, what near images that are not meant here have in the waves, the same with P. If the
+/// charges of one period do not cancel there is a uniform background.
+class LatticeSum {
+ public:
+  LatticeSum(const Mirrors& mirrors, double range, int degree, double accuracy);
+  int degree() const { return degree_; }
+
+  /// Of images with `mask` of a charge whose mirror image (without shift) is at `from`, at the places given: a column
+  /// of harmonics(degree) each.
+  Eigen::MatrixXd far_derivatives(int mask, const std::vector<Vec3>& from, const std::vector<Vec3>& at) const;
+
+ private:
+  void make_waves(double most);
+  void add_near(int mask, Vec3 from, Vec3 place, double* value) const;
+
+  const Mirrors* mirrors_;
+  double range_, alpha_, cutoff_;
+  int degree_;
+  std::vector<Vec3> wave_;
+  Eigen::MatrixXd even_, odd_;         ///< [harmonics of even or odd degree][wave]
+  std::vector<int> even_at_, odd_at_;  ///< their places among all harmonics
+};
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/laplace/spheres/images.hpp"
+#include "solvers/laplace/spheres/translation.hpp"
+#include "solvers/parallel/team.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// What has harmonics about its centre: a sphere with its degree, or a point at which a field is wanted (degree 1, and
+/// any length as its radius).
+struct Site {
+  Vec3 centre;
+  double radius = 0;
+  int degree = 0;
+};
+
+/// Where the coefficients of each site stand in one array.
+std::vector<int> starts(const std::vector<Site>& sites);
+
+/// A source, or an image of one, that acts on a target one by one.
+struct NearPair {
+  int target = 0, source = 0, mask = 0;
+  double sign = 1;
+  Vec3 way;  ///< from the source (its image) to the target
+};
+
+/// Fields of near sources, one by one: exact but for the degrees. About a target of radius R the field is sum b_lm
+/// (r/R)^l C_lm, a source's a_lm (R/r)^(l+1) C_lm.
+class NearField {
+ public:
+  /// Terms below `accuracy` times the largest coefficient are left out at a distance.
+  NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, std::vector<NearPair> pairs,
+            double accuracy);
+
+  /// Adds to the targets' local coefficients what the sources' multipoles make there.
+  void add(const double* multipoles, double* local, parallel::Team& team) const;
+
+ private:
+  struct Lane {
+    int target = -1, source = 0, mask = 0;
+    double source_factor = 0, sign = 0;  ///< 2 R_s/d, and sign R_s/d
+    double target_factor = 0;            ///< 2 R_t/d
+  };
+  struct Batch {
+    int source_degree = 0, target_degree = 0;
+    Ways ways;
+    std::array<Lane, lanes> lane;
+  };
+  void add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value, Lanes* scratch) const;
+
+  std::vector<int> target_start_, source_start_;
+  std::vector<Batch> batches_;
+  std::vector<int> chunk_;  ///< where the batches of a chunk of targets begin
+  int largest_degree_ = 0;
+  std::shared_ptr<const Translation> translation_;
+};
+
+/// Tables of translations up to a degree at least, shared by all that need them.
+std::shared_ptr<const Translation> translation_up_to(int degree);
+
+}  // namespace lichtenberg::laplace::spheres

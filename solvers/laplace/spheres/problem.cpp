@@ -1,0 +1,103 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/spheres/spheres.hpp"
+#include "solvers/neighbours/pairs.hpp"
+
+namespace lichtenberg::laplace {
+namespace {
+
+/// Overlaps of up to so much of the smaller radius are contacts.
+constexpr double deepest_contact = 0.01;
+
+[[noreturn]] void refuse(const std::string& sentence) { throw InputError(sentence); }
+
+void check_box(const SphereProblem& problem) {
+  for (int k = 0; k < 3; ++k) {
+    if (!(problem.box.lengths[k] > 0)) refuse("the lengths of the box must be positive");
+    const bool low = problem.box.sides[2 * k] == Boundary::periodic,
+               high = problem.box.sides[2 * k + 1] == Boundary::periodic;
+    if (low != high)
+      refuse(fmt::format("sides {} and {}: an axis is periodic on both its sides or on none", side_names[2 * k],
+                         side_names[2 * k + 1]));
+  }
+}
+
+void check_against_sides(const SphereProblem& problem, std::size_t i) {
+  const Sphere& sphere = problem.spheres[i];
+  for (int side = 0; side < 6; ++side) {
+    const int axis = side / 2;
+    const double height = side % 2 == 0 ? sphere.centre[axis] : problem.box.lengths[axis] - sphere.centre[axis];
+    if (problem.box.periodic(axis) || height > sphere.radius) continue;
+    const bool insulating = problem.box.sides[side] == Boundary::wall;
+    if (!insulating || height < (1 - deepest_contact) * sphere.radius)
+      refuse(fmt::format("sphere {} is on or through the side {}: its centre is {:.6g} m from it, its radius {:.6g} m",
+                         i, side_names[side], height, sphere.radius));
+  }
+}
+
+void check_pairs(const SphereProblem& problem) {
+  const auto n = problem.spheres.size();
+  std::vector<double> position(3 * n), radius(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int k = 0; k < 3; ++k) position[3 * i + k] = problem.spheres[i].centre[k];
+    radius[i] = problem.spheres[i].radius;
+  }
+  Spheres<3> spheres{position, radius};
+  if (!problem.free_space) spheres.box = problem.box;
+  for (const Pair& pair : pairs_closer_than(spheres, 0.0)) {
+    const Sphere &a = problem.spheres[pair.i], &b = problem.spheres[pair.j];
+    const double overlap = a.radius + b.radius - norm(spheres.box.difference(a.centre, b.centre));
+    if (a.group != b.group)
+      refuse(fmt::format("spheres {} and {} touch, but belong to different groups", pair.i, pair.j));
+    if (overlap > deepest_contact * std::min(a.radius, b.radius))
+      refuse(fmt::format("spheres {} and {} overlap by {:.3g} m: more than 1 % of the smaller radius", pair.i, pair.j,
+                         overlap));
+  }
+}
+
+void check_groups(const SphereProblem& problem) {
+  std::vector<int> members(problem.groups.size());
+  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+    const Sphere& sphere = problem.spheres[i];
+    if (!(sphere.radius > 0)) refuse(fmt::format("sphere {}: its radius must be positive", i));
+    if (sphere.group < 0 || sphere.group >= static_cast<int>(members.size()))
+      refuse(fmt::format("sphere {} names group {}, which does not exist", i, sphere.group));
+    ++members[sphere.group];
+  }
+  double charge = 0, magnitude = 0;
+  bool fixed = false;
+  for (std::size_t g = 0; g < members.size(); ++g) {
+    if (members[g] == 0) refuse(fmt::format("group {} has no sphere", g));
+    fixed = fixed || !problem.groups[g].floating;
+    if (!problem.groups[g].floating) continue;
+    charge += problem.groups[g].charge;
+    magnitude += std::abs(problem.groups[g].charge);
+  }
+  // Rounding of a sum of given charges.
+  if (!problem.grounded() && !fixed && std::abs(charge) > 1e-10 * magnitude)
+    refuse(fmt::format(
+        "no side is an electrode and no group has a given potential, so the charges must sum to zero, not {:.6g} C",
+        charge));
+}
+
+}  // namespace
+
+bool SphereProblem::grounded() const {
+  return free_space || std::find(box.sides.begin(), box.sides.end(), Boundary::electrode) != box.sides.end();
+}
+
+void SphereProblem::check() const {
+  if (!(permittivity > 0)) refuse("the permittivity must be positive");
+  if (!couplings.empty()) refuse("the solver of spheres cannot couple groups");
+  if (!free_space) check_box(*this);
+  check_groups(*this);
+  if (!free_space)
+    for (std::size_t i = 0; i < spheres.size(); ++i) check_against_sides(*this, i);
+  check_pairs(*this);
+}
+
+}  // namespace lichtenberg::laplace

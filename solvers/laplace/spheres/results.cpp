@@ -1,0 +1,81 @@
+#include "solvers/laplace/spheres/results.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace lichtenberg::laplace::spheres {
+namespace {
+
+/// Over 4 pi eps, of the sphere's own multipoles: on a conductor the local field is b_lm = -a_lm (l > 0), and the force
+/// on the charges in it is
+///   F_z = sum sqrt(l^2 - m^2) a_(l-1),m a_lm,    F_x + i F_y = sum sqrt((l-m)(l-m-1)) conj(a_(l-1),(m+1)) a_lm
+/// (the second in complex harmonics): what the derivative of the energy is.
+Vec3 force(const double* multipoles, int degree) {
+  const auto a = to_complex(multipoles, degree);
+  std::complex<double> across = 0;
+  double along = 0;
+  for (int l = 1; l <= degree; ++l)
+    for (int m = -l; m <= l; ++m) {
+      if (std::abs(m) < l)
+        along += std::sqrt(static_cast<double>(l - m) * (l + m)) * multipoles[at(l - 1, m)] * multipoles[at(l, m)];
+      if (m <= l - 2)
+        across += std::sqrt(static_cast<double>(l - m) * (l - m - 1)) * std::conj(a[at(l - 1, m + 1)]) * a[at(l, m)];
+    }
+  return {across.real(), across.imag(), along};
+}
+
+double face(const SphereProblem& problem, int axis) {
+  const Vec3 l = problem.box.lengths;
+  return l.x * l.y * l.z / l[axis];
+}
+
+/// By reciprocity: side s at 1 V and all else at 0 makes a potential u in the empty box; then the side's charge is -sum
+/// of integral sigma u, beside what the sides do to each other.
+void add_side_charges(const SphereProblem& problem, const WallPotential& wall, SphereSolution& solution) {
+  std::vector<int> held;
+  if (!problem.free_space)
+    for (int side = 0; side < 6; ++side)
+      if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
+  const bool opposite = held.size() == 2 && held[0] / 2 == held[1] / 2;
+  for (const int side : held) {
+    double& charge = solution.side_charge[side];
+    const int axis = side / 2;
+    const double length = problem.box.lengths[axis];
+    if (held.size() > 1 && !opposite) {
+      charge = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
+    charge = 0;
+    if (opposite) charge = problem.permittivity * face(problem, axis) * wall.slope[axis] * (side % 2 == 0 ? -1 : 1);
+    for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+      const double height = problem.spheres[i].centre[axis] / length;
+      const double share = !opposite ? 1 : side % 2 == 0 ? 1 - height : height;
+      charge -= solution.sphere_charge[i] * share;
+      if (opposite) charge -= solution.sphere_dipole[i][axis] / length * (side % 2 == 0 ? -1 : 1);
+    }
+  }
+}
+
+}  // namespace
+
+void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site>& sites,
+                            const std::vector<double>& multipoles, const WallPotential& wall,
+                            SphereSolution& solution) {
+  const double scale = 4 * std::numbers::pi * problem.permittivity;
+  const std::vector<int> start = starts(sites);
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const double* a = multipoles.data() + start[i];
+    const double radius = sites[i].radius, moment = scale * radius * radius;
+    solution.sphere_charge.push_back(scale * radius * a[0]);
+    solution.sphere_dipole.push_back({moment * a[at(1, 1)], moment * a[at(1, -1)], moment * a[at(1, 0)]});
+    solution.sphere_force.push_back(scale * force(a, sites[i].degree));
+    solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
+  }
+  add_side_charges(problem, wall, solution);
+  for (int side = 0; side < 6; ++side)
+    if (solution.side_charge[side] != 0 && problem.side_potential[side] != 0)
+      solution.energy += 0.5 * solution.side_charge[side] * problem.side_potential[side];
+}
+
+}  // namespace lichtenberg::laplace::spheres

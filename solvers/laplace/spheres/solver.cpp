@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/spheres/krylov.hpp"
+#include "solvers/stopwatch.hpp"
+
+namespace lichtenberg::laplace {
+
+using namespace spheres;
+
+struct SphereSolver::Implementation {
+  SphereOptions options;
+  parallel::Team* team = nullptr;
+  std::unique_ptr<System> system;  ///< of the last solve
+  std::vector<double> x;
+  SphereSolution solution;
+};
+
+SphereSolver::SphereSolver(SphereOptions options, parallel::Team& team)
+    : implementation_(std::make_unique<Implementation>()) {
+  if (!(options.accuracy >= 1e-12 && options.accuracy <= 0.1))
+    throw InputError(fmt::format("accuracy = {}: the solver of spheres takes 1e-12 to 0.1", options.accuracy));
+  implementation_->options = options;
+  implementation_->team = &team;
+}
+
+SphereSolver::~SphereSolver() = default;
+SphereSolver::SphereSolver(SphereSolver&&) noexcept = default;
+
+SphereSolution SphereSolver::solve(const SphereProblem& problem) {
+  problem.check();
+  Implementation& my = *implementation_;
+  SphereSolution solution;
+  Timings seconds;
+  std::unique_ptr<System> system;
+  std::vector<double> x;
+  KrylovResult krylov;
+  {
+    const Stopwatch watch(seconds.setup);
+    system = std::make_unique<System>(problem, my.options.accuracy, *my.team);
+  }
+  {
+    const Stopwatch watch(seconds.solve);
+    x = my.system ? system->start(my.system->sites(), my.x) : system->start({}, {});
+    krylov = solve_krylov(*system, 0.1 * my.options.accuracy, x);
+  }
+  {
+    const Stopwatch watch(seconds.forces);
+    solution = system->results(x);
+  }
+  for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);
+  solution.unknowns = system->size();
+  solution.iterations = krylov.iterations;
+  solution.error = krylov.residual;
+  solution.seconds = seconds;
+  my.system = std::move(system);
+  my.x = std::move(x);
+  my.solution = solution;
+  return solution;
+}
+
+std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const {
+  const Implementation& my = *implementation_;
+  if (!my.system) throw Failure("the field of spheres is asked for before anything has been solved");
+  const System& system = *my.system;
+  std::vector<PointField> result(points.size());
+  std::vector<Site> targets;
+  std::vector<std::size_t> outside;
+  const double unit = system.sites().empty() ? 1 : 1e-3 * system.sites()[0].radius;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    for (std::size_t i = 0; i < system.sites().size() && result[p].sphere < 0; ++i)
+      if (norm(points[p] - system.sites()[i].centre) < system.sites()[i].radius) result[p].sphere = static_cast<int>(i);
+    if (result[p].sphere >= 0) {
+      result[p].potential = my.solution.group_potential[system.problem().spheres[result[p].sphere].group];
+      continue;
+    }
+    outside.push_back(p);
+    targets.push_back({points[p], unit, 1});
+  }
+  const Fields fields(system.mirrors(), targets, system.sites(), false, system.range(), 0.1 * my.options.accuracy);
+  std::vector<double> local(4 * targets.size());
+  fields.add(system.multipoles(my.x).data(), local.data(), *my.team);
+  for (std::size_t k = 0; k < outside.size(); ++k) {
+    const double* b = local.data() + 4 * k;
+    PointField& at_point = result[outside[k]];
+    at_point.potential = b[0] + system.wall().at(points[outside[k]]);
+    at_point.field = Vec3{b[at(1, 1)], b[at(1, -1)], b[at(1, 0)]} * (-1 / unit) - system.wall().slope;
+  }
+  return result;
+}
+
+std::vector<double> SphereSolver::capacitance_matrix(const SphereProblem& problem) {
+  SphereProblem unit = problem;
+  unit.side_potential.fill(0);
+  const std::size_t n = problem.groups.size();
+  std::vector<double> matrix(n * n);
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t g = 0; g < n; ++g)
+      unit.groups[g] = {.floating = false, .charge = 0, .potential = g == j ? 1.0 : 0.0};
+    const SphereSolution solution = solve(unit);
+    for (std::size_t i = 0; i < unit.spheres.size(); ++i)
+      matrix[unit.spheres[i].group * n + j] += solution.sphere_charge[i];
+  }
+  return matrix;
+}
+
+void SphereSolver::forget() {
+  implementation_->system.reset();
+  implementation_->x.clear();
+}
+
+}  // namespace lichtenberg::laplace

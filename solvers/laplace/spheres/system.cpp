@@ -1,0 +1,235 @@
+#include "solvers/laplace/spheres/system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "solvers/error.hpp"
+#include "solvers/laplace/spheres/results.hpp"
+
+namespace lichtenberg::laplace::spheres {
+namespace {
+
+constexpr int largest_degree = 200;
+
+}  // namespace
+
+WallPotential::WallPotential(const SphereProblem& problem) {
+  if (problem.free_space) return;
+  std::vector<int> held;
+  for (int side = 0; side < 6; ++side)
+    if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
+  if (held.empty()) return;
+  constant = problem.side_potential[held[0]];
+  const bool equal =
+      std::all_of(held.begin(), held.end(), [&](int s) { return problem.side_potential[s] == constant; });
+  if (equal) return;
+  if (held.size() != 2 || held[0] / 2 != held[1] / 2)
+    throw InputError(
+        fmt::format("sides {} and {} have different potentials where they meet: the solver of spheres knows "
+                    "different potentials of two opposite sides only",
+                    side_names[held[0]], side_names[held[1]]));
+  axis = held[0] / 2;
+  slope[axis] = (problem.side_potential[held[1]] - constant) / problem.box.lengths[axis];
+}
+
+namespace {
+
+/// Harmonics of sphere i that its neighbour calls for: the images of charges near a gap lie at R exp(-alpha), alpha the
+/// bispherical coordinate of its surface, and their field falls off like exp(-alpha l).
+double degree_beside(double radius, double other, double distance, double accuracy) {
+  const double gap = distance - radius - other;
+  const double cosh_minus_one = gap * (gap + 2 * other) / (2 * distance * radius);
+  const double alpha = std::log1p(cosh_minus_one + std::sqrt(cosh_minus_one * (2 + cosh_minus_one)));
+  return -std::log(accuracy) / alpha;
+}
+
+/// The same where both have one potential: however small the gap, harmonics fall off like exp(-sqrt(2 beta l)), beta =
+/// 2 pi / (1 + R / R') (README.md).
+double degree_at_contact(double radius, double other, double accuracy) {
+  const double digits = std::log(accuracy);
+  return digits * digits * (1 + radius / other) / (4 * std::numbers::pi);
+}
+
+}  // namespace
+
+std::vector<Site> choose_sites(const SphereProblem& problem, const Mirrors& mirrors, double accuracy) {
+  std::vector<Site> sites;
+  double largest = 0;
+  for (const Sphere& sphere : problem.spheres) largest = std::max(largest, sphere.radius);
+  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+    const Sphere& sphere = problem.spheres[i];
+    double degree = 2;
+    for (std::size_t j = 0; j < problem.spheres.size(); ++j) {
+      const Sphere& other = problem.spheres[j];
+      mirrors.for_each_near(
+          sphere.centre, other.centre, 3 * (sphere.radius + largest), [&](const MirrorImage& image, Vec3 way) {
+            const double d = norm(way);
+            if (d == 0) return;
+            const bool one_potential = sphere.group == other.group && image.sign > 0;
+            const double contact = degree_at_contact(sphere.radius, other.radius, accuracy);
+            const double apart =
+                d > sphere.radius + other.radius ? degree_beside(sphere.radius, other.radius, d, accuracy) : contact;
+            degree = std::max(degree, one_potential ? std::min(apart, contact) : apart);
+          });
+    }
+    if (degree > largest_degree)
+      throw InputError(fmt::format(
+          "the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of {:.3g}: {} is the "
+          "largest",
+          i, std::ceil(degree), accuracy, largest_degree));
+    sites.push_back({sphere.centre, sphere.radius, static_cast<int>(std::ceil(degree))});
+  }
+  return sites;
+}
+
+double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
+  if (!mirrors.bounded) return 0;
+  double largest = 0;
+  for (const Site& site : sites) largest = std::max(largest, site.radius);
+  // Some hundred near images a sphere cost little beside few waves.
+  const double most = 400 / std::max(1.0, sites.size() / 4.0);
+  const double range = std::cbrt(std::max(60.0, most) * 3 / (4 * std::numbers::pi * mirrors.density()));
+  return std::max(range, 7 * largest);
+}
+
+Fields::Fields(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources, bool same,
+               double range, double accuracy) {
+  std::vector<NearPair> pairs;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    for (std::size_t s = 0; s < sources.size(); ++s)
+      mirrors.for_each_near(targets[t].centre, sources[s].centre, range, [&](const MirrorImage& image, Vec3 way) {
+        const bool itself = same && s == t && image.mask == 0 && norm2(way) == 0;
+        if (!itself) pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, way});
+      });
+  near_ = std::make_unique<NearField>(targets, sources, std::move(pairs), 0.1 * accuracy);
+  if (mirrors.bounded) far_ = std::make_unique<FarField>(mirrors, targets, sources, range, accuracy);
+}
+
+void Fields::add(const double* multipoles, double* local, parallel::Team& team) const {
+  near_->add(multipoles, local, team);
+  if (far_) far_->add(multipoles, local, team);
+}
+
+System::System(const SphereProblem& problem, double accuracy, parallel::Team& team)
+    : problem_(problem),
+      mirrors_(problem),
+      wall_(problem),
+      sites_(choose_sites(problem, mirrors_, accuracy)),
+      start_(starts(sites_)),
+      range_(choose_range(mirrors_, sites_)),
+      team_(&team),
+      fields_(mirrors_, sites_, sites_, true, range_, accuracy) {
+  find_given();
+}
+
+void System::find_given() {
+  const double scale = 4 * std::numbers::pi * problem_.permittivity;
+  std::vector<int> of_group(problem_.groups.size(), -1);
+  double floating = 0;
+  for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
+    if (!problem_.groups[g].floating) continue;
+    of_group[g] = static_cast<int>(given_.size());
+    given_.push_back({{}, problem_.groups[g].charge / scale});
+    floating += problem_.groups[g].charge / scale;
+  }
+  const bool any_fixed = given_.size() < problem_.groups.size();
+  if (!problem_.grounded() && any_fixed) {
+    level_ = static_cast<int>(given_.size());
+    given_.push_back({{}, -floating});
+  }
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    const int g = of_group[problem_.spheres[i].group], k = g >= 0 ? g : level_;
+    if (k < 0) continue;
+    given_[k].spheres.push_back(static_cast<int>(i));
+    given_[k].weight += sites_[i].radius;
+  }
+}
+
+void System::apply(const double* x, double* y) const {
+  std::vector<double> multipoles(size()), local(size());
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    for (int k = start_[i]; k < start_[i + 1]; ++k) multipoles[k] = x[k] / std::sqrt(sites_[i].radius);
+  fields_.add(multipoles.data(), local.data(), *team_);
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    for (int k = start_[i]; k < start_[i + 1]; ++k) y[k] = x[k] + std::sqrt(sites_[i].radius) * local[k];
+}
+
+void System::project(double* x) const {
+  for (const Given& given : given_) {
+    double sum = 0;
+    for (const int i : given.spheres) sum += std::sqrt(sites_[i].radius) * x[start_[i]];
+    for (const int i : given.spheres) x[start_[i]] -= std::sqrt(sites_[i].radius) * sum / given.weight;
+  }
+}
+
+std::vector<double> System::start(const std::vector<Site>& past_sites, const std::vector<double>& past) const {
+  std::vector<double> x(size());
+  if (past_sites.size() == sites_.size()) {
+    const std::vector<int> past_start = starts(past_sites);
+    for (std::size_t i = 0; i < sites_.size(); ++i)
+      std::copy_n(past.begin() + past_start[i], harmonics(std::min(past_sites[i].degree, sites_[i].degree)),
+                  x.begin() + start_[i]);
+  }
+  project(x.data());
+  for (const Given& given : given_)
+    for (const int i : given.spheres) x[start_[i]] += std::sqrt(sites_[i].radius) * given.charge / given.weight;
+  return x;
+}
+
+std::vector<double> System::right_hand_side() const {
+  std::vector<double> f(size());
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    const Group& group = problem_.groups[problem_.spheres[i].group];
+    const double root = std::sqrt(sites_[i].radius), slope = root * sites_[i].radius;
+    f[start_[i]] = root * ((group.floating ? 0 : group.potential) - wall_.at(sites_[i].centre));
+    f[start_[i] + at(1, 1)] = -slope * wall_.slope.x;
+    f[start_[i] + at(1, -1)] = -slope * wall_.slope.y;
+    f[start_[i] + at(1, 0)] = -slope * wall_.slope.z;
+  }
+  return f;
+}
+
+std::vector<double> System::multipoles(const std::vector<double>& x) const {
+  std::vector<double> result(size());
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    for (int k = start_[i]; k < start_[i + 1]; ++k) result[k] = x[k] / std::sqrt(sites_[i].radius);
+  return result;
+}
+
+/// The members' mean with their radii as weights: what the energy's slope with their charge is.
+double System::mean_potential(const Given& given, const std::vector<double>& potential) const {
+  double sum = 0;
+  for (const int i : given.spheres) sum += sites_[i].radius * potential[i];
+  return sum / given.weight;
+}
+
+SphereSolution System::results(const std::vector<double>& x) const {
+  SphereSolution solution;
+  std::vector<double> y(size()), potential(sites_.size());
+  apply(x.data(), y.data());
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    potential[i] = y[start_[i]] / std::sqrt(sites_[i].radius) + wall_.at(sites_[i].centre);
+  double level = 0;
+  if (level_ >= 0) {
+    std::vector<double> missing(sites_.size());
+    for (const int i : given_[level_].spheres)
+      missing[i] = problem_.groups[problem_.spheres[i].group].potential - potential[i];
+    level = mean_potential(given_[level_], missing);
+  }
+  std::size_t next = 0;
+  for (const Group& group : problem_.groups)
+    solution.group_potential.push_back(group.floating ? mean_potential(given_[next++], potential) + level
+                                                      : group.potential);
+  if (!problem_.grounded() && level_ < 0) {
+    double mean = 0;
+    for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
+    for (double& value : solution.group_potential) value -= mean;
+  }
+  add_charges_and_forces(problem_, sites_, multipoles(x), wall_, solution);
+  return solution;
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <memory>
+
+#include "solvers/laplace/spheres/far_field.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// The potential that the sides' own potentials make in the empty box: so far constant or linear along one axis.
+struct WallPotential {
+  explicit WallPotential(const SphereProblem& problem);
+  double constant = 0;
+  Vec3 slope;
+  int axis = -1;  ///< along which it is linear
+  double at(Vec3 p) const { return constant + dot(slope, p); }
+};
+
+/// Degrees that the accuracy takes, from the neighbours of each sphere. Throws InputError where one is out of reach.
+std::vector<Site> choose_sites(const SphereProblem& problem, const Mirrors& mirrors, double accuracy);
+
+/// Distance from which images of one charge act together.
+double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites);
+
+/// What multipoles make at the sites, by near images one by one and all others together.
+class Fields {
+ public:
+  Fields(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources, bool same,
+         double range, double accuracy);
+  void add(const double* multipoles, double* local, parallel::Team& team) const;
+
+ private:
+  std::unique_ptr<NearField> near_;
+  std::unique_ptr<FarField> far_;
+};
+
+/// The equations. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric: 2 pi eps x.(x + sqrt(R) b) is the energy
+/// of the charges on the spheres, which is positive. A fixed group has its potential, a floating one its charge: CG
+/// runs among the x that do not change given charges, and the groups' potentials are what keeps it there.
+class System {
+ public:
+  System(const SphereProblem& problem, double accuracy, parallel::Team& team);
+
+  int size() const { return start_.back(); }
+  /// x -> x + sqrt(R) b.
+  void apply(const double* x, double* y) const;
+  /// Takes off what would change charges that are given.
+  void project(double* x) const;
+  /// A start with the given charges: that of the past, if there is one, corrected.
+  std::vector<double> start(const std::vector<Site>& past_sites, const std::vector<double>& past) const;
+  /// sqrt(R) (fixed potential - potential of the sides): what apply(x) has to be, up to the floating potentials.
+  std::vector<double> right_hand_side() const;
+  SphereSolution results(const std::vector<double>& x) const;
+
+  const SphereProblem& problem() const { return problem_; }
+  const Mirrors& mirrors() const { return mirrors_; }
+  const std::vector<Site>& sites() const { return sites_; }
+  double range() const { return range_; }
+  const WallPotential& wall() const { return wall_; }
+  /// a of x, laid out as the sites.
+  std::vector<double> multipoles(const std::vector<double>& x) const;
+
+ private:
+  /// Spheres whose charges together are given: those of a floating group, or of all fixed ones where nothing takes what
+  /// is left.
+  struct Given {
+    std::vector<int> spheres;
+    double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00
+    double weight = 0;  ///< sum of radii
+  };
+  void find_given();
+  double mean_potential(const Given& given, const std::vector<double>& potential) const;
+
+  SphereProblem problem_;
+  Mirrors mirrors_;
+  WallPotential wall_;
+  std::vector<Site> sites_;
+  std::vector<int> start_;
+  double range_;
+  parallel::Team* team_;
+  Fields fields_;
+  std::vector<Given> given_;
+  int level_ = -1;  ///< of `given_`: the fixed groups, whose potentials are known up to a constant
+};
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,103 @@
+#include "solvers/laplace/spheres/translation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::laplace::spheres {
+
+void Ways::set(int lane, Vec3 way) {
+  const double across = std::hypot(way.x, way.y), d = norm(way);
+  cos_polar[lane] = way.z / d;
+  sin_polar[lane] = across / d;
+  cos_azimuth[lane] = across > 0 ? way.x / across : 1;
+  sin_azimuth[lane] = across > 0 ? way.y / across : 0;
+}
+
+namespace {
+
+/// Square roots of C(n, k) / 2^n.
+std::vector<std::vector<double>> root_binomials(int most) {
+  std::vector<std::vector<double>> row(most + 1);
+  row[0] = {1};
+  for (int n = 1; n <= most; ++n) {
+    row[n].assign(n + 1, 0);
+    for (int k = 0; k <= n; ++k) row[n][k] = 0.5 * ((k > 0 ? row[n - 1][k - 1] : 0) + (k < n ? row[n - 1][k] : 0));
+  }
+  for (auto& values : row)
+    for (double& value : values) value = std::sqrt(value);
+  return row;
+}
+
+}  // namespace
+
+Translation::Translation(int degree) : turn_(degree), side_(degree + 1) {
+  const auto root = root_binomials(2 * degree);
+  axis_.resize(static_cast<std::size_t>(side_) * side_ * side_);
+  for (int m = 0; m <= degree; ++m)
+    for (int t = m; t <= degree; ++t)
+      for (int s = m; s <= degree; ++s)
+        // The sign is (-1)^(t + m); the two turns from and to z leave out half a turn about it, which is (-1)^m.
+        axis_[(static_cast<std::size_t>(m) * side_ + t) * side_ + s] =
+            (t & 1 ? -1 : 1) * root[s + t][s + m] * root[s + t][s - m];
+}
+
+void Translation::turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const {
+  Lanes c = cosine, s = sine;
+  for (int m = 1; m <= degree; ++m) {
+    for (int l = m; l <= degree; ++l) {
+      Lanes &plus = value[at(l, m)], &minus = value[at(l, -m)];
+      const Lanes turned = c * plus - s * minus;
+      minus = s * plus + c * minus;
+      plus = turned;
+    }
+    const Lanes next = c * cosine - s * sine;
+    s = s * cosine + c * sine;
+    c = next;
+  }
+}
+
+void Translation::quarter_turn(int degree, const Lanes* from, Lanes* to) const {
+  for (int l = 0; l <= degree; ++l)
+    for (int m = -l; m <= l; ++m) {
+      const QuarterTurn::Row row = turn_.row(l, m);
+      const Lanes* middle = from + at(l, 0);
+      Lanes sum{};
+      const double* value = row.value;
+      if (row.sine)
+        for (int k = row.first_m; k <= l; k += 2) sum += *value++ * middle[-k];
+      else
+        for (int k = row.first_m; k <= l; k += 2) sum += *value++ * middle[k];
+      to[at(l, m)] = sum;
+    }
+}
+
+void Translation::along_axis(int source_degree, int target_degree, const Lanes* from, Lanes* to) const {
+  const int both = std::min(source_degree, target_degree);
+  for (int m = 0; m <= both; ++m)
+    for (int t = m; t <= target_degree; ++t) {
+      const double* factor = axis_.data() + (static_cast<std::size_t>(m) * side_ + t) * side_;
+      Lanes cosine{}, sine{};
+      for (int s = m; s <= source_degree; ++s) cosine += factor[s] * from[at(s, m)];
+      to[at(t, m)] = cosine;
+      if (m == 0) continue;
+      for (int s = m; s <= source_degree; ++s) sine += factor[s] * from[at(s, -m)];
+      to[at(t, -m)] = sine;
+    }
+  for (int t = both + 1; t <= target_degree; ++t)
+    for (int m = both + 1; m <= t; ++m) to[at(t, m)] = to[at(t, -m)] = Lanes{};
+}
+
+void Translation::apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const {
+  turn_about_z(ways.cos_azimuth, -ways.sin_azimuth, source_degree, value);
+  quarter_turn(source_degree, value, scratch);
+  turn_about_z(-ways.cos_polar, ways.sin_polar, source_degree, scratch);
+  quarter_turn(source_degree, scratch, value);
+  along_axis(source_degree, target_degree, value, scratch);
+  quarter_turn(target_degree, scratch, value);
+  turn_about_z(-ways.cos_polar, -ways.sin_polar, target_degree, value);
+  quarter_turn(target_degree, value, scratch);
+  turn_about_z(-ways.cos_azimuth, -ways.sin_azimuth, target_degree, scratch);
+  std::copy(scratch, scratch + harmonics(target_degree), value);
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "solvers/laplace/spheres/harmonics.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+constexpr int lanes = 8;
+/// The same number of several pairs.
+using Lanes [[gnu::vector_size(lanes * sizeof(double))]] = double;
+
+/// Several pairs of one source degree and one target degree, each with its way from source to target.
+struct Ways {
+  Lanes cos_azimuth{}, sin_azimuth{}, cos_polar{}, sin_polar{};
+
+  void set(int lane, Vec3 way);
+};
+
+/// Turns the fields that multipoles make into local coefficients elsewhere: the axis between the two is turned into z,
+/// where only equal m meet, and back. About 2 p^3 products a pair, with several pairs at once.
+class Translation {
+ public:
+  explicit Translation(int degree);
+  int degree() const { return turn_.degree(); }
+
+  /// value: on entry a_lm (2 R_s/d)^l R_s/d up to the source degree, on return b_lm (2 R_t/d)^-l up to the target
+  /// degree; overwrites both arrays, of harmonics(larger degree) each.
+  void apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const;
+
+ private:
+  void turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const;
+  void quarter_turn(int degree, const Lanes* from, Lanes* to) const;
+  void along_axis(int source_degree, int target_degree, const Lanes* from, Lanes* to) const;
+
+  QuarterTurn turn_;
+  int side_;
+  std::vector<double> axis_;  ///< [m][l target][l source]
+};
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,41 @@
+// The reference solutions in data/reference-spheres (12.6 digits and more, independent methods; their README says how):
+// potentials, charges, forces, dipoles, energy, capacitances, and potential and field at probes.
+//
+//   spheres         asked for 1e-10; seconds
+//   spheres long    what other accuracies give, as well
+
+#include "validation/harness.hpp"
+#include "tests/sphere_references.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::validation;
+using namespace lichtenberg::sphere_references;
+
+namespace {
+
+void compare(Report& report, const SphereReference& reference, double accuracy) {
+  const SphereErrors e = errors_of(reference, accuracy);
+  const std::string note = fmt::format("degree {}, {} iterations, {:.2f} s", e.degree, e.iterations,
+                                       e.seconds.setup + e.seconds.solve + e.seconds.forces);
+  report.section(fmt::format("{}: {}", reference.name, note));
+  report.at_most("potentials", e.potential, accuracy);
+  report.at_most("charges", e.charge, accuracy);
+  report.at_most("forces", e.force, accuracy);
+  report.at_most("dipoles", e.dipole, accuracy);
+  report.at_most("energy", e.energy, accuracy);
+  report.at_most("capacitances", e.capacitance, accuracy);
+  report.at_most("potential at probes", e.probe_potential, accuracy);
+  report.at_most("field at probes", e.probe_field, accuracy);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Report report("Reference solutions of conducting spheres; errors over the largest of a kind");
+  const std::vector<SphereReference> cases = read_all_spheres();
+  for (const SphereReference& reference : cases) compare(report, reference, 1e-10);
+  if (asked_for_long(argc, argv))
+    for (const double accuracy : {1e-3, 1e-6})
+      for (const SphereReference& reference : cases) compare(report, reference, accuracy);
+  return report.exit_status();
+}

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
 #include <cstring>
@@ -122,6 +123,38 @@ __global__ void __launch_bounds__(threads) block_kernel(F f) {
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }
 
+/// All threads of a device at once, as HostExecutor::Grid.
+class CudaGrid {
+ public:
+  /// Warps of one block lie as far apart as there are blocks: a short loop keeps all processors busy.
+  template <class F>
+  __host__ __device__ void each(int n, F f) const {
+#ifdef __CUDA_ARCH__
+    constexpr int lanes = 32;
+    const int warp = threadIdx.x / lanes * gridDim.x + blockIdx.x, all = gridDim.x * blockDim.x;
+    for (int k = warp * lanes + threadIdx.x % lanes; k < n; k += all) f(k);
+    cooperative_groups::this_grid().sync();
+#endif
+  }
+  template <class F>
+  __host__ __device__ void in_blocks(int blocks, F f) const {
+#ifdef __CUDA_ARCH__
+    for (int b = blockIdx.x; b < blocks; b += gridDim.x) f(CudaBlock{}, b);
+    cooperative_groups::this_grid().sync();
+#endif
+  }
+};
+
+template <int threads, class F>
+__global__ void __launch_bounds__(threads) grid_kernel(F f) {
+  f(CudaGrid{});
+}
+
+/// Lets what a condition stands before in a graph be done, or done again, or not.
+inline __global__ void condition_kernel(cudaGraphConditionalHandle condition, const int* flag) {
+  cudaGraphSetConditional(condition, *flag != 0);
+}
+
 struct Copy {
   int* to;
   const int* from;
@@ -191,6 +224,19 @@ class CudaExecutor {
     check_cuda(cudaGetDevice(&device));
     check_cuda(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
     return static_cast<std::size_t>(bytes);
+  }
+
+  using Grid = CudaGrid;
+  template <int threads = 256, class F>
+  void together(std::size_t bytes, F f) const {
+    int device = 0, processors = 0, blocks = 0;
+    check_cuda(cudaGetDevice(&device));
+    check_cuda(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+    check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, bytes));
+    void* arguments[] = {&f};
+    check_cuda(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&grid_kernel<threads, F>),
+                                           dim3(static_cast<unsigned>(processors * blocks)), dim3(threads), arguments,
+                                           bytes, stream_));
   }
 
   template <class Count, class Keep, class Put>
@@ -315,6 +361,15 @@ class CudaExecutor {
     check_cuda(cudaGraphLaunch(recording.graph_, stream_));
   }
 
+  template <class F>
+  void when(const int* flag, F f) const {
+    conditionally(cudaGraphCondTypeIf, flag, f);
+  }
+  template <class F>
+  void repeat_while(const int* flag, F f) const {
+    conditionally(cudaGraphCondTypeWhile, flag, f);
+  }
+
   template <class F, class G>
   void beside(F f, G g) const {
     check_cuda(cudaEventRecord(fork_, stream_));
@@ -345,6 +400,46 @@ class CudaExecutor {
   }
 
  private:
+  /// The graph that is being recorded, and what of it the next kernel waits for.
+  struct Recorded {
+    cudaGraph_t graph = nullptr;
+    const cudaGraphNode_t* before = nullptr;
+    const cudaGraphEdgeData* how = nullptr;
+    std::size_t count = 0;
+  };
+  Recorded recorded() const {
+    Recorded now;
+    cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;
+    check_cuda(cudaStreamGetCaptureInfo(stream_, &status, nullptr, &now.graph, &now.before, &now.how, &now.count));
+    if (status != cudaStreamCaptureStatusActive) throw Failure("CUDA device: a condition outside of a recording");
+    return now;
+  }
+  /// Records f as the body of a condition.
+  template <class F>
+  void conditionally(cudaGraphConditionalNodeType type, const int* flag, F f) const {
+    cudaGraphNodeParams node{};
+    node.type = cudaGraphNodeTypeConditional;
+    node.conditional.type = type;
+    node.conditional.size = 1;
+    check_cuda(cudaGraphConditionalHandleCreate(&node.conditional.handle, recorded().graph, 0, 0));
+    const cudaGraphConditionalHandle condition = node.conditional.handle;
+    condition_kernel<<<1, 1, 0, stream_>>>(condition, flag);
+    const Recorded now = recorded();
+    cudaGraphNode_t added = nullptr;
+    check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
+    check_cuda(cudaStreamUpdateCaptureDependencies(stream_, &added, nullptr, 1, cudaStreamSetCaptureDependencies));
+    cudaStream_t body = nullptr;
+    check_cuda(cudaStreamCreateWithFlags(&body, cudaStreamNonBlocking));
+    cudaGraph_t graph = node.conditional.phGraph_out[0];
+    check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeThreadLocal));
+    cudaStream_t stream = std::exchange(stream_, body);
+    f();
+    if (type == cudaGraphCondTypeWhile) condition_kernel<<<1, 1, 0, body>>>(condition, flag);
+    stream_ = stream;
+    check_cuda(cudaStreamEndCapture(body, &graph));
+    check_cuda(cudaStreamDestroy(body));
+  }
+
   void copy_words(void* to, const void* from, std::size_t bytes) const {
     auto* target = static_cast<int*>(to);
     const auto* source = static_cast<const int*>(from);

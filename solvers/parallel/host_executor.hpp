@@ -102,6 +102,32 @@ class HostExecutor {
   }
   std::size_t most_block_memory() const { return 200 << 10; }
 
+  /// What all threads of a device do together, one loop after the other.
+  class Grid {
+   public:
+    explicit Grid(void* memory) : memory_(memory) {}
+    /// f(k) for k = 0 ... n - 1, in any order; all of it is done when this returns.
+    template <class F>
+    void each(int n, F f) const {
+      for (int k = 0; k < n; ++k) f(k);
+    }
+    /// f(Block, b) for b = 0 ... blocks - 1, each with the fast memory that was asked for.
+    template <class F>
+    void in_blocks(int blocks, F f) const {
+      for (int b = 0; b < blocks; ++b) f(Block(memory_), b);
+    }
+
+   private:
+    void* memory_;
+  };
+  /// f(Grid), with so many bytes of fast memory for each block: loops that follow each other without the time that a
+  /// kernel takes to start. On a device blocks have `threads` threads.
+  template <int threads = 256, class F>
+  void together(std::size_t bytes, F f) const {
+    std::vector<double> memory(bytes / sizeof(double) + 1);
+    f(Grid(memory.data()));
+  }
+
   /// put(place, k) for those k = 0 ... n() - 1, at most `most`, with keep(k), in any order; their places are the
   /// numbers from *taken on, to which their count is added. On a device n() is asked there.
   template <class Count, class Keep, class Put>
@@ -170,6 +196,15 @@ class HostExecutor {
   template <class F>
   void run(Recording&, F f) const {
     f();
+  }
+  /// Within what is recorded: f if, or while, *flag is not 0, as its kernels find it, on the device.
+  template <class F>
+  void when(const int* flag, F f) const {
+    if (*flag) f();
+  }
+  template <class F>
+  void repeat_while(const int* flag, F f) const {
+    while (*flag) f();
   }
 
   /// Runs f and g, which touch nothing in common, at the same time where that can be done.

@@ -102,7 +102,7 @@ struct GranularMotion::Implementation {
   void step_there(double end) {
     load();
     is_there = true;
-    device->step(end);
+    device->step(end, steps_at_once);
   }
   /// Takes the gas to the device, if there is one.
   void load() {
@@ -130,6 +130,7 @@ struct GranularMotion::Implementation {
     return every * (std::floor(time() / every + 1e-9) + 1);
   }
 
+  static constexpr int steps_at_once = 100;  ///< on a device, before who waits is asked
   static constexpr int notes_a_frame = 10;
   Gas here;
   std::unique_ptr<granular::GasIntegrator> integrator;

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "solvers/error.hpp"
+#include "src/granular/resonance.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
@@ -44,17 +44,8 @@ double longest_hold(const Gas& gas) {
   double charge = 0;
   for (const double q : bodies.charge) charge = std::max(charge, std::abs(q));
   const double attraction = number_in(gas.scene(), &EffectKind::charge_strength).value_or(0) * charge * charge;
-  if (!(attraction > 0)) return INFINITY;
   const double effective_mass = 0.5 * *std::ranges::min_element(bodies.mass);
-  const auto slope = [&](const auto& law) {  // where the contact bears the attraction
-    double low = 0, high = 1;
-    for (int k = 0; k < 50; ++k) {
-      const double middle = 0.5 * (low + high);
-      (law.parts(middle).elastic < attraction ? low : high) = middle;
-    }
-    return law.parts(high).elastic_slope;
-  };
-  return 0.25 * 2 * std::numbers::pi * std::sqrt(effective_mass / std::visit(slope, gas.law()));
+  return std::visit([&](const auto& law) { return longest_hold(law, attraction, effective_mass); }, gas.law());
 }
 
 }  // namespace lichtenberg::granular

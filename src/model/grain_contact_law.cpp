@@ -1,7 +1,6 @@
 #include "src/model/grain_contact_law.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace lichtenberg {
 namespace {
@@ -17,15 +16,6 @@ LinearSpringLaw stiffer(LinearSpringLaw law, double stiffness) {
   return {law.stiffness * stiffness, law.damping * std::sqrt(stiffness)};
 }
 
-constexpr double effective_mass = 0.5;
-
-double shortest(const ViscoelasticLaw& law, double speed) {
-  return 3.21806 * std::pow(effective_mass * effective_mass / (law.elastic * law.elastic * speed), 0.2);
-}
-double shortest(const LinearSpringLaw& law, double) {
-  return std::numbers::pi * std::sqrt(effective_mass / law.stiffness);
-}
-
 }  // namespace
 
 GrainContactLaw elastic(const GrainContactLaw& law, double stiffness) {
@@ -37,7 +27,7 @@ GrainContactLaw stiffer(const GrainContactLaw& law, double stiffness) {
 }
 
 double shortest_contact(const GrainContactLaw& law, double speed) {
-  return std::visit([&](const auto& one) { return shortest(one, speed); }, law);
+  return std::visit([&](const auto& one) { return one.shortest_contact(speed); }, law);
 }
 
 }  // namespace lichtenberg

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cmath>
+#include <numbers>
+
 #include "src/model/contact_force.hpp"
 #include "src/model/pair_law.hpp"
 
@@ -31,6 +34,11 @@ struct LinearSpringLaw {
     if (overlap < 0) return {};
     const auto [force, dashpot, stored] = push(overlap, scale);
     return {force, scale * stiffness, stored, dashpot, 0};
+  }
+  /// How long two grains of mass 1 are in contact, if nothing is lost.
+  LICHTENBERG_HOST_DEVICE double shortest_contact(double) const {
+    constexpr double effective_mass = 0.5;
+    return std::numbers::pi * std::sqrt(effective_mass / stiffness);
   }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {

@@ -39,6 +39,11 @@ struct ViscoelasticLaw {
     const auto [force, dashpot, stored] = push(overlap, scale);
     return {force, 1.5 * force / overlap, stored, dashpot, 0.5 * dashpot / overlap};
   }
+  /// How long two grains of diameter and mass 1 that meet at this speed are in contact, if nothing is lost: Hertz.
+  LICHTENBERG_HOST_DEVICE double shortest_contact(double speed) const {
+    constexpr double effective_mass = 0.5;
+    return 3.21806 * std::pow(effective_mass * effective_mass / (elastic * elastic * speed), 0.2);
+  }
   /// The contact of one pair, for who follows its overlap.
   LICHTENBERG_HOST_DEVICE ContactForce at(double overlap, double closing, double scale = 1) const {
     return overlap <= 0 ? ContactForce{} : contact_force(parts(overlap, scale), closing);

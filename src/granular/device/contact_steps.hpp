@@ -80,6 +80,7 @@ struct ContactsView {
   int* alone = nullptr;
 
   NearPair* near = nullptr;
+  int* due = nullptr;  ///< of a near pair: the step of contacts from which on it may matter
   ActivePair* active = nullptr;
   PairState<3>* seen = nullptr;                                 ///< of an active pair, at the start of a step
   double* scale = nullptr;                                      ///< of its law
@@ -94,6 +95,7 @@ struct Found {
   double acceleration2 = 0;  ///< by charges
   double impact2 = 0;        ///< the square of the largest speed that a contact may still give to its two
   double moved2 = 0;         ///< of the grain that has moved most since grains were sorted
+  double charge = 0;         ///< the largest magnitude
   int lost = 0;              ///< grains whose places are no numbers
   int pairs = 0, active = 0;
   int passed = 0;  ///< 1 + number of a grain through which another flew
@@ -109,6 +111,8 @@ struct StepParameters {
   double inner = 0;  ///< that of a step of contacts
   double reach = 0;  ///< which pairs may matter within an outer step: gap between surfaces
   double bend = 0;   ///< acceleration that may bend a flight
+  int steps = 0;     ///< of contacts
+  int unused = 0;
 };
 
 template <class Law>
@@ -163,16 +167,25 @@ struct ContactSteps {
     const int i = contacts.owner[e], j = contacts.table.partner[e];
     const bool first = grains.number[i] < grains.number[j];
     contacts.near[place] = {first ? i : j, first ? j : i, e};
+    contacts.due[place] = 0;
   }
 
   // A step of contacts, one after the other.
 
-  /// Whether a pair is in contact, or so near that it may come to it.
-  LICHTENBERG_HOST_DEVICE bool may_matter(int k) const {
+  /// Whether a pair is in contact, or so near that it may come to it; one that is not is looked at again when it may
+  /// be.
+  LICHTENBERG_HOST_DEVICE bool may_matter(int k, int step) const {
+    if (contacts.due[k] > step) return false;
     const NearPair p = contacts.near[k];
+    if (contacts.since[p.entry] >= 0) return true;
     const double dt = parameters->inner;
-    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer + parameters->bend * dt * dt);
-    return contacts.since[p.entry] >= 0 || come_within(p.lower, p.higher, path);
+    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
+    const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->bend * dt * dt);
+    if (least < path) return true;
+    // Nearer by less than the path in a step; rounding leaves the number of steps a little too small.
+    const float steps = least / (path * (1 + 1e-5f));
+    if (steps >= 1) contacts.due[k] = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
+    return false;
   }
   /// Of a pair that may matter: notes what the last step has made of a contact; finds out whether this step moves it,
   /// and what its contact does at the start.
@@ -274,9 +287,19 @@ struct ContactSteps {
   /// Whether the gap between two is less than `gap`, or by rounding hardly more.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
     const Located a = grains.located[i], b = grains.located[j];
+    const float most = (a.radius + b.radius + gap) * (1 + 1e-5f);
+    return distance2(a, b) < most * most;
+  }
+  /// Between two, or by rounding a little less.
+  LICHTENBERG_HOST_DEVICE float gap(int i, int j) const {
+    const Located a = grains.located[i], b = grains.located[j];
+    const float square = distance2(a, b) * (1 - 2e-5f);
+    return std::sqrt(square) - (a.radius + b.radius);
+  }
+  LICHTENBERG_HOST_DEVICE float distance2(const Located& a, const Located& b) const {
     const float x = turn[0] * lichtenberg::apart(a.at.x, b.at.x), y = turn[1] * lichtenberg::apart(a.at.y, b.at.y),
-                z = turn[2] * lichtenberg::apart(a.at.z, b.at.z), most = (a.radius + b.radius + gap) * (1 + 1e-5f);
-    return x * x + y * y + z * z < most * most;
+                z = turn[2] * lichtenberg::apart(a.at.z, b.at.z);
+    return x * x + y * y + z * z;
   }
   LICHTENBERG_HOST_DEVICE Vec3 force(const LawOfPair<Law>& of, double reach, const PairState<3>& at) const {
     if (norm2(at.apart) >= reach * reach) return {};
@@ -345,31 +368,6 @@ struct ContactSteps {
     parallel::add_atomically(&grains.moved_charge[p.lower], moved);
     parallel::add_atomically(&grains.moved_charge[p.higher], -moved);
     parallel::add_atomically(&found->transfers, std::int64_t{1});
-  }
-};
-
-/// Finds the active pairs of a step: those few that may matter are put together first.
-template <class Law>
-struct FindActive {
-  static constexpr int a_block = 128;
-  ContactSteps<Law> steps;
-  int blocks;
-
-  static constexpr std::size_t bytes = (a_block + 1) * sizeof(int);
-
-  template <class Block>
-  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
-    int* count = block.template memory<int>();
-    int* kept = count + 1;
-    const int pairs = steps.found->pairs;
-    for (long first = static_cast<long>(b) * a_block; first < pairs; first += static_cast<long>(blocks) * a_block) {
-      const int begin = static_cast<int>(first), now = pairs - begin < a_block ? pairs - begin : a_block;
-      block.each(1, [&](int) { *count = 0; });
-      block.each(now, [&](int k) {
-        if (steps.may_matter(begin + k)) kept[parallel::take_place(count)] = begin + k;
-      });
-      block.each(*count, [&](int a) { steps.find_active(kept[a]); });
-    }
   }
 };
 

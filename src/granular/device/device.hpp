@@ -43,8 +43,9 @@ class DeviceGas {
   virtual Snapshot snapshot() = 0;
   virtual double potential_energy() = 0;
   virtual double time() const = 0;
-  /// Carries it on by one step towards `time`, at most to there. Throws Failure where Gas does.
-  virtual void step(double time) = 0;
+  /// Carries it on towards `time`, at most to there, by up to so many steps: what surrounds grains allows one. Throws
+  /// Failure where Gas does.
+  virtual void step(double time, int most = 1) = 0;
   virtual StepCounts counts() const = 0;
 };
 

@@ -61,13 +61,13 @@ struct OpenContact {
 
 /// Things of which the largest is sought.
 struct Largest {
-  double speed2 = 0, acceleration2 = 0, moved2 = 0;
+  double speed2 = 0, acceleration2 = 0, moved2 = 0, charge = 0;
   int lost = 0, unused = 0;
 
   LICHTENBERG_HOST_DEVICE static double larger(double a, double b) { return b > a ? b : a; }
   LICHTENBERG_HOST_DEVICE Largest& operator+=(const Largest& o) {
     speed2 = larger(speed2, o.speed2), acceleration2 = larger(acceleration2, o.acceleration2);
-    moved2 = larger(moved2, o.moved2);
+    moved2 = larger(moved2, o.moved2), charge = larger(charge, o.charge);
     lost |= o.lost;
     return *this;
   }
@@ -98,6 +98,30 @@ struct Grain {
   Felt felt;
   TurnsAround image;
   int number = 0;
+};
+
+/// Where that stands.
+struct GrainArrays {
+  Vec3 *place, *momentum;
+  double *charge, *over_mass, *radius;
+  std::int64_t *collisions, *dissipated;
+  Charged* charged;
+  Felt* felt;  ///< null: no charge feels anything
+  TurnsAround* image;
+  int* number;
+
+  LICHTENBERG_HOST_DEVICE Grain take(int i) const {
+    return {place[i],      momentum[i], charge[i],
+            over_mass[i],  radius[i],   collisions[i],
+            dissipated[i], charged[i],  felt ? felt[i] : Felt{},
+            image[i],      number[i]};
+  }
+  LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g) const {
+    place[s] = g.place, momentum[s] = g.momentum, charge[s] = g.charge, over_mass[s] = g.over_mass;
+    radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
+    if (felt) felt[s] = g.felt;
+    image[s] = g.image, number[s] = g.number;
+  }
 };
 
 /// The energy of the field, and what exchange has given to it.

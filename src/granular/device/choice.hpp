@@ -1,0 +1,97 @@
+#pragma once
+
+// How long the next step is. The device chooses, step after step; the host only the first of some.
+
+#include <cmath>
+
+#include "src/granular/device/contact_steps.hpp"
+#include "src/granular/resonance.hpp"
+
+namespace lichtenberg::granular::device {
+
+/// What a step is chosen by, as on the CPU (../multirate.cpp, Gas::follow_contacts).
+template <class Law>
+struct StepRule {
+  Law law;
+  double longest = 0;  ///< mechanics.step
+  double contact_steps = 1;
+  double largest_radius = 0, lightest = 1;
+  double strength = 0;  ///< of charges
+  double skin = 0;      ///< of lists
+
+  static constexpr double path = 0.2;  ///< Multirate's
+
+  LICHTENBERG_HOST_DEVICE double longest_step(double speed, double held) const {
+    const double most = held < longest ? held : longest;
+    return speed * most > path ? path / speed : most;
+  }
+  /// Acceleration that a contact of two that meet at this speed does not exceed: even if nothing is lost, the overlap
+  /// is less than half of the way that they would fly meanwhile.
+  LICHTENBERG_HOST_DEVICE double hardest_push(double speed) const {
+    if (!(speed > 0)) return 0;
+    const double overlap = 0.5 * speed * law.shortest_contact(speed);
+    const ContactParts most = law.parts(overlap, law.scale(largest_radius, largest_radius));
+    return (most.elastic + most.damping * speed) / lightest;
+  }
+};
+
+/// Steps that follow each other without a question to the host.
+struct Progress {
+  double time = 0, target = 0;
+  double end = 0;          ///< of the step that has been chosen
+  double travel = 0;       ///< of a grain in it
+  double held_charge = 0;  ///< for which forces may be held so long
+  double hold = INFINITY;
+  std::int64_t contact_steps = 0, begun = 0, transfers = 0;
+  int left = 0;   ///< steps that may still be made
+  int whole = 0;  ///< 1: the next goes to `target`, however long that is
+  int go = 0;     ///< 1: a step has been chosen, for which the lists hold
+  int exchanged = 0;
+  int steps = 0, exchanges = 0;
+  int unresolved = 0;  ///< 1: contacts are so short that a step would have no end
+
+  LICHTENBERG_HOST_DEVICE bool wanted() const { return left > 0 && time < target; }
+};
+
+template <class Law>
+LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& found, Progress& now,
+                                    StepParameters& next) {
+  now.go = 0;
+  if (!now.wanted() || found.passed || found.lost) return;
+  if (found.charge != now.held_charge) {
+    now.held_charge = found.charge;
+    now.hold = longest_hold(rule.law, rule.strength * found.charge * found.charge, 0.5 * rule.lightest);
+  }
+  const double speed = std::sqrt(found.speed2), acceleration = std::sqrt(found.acceleration2);
+  const double left = now.target - now.time;
+  const double count = now.whole ? 1 : std::ceil(left / rule.longest_step(speed, now.hold));
+  now.end = count <= 1 ? now.target : now.time + left / count;
+  const double dt = now.end - now.time, gain = acceleration * dt,
+               impact = std::fmax(2 * speed, std::sqrt(found.impact2));
+  const double resolved = rule.law.shortest_contact(impact + 2 * gain) / rule.contact_steps;
+  const double steps = std::fmax(1.0, std::ceil(dt / resolved));
+  constexpr double most = 1e8;
+  now.unresolved = !(steps < most);
+  if (now.unresolved) return;
+  // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+  now.travel = 2 * (speed + gain) * dt;
+  next = {now.time,
+          dt,
+          dt / steps,
+          2 * now.travel,
+          2 * rule.hardest_push(impact + 2 * gain) + acceleration,
+          static_cast<int>(steps)};
+  now.go = !(std::sqrt(found.moved2) + now.travel > 0.5 * rule.skin);
+}
+
+/// Books the step that was made.
+LICHTENBERG_HOST_DEVICE inline void count_step(const Found& found, const StepParameters& made, bool exchanges,
+                                               Progress& now) {
+  now.time = now.end;
+  --now.left, ++now.steps;
+  now.contact_steps += made.steps, now.begun += found.begun, now.transfers += found.transfers;
+  now.exchanged = exchanges && found.transfers > 0;
+  now.exchanges += now.exchanged;
+}
+
+}  // namespace lichtenberg::granular::device

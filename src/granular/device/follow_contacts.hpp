@@ -1,0 +1,67 @@
+#pragma once
+
+// All steps of contacts of an outer step, one after the other on all of a device.
+
+#include "src/granular/device/contact_steps.hpp"
+#include "src/granular/device/gas_parts.hpp"
+
+namespace lichtenberg::granular::device {
+
+/// What goes with a grain beside its place, and is put right where its flight ends.
+struct Landing {
+  Box<3> box;
+  Vec3 turns_a_length;
+  TurnsAround* image;
+  Charged* charges;
+
+  LICHTENBERG_HOST_DEVICE void operator()(const GrainsView& grains, int s) const {
+    Vec3 p = grains.place[s];
+    Image<3> around{image[s].x, image[s].y, image[s].z};
+    box.wrap(p, around);
+    grains.place[s] = p;
+    image[s] = {around[0], around[1], around[2]};
+    charges[s].at = {turns(p.x, turns_a_length.x), turns(p.y, turns_a_length.y), turns(p.z, turns_a_length.z)};
+  }
+};
+
+/// All steps of contacts of an outer step, and what the last has left.
+template <class Law>
+struct FollowContacts {
+  static constexpr int a_block = 256;
+  static constexpr std::size_t bytes = (a_block + 1) * sizeof(int);
+  ContactSteps<Law> steps;
+  Landing land;
+
+  template <class Grid>
+  LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
+    const int count = steps.parameters->steps, pairs = steps.found->pairs;
+    for (int step = 0; step < count; ++step) {
+      grid.in_blocks((pairs + a_block - 1) / a_block,
+                     [&](const auto& block, int b) { find_active(block, b * a_block, pairs, step); });
+      const int active = steps.found->active;
+      grid.each(active, [&](int a) { steps.push_halfway(a); });
+      grid.each(active, [&](int a) { steps.integrate(a, step); });
+      grid.each(steps.grains.count, [&](int s) {
+        steps.move(s);
+        if (step == count - 1) land(steps.grains, s);
+      });
+    }
+    grid.each(pairs, [&](int k) { parallel::enlarge_atomically(&steps.found->impact2, steps.impact2(k)); });
+  }
+
+ private:
+  /// Those few that may matter are put together first.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void find_active(const Block& block, int begin, int pairs, int step) const {
+    int* count = block.template memory<int>();
+    int* kept = count + 1;
+    const int now = pairs - begin < a_block ? pairs - begin : a_block;
+    block.each(1, [&](int) { *count = 0; });
+    block.each(now, [&](int k) {
+      if (steps.may_matter(begin + k, step)) kept[parallel::take_place(count)] = begin + k;
+    });
+    block.each(*count, [&](int a) { steps.find_active(kept[a]); });
+  }
+};
+
+}  // namespace lichtenberg::granular::device

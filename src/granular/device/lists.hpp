@@ -1,0 +1,219 @@
+#pragma once
+
+// How the grains of a gas are sorted, who may touch whom and whose charges are near, and what is known of contacts:
+// an entry of the table each.
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "src/granular/device/state.hpp"
+
+namespace lichtenberg::granular::device {
+
+template <class Executor>
+class GasLists {
+  template <class T>
+  using Array = parallel::Array<T, Executor>;
+
+ public:
+  using Sums = std::optional<ChargeSums<Executor>>;
+  /// What kernels were recorded with: where lists lie, and how they are cut.
+  struct Kernels {
+    std::vector<const void*> arrays;
+    std::size_t room = 0;
+    int columns = 0, partner_columns = 0;
+    double skin = 0;
+
+    bool operator==(const Kernels&) const = default;
+  };
+
+  explicit GasLists(GasState<Executor>& state)
+      : run_(state.run),
+        state_(&state),
+        cells_(*run_, state.options.lengths, cell_edges(state.options)),
+        table_(*run_),
+        partners_(*run_) {
+    place_of_.resize(state.n);
+  }
+
+  /// 0: there are none. They hold while no grain has moved by half of it.
+  double skin() const { return skin_; }
+  TableView partners() const { return partners_.view(); }
+  /// Entries of the table; as many of near and of active pairs have room.
+  long entries() const { return static_cast<long>(near_.size()); }
+
+  /// Sorts the grains, and lists those that may touch and whose charges are near, with room for moves.
+  void arrange(double travel, Sums& sums) {
+    GasState<Executor>& gas = *state_;
+    // Twice as much as is needed now may be kept: kernels that are recorded know the lists' range.
+    const double skin = 5 * std::max(travel, least_travel);
+    if (!(skin <= skin_ && skin_ <= 2 * skin)) skin_ = 1.2 * skin;
+    sort_cells();
+    if (loaded_) list_open();
+    if (sums) sums->make_room(gas.n);
+    gas.permute(cells_.order(), sums ? sums->felt() : nullptr);
+    build(sums);
+    resize_contacts();
+    take_open();
+  }
+
+  void load(const Checkpoint& checkpoint) {
+    const auto& pairs = integers(checkpoint, "contact_pairs");
+    const auto& touches = lichtenberg::reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
+    std::vector<OpenContact> open;
+    for (std::size_t k = 0; 3 * k < pairs.size(); ++k)
+      open.push_back({static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1]), touches[2 * k],
+                      touches[2 * k + 1], pairs[3 * k + 2] != 0});
+    open_.upload(open);
+    loaded_ = false;
+    skin_ = 0;
+  }
+  void store(Checkpoint& checkpoint) const {
+    std::vector<OpenContact> open = contacts();
+    std::ranges::sort(open,
+                      [](const OpenContact& a, const OpenContact& b) { return a.i != b.i ? a.i < b.i : a.j < b.j; });
+    std::vector<std::int64_t>& pairs = checkpoint.integers["contact_pairs"];
+    std::vector<double>& touches = checkpoint.reals["contact_touches"];
+    pairs.clear();
+    touches.clear();
+    for (const OpenContact& c : open) {
+      pairs.insert(pairs.end(), {c.i, c.j, c.alone});
+      touches.insert(touches.end(), {c.since, c.impact_speed});
+    }
+  }
+  /// In any order.
+  std::vector<OpenContact> contacts() const {
+    if (loaded_) list_open();
+    return open_.download();
+  }
+
+  ContactsView view() const {
+    return {.table = table_.view(),
+            .owner = owner_.data(),
+            .since = since_.data(),
+            .impact_speed = impact_speed_.data(),
+            .alone = alone_.data(),
+            .near = near_.data(),
+            .due = due_.data(),
+            .active = active_.data(),
+            .seen = seen_.data(),
+            .scale = scale_.data(),
+            .force = active_force_.data(),
+            .halfway = active_halfway_.data(),
+            .first = active_first_.data(),
+            .next = next_.data()};
+  }
+  Kernels kernels() const {
+    const TableView table = table_.view(), partners = partners_.view();
+    return {{table.start, table.partner, partners.start, partners.partner, since_.data(), impact_speed_.data(),
+             alone_.data(), owner_.data(), near_.data(), due_.data(), active_.data(), seen_.data(), scale_.data(),
+             active_force_.data(), active_halfway_.data(), active_first_.data(), next_.data()},
+            near_.capacity(),
+            table.columns,
+            partners.columns,
+            skin_};
+  }
+
+  // With kernels, which nvcc wants to be public.
+
+  void sort_cells() {
+    const Vec3* place = state_->place.data();
+    const Vec3 over = state_->turns_a_length();
+    cells_.sort(state_->n, [=] LICHTENBERG_HOST_DEVICE(int i) {
+      return Turns{turns(place[i].x, over.x), turns(place[i].y, over.y), turns(place[i].z, over.z)};
+    });
+  }
+  void build(Sums& sums) {
+    const GasState<Executor>& gas = *state_;
+    const Located* located = gas.located.data();
+    const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return located[s].at; };
+    table_.build(gas.n, cells_.view(), gas.box.lengths, 2 * gas.largest_radius + skin_, place_of, true);
+    if (!sums) return;
+    partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, place_of);
+    sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
+  }
+  /// Room for what is known of entries and pairs.
+  void resize_contacts() {
+    const std::size_t entries = table_.entries();
+    const auto resize = [&](auto&... arrays) { (arrays.resize(entries), ...); };
+    resize(since_, impact_speed_, alone_, owner_, near_, due_);
+    resize(active_, seen_, scale_, active_force_, active_halfway_, active_first_);
+    next_.resize(2 * entries);
+    const TableView table = table_.view();
+    int* owner = owner_.data();
+    run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      for (int e = table.begin(s); e < table.end(s); ++e) owner[e] = s;
+    });
+  }
+  /// Lists open contacts, in any order.
+  void list_open() const {
+    const TableView table = table_.view();
+    open_count_.resize(1);
+    open_count_.zero();
+    open_.resize(table_.entries());
+    int* count = open_count_.data();
+    OpenContact* open = open_.data();
+    const double *since = since_.data(), *impact = impact_speed_.data();
+    const int *alone = alone_.data(), *number = state_->number.data(), *owner = owner_.data();
+    const long entries = static_cast<long>(table_.entries());
+    run_->select(
+        entries, [=] LICHTENBERG_HOST_DEVICE() { return static_cast<int>(entries); }, count,
+        [=] LICHTENBERG_HOST_DEVICE(int e) { return since[e] >= 0; },
+        [=] LICHTENBERG_HOST_DEVICE(int place, int e) {
+          const int i = number[owner[e]], j = number[table.partner[e]];
+          open[place] = {i < j ? i : j, i < j ? j : i, since[e], impact[e], alone[e]};
+        });
+    int all = 0;
+    run_->to_host(&all, count, sizeof(int));
+    open_.resize(all);
+  }
+  /// Puts the open contacts into the table.
+  void take_open() {
+    int* place_of = place_of_.data();
+    const int* number = state_->number.data();
+    run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) { place_of[number[s]] = s; });
+    run_->fill(since_.data(), 0xff, since_.size() * sizeof(double));  // no numbers
+    const TableView table = table_.view();
+    double *since = since_.data(), *impact = impact_speed_.data();
+    int* alone = alone_.data();
+    const OpenContact* open = open_.data();
+    run_->for_each(static_cast<long>(open_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
+      const int i = place_of[open[k].i], j = place_of[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
+      for (int e = table.begin(s); e < table.end(s); ++e)
+        if (table.partner[e] == other)
+          since[e] = open[k].since, impact[e] = open[k].impact_speed, alone[e] = open[k].alone;
+    });
+    loaded_ = true;
+  }
+
+ private:
+  static constexpr double least_travel = 0.1;  ///< lists for less are made no more seldom
+
+  static Vec3 cell_edges(const GasOptions& options) {
+    return options.tables ? periodic::device::cell_edges(*options.tables, 0.6) : Vec3{1, 1, 0.5};
+  }
+
+  const Executor* run_;
+  GasState<Executor>* state_;
+  double skin_ = 0;
+  bool loaded_ = false;  ///< contacts stand in the table
+  CellGrid<Executor> cells_;
+  NeighbourTable<Executor> table_, partners_;  ///< of those that may touch; whose charges are near
+
+  // Of each entry of table_; as many of near and of active pairs have room.
+  Array<double> since_{*run_}, impact_speed_{*run_};
+  Array<int> alone_{*run_}, owner_{*run_}, next_{*run_};
+  Array<NearPair> near_{*run_};
+  Array<int> due_{*run_};
+  Array<ActivePair> active_{*run_};
+  Array<PairState<3>> seen_{*run_};
+  Array<double> scale_{*run_};
+  Array<Vec3> active_force_{*run_}, active_halfway_{*run_}, active_first_{*run_};
+
+  mutable Array<OpenContact> open_{*run_};
+  mutable Array<int> open_count_{*run_};
+  Array<int> place_of_{*run_};  ///< by number
+};
+
+}  // namespace lichtenberg::granular::device

@@ -194,10 +194,10 @@ TEST_CASE("the field problem of a scene: bodies, groups, charges per metre of de
   Scene scene = scene_of({{0.01, 0.01}, {0.02, 0.01}, {0.03, 0.01}, {0.04, 0.01}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 1e-3}, 7)};
   scene.domain.sides[1] = {.electrode = true, .potential = 2};
-  Bodies bodies = make_bodies(scene);
-  bodies.charge = {1e-12, 2e-12, 4e-12, 8e-12};
+  const Bodies bodies = make_bodies(scene);
   const std::vector<Contact> contacts = {{0, 2}, {3, 4}};
-  const laplace::LaplaceProblem problem = make_laplace_problem(scene, bodies, electrical_groups(scene, contacts));
+  const laplace::LaplaceProblem problem =
+      make_laplace_problem(scene, bodies, electrical_groups(scene, contacts), {.charge = {1e-12, 2e-12, 4e-12, 8e-12}});
   problem.check();
   REQUIRE(problem.bodies.size() == 5);
   REQUIRE(problem.groups.size() == 4);
@@ -219,8 +219,7 @@ TEST_CASE("field forces, charges and energies are SI: per metre of depth times t
   auto log = std::make_shared<SolverLog>();
   effects::FloatingConductors field(scene, std::make_unique<LineCharges>(log));
   Bodies bodies = make_bodies(scene);
-  bodies.charge = {1e-10, 1e-10};
-  const Electrostatics& found = field.solve(bodies, electrical_groups(scene, {}));
+  const Electrostatics found = field.solve(bodies, electrical_groups(scene, {}), {.charge = {1e-10, 1e-10}});
   const double depth = 2 * radius, q = 1e-10 / depth;
   CHECK(found.force[1].x == near(depth * q * q / (2 * pi * 4e-11 * 0.01)));
   CHECK(found.charge[0] == near(1e-10));
@@ -229,7 +228,8 @@ TEST_CASE("field forces, charges and energies are SI: per metre of depth times t
   CHECK(field.solves() == 1);
   CHECK(field.iterations() == 1);
 
-  field.hold(2.0, {{1, 2}, {3, 4}}, {{0.5, 0}, {0, -0.5}});
+  const HeldField held{.time = 2.0, .force = {{1, 2}, {3, 4}}, .force_rate = {{0.5, 0}, {0, -0.5}}};
+  field.follow(held);
   std::vector<double> force(4);
   field.add_forces({4.0, bodies, {}}, force);
   CHECK(force == std::vector<double>{2, 2, 3, 3});
@@ -260,17 +260,17 @@ TEST_CASE("different potentials that touch end a run, if no discharge makes them
   scene.domain.sides[0] = {true, 0};
   effects::FloatingConductors field(scene, std::make_unique<LineCharges>(std::make_shared<SolverLog>()));
   Bodies bodies = make_bodies(scene);
-  bodies.charge = {1e-10, 0};
+  const effects::NodeCharges charges{.charge = {1e-10, 0}};
   const ElectricalGroups apart = electrical_groups(scene, {});
   bodies.position[2] = 0.02 + 1.99 * radius;
-  CHECK_THROWS_AS(field.solve(bodies, apart), InputError);  // the first instant
+  CHECK_THROWS_AS(field.solve(bodies, apart, charges), InputError);  // the first instant
   bodies.position[2] = 0.02 + 2.01 * radius;
-  CHECK_NOTHROW(field.solve(bodies, apart));
+  CHECK_NOTHROW(field.solve(bodies, apart, charges));
   bodies.position[2] = 0.02 + 1.99 * radius;
-  CHECK_THROWS_AS(field.solve(bodies, apart), Failure);
-  CHECK_NOTHROW(field.solve(bodies, electrical_groups(scene, std::vector{Contact{0, 1}})));
+  CHECK_THROWS_AS(field.solve(bodies, apart, charges), Failure);
+  CHECK_NOTHROW(field.solve(bodies, electrical_groups(scene, std::vector{Contact{0, 1}}), charges));
   bodies.position[2] = 0.99 * radius;  // in the left side, an electrode
-  CHECK_THROWS_AS(field.solve(bodies, apart), Failure);
+  CHECK_THROWS_AS(field.solve(bodies, apart, charges), Failure);
 }
 
 TEST_CASE("a model has the effects whose tables stand in the scene, and nothing of the others") {

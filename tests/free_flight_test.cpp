@@ -30,12 +30,13 @@ struct Thrown {
     scene.effects.add<effects::WallContactOptions>();
     scene.mechanics.relative_tolerance = 1e-10;
     auto field = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
-    field->hold(1, force, rate);
+    field->follow(held);
     return effects::make_model(scene, effects::made(std::move(field)));
   }
 
   Scene scene;
   std::vector<Vec2> force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, rate = {{-0.5, 0.1}, {0.4, 0}};
+  effects::HeldField held{.time = 1, .force = force, .force_rate = rate};
   Model model;
 };
 

@@ -12,6 +12,7 @@
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/cvode.hpp"
+#include "src/mechanics/electrics.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/step_control.hpp"
 #include "src/mechanics/stepper.hpp"
@@ -182,12 +183,40 @@ TEST_CASE("two that collide among hundreds at rest do so as if they were alone")
   }
 }
 
+TEST_CASE("a trial that is dropped leaves nothing behind, and what was kept is a way back from an accepted one") {
+  const Scene scene = crowd();
+  auto made = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
+  effects::FloatingConductors& field = *made;
+  Model model = effects::make_model(scene, effects::made(std::move(made)));
+  const effects::ContactDischarge discharge(scene);
+  Counters counters;
+  Electrics electrics(scene, model, field, &discharge, counters);
+  electrics.connect();
+  electrics.accept(electrics.solve(0));
+  const Charging before = electrics.now();
+  const std::vector<double> charge = model.bodies.charge;
+
+  const Trial trial = electrics.solve(1);
+  CHECK(electrics.now().time == 0);
+  CHECK(electrics.now().ledger.save() == before.ledger.save());
+  CHECK(electrics.now().field.potential == before.field.potential);
+  CHECK(model.bodies.charge == charge);
+
+  electrics.accept(trial);
+  CHECK(electrics.now().ledger.fed() == near(12 * 0.2e-9));
+  CHECK(electrics.now().field.potential == trial.field.potential);
+  electrics.go_back(before);
+  CHECK(electrics.now().ledger.save() == before.ledger.save());
+  CHECK(electrics.now().time == 0);
+}
+
 TEST_CASE("steel pressed together in oil comes to rest, and rest costs nothing") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add<effects::HertzContactOptions>();
   auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
-  field->hold(0, {{1e-3, 0}, {-1e-3, 0}}, {{}, {}});
+  const effects::HeldField held{.force = {{1e-3, 0}, {-1e-3, 0}}, .force_rate = {{}, {}}};
+  field->follow(held);
   Model model = effects::make_model(scene, effects::made(std::move(field)));
   Cvode cvode = make_cvode(scene, model);
   cvode.advance(0, 0.1);
@@ -202,7 +231,8 @@ TEST_CASE("a body under constant force, whose steps could be as long as they lik
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
-  field->hold(0, {{mass, 0}}, {{}});
+  const effects::HeldField held{.force = {{mass, 0}}, .force_rate = {{}}};
+  field->follow(held);
   Model model = effects::make_model(scene, effects::made(std::move(field)));
   Cvode cvode = make_cvode(scene, model);
   Events events;

@@ -78,14 +78,14 @@ double field_error(int cells) {
   scene.electrodes[0].potential = 0;
   const std::unique_ptr<laplace::LaplaceSolver> solver = effects::make_field_solver(scene.field());
   Bodies bodies = make_bodies(scene);
-  bodies.charge = {1e-9};
   const double from = 2.5e-3 + radius + 2e-4, to = 0.5 * size;
   const int points = 200;
   double work = 0, done = 0, energy = 0, last_energy = 0, last_force = 0, first_energy = 0;
   for (int k = 0; k <= points; ++k) {
     bodies.position[0] = from + (to - from) * k / points;
     const effects::ElectricalGroups groups = effects::electrical_groups(scene, {});
-    const laplace::LaplaceSolution solution = solver->solve(effects::make_laplace_problem(scene, bodies, groups));
+    const laplace::LaplaceSolution solution =
+        solver->solve(effects::make_laplace_problem(scene, bodies, groups, {.charge = {1e-9}}));
     energy = solution.energy;
     const double force = solution.body_force[0].x;
     if (k == 0) first_energy = energy;

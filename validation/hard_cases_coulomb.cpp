@@ -254,7 +254,7 @@ double search_time(const effects::ContactDischarge& discharge, const Scene& scen
   double least = INFINITY;
   for (int k = 0; k < 5; ++k) {
     const auto start = std::chrono::steady_clock::now();
-    const auto found = discharge.watch(bodies, groups, travel);
+    const auto found = discharge.watch(bodies, {}, groups, travel);
     least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     if (found.empty()) return INFINITY;  // some neighbours are in reach
   }

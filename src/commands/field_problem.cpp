@@ -54,11 +54,10 @@ FieldProblem make_field_problem(const Scene& scene) {
   if (!scene.effects.has(&EffectKind::field))
     throw InputError(
         fmt::format("{} has no table [effects.floating_conductors], so there is no field to solve", scene.path));
-  Bodies bodies = make_bodies(scene);
-  bodies.charge = initial_charges(scene);
+  const Bodies bodies = make_bodies(scene);
   FieldProblem field;
   field.groups = effects::groups_at_start(scene, bodies);
-  field.problem = effects::make_laplace_problem(scene, bodies, field.groups);
+  field.problem = effects::make_laplace_problem(scene, bodies, field.groups, {.charge = initial_charges(scene)});
   field.group_names = name_groups(scene, field.problem);
   return field;
 }

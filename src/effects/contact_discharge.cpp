@@ -6,9 +6,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-bool contains(const std::vector<Contact>& sorted, Contact contact) {
-  return std::ranges::binary_search(sorted, contact);
-}
+bool contains(std::span<const Contact> sorted, Contact contact) { return std::ranges::binary_search(sorted, contact); }
 
 }  // namespace
 
@@ -74,7 +72,7 @@ std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, 
   return found;
 }
 
-ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies) {
+ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::vector<Contact>& contacts) const {
   const auto made_now = [&](Contact contact) {
     const double g = gap(bodies, contact);
     return g <= make_gap_ || (g <= make_gap_ + together_ && gap_rate(bodies, contact) < 0);
@@ -88,17 +86,18 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies) {
   // What is not even near the release gap is lost whether it is looked at or not.
   const std::vector<double> here(bodies.size());
   for (const Contact contact : near(bodies, release_gap_ + together_, here)) {
-    const bool was = contains(contacts_, contact);
+    const bool was = contains(contacts, contact);
     const bool is = was ? !lost_now(contact) : made_now(contact);
     if (is) now.push_back(contact);
     changes.made += is && !was;
   }
-  changes.lost = static_cast<int>(contacts_.size()) + changes.made - static_cast<int>(now.size());
-  contacts_ = std::move(now);
+  changes.lost = static_cast<int>(contacts.size()) + changes.made - static_cast<int>(now.size());
+  contacts = std::move(now);
   return changes;
 }
 
-std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies, const ElectricalGroups& groups,
+std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies, std::span<const Contact> contacts,
+                                                             const ElectricalGroups& groups,
                                                              std::span<const double> travel) const {
   const int n = bodies.size();
   const auto one_already = [&](Contact c) {
@@ -107,8 +106,8 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
   };
   std::vector<Watch> watched;
   for (const Contact contact : near(bodies, make_gap_, travel))
-    if (!contains(contacts_, contact) && !one_already(contact)) watched.push_back({contact, false});
-  for (const Contact contact : contacts_) {
+    if (!contains(contacts, contact) && !one_already(contact)) watched.push_back({contact, false});
+  for (const Contact contact : contacts) {
     const double approach = travel[contact.conductor] + (contact.partner < n ? travel[contact.partner] : 0);
     if (release_gap_ - gap(bodies, contact) <= approach) watched.push_back({contact, true});
   }

@@ -32,10 +32,6 @@ class ContactDischarge : public Effect {
 
   double make_gap() const { return make_gap_; }        ///< m
   double release_gap() const { return release_gap_; }  ///< m
-  /// Those made, in ascending order.
-  const std::vector<Contact>& contacts() const { return contacts_; }
-  void set_contacts(std::vector<Contact> contacts) { contacts_ = std::move(contacts); }
-
   /// Surface to surface (m), and its rate of change (m/s).
   double gap(const Bodies& bodies, Contact contact) const;
   double gap_rate(const Bodies& bodies, Contact contact) const;
@@ -43,9 +39,9 @@ class ContactDischarge : public Effect {
   struct Changes {
     int made = 0, lost = 0;
   };
-  /// Makes and loses the contacts that these positions ask for. Those within a position tolerance of their threshold
-  /// and on their way to it come along, so that events at all but the same time are one.
-  Changes update(const Bodies& bodies);
+  /// Makes and loses the contacts (in ascending order) that these positions ask for. Those within a position tolerance
+  /// of their threshold and on their way to it come along, so that events at all but the same time are one.
+  Changes update(const Bodies& bodies, std::vector<Contact>& contacts) const;
 
   /// A contact that may be made or lost soon.
   struct Watch {
@@ -53,8 +49,9 @@ class ContactDischarge : public Effect {
     bool made = false;  ///< it exists and may be lost
   };
   /// All whose gap could reach its threshold if body i moved by at most travel[i] (m), save contacts that could be made
-  /// between conductors that are one already.
-  std::vector<Watch> watch(const Bodies& bodies, const ElectricalGroups& groups, std::span<const double> travel) const;
+  /// between conductors that are one already. `contacts`: those made, in ascending order.
+  std::vector<Watch> watch(const Bodies& bodies, std::span<const Contact> contacts, const ElectricalGroups& groups,
+                           std::span<const double> travel) const;
   /// Distance of the gap from the threshold (m): its sign changes when the contact does.
   double excess(const Bodies& bodies, const Watch& watch) const {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ : make_gap_);
@@ -69,7 +66,6 @@ class ContactDischarge : public Effect {
   double tolerance_;                          ///< m, of positions
   double make_gap_, release_gap_, together_;  ///< m
   std::vector<Terminal> terminals_;
-  std::vector<Contact> contacts_;
 };
 
 }  // namespace lichtenberg::effects

@@ -34,20 +34,20 @@ bool multipoles_can_follow(Scene scene) {
 
 /// As at the start, charged as after the first frame's time.
 laplace::LaplaceProblem typical_problem(const Scene& scene) {
-  Bodies bodies = make_bodies(scene);
-  bodies.charge = initial_charges(scene);
+  const Bodies bodies = make_bodies(scene);
+  NodeCharges charges{.charge = initial_charges(scene)};
   if (const auto* source = scene.effects.find<CurrentSourceOptions>())
-    for (double& charge : bodies.charge) charge += source->current * scene.output.every;
-  return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies));
+    for (double& charge : charges.charge) charge += source->current * scene.output.every;
+  return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies), charges);
 }
 
 }  // namespace
 
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
   if (!scene.effects.has<ContactDischargeOptions>()) return electrical_groups(scene, {});
-  ContactDischarge discharge(scene);
-  discharge.update(bodies);
-  return electrical_groups(scene, discharge.contacts());
+  std::vector<Contact> contacts;
+  ContactDischarge(scene).update(bodies, contacts);
+  return electrical_groups(scene, contacts);
 }
 
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {

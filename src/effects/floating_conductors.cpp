@@ -37,7 +37,7 @@ bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
 }
 
 /// The resistors between groups as couplings.
-void add_couplings(const Scene& scene, const ElectricalGroups& groups, const ImplicitCharges& charges,
+void add_couplings(const Scene& scene, const ElectricalGroups& groups, const NodeCharges& charges,
                    const std::vector<int>& group_of_node, laplace::LaplaceProblem& problem) {
   std::map<int, int> group_of_supply;
   for (const Resistor& resistor : charges.resistors) {
@@ -59,7 +59,7 @@ void add_couplings(const Scene& scene, const ElectricalGroups& groups, const Imp
 }  // namespace
 
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
-                                             const ImplicitCharges& charges) {
+                                             const NodeCharges& charges) {
   laplace::LaplaceProblem problem;
   problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
@@ -73,14 +73,9 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
     }
     group_of_node[i] = group_of_node[id];
     laplace::Group& group = problem.groups[group_of_node[i]];
-    const bool conductor = i < bodies.size();
-    const std::size_t resistor = i - bodies.size();
-    if (conductor) problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, group_of_node[i]});
-    if (!group.floating) continue;
-    if (conductor)
-      group.charge += bodies.charge[i] / scene.medium.depth;
-    else if (resistor < charges.behind_resistors.size())
-      group.charge += charges.behind_resistors[resistor] / scene.medium.depth;
+    if (i < bodies.size()) problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, group_of_node[i]});
+    if (group.floating && i < static_cast<int>(charges.charge.size()))
+      group.charge += charges.charge[i] / scene.medium.depth;
   }
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes) {
@@ -243,7 +238,7 @@ void neutralize(laplace::LaplaceProblem& problem) {
 /// V, to add to the potentials of an insulated box, which its field leaves open: the currents through resistors are to
 /// carry off what is fed, since the box cannot take up any net charge (Kirchhoff's current law).
 double level(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
-             const ImplicitCharges& charges) {
+             const NodeCharges& charges) {
   double missing = charges.fed, conductance = 0;
   for (const Resistor& resistor : charges.resistors) {
     if (resistor.b >= 0) continue;
@@ -314,29 +309,30 @@ FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<lapla
     : scene_(scene), solver_(std::move(solver)), terminals_(terminals_of(scene)) {}
 
 void FloatingConductors::add_forces(const State& state, std::span<double> force) const {
-  for (std::size_t i = 0; i < force_.size(); ++i) {
-    const Vec2 held = held_force(static_cast<int>(i), state.time);
+  if (!held_) return;
+  for (int i = 0; i < state.bodies.size(); ++i) {
+    const Vec2 held = held_->force_at(i, state.time);
     force[2 * i] += held.x;
     force[2 * i + 1] += held.y;
   }
 }
 
-const Electrostatics& FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
-                                                const ImplicitCharges& charges) {
+Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
+                                         const NodeCharges& charges) {
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   const laplace::LaplaceSolution solution = solver_->solve(asked);
   if (scene_.field_accuracy()) last_problem_ = asked;
   ++solves_;
   iterations_ += solution.iterations;
-  return last_ = in_si(asked, solution, groups, charges);
+  return in_si(asked, solution, groups, charges);
 }
 
-const Electrostatics& FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
-                                                  const ImplicitCharges& charges) {
+Electrostatics FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
+                                           const NodeCharges& charges) {
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
   ++predictions_;
-  return last_ = combination(coarse_, 1, correction_);
+  return combination(coarse_, 1, correction_);
 }
 
 void FloatingConductors::forget() {
@@ -344,13 +340,10 @@ void FloatingConductors::forget() {
   if (predictor_) predictor_->forget();
 }
 
-void FloatingConductors::correct(Electrostatics solved) {
-  last_ = std::move(solved);
-  correction_ = combination(last_, -1, coarse_);
-}
+void FloatingConductors::correct(const Electrostatics& solved) { correction_ = combination(solved, -1, coarse_); }
 
 laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const ElectricalGroups& groups,
-                                                    const ImplicitCharges& charges) const {
+                                                    const NodeCharges& charges) const {
   check_inside(scene_, bodies);
   check_contacts(bodies, groups);
   laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
@@ -360,7 +353,7 @@ laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const 
 
 Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
                                          const laplace::LaplaceSolution& solution, const ElectricalGroups& groups,
-                                         const ImplicitCharges& charges) const {
+                                         const NodeCharges& charges) const {
   const double depth = scene_.medium.depth;
   const double shift = is_only_behind_resistors(problem) ? level(problem, solution, charges) : 0;
   Electrostatics result{.energy = depth * solution.energy};
@@ -394,12 +387,6 @@ void FloatingConductors::check_contacts(const Bodies& bodies, const ElectricalGr
                                "[effects.contact_discharge] in the scene would make them one";
   if (solves_ == 0) throw InputError(sentence);
   throw Failure(sentence);
-}
-
-void FloatingConductors::hold(double time, std::vector<Vec2> force, std::vector<Vec2> rate) {
-  time_ = time;
-  force_ = std::move(force);
-  rate_ = std::move(rate);
 }
 
 }  // namespace lichtenberg::effects

@@ -9,6 +9,7 @@
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/groups.hpp"
+#include "src/effects/held_field.hpp"
 #include "src/model/effect.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
@@ -19,10 +20,11 @@ struct FloatingConductorsOptions {
   static const EffectKind& kind();
 };
 
-/// What a step of charge through resistors asks of the field at its end, beside the conductors' charges (charge_step).
-struct ImplicitCharges {
-  std::vector<double> behind_resistors;  ///< C, of those nodes, in order; empty: none
-  std::vector<Resistor> resistors;
+/// The charges that a field is asked for, with what a step of charge through resistors asks of it at its end
+/// (charge_step).
+struct NodeCharges {
+  std::vector<double> charge{};  ///< C, by node of ElectricalGroups; the last may be missing, which have none
+  std::vector<Resistor> resistors{};
   double weight = 0;  ///< s: what a resistor carries is weight * conductance * potential difference
   double fed = 0;     ///< A, into all conductors together
 };
@@ -31,7 +33,7 @@ struct ImplicitCharges {
 /// electrodes. Groups: the electrical groups in ascending order of id, then one for each electrode without a resistor,
 /// then one for each supply at the end of a resistor. Charges and what resistors carry become those per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
-                                             const ImplicitCharges& charges = {});
+                                             const NodeCharges& charges = {});
 
 /// Empty if it is to be chosen.
 std::optional<FieldMethod> method_of(const FieldTable& table);
@@ -76,8 +78,7 @@ struct Electrostatics {
 };
 
 /// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. A field solve costs more than all
-/// mechanics of a step together, so forces are held: add_forces adds what hold() was told last, extrapolated
-/// linearly in time.
+/// mechanics of a step together, so forces are held: add_forces adds those of a HeldField, which others keep.
 class FloatingConductors : public Effect {
  public:
   FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
@@ -89,28 +90,23 @@ class FloatingConductors : public Effect {
 
   /// Solves the field. Throws what the solver throws, and Failure (InputError before the first solve) for a conductor
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.
-  const Electrostatics& solve(const Bodies& bodies, const ElectricalGroups& groups,
-                              const ImplicitCharges& charges = {});
+  Electrostatics solve(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
 
   /// From now on predict() can be called: `predictor` solves the same problems, coarsely.
   void set_predictor(std::unique_ptr<laplace::LaplaceSolver> predictor) { predictor_ = std::move(predictor); }
   laplace::LaplaceSolver* predictor() { return predictor_.get(); }
   /// What solve() would find, for a fraction of its cost: the predictor's solution and what it was found to be wrong by
   /// at the last correct(). Throws what solve() throws.
-  const Electrostatics& predict(const Bodies& bodies, const ElectricalGroups& groups,
-                                const ImplicitCharges& charges = {});
+  Electrostatics predict(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
   /// Tells the predictor by what it was wrong: `solved` is what solve() found for the last prediction's problem.
-  void correct(Electrostatics solved);
+  void correct(const Electrostatics& solved);
   /// The solvers' next solves depend on their problems alone.
   void forget();
 
   /// The last problem that was solved, if the scene asks for an accuracy: for checks of it.
   const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
-  /// What the last solve or prediction found.
-  const Electrostatics& last() const { return last_; }
-  /// From now on the force on body i is force[i] + (t - time) * rate[i] (N, s, N/s).
-  void hold(double time, std::vector<Vec2> force, std::vector<Vec2> rate);
-  Vec2 held_force(int i, double time) const { return force_[i] + (time - time_) * rate_[i]; }
+  /// From now on these forces act, as they are at any time. `held` must outlive this.
+  void follow(const HeldField& held) { held_ = &held; }
 
   laplace::LaplaceSolver& solver() { return *solver_; }
   std::int64_t solves() const { return solves_; }
@@ -122,19 +118,17 @@ class FloatingConductors : public Effect {
 
  private:
   laplace::LaplaceProblem problem(const Bodies& bodies, const ElectricalGroups& groups,
-                                  const ImplicitCharges& charges) const;
+                                  const NodeCharges& charges) const;
   Electrostatics in_si(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
-                       const ElectricalGroups& groups, const ImplicitCharges& charges) const;
+                       const ElectricalGroups& groups, const NodeCharges& charges) const;
   void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
 
   Scene scene_;
   std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< no predictor: null
   std::vector<Terminal> terminals_;
-  Electrostatics last_;
   Electrostatics coarse_, correction_;  ///< the predictor's last solution, and what to add to it
   std::optional<laplace::LaplaceProblem> last_problem_;
-  double time_ = 0;
-  std::vector<Vec2> force_, rate_;
+  const HeldField* held_ = nullptr;  ///< null: no forces
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 

@@ -23,7 +23,7 @@ std::vector<double> with_terminals(std::vector<double> charge, const Scene& scen
 }  // namespace
 
 Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConductors& field,
-                     effects::ContactDischarge* discharge, Counters& counters)
+                     const effects::ContactDischarge* discharge, Counters& counters)
     : scene_(scene),
       model_(model),
       counters_(counters),
@@ -31,10 +31,15 @@ Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConducto
       discharge_(discharge),
       terminals_(effects::terminals_of(scene)),
       supplies_(effects::supplies_of(scene)),
-      ledger_(with_terminals(model.bodies.charge, scene), supplies_.size()),
-      current_(model.bodies.size()),
-      relaxation_time_(model.charge_relaxation_time()) {
-  if (effects::has_circuit(scene)) energy_.emplace(scene, relaxation_time_);
+      relaxation_time_(model.charge_relaxation_time()),
+      now_{.ledger = {with_terminals(model.bodies.charge, scene), supplies_.size()}} {
+  const std::size_t n = model.bodies.size();
+  now_.held = {.force = std::vector<Vec2>(n),
+               .force_rate = std::vector<Vec2>(n),
+               .charge = std::vector<double>(n),
+               .charge_rate = std::vector<double>(n)};
+  if (effects::has_circuit(scene)) now_.energy.emplace(scene, relaxation_time_);
+  field_.follow(now_.held);
 }
 
 double Electrics::contact_gap() const {
@@ -42,38 +47,30 @@ double Electrics::contact_gap() const {
 }
 
 void Electrics::connect() {
-  if (discharge_) counters_.contacts_made += discharge_->update(model_.bodies).made;
-  groups_ = groups_of(discharge_);
+  if (discharge_) counters_.contacts_made += discharge_->update(model_.bodies, now_.contacts).made;
+  now_.groups = effects::electrical_groups(scene_, now_.contacts);
   update_resistors(true);
-}
-
-effects::ElectricalGroups Electrics::groups_of(const effects::ContactDischarge* discharge) const {
-  return effects::electrical_groups(scene_, discharge ? discharge->contacts() : std::vector<effects::Contact>{});
 }
 
 /// The resistors of the contacts as they are. After a jump no current is known, and none leads smoothly to the next
 /// step's.
 void Electrics::update_resistors(bool groups_changed) {
-  std::vector<effects::Resistor> now =
-      effects::resistors_of(scene_, discharge_ ? discharge_->contacts() : std::vector<effects::Contact>{});
-  if (now == resistors_ && !groups_changed) return;
-  resistors_ = std::move(now);
-  remaining_.assign(resistors_.size(), 0);
-  plain_.assign(resistors_.size(), 0);
-  resistor_current_.assign(resistors_.size(), 0);
-  last_step_ = 0;
-  current_noise_ = 1;
-  if (!field_.last().potential.empty()) guess_currents();
+  std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
+  if (resistors == now_.carried.resistors && !groups_changed) return;
+  const std::vector<double> none(resistors.size());
+  now_.carried = {.resistors = std::move(resistors), .current = none, .remaining = none, .plain = none};
+  if (!now_.field.potential.empty()) guess_currents();
 }
 
 /// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
 void Electrics::guess_currents() {
-  const std::vector<double> potential = node_potentials();
-  for (std::size_t k = 0; k < resistors_.size(); ++k) resistor_current_[k] = resistor_current(resistors_[k], potential);
+  const std::vector<double> potential = node_potentials(now_.field);
+  auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
+  for (std::size_t k = 0; k < resistors.size(); ++k) current[k] = resistor_current(resistors[k], potential);
 }
 
 void Electrics::show_charges() {
-  for (int i = 0; i < model_.bodies.size(); ++i) model_.bodies.charge[i] = ledger_.charge(i);
+  for (int i = 0; i < model_.bodies.size(); ++i) model_.bodies.charge[i] = now_.ledger.charge(i);
 }
 
 effects::Contact Electrics::contact_of(const effects::Resistor& resistor) const {
@@ -85,7 +82,8 @@ effects::Contact Electrics::contact_of(const effects::Resistor& resistor) const 
 }
 
 bool Electrics::is_held_at_both_ends(const effects::Resistor& resistor) const {
-  return groups_.potential[resistor.a] && (resistor.b < 0 || groups_.potential[resistor.b]);
+  const std::vector<std::optional<double>>& held = now_.groups.potential;
+  return held[resistor.a] && (resistor.b < 0 || held[resistor.b]);
 }
 
 std::string Electrics::sentence_about(const effects::Resistor& resistor, double difference) const {
@@ -103,12 +101,12 @@ std::string Electrics::sentence_about(const effects::Resistor& resistor, double 
 }
 
 std::string Electrics::pressed_apart_in_potential() const {
-  if (!discharge_ || field_.last().potential.empty()) return "";
-  const std::vector<double> potential = node_potentials();
+  if (!discharge_ || now_.field.potential.empty()) return "";
+  const std::vector<double> potential = node_potentials(now_.field);
   double largest = 0;
   for (const double p : potential) largest = std::max(largest, std::abs(p));
   for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
-  for (const effects::Resistor& resistor : resistors_) {
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || discharge_->gap(model_.bodies, contact_of(resistor)) > 0) continue;
     const double difference = std::abs(resistor_current(resistor, potential)) / resistor.conductance;
     if (difference > scene_.field().moving_tolerance * largest) return sentence_about(resistor, difference);
@@ -118,40 +116,46 @@ std::string Electrics::pressed_apart_in_potential() const {
 
 /// Bodies that are held would attract each other for ever.
 void Electrics::check_held_contacts() const {
-  for (const effects::Resistor& resistor : resistors_) {
+  for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || !is_held_at_both_ends(resistor)) continue;
-    const double other = resistor.b < 0 ? resistor.potential : *groups_.potential[resistor.b];
-    const double difference = std::abs(*groups_.potential[resistor.a] - other);
+    const double other = resistor.b < 0 ? resistor.potential : *now_.groups.potential[resistor.b];
+    const double difference = std::abs(*now_.groups.potential[resistor.a] - other);
     if (difference > 0 && discharge_->gap(model_.bodies, contact_of(resistor)) <= 0)
       throw Failure(sentence_about(resistor, difference));
   }
 }
 
-const effects::Electrostatics& Electrics::solve(double time) {
+/// A, by the effects, into each conductor.
+std::vector<double> Electrics::currents(double time) const {
+  std::vector<double> current(model_.bodies.size());
+  model_.currents(time, current);
+  return current;
+}
+
+Trial Electrics::solve(double time, FieldGrid grid) {
   check_held_contacts();
-  model_.currents(time, current_);
-  const effects::ChargeStep step = effects::charge_step(time - booked_until_, last_step_, relaxation_time_);
-  std::vector<double> charge;
-  for (int i = 0; i < ledger_.size(); ++i)
-    charge.push_back(step.decay * ledger_.charge(i) + (i < model_.bodies.size() ? current_[i] * step.fed : 0));
-  for (std::size_t k = 0; k < resistors_.size(); ++k) {
-    const double inherited = step.inherited * remaining_[k];
-    charge[resistors_[k].a] -= inherited;
-    if (resistors_[k].b >= 0) charge[resistors_[k].b] += inherited;
+  Trial trial{.time = time,
+              .field = {},
+              .step = effects::charge_step(time - now_.time, now_.carried.last_step, relaxation_time_),
+              .fed = currents(time)};
+  effects::NodeCharges charges{.resistors = now_.carried.resistors,
+                               .weight = trial.step.weight,
+                               .fed = std::accumulate(trial.fed.begin(), trial.fed.end(), 0.0)};
+  for (int i = 0; i < now_.ledger.size(); ++i)
+    charges.charge.push_back(trial.step.decay * now_.ledger.charge(i) +
+                             (i < model_.bodies.size() ? trial.fed[i] * trial.step.fed : 0));
+  for (std::size_t k = 0; k < charges.resistors.size(); ++k) {
+    const double inherited = trial.step.inherited * now_.carried.remaining[k];
+    charges.charge[charges.resistors[k].a] -= inherited;
+    if (charges.resistors[k].b >= 0) charges.charge[charges.resistors[k].b] += inherited;
   }
-  const auto terminals = charge.begin() + model_.bodies.size();
-  std::copy(charge.begin(), terminals, model_.bodies.charge.begin());
-  implicit_ = {
-      {terminals, charge.end()}, resistors_, step.weight, std::accumulate(current_.begin(), current_.end(), 0.0)};
   const Stopwatch watch(counters_.field_seconds);
-  if (predicting_)
-    field_.predict(model_.bodies, groups_, implicit_);
-  else
-    field_.solve(model_.bodies, groups_, implicit_);
+  trial.field = grid == FieldGrid::predictor ? field_.predict(model_.bodies, now_.groups, charges)
+                                             : field_.solve(model_.bodies, now_.groups, charges);
   counters_.field_solves = field_.solves();
   counters_.predictions = field_.predictions();
   counters_.iterations = field_.iterations();
-  return field_.last();
+  return trial;
 }
 
 /// The conductors' values, then those of the terminals behind a resistor.
@@ -161,8 +165,8 @@ std::vector<double> Electrics::by_node(std::vector<double> by_conductor, const s
   return by_conductor;
 }
 
-std::vector<double> Electrics::node_potentials() const {
-  return by_node(field_.last().potential, field_.last().terminal_potential);
+std::vector<double> Electrics::node_potentials(const effects::Electrostatics& field) const {
+  return by_node(field.potential, field.terminal_potential);
 }
 
 double Electrics::resistor_current(const effects::Resistor& resistor, std::span<const double> node_potential) const {
@@ -170,23 +174,23 @@ double Electrics::resistor_current(const effects::Resistor& resistor, std::span<
   return resistor.conductance * (node_potential[resistor.a] - other);
 }
 
-double Electrics::charge_error(double time) const {
-  const double dt = time - booked_until_;
-  if (resistors_.empty() || dt == 0) return 0;
-  const effects::ChargeStep step = effects::charge_step(dt, last_step_, relaxation_time_);
-  const effects::Electrostatics& field = field_.last();
+double Electrics::charge_error(const Trial& trial) const {
+  const double dt = trial.time - now_.time;
+  const CarriedCharges& carried = now_.carried;
+  if (carried.resistors.empty() || dt == 0) return 0;
   double largest_charge = 0, largest_potential = 0;
-  for (const std::vector<double>* charges : {&field.charge, &field.terminal_charge})
+  for (const std::vector<double>* charges : {&trial.field.charge, &trial.field.terminal_charge})
     for (const double charge : *charges) largest_charge = std::max(largest_charge, std::abs(charge));
   for (const effects::Supply& supply : supplies_)
     largest_potential = std::max(largest_potential, std::abs(supply.potential));
   double worst = 0;
-  for (std::size_t k = 0; k < resistors_.size(); ++k) {
-    const double now = field.carried[k] / step.weight;
+  for (std::size_t k = 0; k < carried.resistors.size(); ++k) {
+    const double current = trial.field.carried[k] / trial.step.weight;
     const double noise =
-        current_noise_ * scene_.field().moving_tolerance * resistors_[k].conductance * largest_potential;
-    worst = std::max(worst, effects::charge_error(step.weight * now + step.inherited * remaining_[k], dt,
-                                                  resistor_current_[k], now, noise));
+        carried.noise * scene_.field().moving_tolerance * carried.resistors[k].conductance * largest_potential;
+    worst =
+        std::max(worst, effects::charge_error(trial.step.weight * current + trial.step.inherited * carried.remaining[k],
+                                              dt, carried.current[k], current, noise));
   }
   const double tolerance = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
   // Charges that are but the noise of potentials, where nothing drives any, are not worth a step.
@@ -197,71 +201,69 @@ double Electrics::charge_error(double time) const {
 }
 
 void Electrics::share(double time, std::span<const double> by_field) {
-  const double dt = time - booked_until_;
-  model_.currents(time, current_);
-  ledger_.feed(current_, dt, relaxation_time_);
-  booked_until_ = time;
-  ledger_.settle(groups_, by_field);
-  if (energy_) energy_->note(current_, dt, ledger_.leaked_in_step());
+  const double dt = time - now_.time;
+  const std::vector<double> fed = currents(time);
+  now_.ledger.feed(fed, dt, relaxation_time_);
+  now_.time = time;
+  now_.ledger.settle(now_.groups, by_field);
+  if (now_.energy) now_.energy->note(fed, dt, now_.ledger.leaked_in_step());
   show_charges();
 }
 
 /// Books what the resistors have carried in a step.
-void Electrics::carry_resistors(const effects::ChargeStep& step) {
-  for (std::size_t k = 0; k < resistors_.size(); ++k) {
-    resistor_current_[k] = field_.last().carried[k] / step.weight;
-    remaining_[k] = step.weight * resistor_current_[k] + step.inherited * remaining_[k];
-    plain_[k] = step.plain_weight * resistor_current_[k] + step.plain_inherited * plain_[k];
-    ledger_.carry(resistors_[k], remaining_[k], plain_[k]);
+void Electrics::carry_resistors(const Trial& trial) {
+  const effects::ChargeStep& step = trial.step;
+  auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
+  for (std::size_t k = 0; k < resistors.size(); ++k) {
+    current[k] = trial.field.carried[k] / step.weight;
+    remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
+    plain[k] = step.plain_weight * current[k] + step.plain_inherited * plain[k];
+    now_.ledger.carry(resistors[k], remaining[k], plain[k]);
   }
+  last_step = trial.time - now_.time;
+  noise = 0;
 }
 
-void Electrics::settle(double time) { settle(time, false); }
-
-void Electrics::settle(double time, bool merged) {
-  const double dt = time - booked_until_;
-  model_.currents(time, current_);
-  ledger_.feed(current_, dt, relaxation_time_);
-  if (dt > 0) {
-    carry_resistors(effects::charge_step(dt, last_step_, relaxation_time_));
-    last_step_ = dt;
-    current_noise_ = 0;
-  } else if (current_noise_ > 0) {
+void Electrics::accept(const Trial& trial, bool merged) {
+  const double dt = trial.time - now_.time;
+  now_.field = trial.field;
+  now_.ledger.feed(trial.fed, dt, relaxation_time_);
+  if (dt > 0)
+    carry_resistors(trial);
+  else if (now_.carried.noise > 0)
     guess_currents();
-  }
-  ledger_.settle(groups_, by_node(field_.last().charge, field_.last().terminal_charge));
-  if (energy_) energy_->note(current_, dt, ledger_.leaked_in_step());
-  booked_until_ = time;
+  now_.ledger.settle(now_.groups, by_node(trial.field.charge, trial.field.terminal_charge));
+  if (now_.energy) now_.energy->note(trial.fed, dt, now_.ledger.leaked_in_step());
+  if (now_.energy) book_energy(trial, merged);
+  now_.time = trial.time;
   show_charges();
-  if (energy_) book_energy(time, merged, dt > 0 ? plain_ : std::vector<double>());
   for (int i = 0; i < model_.bodies.size(); ++i) {
-    largest_force_ = std::max(largest_force_, norm(field_.last().force[i]));
-    largest_speed_ = std::max(largest_speed_, norm(velocity(model_.bodies, i)));
+    now_.largest_force = std::max(now_.largest_force, norm(trial.field.force[i]));
+    now_.largest_speed = std::max(now_.largest_speed, norm(velocity(model_.bodies, i)));
   }
 }
 
-bool Electrics::reconnect(double time) {
+bool Electrics::reconnect(double time, FieldGrid grid) {
   if (!discharge_) return false;
-  const effects::ElectricalGroups before = groups_;
+  const effects::ElectricalGroups before = now_.groups;
   {
     const Stopwatch watch(counters_.contact_seconds);
-    const effects::ContactDischarge::Changes changes = discharge_->update(model_.bodies);
+    const effects::ContactDischarge::Changes changes = discharge_->update(model_.bodies, now_.contacts);
     if (changes.made == 0 && changes.lost == 0) return false;
     counters_.contacts_made += changes.made;
     counters_.contacts_lost += changes.lost;
     try {
-      groups_ = groups_of(discharge_);
+      now_.groups = effects::electrical_groups(scene_, now_.contacts);
     } catch (const InputError& error) {
       throw Failure(fmt::format("at t = {:.6g} s {}", time, error.what()));
     }
   }
-  const bool changed = !(groups_ == before);
+  const bool changed = !(now_.groups == before);
   update_resistors(changed);
   if (!changed) return false;
   ++counters_.regroupings;
-  if (!effects::parts(groups_, before)) return false;
-  solve(time);
-  settle(time, true);
+  if (!effects::parts(now_.groups, before)) return false;
+  accept(solve(time, grid), true);
   return true;
 }
 
@@ -271,7 +273,7 @@ Events Electrics::events(std::span<const double> travel) const {
   // A little more than it takes: a body that moves exactly as far as it can is no event.
   std::vector<double> reach;
   for (const double way : travel) reach.push_back(1.01 * way + scene_.mechanics.position_tolerance);
-  const std::vector<Watch> watched = discharge_->watch(model_.bodies, groups_, reach);
+  const std::vector<Watch> watched = discharge_->watch(model_.bodies, now_.contacts, now_.groups, reach);
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
   events.direction.push_back(+1);
@@ -306,92 +308,93 @@ double Electrics::longest_step(const std::vector<Watch>& watched, std::span<cons
 double Electrics::work_since_booking(double time) const {
   double work = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {
-    const Vec2 moved = position(model_.bodies, i) - Vec2{booked_at_[2 * i], booked_at_[2 * i + 1]};
-    work += 0.5 * dot(booked_force_[i] + field_.held_force(i, time), moved);
+    const Vec2 moved = position(model_.bodies, i) - Vec2{now_.booked_at[2 * i], now_.booked_at[2 * i + 1]};
+    work += 0.5 * dot(now_.booked_force[i] + now_.held.force_at(i, time), moved);
   }
   return work;
 }
 
-/// `carried`: C, by resistor since the last solve; none if no time has passed.
-void Electrics::book_energy(double time, bool merged, std::span<const double> carried) {
-  EnergyBook::Instant now{time, field_.last().energy, node_potentials(), field_.last().terminal_charge,
-                          ledger_.drained_by_supply()};
+void Electrics::book_energy(const Trial& trial, bool merged) {
+  EnergyBook::Instant instant{trial.time, trial.field.energy, node_potentials(trial.field), trial.field.terminal_charge,
+                              now_.ledger.drained_by_supply()};
+  const bool time_passed = trial.time > now_.time;  // if not, resistors have carried nothing
   if (merged)
-    energy_->book_merger(std::move(now), model_.bodies.position == booked_at_ ? 0 : work_since_booking(time));
+    now_.energy->book_merger(std::move(instant),
+                             model_.bodies.position == now_.booked_at ? 0 : work_since_booking(trial.time));
   else
-    energy_->book(std::move(now), resistors_, carried);
-  booked_at_ = model_.bodies.position;
-  booked_force_ = field_.last().force;
+    now_.energy->book(std::move(instant), now_.carried.resistors,
+                      time_passed ? now_.carried.plain : std::vector<double>());
+  now_.booked_at = model_.bodies.position;
+  now_.booked_force = trial.field.force;
 }
 
 bool Electrics::stationary(double fraction) const {
   const Bodies& bodies = model_.bodies;
   for (int i = 0; i < bodies.size(); ++i)
-    if (groups_.connected[i] != -1 ||
-        (!scene_.conductors[i].held && (norm(field_.last().force[i]) > fraction * largest_force_ ||
-                                        norm(velocity(bodies, i)) > fraction * largest_speed_)))
+    if (now_.groups.connected[i] != -1 ||
+        (!scene_.conductors[i].held && (norm(now_.field.force[i]) > fraction * now_.largest_force ||
+                                        norm(velocity(bodies, i)) > fraction * now_.largest_speed)))
       return false;
   return true;
 }
 
 std::vector<TerminalReading> Electrics::terminals() const {
-  const std::vector<double> drained = ledger_.drained_by_supply();
+  const std::vector<double> drained = now_.ledger.drained_by_supply();
   std::vector<TerminalReading> readings;
   for (std::size_t k = 0; k < supplies_.size(); ++k)
     readings.push_back({supplies_[k].name, supplies_[k].potential, drained[k]});
-  if (!energy_) return readings;
+  if (!now_.energy) return readings;
   for (std::size_t k = 0; k < supplies_.size(); ++k) {
-    const std::vector<double>& surface = field_.last().terminal_potential;
+    const std::vector<double>& surface = now_.field.terminal_potential;
     if (k < scene_.electrodes.size()) readings[k].series_resistance = scene_.electrodes[k].series_resistance;
     readings[k].surface_potential = k < surface.size() ? surface[k] : supplies_[k].potential;
-    readings[k].delivered = energy_->delivered()[k];
+    readings[k].delivered = now_.energy->delivered()[k];
   }
   return readings;
 }
 
 void Electrics::save(Checkpoint& checkpoint) const {
-  checkpoint.reals["charge_ledger"] = ledger_.save();
-  if (!resistors_.empty()) {
-    checkpoint.reals["link_currents"] = resistor_current_;
-    checkpoint.reals["link_charges_left"] = remaining_;
-    checkpoint.reals["link_charges"] = plain_;
-    checkpoint.reals["last_charge_step"] = {last_step_, current_noise_};
+  checkpoint.reals["charge_ledger"] = now_.ledger.save();
+  if (has_resistors()) {
+    checkpoint.reals["link_currents"] = now_.carried.current;
+    checkpoint.reals["link_charges_left"] = now_.carried.remaining;
+    checkpoint.reals["link_charges"] = now_.carried.plain;
+    checkpoint.reals["last_charge_step"] = {now_.carried.last_step, now_.carried.noise};
   }
-  if (energy_) checkpoint.reals["energy_book"] = energy_->save();
-  checkpoint.reals["largest_force_and_speed"] = {largest_force_, largest_speed_};
+  if (now_.energy) checkpoint.reals["energy_book"] = now_.energy->save();
+  checkpoint.reals["largest_force_and_speed"] = {now_.largest_force, now_.largest_speed};
   std::vector<std::int64_t>& contacts = checkpoint.integers["contacts"];
-  if (!discharge_) return;
-  for (const effects::Contact& contact : discharge_->contacts())
+  for (const effects::Contact& contact : now_.contacts)
     contacts.insert(contacts.end(), {contact.conductor, contact.partner});
 }
 
 void Electrics::restore(const Checkpoint& checkpoint, double time) {
-  ledger_.restore(reals(checkpoint, "charge_ledger", ledger_.saved_size()));
-  booked_until_ = time;
+  now_.ledger.restore(reals(checkpoint, "charge_ledger", now_.ledger.saved_size()));
+  now_.time = time;
   const std::vector<double>& largest = reals(checkpoint, "largest_force_and_speed", 2);
-  largest_force_ = largest[0];
-  largest_speed_ = largest[1];
+  now_.largest_force = largest[0];
+  now_.largest_speed = largest[1];
   field_.set_counters(counters_.field_solves, counters_.iterations, counters_.predictions);
+  now_.contacts.clear();
   if (discharge_) {
     const std::vector<std::int64_t>& ends = integers(checkpoint, "contacts");
-    std::vector<effects::Contact> contacts;
     for (std::size_t k = 0; k + 1 < ends.size(); k += 2)
-      contacts.push_back({static_cast<int>(ends[k]), static_cast<int>(ends[k + 1])});
-    discharge_->set_contacts(std::move(contacts));
+      now_.contacts.push_back({static_cast<int>(ends[k]), static_cast<int>(ends[k + 1])});
   }
-  groups_ = groups_of(discharge_);
+  now_.groups = effects::electrical_groups(scene_, now_.contacts);
   update_resistors(true);
-  if (!resistors_.empty()) {
-    resistor_current_ = reals(checkpoint, "link_currents", resistors_.size());
-    remaining_ = reals(checkpoint, "link_charges_left", resistors_.size());
-    plain_ = reals(checkpoint, "link_charges", resistors_.size());
+  if (has_resistors()) {
+    CarriedCharges& carried = now_.carried;
+    carried.current = reals(checkpoint, "link_currents", carried.resistors.size());
+    carried.remaining = reals(checkpoint, "link_charges_left", carried.resistors.size());
+    carried.plain = reals(checkpoint, "link_charges", carried.resistors.size());
     const std::vector<double>& last = reals(checkpoint, "last_charge_step", 2);
-    last_step_ = last[0];
-    current_noise_ = last[1];
+    carried.last_step = last[0];
+    carried.noise = last[1];
   }
-  if (!energy_) return;
-  energy_->restore(reals(checkpoint, "energy_book", energy_->saved_size()));
-  booked_at_ = model_.bodies.position;
+  if (!now_.energy) return;
+  now_.energy->restore(reals(checkpoint, "energy_book", now_.energy->saved_size()));
+  now_.booked_at = model_.bodies.position;
 }
 
 }  // namespace lichtenberg::mechanics

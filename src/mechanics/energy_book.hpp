@@ -41,8 +41,6 @@ class EnergyBook {
   void forget_rates();
 
   void add_drag(double joule) { flows_.drag += joule; }
-  double drag() const { return flows_.drag; }
-  void set_drag(double joule) { flows_.drag = joule; }  ///< of a step taken back
 
   const EnergyFlows& flows() const { return flows_; }
   const std::vector<double>& delivered() const { return delivered_; }  ///< C, by each supply since the start

@@ -19,14 +19,13 @@ void Euler::advance(double time, double end) {
   for (int k = 1; k <= intervals; ++k) {
     const double next = k == intervals ? end : start + (end - start) * k / intervals;
     if (at_.electrics) {
-      const std::vector<Vec2>& force = at_.electrics->last().force;
-      at_.electrics->field().hold(time, force, std::vector<Vec2>(force.size()));
+      const std::vector<Vec2>& force = at_.electrics->now().field.force;
+      at_.electrics->hold({.time = time, .force = force, .force_rate = std::vector<Vec2>(force.size())});
     }
     mechanical_steps(time, next);
     ++at_.counters.steps;
     if (at_.electrics) {
-      at_.electrics->solve(next);
-      at_.electrics->settle(next);
+      at_.electrics->accept(at_.electrics->solve(next));
       at_.electrics->reconnect(next);
     }
     wrap(at_.model.bodies);

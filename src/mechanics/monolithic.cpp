@@ -10,9 +10,9 @@ Monolithic::Monolithic(Workplace workplace)
 }
 
 void Monolithic::solve_field(double time) {
-  std::vector<Vec2> force = at_.electrics->solve(time).force;
-  std::vector<Vec2> rate(force.size());
-  at_.electrics->field().hold(time, std::move(force), std::move(rate));
+  Trial trial = at_.electrics->solve(time);
+  const std::vector<Vec2> rate(trial.field.force.size());
+  at_.electrics->hold({.time = time, .force = std::move(trial.field.force), .force_rate = rate});
 }
 
 void Monolithic::advance(double time, double end) {
@@ -43,8 +43,7 @@ double Monolithic::step(double time, double end) {
   }
   at_.counters.mechanics_seconds += elapsed - (at_.counters.field_seconds - field_before);
   ++at_.counters.steps;
-  at_.electrics->solve(time);
-  at_.electrics->settle(time);
+  at_.electrics->accept(at_.electrics->solve(time));
   at_.electrics->reconnect(time);
   return time;
 }

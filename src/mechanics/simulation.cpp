@@ -97,8 +97,7 @@ void Simulation::Implementation::begin() {
   if (begun) return;
   if (electrics) {
     if (!connected) electrics->connect();
-    electrics->solve(time);
-    electrics->settle(time);
+    electrics->accept(electrics->solve(time));
   }
   stepper->begin(time);
   if (!connected && electrics && electrics->energy()) energy_at_start = analysis::energy_account(now());
@@ -182,12 +181,12 @@ ConductorFrame Simulation::Implementation::now() {
     frame.velocity.push_back(velocity(model.bodies, i));
   }
   if (!electrics) return frame;
-  const effects::Electrostatics& field = electrics->last();
-  const effects::ChargeLedger& ledger = electrics->ledger();
+  const effects::Electrostatics& field = electrics->now().field;
+  const effects::ChargeLedger& ledger = electrics->now().ledger;
   frame.force = field.force;
   frame.charge = model.bodies.charge;
   frame.potential = field.potential;
-  frame.group = electrics->groups().connected;
+  frame.group = electrics->now().groups.connected;
   frame.energy = field.energy;
   frame.charge_held = ledger.held();
   frame.charge_fed = ledger.fed();
@@ -231,7 +230,7 @@ Frame Simulation::Implementation::motion() const {
 std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec2> position) const {
   if (!electrics || !electrics->has_contacts()) return {};
   std::vector<analysis::Edge> contacts;
-  for (const auto& [conductor, partner] : electrics->contacts())
+  for (const auto& [conductor, partner] : electrics->now().contacts)
     contacts.emplace_back(conductor, partner < static_cast<int>(position.size()) ? partner : analysis::to_ground);
   return analysis::network(std::move(contacts), position);
 }
@@ -266,7 +265,7 @@ bool Simulation::stationary() {
 
 std::vector<effects::Contact> Simulation::contacts() const {
   const Implementation& self = *implementation_;
-  return self.electrics ? self.electrics->contacts() : std::vector<effects::Contact>{};
+  return self.electrics ? self.electrics->now().contacts : std::vector<effects::Contact>{};
 }
 
 std::string Simulation::progress() {

@@ -22,49 +22,36 @@ Split::Split(Workplace workplace)
       drag_(drag_coefficients(at_.model)),
       largest_step_(at_.scene.mechanics.largest_step),
       shortest_step_(1e-9 * largest_step_),
-      shortest_gap_(at_.electrics->contact_gap()),
-      force_(at_.model.bodies.size()),
-      force_rate_(at_.model.bodies.size()),
-      charge_(at_.model.bodies.size()),
-      charge_rate_(at_.model.bodies.size()) {
+      shortest_gap_(at_.electrics->contact_gap()) {
   book_drag(at_, drag_, cvode_);
   cvode_.between_steps = at_.between_steps;
 }
 
 void Split::begin(double time) {
-  if (at_.electrics->field().predictor()) {
-    const effects::Electrostatics solved = at_.electrics->last();
-    at_.electrics->set_predicting(true);
-    at_.electrics->solve(time);
-    at_.electrics->set_predicting(false);
-    at_.electrics->field().correct(solved);
+  effects::FloatingConductors& field = at_.electrics->field();
+  if (field.predictor()) {
+    at_.electrics->solve(time, FieldGrid::predictor);
+    field.correct(at_.electrics->now().field);
   }
-  if (step_ == 0) return restart(time, force_);
-  remember_field(time);
+  if (step_ == 0) return restart(time, held().force);
+  hold(time, held().force_rate, held().charge_rate, held().rates_known);
 }
 
 void Split::advance(double time, double end) {
   const bool predicts = at_.electrics->field().predictor() != nullptr;
   while (time < end) {
     at_.between_steps();
-    const double reached = predicts ? try_prediction(time, end) : try_step(time, end);
+    const double reached = predicts ? try_prediction(time, end) : try_step(time, end, FieldGrid::whole);
     if (reached > time) at_.model.accept(reached, reached - time);
     time = reached;
   }
 }
 
-Split::Snapshot Split::snapshot(double time) const {
-  Snapshot now{time, at_.model.bodies, force_, charge_, at_.counters, {}};
-  at_.electrics->save(now.rest);
-  save(now.rest);
-  return now;
-}
+Split::Start Split::start(double time) const { return {time, at_.model.bodies, at_.electrics->now(), at_.counters}; }
 
-void Split::go_back(const Snapshot& start) {
+void Split::go_back(const Start& start) {
   at_.model.bodies = start.bodies;
-  at_.electrics->restore(start.rest, start.time);
-  restore(start.rest);
-  hold(start.time, start.force, start.charge);
+  at_.electrics->go_back(start.charging);
   at_.counters.contacts_made = start.counters.contacts_made;
   at_.counters.contacts_lost = start.counters.contacts_lost;
   at_.counters.regroupings = start.counters.regroupings;
@@ -72,36 +59,35 @@ void Split::go_back(const Snapshot& start) {
 
 /// Steps with the predictor's field.
 void Split::predict(double time, double target) {
-  at_.electrics->set_predicting(true);
   while (time < target) {
     at_.between_steps();
-    time = try_step(time, target);
+    time = try_step(time, target, FieldGrid::predictor);
   }
-  at_.electrics->set_predicting(false);
 }
 
 /// Moves on by as many predicted steps as are likely to be right, then solves the field. Returns the time reached:
 /// `time` itself if they were not, and everything is as it was.
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
-  const double target = step_end(time, prediction_, end);
-  const Snapshot start = snapshot(time);
+  const double target = step_end(time, prediction_, end), step = step_;
+  const Start start = this->start(time);
   predict(time, target);
-  const std::vector<Vec2> predicted = at_.electrics->last().force;
-  at_.electrics->solve(target);
-  const double wrong_by = error(time, target, predicted), proposed = next_prediction(target - time, wrong_by);
+  const Trial trial = at_.electrics->solve(target);
+  const double wrong_by = error(time, trial, at_.electrics->now().field.force);
+  const double proposed = next_prediction(target - time, wrong_by);
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     ++at_.counters.rejected_corrections;
     go_back(start);
+    step_ = step;
     prediction_ = proposed;
     return time;
   }
   ++at_.counters.corrections;
   const bool cut_short = target - time < prediction_;  // by the end
   prediction_ = std::clamp(cut_short ? std::max(prediction_, proposed) : proposed, shortest_step_, largest_step_);
-  at_.electrics->settle(target);
-  at_.electrics->field().correct(at_.electrics->last());
-  remember_field(target);
+  at_.electrics->accept(trial);
+  at_.electrics->field().correct(trial.field);
+  hold(target, held().force_rate, held().charge_rate, held().rates_known);
   return target;
 }
 
@@ -114,31 +100,24 @@ double Split::step_end(double time, double step, double end) const {
 
 /// Moves on by a step from the last solve, or to the first event. Returns the time reached: `time` itself if the step
 /// was rejected.
-double Split::try_step(double time, double end) {
-  const double target = step_end(time, solved_at_ + step_ - time, end);
-  Bodies& bodies = at_.model.bodies;
-  const std::vector<double> position = bodies.position, momentum = bodies.momentum;
-
-  const double drag_before = at_.electrics->energy() ? at_.electrics->energy()->drag() : 0;
-
+double Split::try_step(double time, double end, FieldGrid grid) {
+  const double target = step_end(time, held().time + step_ - time, end);
+  const Start start = this->start(time);
   const double reached = move(time, target);
-  if (reached < target && pass_event(reached)) return reached;
-  at_.electrics->solve(reached);
-  const double wrong_by =
-      std::max(error(solved_at_, reached, held_forces(reached)), at_.electrics->charge_error(reached));
+  if (reached < target && pass_event(reached, grid)) return reached;
+  const Trial trial = at_.electrics->solve(reached, grid);
+  const std::vector<Vec2> assumed = held_forces(reached);
+  const double wrong_by = std::max(error(held().time, trial, assumed), at_.electrics->charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
-    bodies.position = position;
-    bodies.momentum = momentum;
-    if (EnergyBook* energy = at_.electrics->energy()) energy->set_drag(drag_before);
-    reject(time, reached, wrong_by);
+    go_back(start);
+    reject(time, reached, wrong_by, grid);
     return time;
   }
-  const std::vector<Vec2> before = wrong_by > 1 ? held_forces(reached) : at_.electrics->last().force;
-  accept(reached, wrong_by);
-  at_.electrics->settle(reached);
+  accept(trial, wrong_by);
   // What is wrong even after the shortest step has not moved there but jumped.
   if (wrong_by > 1) step_ = 0;
-  if (at_.electrics->reconnect(reached) || wrong_by > 1) restart(reached, before);
+  if (at_.electrics->reconnect(reached, grid) || wrong_by > 1)
+    restart(reached, wrong_by > 1 ? assumed : trial.field.force);
   return reached;
 }
 
@@ -149,13 +128,14 @@ double Split::move(double time, double target) {
     const double dt = target - time;
     const std::vector<Vec2> force = held_forces(time);
     std::vector<Vec2> largest_force = force;
-    for (std::size_t i = 0; i < force_.size(); ++i)
-      largest_force[i] += std::copysign(dt, dot(largest_force[i], force_rate_[i])) * force_rate_[i];
+    for (std::size_t i = 0; i < force.size(); ++i)
+      largest_force[i] += std::copysign(dt, dot(largest_force[i], held().force_rate[i])) * held().force_rate[i];
     const std::vector<double> travel = longest_travel(at_.model, drag_, largest_force, dt);
     const Events events = at_.electrics->events(travel);
     const Stopwatch watch(at_.counters.mechanics_seconds);
     const bool free = !at_.electrics->energy() && flight_.covers(travel);  // CVODE books what drag dissipates
-    time = free ? flight_.advance(time, target, force, force_rate_, events) : cvode_.advance(time, target, events);
+    time =
+        free ? flight_.advance(time, target, force, held().force_rate, events) : cvode_.advance(time, target, events);
     std::vector<bool> due = events.due();
     if (!due.empty()) due.pop_back();
     if (std::ranges::find(due, true) != due.end()) break;
@@ -169,76 +149,67 @@ double Split::move(double time, double target) {
 /// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
 /// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
 /// old groups' field is needed, to judge the step by it.
-bool Split::pass_event(double time) {
-  if (at_.electrics->has_resistors() || time - solved_at_ >= 0.5 * step_) return false;
-  at_.electrics->share(time, extrapolated_charges(time));
+bool Split::pass_event(double time, FieldGrid grid) {
+  if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
+  std::vector<double> charge;
+  for (int i = 0; i < at_.model.bodies.size(); ++i) charge.push_back(held().charge_at(i, time));
+  at_.electrics->share(time, charge);
   const std::vector<Vec2> before = held_forces(time);
-  if (!at_.electrics->reconnect(time)) return true;
+  if (!at_.electrics->reconnect(time, grid)) return true;
   ++at_.counters.steps;
   restart(time, before);
   return true;
 }
 
 std::vector<Vec2> Split::held_forces(double time) const {
-  std::vector<Vec2> held;
-  for (int i = 0; i < at_.model.bodies.size(); ++i) held.push_back(at_.electrics->field().held_force(i, time));
-  return held;
+  std::vector<Vec2> force;
+  for (int i = 0; i < at_.model.bodies.size(); ++i) force.push_back(held().force_at(i, time));
+  return force;
 }
 
-std::vector<double> Split::extrapolated_charges(double time) const {
-  std::vector<double> charge = charge_;
-  for (std::size_t i = 0; i < charge.size(); ++i) charge[i] += (time - solved_at_) * charge_rate_[i];
-  return charge;
-}
-
-/// The last solve becomes the base of the extrapolation.
-void Split::remember_field(double time) { hold(time, at_.electrics->last().force, at_.electrics->last().charge); }
-
-/// `force` (N) and `charge` (C), found at `time`, become the base of the extrapolation.
-void Split::hold(double time, std::vector<Vec2> force, std::vector<double> charge) {
-  solved_at_ = time;
-  force_ = std::move(force);
-  charge_ = std::move(charge);
-  at_.electrics->field().hold(time, force_, force_rate_);
+/// The field that was accepted at `time` becomes the base of the extrapolation.
+void Split::hold(double time, std::vector<Vec2> force_rate, std::vector<double> charge_rate, bool rates_known) {
+  const effects::Electrostatics& field = at_.electrics->now().field;
+  at_.electrics->hold({time, field.force, std::move(force_rate), field.charge, std::move(charge_rate), rates_known});
 }
 
 /// The worst body's displacement, in tolerances, if the force assumed at the end was off by what is known now, and
 /// that grew from nothing at the start.
-double Split::error(double since, double until, const std::vector<Vec2>& assumed) const {
+double Split::error(double since, const Trial& trial, const std::vector<Vec2>& assumed) const {
   double worst = 0;
   for (int i = 0; i < at_.model.bodies.size(); ++i) {
-    const Vec2 defect = at_.electrics->last().force[i] - assumed[i];
-    worst = std::max(worst, displacement(norm(defect), until - since, at_.model.bodies.mass[i], drag_[i]));
+    const Vec2 defect = trial.field.force[i] - assumed[i];
+    worst = std::max(worst, displacement(norm(defect), trial.time - since, at_.model.bodies.mass[i], drag_[i]));
   }
   return worst / at_.scene.mechanics.position_tolerance;
 }
 
-void Split::accept(double time, double error) {
+void Split::accept(const Trial& trial, double error) {
   ++at_.counters.steps;
-  const double dt = time - solved_at_, proposed = next_step(dt, error, rates_known_ ? 3 : 2);
+  const effects::HeldField& before = held();
+  const double dt = trial.time - before.time, proposed = next_step(dt, error, before.rates_known ? 3 : 2);
   const bool cut_short = dt < step_;  // by an event or the end: no reason to make the next one shorter
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
-  if (dt > shortest_step_) {
-    const effects::Electrostatics& field = at_.electrics->last();
-    for (std::size_t i = 0; i < force_.size(); ++i) {
-      force_rate_[i] = (field.force[i] - force_[i]) / dt;
-      charge_rate_[i] = (field.charge[i] - charge_[i]) / dt;
-    }
-    rates_known_ = true;
+  at_.electrics->accept(trial);
+  if (!(dt > shortest_step_)) return hold(trial.time, before.force_rate, before.charge_rate, before.rates_known);
+  std::vector<Vec2> force_rate;
+  std::vector<double> charge_rate;
+  for (std::size_t i = 0; i < before.force.size(); ++i) {
+    force_rate.push_back((trial.field.force[i] - before.force[i]) / dt);
+    charge_rate.push_back((trial.field.charge[i] - before.charge[i]) / dt);
   }
-  remember_field(time);
+  hold(trial.time, std::move(force_rate), std::move(charge_rate), true);
 }
 
 /// The bodies are back at `time`; the step that failed went on to `reached`.
-void Split::reject(double time, double reached, double error) {
+void Split::reject(double time, double reached, double error, FieldGrid grid) {
   ++at_.counters.rejected_steps;
-  const double dt = reached - solved_at_;
-  step_ = std::max(std::min(next_step(dt, error, rates_known_ ? 3 : 2), 0.5 * dt), shortest_step_);
-  if (solved_at_ == time) return;
+  const double dt = reached - held().time;
+  step_ = std::max(std::min(next_step(dt, error, held().rates_known ? 3 : 2), 0.5 * dt), shortest_step_);
+  if (held().time == time) return;
   // Groups have parted since the last solve, and there is no way back behind that.
   const std::vector<Vec2> before = held_forces(time);
-  at_.electrics->solve(time);
-  at_.electrics->settle(time);
+  at_.electrics->accept(at_.electrics->solve(time, grid));
   restart(time, before);
 }
 
@@ -246,41 +217,40 @@ void Split::reject(double time, double reached, double error) {
 /// drives at jump/drag through a field that varies over a certain length sees its force change at the rate below. That
 /// length is a radius, or the contact gap if that is less: conductors at different potentials are never closer.
 void Split::restart(double time, const std::vector<Vec2>& force_before) {
-  const std::vector<Vec2>& force = at_.electrics->last().force;
+  const std::vector<Vec2>& force = at_.electrics->now().field.force;
   const Bodies& bodies = at_.model.bodies;
   const double tolerance = at_.scene.mechanics.position_tolerance;
   double step = largest_step_;
   for (int i = 0; i < bodies.size(); ++i) {
     const double jump = norm(force[i] - force_before[i]), length = std::min(bodies.radius[i], shortest_gap_);
     const double speed = std::max(norm(velocity(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
-    const double rate = norm(force_rate_[i]) + jump * speed / length;
+    const double rate = norm(held().force_rate[i]) + jump * speed / length;
     step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
     if (drag_[i] == 0)
       step = std::min(step, time_to_displace_from_rest(tolerance, jump * norm(force[i]) / length, bodies.mass[i]));
   }
   step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
-  std::ranges::fill(force_rate_, Vec2{});
-  std::ranges::fill(charge_rate_, 0.0);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
-  rates_known_ = false;
-  remember_field(time);
+  hold(time, std::vector<Vec2>(bodies.size()), std::vector<double>(bodies.size()), false);
 }
 
 void Split::save(Checkpoint& checkpoint) const {
   checkpoint.reals["coupling_step"] = {step_, prediction_};
-  checkpoint.reals["charge_rate"] = charge_rate_;
+  checkpoint.reals["charge_rate"] = held().charge_rate;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
-  for (const Vec2 r : force_rate_) rate.insert(rate.end(), {r.x, r.y});
-  checkpoint.integers["rates_known"] = {rates_known_};
+  for (const Vec2 r : held().force_rate) rate.insert(rate.end(), {r.x, r.y});
+  checkpoint.integers["rates_known"] = {held().rates_known};
 }
 
 void Split::restore(const Checkpoint& checkpoint) {
   step_ = reals(checkpoint, "coupling_step", 2)[0];
   prediction_ = reals(checkpoint, "coupling_step", 2)[1];
-  charge_rate_ = reals(checkpoint, "charge_rate", charge_rate_.size());
-  const std::vector<double>& rate = reals(checkpoint, "force_rate", 2 * force_rate_.size());
-  for (std::size_t i = 0; i < force_rate_.size(); ++i) force_rate_[i] = {rate[2 * i], rate[2 * i + 1]};
-  rates_known_ = integers(checkpoint, "rates_known").at(0) != 0;
+  effects::HeldField restored = held();
+  restored.charge_rate = reals(checkpoint, "charge_rate", restored.charge_rate.size());
+  const std::vector<double>& rate = reals(checkpoint, "force_rate", 2 * restored.force_rate.size());
+  for (std::size_t i = 0; i < restored.force_rate.size(); ++i) restored.force_rate[i] = {rate[2 * i], rate[2 * i + 1]};
+  restored.rates_known = integers(checkpoint, "rates_known").at(0) != 0;
+  at_.electrics->hold(std::move(restored));
 }
 
 }  // namespace lichtenberg::mechanics

@@ -21,30 +21,27 @@ class Split : public Stepper {
   void restore(const Checkpoint& checkpoint) override;
 
  private:
-  /// All that a prediction changes.
-  struct Snapshot {
+  /// All that a step changes: a way back.
+  struct Start {
     double time = 0;
     Bodies bodies;
-    std::vector<Vec2> force;
-    std::vector<double> charge;
+    Charging charging;
     Counters counters;
-    Checkpoint rest;
   };
-  Snapshot snapshot(double time) const;
-  void go_back(const Snapshot& start);
+  Start start(double time) const;
+  void go_back(const Start& start);
   void predict(double time, double target);
   double try_prediction(double time, double end);
-  double try_step(double time, double end);
+  double try_step(double time, double end, FieldGrid grid);
   double step_end(double time, double step, double end) const;
   double move(double time, double target);
-  bool pass_event(double time);
+  bool pass_event(double time, FieldGrid grid);
+  const effects::HeldField& held() const { return at_.electrics->now().held; }
   std::vector<Vec2> held_forces(double time) const;
-  std::vector<double> extrapolated_charges(double time) const;
-  void remember_field(double time);
-  void hold(double time, std::vector<Vec2> force, std::vector<double> charge);
-  double error(double since, double until, const std::vector<Vec2>& assumed) const;
-  void accept(double time, double error);
-  void reject(double time, double reached, double error);
+  void hold(double time, std::vector<Vec2> force_rate, std::vector<double> charge_rate, bool rates_known);
+  double error(double since, const Trial& trial, const std::vector<Vec2>& assumed) const;
+  void accept(const Trial& trial, double error);
+  void reject(double time, double reached, double error, FieldGrid grid);
   void restart(double time, const std::vector<Vec2>& force_before);
 
   Workplace at_;
@@ -52,14 +49,9 @@ class Split : public Stepper {
   FreeFlight flight_;
   std::vector<double> drag_;  ///< kg/s
   double largest_step_, shortest_step_;
-  double shortest_gap_;  ///< m
-  double step_ = 0;      ///< s, allowed by the error control, from solve to solve; 0: to be estimated
-  // The extrapolation: what the last solve found, and its rate of change.
-  double solved_at_ = 0;                      ///< s
-  std::vector<Vec2> force_, force_rate_;      ///< N, N/s
-  std::vector<double> charge_, charge_rate_;  ///< C, by the field (D 5.4), and A
-  bool rates_known_ = false;                  ///< from the last two solves; if not they are 0
-  double prediction_ = 0;                     ///< s, how long predictions are good for; 0: to be estimated
+  double shortest_gap_;    ///< m
+  double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated
+  double prediction_ = 0;  ///< s, how long predictions are good for; 0: to be estimated
 };
 
 }  // namespace lichtenberg::mechanics

@@ -56,8 +56,8 @@ class Gas:
             yield f"[[stage]]\nduration = {self.stiff:g}\nelastic = false\nstiffness = 10"
 
 
-def coulomb(strength):
-    return f"[effects.coulomb]\nstrength = {strength:g}\naccuracy = 1e-3"
+def coulomb(strength, accuracy=1e-3):
+    return f"[effects.coulomb]\nstrength = {strength:g}\naccuracy = {accuracy:g}"
 
 
 def impacts(exponent=0.83, strength=RATE):

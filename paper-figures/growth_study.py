@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 """What decides how fast aggregates grow: exponent z, onset and fractal dimension against K Q^2 and against what is called
-a cluster, neutral beside charged gases, at the source's size (50016 grains) and with many seeds.
+a cluster, neutral beside charged gases, at the source's size (50016 grains) and with many seeds; and against number,
+density, law of restitution and accuracy of forces (--conditions), one thing changed at a time.
 
     growth_study.py --device cuda --seconds 450 --processes 12    runs what there is time for; again goes on
     growth_study.py --report                                      the table of what is there
+    growth_study.py --conditions ...                              the same of those
 
 Runs stand in output/growth (--out), a JSON a run: what `lichtenberg analyse` and `dense_cells` found of its frames. Seed
 by seed, so that each point has as many when time is over; a run that time cuts short counts up to there. Running takes
@@ -38,10 +40,38 @@ KEPT = ("time", "temperature", "local_temperature", "sonine", "mean_charge_magni
         "mean_square_displacement", "contact_persistence", "density_structure", "speed_density", "charge_by_speed")
 
 
-def gas(name):
-    coupling, until = {**POINTS[0], **POINTS[1]}[name]
-    found = gas_scenes.neutral(True) if coupling == 0 else gas_scenes.exchanging(True, coupling / gas_scenes.RATE**2)
-    return replace(found, name=name, until=until)
+def gas_of(coupling, until, accuracy=1e-3, **changes):
+    found = gas_scenes.exchanging(True, coupling / gas_scenes.RATE**2) if coupling else gas_scenes.neutral(True)
+    if coupling:
+        changes["effects"] = (gas_scenes.impacts(), gas_scenes.coulomb(coupling / gas_scenes.RATE**2, accuracy))
+    return replace(found, until=until, **changes)
+
+
+def condition(**changes):
+    """K Q^2 = 1e-4, 16000 grains but for what is changed. Contacts are stiffer for three units after the warm-up, in which
+    some grains would fly through each other else."""
+    return gas_of(1e-4, 100, **{"count": 16000, "stiff": 3, **changes})
+
+
+# Name: the gas, in the order in which they are run.
+CONDITIONS = {
+    "base": condition(),
+    "N = 4000": condition(count=4000),
+    "N = 50016": condition(count=50016),
+    "phi = .03": condition(filled=0.03),
+    "phi = .137": condition(filled=0.137),
+    "D = 8": condition(contact=gas_scenes.VISCOELASTIC.replace("27.7", "8")),
+    "constant restitution .3": condition(contact="[effects.linear_contact]\nstiffness = 278.6\nrestitution = 0.3"),
+    "forces to 1e-2": condition(accuracy=1e-2),
+    "forces to 1e-4": condition(accuracy=1e-4),
+}
+
+
+def studied(conditions):
+    """Lists of gases by name; each list once all of those before are there."""
+    if conditions:
+        return [CONDITIONS]
+    return [{name: gas_of(*point) for name, point in points.items()} for points in POINTS]
 
 
 class Study:
@@ -57,8 +87,9 @@ class Study:
         return self.end - min(0.12 * self.request.seconds, 60) - time.monotonic()
 
     def go(self):
-        jobs = [(name, seed) for points in POINTS for seed in range(1, 1 + self.request.seeds) for name in points]
-        jobs = [job for job in jobs if not self.path(*job).exists()]
+        jobs = [(name, gas, seed) for gases in studied(self.request.conditions)
+                for seed in range(1, 1 + self.request.seeds) for name, gas in gases.items()]
+        jobs = [job for job in jobs if not self.path(job[0], job[2]).exists()]
         self.request.out.mkdir(parents=True, exist_ok=True)
         self.request.scratch.mkdir(parents=True, exist_ok=True)
         watch = threading.Timer(min(max(self.left(), 0), 1e6), self.interrupt)
@@ -70,7 +101,7 @@ class Study:
             analysis.result()
 
     def path(self, name, seed):
-        return self.request.out / f"{name}-{seed}.json"
+        return self.request.out / f"{name.replace(' ', '_')}-{seed}.json"
 
     def interrupt(self):
         with self.lock:
@@ -80,9 +111,9 @@ class Study:
     def run(self, job):
         if self.left() < 5:
             return None
-        name, seed = job
-        scene = self.request.scratch / f"{name}-{seed}.toml"
-        scene.write_text(gas(name).scene(seed))
+        name, gas, seed = job
+        scene = self.request.scratch / self.path(name, seed).with_suffix(".toml").name
+        scene.write_text(replace(gas, name=name).scene(seed))
         result = scene.with_suffix(".h5")
         begun = time.monotonic()
         command = [self.request.build / "lichtenberg", "run", scene, "--out", result, "--overwrite", "--quiet",
@@ -122,7 +153,8 @@ def read_request():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, default=SOURCE / "build", help="folder of the program that runs")
     parser.add_argument("--analyser", type=Path, help="folder of the programs that analyse (default: the same)")
-    parser.add_argument("--out", type=Path, default=SOURCE / "paper-figures" / "output" / "growth")
+    parser.add_argument("--conditions", action="store_true", help="number, density, restitution, accuracy in place of K Q^2")
+    parser.add_argument("--out", type=Path, help="folder of what is kept (default: output/growth, output/conditions)")
     parser.add_argument("--scratch", type=Path, help="folder of the runs' frames until they are analysed (default: --out)")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--seeds", type=int, default=20)
@@ -130,6 +162,7 @@ def read_request():
     parser.add_argument("--processes", type=int, default=os.cpu_count(), help="runs at a time")
     parser.add_argument("--report", action="store_true", help="run nothing: the table of what is there")
     request = parser.parse_args()
+    request.out = request.out or SOURCE / "paper-figures" / "output" / ("conditions" if request.conditions else "growth")
     request.scratch = request.scratch or request.out
     request.analyser = request.analyser or request.build
     return request
@@ -140,7 +173,7 @@ def main():
     if request.report:
         import growth_report  # wants numpy and matplotlib
 
-        return growth_report.report(request.out)
+        return growth_report.report_conditions(request.out) if request.conditions else growth_report.report(request.out)
     Study(request).go()
 
 

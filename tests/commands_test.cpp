@@ -473,7 +473,11 @@ TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and t
   const json& matrix = answer["capacitance"]["matrix"];
   CHECK(matrix[0][0].get<double>() == near(capacitance, 1e-6));
   CHECK(matrix[0][1].get<double>() == near(-capacitance, 1e-6));
-  const std::string table = run(folder, "solve plates.toml").out;
+  const std::string table = run(folder, "solve plates.toml --picture plates.png").out;
+  CHECK(text_of(folder / "plates.png").starts_with("\x89PNG"));
+  check_refused(run(folder, "solve plates.toml --picture plates.png"), "allow --overwrite");
+  check_refused(run(folder, "solve plates.toml --picture plates.gif"), "must end in .png, .pdf or .svg");
+  check_refused(run(folder, "solve plates.toml --field ''"), "--field: the value is empty");
   CHECK(contains(table, "the top side of the domain"));
   CHECK(contains(table, "depth       0.002 m"));
   CHECK(contains(run(folder, "explain plates.toml").out, "none: without conductors nothing moves"));

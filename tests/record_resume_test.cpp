@@ -57,6 +57,32 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
 }
 
+TEST_CASE("frames after the last checkpoint can be saved without one, and a resumed run makes them anew") {
+  const Folder folder;
+  Recorder recorder = saved_run(folder / "run.h5", 2);
+  analysis::ContactNetwork fewer = network_of_two();
+  fewer.contacts.pop_back();
+  recorder.add(columns_of(frame(2), fewer));
+  recorder.add(columns(frame(3)));
+  recorder.save_frames_alone();
+  const auto steps = [&] {
+    return hdf5::get<std::int64_t>(hdf5::load(folder / "run.h5"), "observables/connected/step");
+  };
+  CHECK_EQ(steps(), std::vector<std::int64_t>{0, 1, 2, 3});
+  { const Recorder done = std::move(recorder); }
+  Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
+  CHECK_EQ(resumed.saved_time(), 1);
+  CHECK_EQ(resumed.frames(), 2);
+  CHECK_EQ(resumed.checkpoint()->reals, milestone(1).checkpoint.reals);
+  resumed.add(columns(frame(2)));
+  resumed.save(milestone(2));
+  CHECK_EQ(steps(), std::vector<std::int64_t>{0, 1, 2});
+  saved_run(folder / "whole.h5", 3);
+  const hdf5::Handle cut = hdf5::load(folder / "run.h5"), whole = hdf5::load(folder / "whole.h5");
+  for (const std::string list : {"network/contacts", "network/contacts_end", "network/contacts_of_all_frames"})
+    CHECK_EQ(hdf5::get<std::int64_t>(cut, list), hdf5::get<std::int64_t>(whole, list));
+}
+
 TEST_CASE("a resumed run's file holds what an uninterrupted one's does, what grains' units are among it") {
   const Folder folder;
   Scene grains = two_conductors();

@@ -5,7 +5,7 @@ import sys
 
 from . import view as page
 from .export import export, formats
-from .result import Failure, InputError, default_output, load
+from .result import Failure, InputError, damage, default_output, load
 
 
 def parser():
@@ -43,7 +43,7 @@ def main():
     except (InputError, Failure) as error:
         sentence, status = str(error), 2 if isinstance(error, InputError) else 1
     except (OSError, KeyError, ValueError, IndexError) as error:  # whatever a damaged file leads to
-        sentence, status = f"{request.file} is damaged or incomplete ({type(error).__name__}: {error})", 2
+        sentence, status = f"{request.file} is damaged or incomplete ({damage(error)})", 2
     print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
     return status
 

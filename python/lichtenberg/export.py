@@ -29,19 +29,33 @@ def export(source, to, out=None, frames=None, overwrite=False):
     chosen = chosen_frames(source, frames)
     out = out or default_output(source.path, ".xyz" if to == "xyz" else f"-{to}")
     check_output(out, overwrite, folder=to != "xyz")
-    with_no_half(out, lambda: {"xyz": write_xyz, "vtk": write_vtk, "csv": write_csv}[to](source, chosen, out))
+    if to == "xyz":
+        write_xyz(source, chosen, out)
+    else:
+        write_folder(out, to, lambda folder: {"vtk": write_vtk, "csv": write_csv}[to](source, chosen, folder))
     return out
 
 
-def with_no_half(out, write):
-    """Writes a folder that was not there whole or not at all; files of their own (`write_whole`) are so anyway."""
-    new = not os.path.lexists(out)
+ENDS = {"vtk": (".vtp", ".pvd", ".vti"), "csv": (".csv",)}  # of the files of a format
+
+
+def write_folder(out, to, write):
+    """Whole or not at all: what an earlier export left there goes, once all is written. Throws InputError for a folder that
+    holds anything else."""
+    strange = [name for name in (os.listdir(out) if os.path.isdir(out) else []) if not name.endswith(ENDS[to])]
+    if strange:
+        raise InputError(f"{out} holds {strange[0]}, which no export to {to} left there: give --out another name")
+    partial, before = f"{out}.partial-{os.getpid()}", f"{out}.before-{os.getpid()}"
     try:
-        write()
-    except BaseException:
-        if new and os.path.isdir(out):
-            shutil.rmtree(out)
-        raise
+        write(make_folder(partial))
+        if os.path.isdir(out):
+            os.rename(out, before)
+        os.rename(partial, out)
+    except OSError as error:
+        raise Failure(f"{out} cannot be written ({error.strerror})") from None
+    finally:
+        for folder in (partial, before):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def make_folder(path):
@@ -55,9 +69,8 @@ def make_folder(path):
 # ---- VTK ----
 
 
-def write_vtk(result, frames, out):
+def write_vtk(result, frames, folder):
     """particles.pvd, contacts.pvd and tree.pvd with a .vtp a frame, field.vti of the last frame."""
-    folder = make_folder(out)
     write_steps(result, frames, folder, "particles", lambda frame: [])
     contacts = [index for index in frames if index in result.frames_with_contacts]
     write_steps(result, contacts, folder, "contacts", lambda frame: between_particles(frame.contacts, result.count))
@@ -134,8 +147,7 @@ def colours(frame):
     shown = next((name for name in ("potential", "charge") if name in result.columns), None)
     if shown is None:
         return np.full((result.count, 3), 0.75)
-    reach = float(np.abs(result[shown]).max(initial=0)) or 1.0
-    share = np.asarray(frame[shown])[:, None] / reach
+    share = np.clip(np.asarray(frame[shown])[:, None] / result.colour_range(shown)[1], -1, 1)
     white, red, blue = np.ones(3), np.array([0.7, 0.09, 0.17]), np.array([0.13, 0.4, 0.67])
     return np.where(share > 0, white + share * (red - white), white - share * (blue - white))
 
@@ -143,9 +155,8 @@ def colours(frame):
 # ---- CSV ----
 
 
-def write_csv(result, frames, out):
+def write_csv(result, frames, folder):
     """particles.csv, contacts.csv, observables.csv of the frames, and one file a table."""
-    folder = make_folder(out)
     chosen = list(frames)
     write_table(folder / "particles.csv", (particle_rows(result.frame(index)) for index in chosen))
     contacts = [index for index in chosen if index in result.frames_with_contacts]
@@ -236,12 +247,15 @@ def export_ensemble(source, to, out, frames, overwrite):
         raise InputError(f"{source} is an ensemble, which has csv alone and no frames; its members are result files")
     out = out or default_output(source, "-csv")
     check_output(out, overwrite, folder=True)
-    folder = make_folder(out)
+    write_folder(out, "csv", lambda folder: write_ensemble(tables, folder))
+    return out
+
+
+def write_ensemble(tables, folder):
     for path in tables:
         ensemble = json.loads(path.read_text())
         for rows in ("members", "points"):
             write_records(folder / f"{rows}{path.stem.removeprefix('ensemble')}.csv", [flat(entry) for entry in ensemble[rows]])
-    return out
 
 
 def flat(entry, before=""):

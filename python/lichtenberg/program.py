@@ -73,6 +73,11 @@ def toml(value):
 def conductors(position, **columns):
     """Arrays as a scene's list of conductors: position [N, 2] or [N, 3], and radius, charge and so on, [N] or one for all."""
     position = np.asarray(position)
+    if position.ndim != 2 or position.shape[1] not in (2, 3):
+        raise InputError(f"positions of conductors are [N, 2] or [N, 3], and these have the shape {list(position.shape)}")
+    for name, values in columns.items():
+        if np.shape(values) not in ((), (len(position),)):
+            raise InputError(f"{name} has the shape {list(np.shape(values))}: one number, or one of each of {len(position)}")
     spread = {name: np.broadcast_to(values, len(position)) for name, values in columns.items()}
     return [{"position": position[i], **{name: values[i] for name, values in spread.items()}} for i in range(len(position))]
 

@@ -1,10 +1,13 @@
 """What a result file holds, as numpy arrays that know their units (src/record/README.md describes the file)."""
 import os
+import re
 from functools import cached_property
 from pathlib import Path
 
 import h5py
 import numpy as np
+
+from .ranges import colour_range
 
 TO_GROUND, UNCONNECTED = -1, -2  # of successors
 
@@ -53,6 +56,15 @@ def value_of(element):
     return element["value"] if isinstance(element, h5py.Group) else element
 
 
+def field_of(file):
+    """The potential of the last frame, [ny, nx]; None if the file has none."""
+    if "VTKHDF/CellData/potential" in file:
+        potential, (nx, ny) = file["VTKHDF/CellData/potential"], file["VTKHDF/cells"]
+        return Array(potential[()].reshape(ny, nx), unit_of(potential))
+    field = file.get("VTKHDF/PointData/potential")  # files of earlier versions have it twice
+    return None if field is None else Array(field[0], unit_of(field))
+
+
 class Frame:
     """One frame of a result: `frame["position"]` and so on are the arrays of that moment."""
 
@@ -97,14 +109,19 @@ class Result:
     def __init__(self, path):
         self.path = str(path)
         self._identity = identity(self.path)
-        self.file = opened(self.path)
-        if "lichtenberg_result" not in self.file.attrs:
-            raise InputError(f"{self.path} was not written by `lichtenberg run`")
-        if "particles/conductors/position/time" not in self.file or len(self) == 0:
-            raise InputError(f"{self.path} holds no frames")
+        self._file = opened(self.path)
+        check_result(self.file, self.path)
+        self._ranges = {}
+
+    @property
+    def file(self):
+        """As h5py has it. Throws InputError once it is closed."""
+        if not self._file:
+            raise InputError(f"{self.path} has been closed: load it again")
+        return self._file
 
     def close(self):
-        self.file.close()
+        self._file.close()
 
     def __enter__(self):
         return self
@@ -133,6 +150,12 @@ class Result:
     def columns(self):
         """Names of what there is of each particle, those that change with time and those that do not."""
         return [name for name in self.file["particles/conductors"] if name != "box"]
+
+    def colour_range(self, name):
+        """Lowest and highest value that colours span in the whole run (ranges.py)."""
+        if name not in self._ranges:
+            self._ranges[name] = colour_range(name, np.asarray(self[name]))
+        return self._ranges[name]
 
     def changes(self, name):
         """Whether a column has a row a frame."""
@@ -237,13 +260,13 @@ class Result:
     def field(self):
         """The potential of the last frame, [ny, nx] at the centres of square cells from the domain's lower left corner on;
         None if the file has none."""
-        field = self.file.get("VTKHDF/PointData/potential")
-        return None if field is None else Array(field[0], unit_of(field))
+        return field_of(self.file)
 
     @property
     def field_cell(self):
         """The edge of one of the field's cells (m)."""
-        return float(self.file["VTKHDF"].attrs["Spacing"][0])
+        grid = self.file["VTKHDF"]
+        return float(grid["cell_edge"][()] if "cell_edge" in grid else grid.attrs["Spacing"][0])
 
     @property
     def title(self):
@@ -287,6 +310,8 @@ class Result:
 
 def load(path):
     """The Result in that file. Throws InputError."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"{path!r} is no path of a result file")
     return Result(path)
 
 
@@ -317,7 +342,27 @@ def opened(path):
     raise InputError(f"{path} cannot be read as an HDF5 file ({reason})")
 
 
+def check_result(file, path):
+    """Throws InputError unless it has what all results have."""
+    if "lichtenberg_result" not in file.attrs:
+        raise InputError(f"{path} was not written by `lichtenberg run`")
+    times = "particles/conductors/position/time"
+    if times not in file or len(file[times]) == 0:
+        raise InputError(f"{path} holds no frames")
+    for name in ("scene", "scene/text", "scene/domain/size", "particles/conductors/radius"):
+        if name not in file:
+            raise InputError(f"{path} is damaged or incomplete: /{name} is missing")
+
+
+def damage(error):
+    """What of a file led to an exception, in words."""
+    missing = re.search(r"object '([^']*)' doesn't exist|component not found", str(error))
+    return f"{missing[1] or 'a part of it'} is missing" if missing else f"{type(error).__name__}: {error}"
+
+
 def checked_index(index, count, path):
+    if isinstance(index, bool) or not hasattr(index, "__index__"):
+        raise InputError(f"frame {index!r} is no whole number: {path} has frames 0 to {count - 1}")
     if not -count <= index < count:
         raise InputError(f"frame {index} is not in {path}: it has frames 0 to {count - 1}")
     return index % count

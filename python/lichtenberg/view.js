@@ -34,10 +34,9 @@ const integers = (values) => new Int32Array(values.buffer);
 
 // ---- Colours ----
 
-const MAPS = {  // equally far apart; of one sign, of two, by sets
+const MAPS = {  // equally far apart; of one sign, of two
   one: ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"],
   two: ["#053061", "#2166ac", "#4393c3", "#92c5de", "#f7f7f7", "#f4a582", "#d6604d", "#b2182b", "#67001f"],
-  sets: ["#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#76b7b2", "#edc948", "#b07aa1", "#ff9da7", "#9c755f"],
 };
 const UNKNOWN = [200, 200, 200];  // of what is no number
 
@@ -65,29 +64,26 @@ function shades(values, low, high, colours) {
   return result;
 }
 
-/** 4 bytes a particle by the set that it is in: the colours in turn, pale grey for sets of one. */
+/** Of a set by its number, as set_colours of ranges.py. */
+function setColour(n) {
+  const hue = ((0.6 + n * 0.6180339887) % 1 + 1) % 1, light = [0.5, 0.68, 0.34][((n % 3) + 3) % 3];
+  const swing = 0.6 * Math.min(light, 1 - light);
+  return [0, 8, 4].map((k) => {  // of red, green and blue, in twelfths of the circle
+    const at = (k + 12 * hue) % 12;
+    return Math.round(255 * (light - swing * Math.max(-1, Math.min(at - 3, 9 - at, 1))));
+  });
+}
+
+/** 4 bytes a particle by the set that it is in, pale grey for sets of one. */
 function setShades(values) {
-  const stops = MAPS.sets.map(channels);
   const size = new Map();
   for (const value of values) size.set(value, (size.get(value) || 0) + 1);
   const result = new Uint8Array(4 * values.length).fill(255);
   values.forEach((value, i) => {
-    const colour = size.get(value) === 1 ? [220, 220, 220] : stops[Math.abs(value * 7 + (value < 0 ? 3 : 0)) % stops.length];
+    const colour = size.get(value) === 1 ? [220, 220, 220] : setColour(value);
     result.set(colour, 4 * i);
   });
   return result;
-}
-
-/** The range that colours span in the whole run: all but the outermost half per cent, with zero in the middle if both signs occur. */
-function rangeOf(values) {
-  const stride = Math.max(1, Math.floor(values.length / 200000));
-  const sample = values.filter((value, i) => i % stride === 0 && Number.isFinite(value)).sort();
-  if (sample.length === 0) return [0, 1];
-  const at = (share) => sample[Math.round(share * (sample.length - 1))];
-  let [low, high] = [at(0.005), at(0.995)];
-  if (low === high) [low, high] = [sample[0], sample[sample.length - 1]];
-  if (low < 0 && high > 0) return [-Math.max(-low, high), Math.max(-low, high)];
-  return [low, high];
 }
 
 /** Least and largest. */
@@ -194,7 +190,7 @@ const PARTICLES = [`#version 300 es
       vec4 surface = projection * vec4(middle + vec3(at, up) * size, 1);
       gl_FragDepth = 0.5 * surface.z / surface.w + 0.5;
       float light = 0.35 + 0.65 * clamp(dot(vec3(at, up), vec3(-0.35, 0.5, 0.79)), 0.0, 1.0);
-      pixel = vec4(mix(shade.rgb * light, vec3(1), 0.7 * clamp((-middle.z - fog.x) / fog.y, 0.0, 1.0)), 1);
+      pixel = vec4(mix(shade.rgb * light, vec3(1), 0.3 * clamp((-middle.z - fog.x) / fog.y, 0.0, 1.0)), 1);
     }
   }`];
 
@@ -629,7 +625,7 @@ class Page {
 
   chooseColour() {
     const column = this.run.columns[this.element("colour").value];
-    const [low, high] = column.sets ? [0, 0] : rangeOf(column.values);
+    const { low, high } = column;  // ranges.py
     this.map = low < 0 && high > 0 ? "two" : "one";
     [this.element("low").value, this.element("high").value] = [short(low), short(high)];
     this.element("low").disabled = this.element("high").disabled = column.sets;

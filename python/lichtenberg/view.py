@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .result import TO_GROUND, UNCONNECTED, InputError, check_output, chosen_frames, text_of, write_whole
+from .ground import electrodes_of, nearest_ground
+from .ranges import colour_range
+from .result import TO_GROUND, UNCONNECTED, InputError, check_output, chosen_frames, write_whole
 
 STEPS = 65535
 MANTISSA = 12  # binary digits kept of 23, and the hidden one: 1e-4 of the value
@@ -86,7 +88,7 @@ class Page:
                 continue
             values = self.result[name]
             changes = self.result.changes(name)
-            unit, values = values.unit, np.asarray(values[self.frames] if changes else values[None])
+            unit, values = values.unit, np.asarray(values if changes else values[None])
             if values.ndim == 3:  # vectors
                 name, values = "speed" if name == "velocity" else f"|{name}|", np.linalg.norm(values, axis=2)
             yield self.column(name, unit, values)
@@ -94,20 +96,24 @@ class Page:
         stored = self.result.tables.get("analysis", {})
         for name, values in stored.items():
             if values.shape == (len(self.result), self.result.count):
-                yield self.column(name, values.unit, np.asarray(values[self.frames]))
+                yield self.column(name, values.unit, np.asarray(values))
 
     def columns_of_tree(self):
         if "successor" not in self.result.columns:
             return
         connected = np.asarray(self.result["successor"]) != UNCONNECTED
-        yield self.column("connected", "1", connected[self.frames].astype(np.int32), sets=True)
+        yield self.column("connected", "1", connected.astype(np.int32), sets=True)
         joined = np.where(connected.any(axis=0), self.result.time[connected.argmax(axis=0)], np.nan)
         yield self.column("first joined the tree at", self.about["timeUnit"], joined[None])
 
     def column(self, name, unit, values, sets=None):
+        """Of all frames, or of none if it does not change."""
         sets = name in INTEGERS if sets is None else sets
+        low, high = (0, 0) if sets else colour_range(name, values)
+        changes = len(values) == len(self.result)
+        values = values[self.frames] if changes else values
         self.arrays[f"column {name}"] = packed(values.astype(np.int32) if sets else rounded(values))
-        return {"name": name, "unit": unit, "sets": sets, "changes": len(values) > 1 or len(self.frames) == 1}
+        return {"name": name, "unit": unit, "sets": sets, "changes": changes, "low": float(low), "high": float(high)}
 
     def add_edges(self):
         """Contacts, and the tree's edges: pairs of particles, of the latter also places on the ground."""
@@ -130,7 +136,7 @@ class Page:
         for index in self.frames:
             frame = self.result.frame(index)
             last = frame.tree[frame.tree[:, 1] == TO_GROUND, 0]
-            points.append(nearest_ground(np.asarray(frame["position"])[last], electrodes))
+            points.append(np.pad(nearest_ground(np.asarray(frame["position"])[last, :2], electrodes), ((0, 0), (0, 1))))
         self.arrays["ground"] = packed(rounded(np.concatenate(points)).reshape(1, -1))
 
     def html(self):
@@ -166,58 +172,6 @@ def curves_of(result):
         for name, values in series.items():
             if name != axis and values.ndim == 1:
                 yield {"name": f"{table}: {name}", "unit": values.unit, "time": numbers(series[axis]), "values": numbers(values)}
-
-
-def electrodes_of(result):
-    """What holds a potential in the plane, to be drawn as lines and circles: sides, disks, bars, rings."""
-    scene = result.file["scene"]
-    if result.dimension == 3:
-        return []
-    width, height = result.size
-    ends = [(0, 0, 0, height), (width, 0, width, height), (0, 0, width, 0), (0, height, width, height)]
-    shapes = []
-    domain = scene["domain"]
-    for k in np.flatnonzero(domain["side_is_electrode"]):
-        name, potential = f"{text_of(domain.attrs['sides'][k])} side", float(domain["side_potential"][k])
-        shapes.append({"shape": "side", "name": name, "potential": potential, "ends": [float(end) for end in ends[k]]})
-    for group in scene.get("electrodes", {}).values():
-        geometry = {name: data[()].tolist() for name, data in group.items()}
-        shapes.append({"shape": group.attrs["shape"], "name": group.attrs["name"], **geometry})
-    return shapes
-
-
-def nearest_on_segments(points, start, end):
-    along = end - start
-    share = np.clip((points - start) @ along / (along @ along), 0, 1)
-    return start + share[:, None] * along
-
-
-def towards(start, points, length):
-    """From the start that far in the direction of the points."""
-    offset = points - start
-    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-300)  # any direction from the start itself
-    return start + length * offset / distance[:, None]
-
-
-def nearest_ground(points, electrodes):
-    """[K, 3] on sides and electrodes, nearest to points [K, 3] of a plane domain."""
-    plane = points[:, :2]
-    candidates = []
-    for shape in electrodes:
-        if shape["shape"] == "side":
-            ends = np.array(shape["ends"])
-            candidates.append(nearest_on_segments(plane, ends[:2], ends[2:]))
-        elif shape["shape"] == "bar":
-            axis = nearest_on_segments(plane, np.array(shape["from"]), np.array(shape["to"]))
-            candidates.append(towards(axis, plane, shape["width"] / 2))
-        else:
-            candidates.append(towards(np.array([shape["centre"]]), plane, shape["radius"]))
-    if not candidates or len(plane) == 0:
-        return points
-    distances = [np.linalg.norm(candidate - plane, axis=1) for candidate in candidates]
-    nearest = np.argmin(distances, axis=0)
-    chosen = np.array(candidates)[nearest, np.arange(len(plane))]
-    return np.column_stack([chosen, points[:, 2]])
 
 
 def write_page(result, out, frames=None, overwrite=False):

@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from drawing import INK, InputError, prefixed
+from lichtenberg.ranges import reaches, set_colours
 
 PALE = "#ededed"  # what has no value: conductors that nothing connects, lone grains
 
@@ -69,21 +70,11 @@ def draw_legend(axes, marks):
 
 
 def category_colours(numbers):
-    """A colour a number, the same in all frames; eighteen in turn."""
-    pairs = [c for k, c in enumerate(colormaps["tab20"].colors) if k // 2 != 7]  # a strong and a pale one, no grey
-    palette = np.column_stack([np.array(pairs[::2] + pairs[1::2]), np.ones(18)])
+    """A colour a number, the same in all frames."""
     known = np.isfinite(numbers)
     faces = np.tile(to_rgba(PALE), (len(numbers), 1))
-    # Neighbours are often numbered one after the other: a step that has no factor in common with 18 parts them.
-    faces[known] = palette[(7 * numbers[known].astype(int)) % 18]
+    faces[known, :3] = set_colours(numbers[known])
     return faces
-
-
-def typical_reach(magnitudes):
-    """Their largest, unless a few stand far out: then what all but one in two hundred stay below."""
-    largest = magnitudes.max(initial=0)
-    typical = np.quantile(magnitudes, 0.995) if len(magnitudes) else 0
-    return typical if 0 < 2 * typical < largest else largest
 
 
 @dataclass
@@ -103,7 +94,7 @@ class Range:
 
 
 def run_range(quantity, values, always=()):
-    """That of all values of a run; `always` are within it."""
+    """That of all values of a run, by the rule of lichtenberg/ranges.py; `always` are within it."""
     values = values[np.isfinite(values)]
     always = np.asarray(always, float)
     if quantity.kind == "order":
@@ -115,11 +106,12 @@ def run_range(quantity, values, always=()):
         high = positive.max()
         low = min(max(positive.min(), 1e-4 * high), high / 2)
         return Range(low, high, 0, positive.min(), positive.max())
-    low_reach, high_reach = typical_reach(-values[values < 0]), typical_reach(values[values > 0])
+    low_reach, high_reach = reaches(values)
     low, high = min(-low_reach, always.min(initial=0)), max(high_reach, always.max(initial=0))
     magnitude = np.abs(values[np.abs(values) > 1e-3 * max(high, -low)])
     typical = np.median(magnitude) if len(magnitude) else 0
-    return Range(low, high, typical, values.min(), values.max()) if high > low else Range(0, 1)
+    least, largest = values.min(initial=np.inf), values.max(initial=-np.inf)
+    return Range(low, high, typical, least, largest) if high > low else Range(0, 1)
 
 
 def scale_of(quantity, own_range, found, cmap=None):

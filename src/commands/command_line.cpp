@@ -68,6 +68,8 @@ void declare(CLI::App& subcommand, const Argument& argument) {
   CLI::Option* option = add(subcommand, argument);
   const ArgumentRule& rule = argument.rule;
   option->required(rule.required);
+  if (option->get_type_size() > 0)  // a flag has no value
+    option->check([](const std::string& value) { return value.empty() ? "the value is empty" : ""; });
   if (rule.positive)
     option->check([](const std::string& value) {
       return CLI::PositiveNumber(value).empty() ? "" : value + " is not allowed: it must be a number above 0";

@@ -19,7 +19,8 @@ from matplotlib.transforms import Affine2D, offset_copy
 here = Path(__file__).resolve().parent
 sys.path[:0] = [str(here / "python"), str(here.parents[1] / "python")]  # as installed; in the source
 
-from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, identity
+from lichtenberg import ground
+from lichtenberg.result import TO_GROUND, UNCONNECTED, InputError, check_output, check_result, damage, identity
 
 STEEL, INK, ISOLATED, ELECTRODE = "#e8e8e8", "#1a1a1a", "#ffc20a", "#8c8c8c"
 MM = 1e3  # millimetres a metre: all drawings are in millimetres
@@ -99,7 +100,7 @@ def report(path, work):
     except InputError as error:
         sentence = str(error)
     except Exception as error:  # whatever a damaged file, or one that another program has changed, leads to
-        sentence = f"{path} cannot be drawn: it is damaged or incomplete ({type(error).__name__}: {error})"
+        sentence = f"{path} cannot be drawn: it is damaged or incomplete ({damage(error)})"
     print(f"lichtenberg: {' '.join(sentence.split())}", file=sys.stderr)
     return 2
 
@@ -113,11 +114,8 @@ def read_json(path):
 
 
 def frame_index(file, path, frame):
-    if "particles/conductors/position/time" not in file:
-        raise InputError(f"{path} holds no frames: there is nothing to draw")
+    check_result(file, path)
     count = len(file["particles/conductors/position/time"])
-    if count == 0:
-        raise InputError(f"{path} holds no frames: there is nothing to draw")
     index = count - 1 if frame is None else frame
     if not 0 <= index < count:
         raise InputError(f"frame {frame} is not in {path}: it has frames 0 to {count - 1}")
@@ -128,8 +126,6 @@ def read(path, frame=None):
     """The frame of that index, by default the last. Throws InputError."""
 
     def reading(file):
-        if "lichtenberg_result" not in file.attrs:
-            raise InputError(f"{path} was not written by `lichtenberg run`")
         return read_snapshot(file, frame_index(file, path, frame)[0])
 
     return read_file(path, reading)
@@ -151,37 +147,29 @@ def read_snapshot(file, index):
     )
 
 
-def nearest_on_segment(point, start, end):
-    along = end - start
-    return start + np.clip(np.dot(point - start, along) / np.dot(along, along), 0, 1) * along
-
-
-def nearest_on_electrode(point, electrode):
-    """The point of its surface that is nearest to a point outside; for a bar, of its axis."""
-    if electrode.shape == "bar":
-        return nearest_on_segment(point, electrode.geometry["from"], electrode.geometry["to"])
-    offset = point - electrode.geometry["centre"]
-    return electrode.geometry["centre"] + electrode.geometry["radius"] * offset / np.hypot(*offset)
-
-
 def nearest_ground(point, snapshot):
-    candidates = [nearest_on_segment(point, side.start, side.end) for side in snapshot.sides]
-    candidates += [nearest_on_electrode(point, electrode) for electrode in snapshot.electrodes]
-    return min(candidates, key=lambda candidate: np.hypot(*(candidate - point)))
+    """The place on a side or an electrode, mm, where a conductor's way to the ground ends."""
+    return nearest_grounds(np.asarray(point)[None], snapshot)[0]
+
+
+def nearest_grounds(points, snapshot):
+    sides = [{"shape": "side", "ends": [*side.start, *side.end]} for side in snapshot.sides]
+    return ground.nearest_ground(points, sides + [{"shape": e.shape, **e.geometry} for e in snapshot.electrodes])
 
 
 def tree_edges(snapshot):
     """[M, 2, 2] from each connected conductor to its successor."""
-    ends = []
-    for i in np.flatnonzero(snapshot.connected):
-        j = snapshot.successor[i]
-        end = nearest_ground(snapshot.position[i], snapshot) if j == TO_GROUND else snapshot.position[j]
-        ends.append([snapshot.position[i], end])
-    return np.array(ends)
+    start = np.flatnonzero(snapshot.connected)
+    successor = snapshot.successor[start] if len(start) else start
+    end = snapshot.position[np.maximum(successor, 0)]
+    end[successor == TO_GROUND] = nearest_grounds(snapshot.position[start[successor == TO_GROUND]], snapshot)
+    return np.stack([snapshot.position[start], end], axis=1)
 
 
 def line_width(axes, snapshot, radii, points):
     """A width of so many radii, but at most so many points."""
+    if len(snapshot.radius) == 0:
+        return points
     return min(radii * np.median(snapshot.radius) * points_a_unit(axes), points)
 
 

@@ -22,7 +22,7 @@ Command export_command() {
         {.required = true, .allowed = {"vtk", "xyz", "csv"}}},
        {"--out", &request->out, "file or folder to write (default: RESULT with .xyz, -vtk or -csv)"},
        frames_argument(request->frames, "all"),
-       {"--overwrite", &request->overwrite, "replace what exists"}},
+       {"--overwrite", &request->overwrite, "replace what exists, of an earlier export all its files"}},
       [request] { become_package("export", "exported", *request); }};
 }
 

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/accuracy/grids.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
@@ -26,25 +27,12 @@ constexpr int fewest_cells = 256, most_cells = 1024;
 constexpr double cells_in_a_radius = 3;
 constexpr double picture_tolerance = 1e-4;  // a colour map has 256 steps
 
-/// The least number of square cells along the longer side, from `wanted` on, that fills the box with whole cells. A
-/// scene that was run has such a number, so the search ends.
-int whole_cells(Vec2 size, int wanted) {
-  const double ratio = std::min(size.x, size.y) / std::max(size.x, size.y);
-  const auto is_whole = [&](int cells) {
-    const double shorter = cells * ratio;
-    return std::abs(shorter - std::round(shorter)) < 1e-9 * cells;
-  };
-  int cells = wanted;
-  while (cells < 8 * most_cells && !is_whole(cells)) ++cells;
-  return cells;
-}
-
 /// Enough to see the smallest conductor; the same for all frames.
 int cells_for(const Scene& scene) {
   const Vec2 size = plane(scene.domain.size);
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double wanted = cells_in_a_radius * std::max(size.x, size.y) / radius;
-  return whole_cells(size, static_cast<int>(std::clamp<double>(wanted, fewest_cells, most_cells)));
+  return laplace::Grids(size).at_least(static_cast<int>(std::clamp<double>(wanted, fewest_cells, most_cells)));
 }
 
 /// Every electrical group at the potential that the frame has for it. Those that electrodes hold are one by potential.
@@ -103,8 +91,11 @@ std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::Lapl
 bool has_field(const Result& result) {
   if (result.conductor_frame(0).potential.empty()) return false;
   try {
-    return result.scene().effects.has(&EffectKind::field);
-  } catch (const InputError& error) {  // a scene of another version
+    const Scene scene = result.scene();
+    if (!scene.effects.has(&EffectKind::field)) return false;
+    laplace::Grids(plane(scene.domain.size));
+    return true;
+  } catch (const InputError& error) {  // a scene of another version, or a box without square cells
     fmt::print(stderr, "lichtenberg: no field is drawn: {}\n", error.what());
     return false;
   }

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <deque>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -37,7 +36,7 @@ std::vector<int> frames_of(const PlotArguments& request, const Result& result) {
 }
 
 [[noreturn]] void plot_frames(const PlotArguments& request) {
-  std::deque<Result> results;  // where none moves
+  std::vector<Result> results;
   for (const std::string& file : request.files) {
     check_bytes(file);
     results.emplace_back(file);

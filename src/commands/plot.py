@@ -2,7 +2,7 @@
 """Draws frames of result files: of conductors, of a packing or of a gas of grains.
 
     plot.py FILE ... [--frames 0,5,10] [--colour NAME] [--range LOW,HIGH] [--cmap NAME] [--cut z=0.01] [--out PICTURE]
-                     [--fields FILE] [--overwrite]
+                     [--fields FILE] [--overwrite] [--quiet]
     plot.py FILE --of-run                       what a run leaves: FILE.png, and of a gas FILE-series.png too
 
 Colours, their range and the layout are the same for all frames of a run. Several files are drawn beside each other, in
@@ -24,8 +24,6 @@ from drawing import InputError
 
 def open_run(file, path):
     """What there is to draw, by kind. Imports of other kinds cost time."""
-    if "lichtenberg_result" not in file.attrs:
-        raise InputError(f"{path} was not written by `lichtenberg run`")
     drawing.frame_index(file, path, None)
     if "walls" in file["scene"]:
         from plot_packing import Packing as Kind
@@ -172,7 +170,8 @@ def plot_frames(request):
     pictures = Pictures(runs, scale, colour)
     for k, (shown, name) in enumerate(zip(frames, names)):
         drawing.save(pictures.draw(shown, fields and [field[k] for field in fields]), name)
-        print(f"{name} shows frame {words(shown)}{' by ' + colour if colour else ''}")
+        if not request.quiet:
+            print(f"{name} shows frame {words(shown)}{' by ' + colour if colour else ''}")
 
 
 def plot_end(request):
@@ -200,6 +199,7 @@ def main():
     parser.add_argument("--of-run", action="store_true", help="draw what a run leaves")
     parser.add_argument("--out", help="picture to write, .png, .pdf or .svg")
     parser.add_argument("--overwrite", action="store_true", help="replace pictures that exist")
+    parser.add_argument("--quiet", action="store_true", help="do not say what has been drawn")
     request = parser.parse_args()
     return drawing.report(request.files[0], lambda: (plot_end if request.of_run else plot_frames)(request))
 

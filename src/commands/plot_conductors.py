@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 import drawing
 from colours import Quantity, Range, draw_legend, run_range
 from drawing import INK, MM, UNCONNECTED
-from lichtenberg.result import text_of
+from lichtenberg.result import field_of, text_of
 
 QUANTITIES = [
     Quantity("potential", "potential ({}V)", "signed", "potential"),
@@ -38,7 +38,7 @@ class Conductors:
         self.highest_supply = np.abs(self.terminals).max(initial=0)
         self.reach = self.highest_supply  # V, of all that the run has
         if "potential" in particles:
-            self.reach = max(self.reach, np.abs(particles["potential/value"][()]).max())
+            self.reach = max(self.reach, np.abs(particles["potential/value"][()]).max(initial=0))
         self.fed = self.scene.get("effects", {}).get("current_source", {}).get("current", 0)
         if not self.fed:
             self.quantities.pop("current", None)
@@ -99,8 +99,8 @@ class Conductors:
         """What a picture of that frame shows; `field` is [ny, nx] V, if it has been solved."""
         snapshot = drawing.read_snapshot(file, index)
         values = self.values(file, name, index) if name else None
-        if name == "potential" and field is None and index == len(self.times) - 1 and "VTKHDF/PointData" in file:
-            field = file["VTKHDF/PointData/potential"][0]
+        if name == "potential" and field is None and index == len(self.times) - 1:
+            field = field_of(file)
         return snapshot, values, field if name == "potential" else None
 
     def caption(self, shown):
@@ -114,7 +114,7 @@ class Conductors:
 
     def is_dark(self, potential):
         """Whether all is so near to 0 V that colours of potentials could not be told from white."""
-        return potential is not None and max(np.abs(potential).max(), self.highest_supply) <= ALL_ZERO * self.reach
+        return potential is not None and max(np.abs(potential).max(initial=0), self.highest_supply) <= ALL_ZERO * self.reach
 
     def draw(self, axes, shown, scale):
         snapshot, values, field = shown

@@ -104,7 +104,7 @@ class Packing:
         else:
             draw_panel(axes, packing, faces, lines=scale is None)
             drawing.draw_scale(axes, packing)
-        handles = [Line2D([], [], color=FORCE, linewidth=2, label="force")] if self.has_lines(packing, scale) else []
+        handles = [force_mark(axes, packing)] if self.has_lines(packing, scale) else []
         if packing.rattler.any():
             handles.append(disk_mark(RATTLER, "rattler"))
         draw_legend(axes, handles)
@@ -122,12 +122,23 @@ def draw_particles(axes, packing, faces, alpha):
     axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
 
 
+def mean_width(axes, packing):
+    """Of the line of a mean force."""
+    return drawing.line_width(axes, packing, 0.15, 2)
+
+
+def force_mark(axes, packing):
+    """A line with the force that it stands for."""
+    factor, prefix = drawing.prefixed(packing.force.mean())
+    label = f"force, so wide: {factor * packing.force.mean():.2g} {prefix}N"
+    return Line2D([], [], color=FORCE, linewidth=mean_width(axes, packing), label=label)
+
+
 def draw_forces(axes, packing):
     """A line as wide as its force is strong, against the mean."""
     if packing.contacts is None or len(packing.contacts) == 0:
         return
-    mean_width = drawing.line_width(axes, packing, 0.15, 2)
-    width = mean_width * packing.force / packing.force.mean()
+    width = mean_width(axes, packing) * packing.force / packing.force.mean()
     axes.add_collection(LineCollection(packing.force_lines(), linewidths=width, colors=FORCE, capstyle="round", zorder=3))
 
 

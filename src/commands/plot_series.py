@@ -67,8 +67,6 @@ def read(path):
 
 def recorded(file, path):
     """Throws InputError."""
-    if "lichtenberg_result" not in file.attrs:
-        raise InputError(f"{path} was not written by `lichtenberg run`")
     drawing.frame_index(file, path, None)
     run = Recorded(Path(path).stem, file["scene"].attrs["title"], "s", [])
     add_observables(file, run)
@@ -362,7 +360,7 @@ def draw_means(axes, points, name, along, others):
         own = [p for p in points if variant_of({"settings": without(p["settings"], along)}) == other]
         x = [p["settings"][along] if numbers else places[str(p["settings"][along])] for p in own]
         y = [p["quantities"][name]["value"] for p in own]
-        error = [p["quantities"][name].get("half_width", 0) for p in own]
+        error = within_shares(name, y, [p["quantities"][name].get("half_width", 0) for p in own])
         style = {"color": COLOURS[group % len(COLOURS)], "marker": "o", "markersize": 4, "linewidth": 0.8, "capsize": 3}
         axes.errorbar(x, y, error, **style)
     if places:
@@ -373,6 +371,14 @@ def draw_means(axes, points, name, along, others):
     axes.set(xlabel=along, ylabel=name.replace("_", " "))
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.tick_params(labelsize=8)
+
+
+def within_shares(name, values, half_widths):
+    """[2, R] how far bars go below and above; those of a share end at 0 and 1."""
+    below = above = np.array(half_widths, float)
+    if name.endswith("fraction") or "_fraction_" in name:
+        below, above = np.minimum(below, values), np.minimum(above, 1 - np.array(values))
+    return np.array([below, above])
 
 
 def picture_name(request):

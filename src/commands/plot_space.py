@@ -9,7 +9,7 @@ from drawing import INK, InputError, in_metres
 TURN, RISE = np.radians(28), np.radians(18)  # of the eye about the box
 DISTANCE = 2.6  # of the eye from the middle of the box, in its longest edges
 LIGHT = np.array([-0.45, 0.65, 0.61], np.float32)  # in the picture: to the right, up, towards the eye
-EDGE, FOG = "#4d4d4d", 0.6
+EDGE, FOG = "#4d4d4d", 0.25  # so little that a colour can still be found on its bar
 PIXELS = 1000  # of the longer side of an image
 MOST_RUNS = 100_000  # rows of pixels that are spread at a time
 

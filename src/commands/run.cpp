@@ -212,11 +212,14 @@ class Run {
     stop_where_saved(progress);
   }
 
-  /// The last checkpoint stands: one made at any other instant would make the resumed run another one.
+  /// The last checkpoint stands: one made at any other instant would make the resumed run another one. Frames after it
+  /// can be looked at.
   [[noreturn]] void stop_where_saved(Progress& progress) {
     progress.end_line();
-    fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from there\n",
-               instant(*recorder_.saved_time()));
+    recorder_.save_frames_alone();
+    const std::string last = instant(recorder_.last_time()), saved = instant(*recorder_.saved_time());
+    fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from {}\n", last,
+               last == saved ? "there" : "its checkpoint at " + saved);
     { const Recorder done = std::move(recorder_); }  // which removes its lock
     Interruption::obey();
   }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <tuple>
@@ -10,17 +12,21 @@
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
+#include "src/commands/draw.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/commands/output.hpp"
+#include "src/effects/conductor_frame.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/groups.hpp"
+#include "src/model/bodies.hpp"
+#include "src/record/recorder.hpp"
 #include "src/record/vtkhdf.hpp"
 
 namespace lichtenberg {
 namespace {
 
 struct SolveArguments {
-  std::string scene, field, device;
+  std::string scene, field, picture, device;
   std::vector<std::string> settings;
   bool capacitance = false, json = false, overwrite = false;
 };
@@ -194,36 +200,102 @@ std::array<int, 4> joined_sides(const laplace::LaplaceProblem& problem) {
   return first;
 }
 
-/// Of the groups, as laplace::capacitance_matrix, and of the sides of the domain that are electrodes.
+std::string name_of_sides(const std::array<int, 4>& joined, int first) {
+  std::vector<std::string> names;
+  for (int s = 0; s < 4; ++s)
+    if (joined[s] == first) names.emplace_back(side_names[s]);
+  return fmt::format("the {} side{} of the domain", fmt::join(names, ", "), names.size() > 1 ? "s" : "");
+}
+
+/// Charges (F) when the sides that are joined with `one` are at 1 V and all else at 0 V: of the groups, then of those
+/// sides that are the first of their kind.
+std::vector<double> charges_by_side(laplace::LaplaceSolver& solver, laplace::LaplaceProblem unit,
+                                    const std::array<int, 4>& joined, int one, double depth) {
+  const std::size_t groups = unit.groups.size();
+  std::ranges::fill(unit.groups, laplace::Group{.floating = false});
+  unit.couplings.clear();
+  for (int s = 0; s < 4; ++s) unit.sides[s].potential = joined[s] == one;
+  const laplace::LaplaceSolution solution = solver.solve(unit);
+  std::vector<double> charges(groups);
+  for (std::size_t b = 0; b < unit.bodies.size(); ++b) charges[unit.bodies[b].group] += depth * solution.body_charge[b];
+  for (int first = 0; first < 4; ++first) {
+    if (joined[first] != first) continue;
+    charges.push_back(0);
+    for (int s = 0; s < 4; ++s)
+      if (joined[s] == first) charges.back() += depth * solution.side_charge[s];
+  }
+  return charges;
+}
+
+/// Of the groups, and of the sides of the domain that are electrodes: what a group's potential makes on a side is what
+/// the side's makes on the group.
 Capacitances capacitances(laplace::LaplaceSolver& solver, const Answer& answer) {
-  laplace::LaplaceProblem unit = answer.field.problem;
-  const std::array<int, 4> side = joined_sides(unit);
+  const laplace::LaplaceProblem& problem = answer.field.problem;
+  const std::array<int, 4> joined = joined_sides(problem);
   Capacitances found{answer.field.group_names, {}};
   std::vector<int> sides;  // the first of those that are one
   for (int s = 0; s < 4; ++s)
-    if (side[s] == s) sides.push_back(s);
-  for (const int first : sides) {
-    std::vector<std::string> names;
-    for (int s = 0; s < 4; ++s)
-      if (side[s] == first) names.emplace_back(side_names[s]);
-    found.names.push_back(
-        fmt::format("the {} side{} of the domain", fmt::join(names, ", "), names.size() > 1 ? "s" : ""));
-  }
-  const std::size_t groups = unit.groups.size(), n = found.names.size();
-  for (laplace::Group& group : unit.groups) group = {.floating = false};
-  unit.couplings.clear();
+    if (joined[s] == s) sides.push_back(s);
+  for (const int first : sides) found.names.push_back(name_of_sides(joined, first));
+  const std::size_t groups = problem.groups.size(), n = found.names.size();
   found.matrix.assign(n * n, 0);
-  for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t g = 0; g < groups; ++g) unit.groups[g].potential = g == j;
-    for (int s = 0; s < 4; ++s) unit.sides[s].potential = j >= groups && side[s] == sides[j - groups];
-    const laplace::LaplaceSolution solution = solver.solve(unit);
-    for (std::size_t b = 0; b < unit.bodies.size(); ++b)
-      found.matrix[unit.bodies[b].group * n + j] += answer.depth() * solution.body_charge[b];
-    for (std::size_t k = 0; k < sides.size(); ++k)
-      for (int s = 0; s < 4; ++s)
-        if (side[s] == sides[k]) found.matrix[(groups + k) * n + j] += answer.depth() * solution.side_charge[s];
+  const std::vector<double> among_groups = capacitance_matrix(solver, problem);
+  for (std::size_t i = 0; i < groups; ++i)
+    for (std::size_t j = 0; j < groups; ++j) found.matrix[i * n + j] = answer.depth() * among_groups[i * groups + j];
+  for (std::size_t k = 0; k < sides.size(); ++k) {
+    const std::vector<double> column = charges_by_side(solver, problem, joined, sides[k], answer.depth());
+    for (std::size_t i = 0; i < n; ++i) found.matrix[i * n + groups + k] = column[i];
+    for (std::size_t g = 0; g < groups; ++g) found.matrix[(groups + k) * n + g] = column[g];
   }
   return found;
+}
+
+/// What a run of the scene would record at its start.
+ConductorFrame frame_of(const Answer& answer) {
+  ConductorFrame frame;
+  for (int i = 0; i < answer.size(); ++i) {
+    frame.position.push_back(plane(answer.scene.conductors[i].position));
+    frame.force.push_back(answer.force(i));
+    frame.charge.push_back(answer.charge(i));
+    frame.potential.push_back(answer.potential(i));
+    frame.group.push_back(answer.field.groups.id[i]);
+  }
+  frame.velocity.assign(answer.scene.conductors.size(), {});
+  frame.energy = answer.energy();
+  return frame;
+}
+
+/// A folder of its own, gone with this object.
+class ScratchFolder {
+ public:
+  ScratchFolder() : path_((std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr) throw Failure(path_ + " cannot be made, where a picture is prepared");
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+/// Drawn as a frame of a run is, from a result that holds nothing else.
+void draw_solution(const Answer& answer, const laplace::Field& field, const std::string& picture) {
+  const ScratchFolder folder;
+  const std::string file = folder.file("solution.h5");
+  {
+    Recorder recorder = Recorder::start(file, answer.scene, make_bodies(answer.scene).mass, false);
+    Frame frame = columns_of(frame_of(answer));
+    if (answer.size() == 0) frame.add_particles("potential", "V", std::vector<double>{});  // what the colours mean
+    recorder.add(std::move(frame));
+    Milestone milestone;
+    milestone.field = field;
+    recorder.save(milestone);
+  }
+  draw("plot.py", {file, "--colour=potential", "--out=" + picture, "--overwrite", "--quiet"});
 }
 
 Answer solve(const SolveArguments& request) {
@@ -235,6 +307,7 @@ Answer solve(const SolveArguments& request) {
   answer.field = make_field_problem(answer.scene);
   const auto solver = solve_as_asked(answer);
   if (!request.field.empty()) write_field_vtkhdf(request.field, solver->field(), request.overwrite);
+  if (!request.picture.empty()) draw_solution(answer, solver->field(), request.picture);
   if (request.capacitance) answer.capacitance = capacitances(*solver, answer);
   return answer;
 }
@@ -252,9 +325,12 @@ Command solve_command() {
            {"--json", &request->json, "print JSON (SI units) in place of a table"},
            {"--field", &request->field,
             "write potential and bodies to this file (VTKHDF; ParaView opens it if its name ends in .hdf)"},
-           {"--overwrite", &request->overwrite, "replace FILE of --field if it exists"}},
+           {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},
+           {"--overwrite", &request->overwrite, "replace the files of --field and --picture if they exist"}},
           [request] {
             if (!request->field.empty()) check_output("--field", request->field, request->overwrite);
+            if (!request->picture.empty()) check_picture("--picture", request->picture);
+            if (!request->picture.empty()) check_output("--picture", request->picture, request->overwrite);
             const Answer answer = solve(*request);
             request->json ? print_json(answer) : print_table(answer);
           }};

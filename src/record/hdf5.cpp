@@ -53,18 +53,18 @@ Handle dataset_for(hid_t parent, const std::string& name, hid_t type, const Shap
 /// A file on the disk as it is.
 class FileBytes : public Bytes {
  public:
-  explicit FileBytes(const OpenFile& file) : file_(file) {}
-  std::uint64_t size() const override { return file_.size(); }
+  explicit FileBytes(std::shared_ptr<const OpenFile> file) : file_(std::move(file)) {}
+  std::uint64_t size() const override { return file_->size(); }
   void resize(std::uint64_t) override {}
   void read(std::uint64_t offset, std::span<std::byte> bytes) const override {
     const std::uint64_t there = std::min<std::uint64_t>(bytes.size(), offset < size() ? size() - offset : 0);
-    file_.read(offset, bytes.first(there));
+    file_->read(offset, bytes.first(there));
     std::ranges::fill(bytes.subspan(there), std::byte{0});
   }
   void write(std::uint64_t, std::span<const std::byte>) override { throw Error("the file is open to be read only"); }
 
  private:
-  const OpenFile& file_;
+  std::shared_ptr<const OpenFile> file_;
 };
 
 /// The stack is walked from the call that failed first; its message names the cause.
@@ -122,7 +122,7 @@ Pages pages_of(const OpenFile& file) {
 
 Handle load(const std::string& path) { return open_in_memory(std::make_shared<Pages>(pages_of(OpenFile(path)))); }
 
-Handle open(const OpenFile& file) {
+Handle open(const std::shared_ptr<const OpenFile>& file) {
   silence();
   return Handle(open_file(std::make_shared<FileBytes>(file), H5F_ACC_RDONLY));
 }

@@ -29,6 +29,15 @@ std::vector<Quantity> get_summary(const hdf5::Handle& file) {
   return summary;
 }
 
+/// How many frames there were at the checkpoint; those after it are made anew when the run goes on.
+constexpr const char* frames_up_to_it = "frames";
+
+std::int64_t frames_of_checkpoint(const ResultFile& result) {
+  const std::optional<int> frames =
+      hdf5::integer_attribute(hdf5::open_group(result.file(), "checkpoint"), frames_up_to_it);
+  return frames ? std::min<std::int64_t>(*frames, result.frames()) : result.frames();
+}
+
 /// Marks a group that grows from save to save.
 constexpr const char* is_history = "history";
 
@@ -209,7 +218,7 @@ void Recorder::take_over(const ResultFile& result) {
   summary_ = get_summary(result.file());
   history_ = history_in(result.file());
   series_ = series_in(result.file());
-  frames_ = result.frames();
+  frames_ = saved_frames_ = frames_of_checkpoint(result);
   last_time_ = result.rows<double>(series_[1].dataset, frames_ - 1, 1).at(0);
   saved_time_ = last_time_;
   segments_ = result.segments();
@@ -257,6 +266,28 @@ void Recorder::take_over_tail(const ResultFile& result) {
       tail_[f][k] = part_of(all, series, first, end - first);
       first = end;
     }
+  }
+  last_lists_ = lists_of(tail_.back(), series_);
+}
+
+void Recorder::save_frames_alone() {
+  std::int64_t in_segments = 0;
+  for (const Segment& segment : segments_) in_segments += segment.frames;
+  if (!saved_time_ || frames_ == saved_frames_ || in_segments > saved_frames_) return;
+  try {
+    const auto pages = std::make_shared<hdf5::Pages>();
+    {
+      const ResultFile saved(path_, "lengthened");
+      const hdf5::Handle file = hdf5::create_in_memory(pages);
+      std::vector<std::string> kept = hdf5::names(saved.file());
+      std::erase_if(kept, [](const std::string& name) { return name == "segments" || name == "tail"; });
+      copy_all_but_frames(saved.file(), file, kept);
+      if (!last_lists_.empty()) put_columns(hdf5::open_group(file, "network"), last_lists_);
+      put_frames_into(file);
+    }
+    write_sealed(path_, *pages);
+  } catch (const std::exception& error) {
+    throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
   }
 }
 
@@ -317,8 +348,8 @@ void Recorder::whole_file_becomes_segment() {
   fs::create_hard_link(path_, name, error);
   if (error) fs::copy_file(path_, name, error);
   if (error) throw Failure(fmt::format("{} cannot be written ({})", name, error.message()));
-  const OpenFile file(name);
-  segment.seal = checked_seal(file).value();
+  const auto file = std::make_shared<const OpenFile>(name);
+  segment.seal = checked_seal(*file).value();
   segment.rows = lichtenberg::rows_in(hdf5::open(file), series_);
   segments_.push_back(std::move(segment));
   whole_file_ = false;
@@ -329,6 +360,8 @@ std::string Recorder::save(const Milestone& milestone) {
   try {
     if (whole_file_) whole_file_becomes_segment();
     lengthen_history(milestone.history);
+    // Once, and not with every save.
+    if (milestone.field) put_constants([&](const hdf5::Handle& file) { put_vtkhdf_grid(file, *milestone.field); });
     write_index(milestone);
   } catch (const Failure& failure) {
     throw Failure(fmt::format("{}; {}", failure.what(), what_stands()));
@@ -338,6 +371,7 @@ std::string Recorder::save(const Milestone& milestone) {
     throw Failure(fmt::format("{} cannot be written ({}); {}", path_, error.what(), what_stands()));
   }
   saved_time_ = last_time_;
+  saved_frames_ = frames_;
   if (first) remove_other_segments(path_, segments_);  // of a run that was overwritten
   return milestone.summary.empty() || segments_.empty() ? "" : put_together(milestone);
 }
@@ -358,6 +392,7 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
   {
     const hdf5::Handle file = hdf5::open_in_memory(pages);
     put_checkpoint(file, milestone.checkpoint);
+    hdf5::put_attribute(hdf5::open_group(file, "checkpoint"), frames_up_to_it, frames_);
     if (milestone.field) put_vtkhdf(file, *milestone.field, stored_field_);
     if (!last_lists_.empty()) put_columns(hdf5::open_group(file, "network"), last_lists_);
     for (const ColumnGroup& found : milestone.findings) put_columns(hdf5::open_group(file, found.name), found.columns);

@@ -51,8 +51,10 @@ class Recorder {
 
   /// The checkpoint to go on from; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
-  /// Of the last frame on disk, in its unit of time; empty for a new run.
+  /// Of the checkpoint on disk, in the frames' unit of time; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
+  /// Of the last frame.
+  double last_time() const { return last_time_; }
   /// Of the run on disk, without units; none unless it is over.
   const std::vector<Quantity>& summary() const { return summary_; }
   /// All frames of the run so far, those that wait for the next save among them.
@@ -67,6 +69,11 @@ class Recorder {
   /// Returns what the user should be told if they stay apart, else nothing. Throws Failure (a full disk, say), which
   /// leaves the result as it was.
   std::string save(const Milestone& milestone);
+
+  /// Makes the frames added since the last save part of the result too, of a run that is to end at once: its checkpoint
+  /// stays that of the save, and who resumes it goes on from there and makes those frames anew. Does nothing where they
+  /// were too many to wait in memory. Throws Failure, which leaves the result as it was.
+  void save_frames_alone();
 
  private:
   Recorder(const std::string& path, std::uint64_t tail_bytes);
@@ -96,7 +103,7 @@ class Recorder {
   std::vector<Quantity> summary_;
   std::optional<ColumnGroup> history_;  ///< all of it
 
-  std::int64_t frames_ = 0;
+  std::int64_t frames_ = 0, saved_frames_ = 0;  ///< the latter up to the checkpoint
   double last_time_ = 0;
   std::vector<Series> series_;                ///< none before the first frame
   std::map<std::string, std::int64_t> ends_;  ///< of lists: rows of all frames

@@ -23,14 +23,14 @@ void allow_many_files() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-OpenFile open_file(const std::string& path) {
+std::shared_ptr<const OpenFile> open_file(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown))
     throw InputError(fmt::format("{} is a folder: name a result file", path));
   if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
     throw InputError(fmt::format("{} is no file: name a result file", path));  // a pipe that nobody writes would hang
   try {
-    return OpenFile(path);
+    return std::make_shared<const OpenFile>(path);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::no_such_file_or_directory) throw InputError(fmt::format("{} does not exist", path));
     throw InputError(fmt::format("{} cannot be read ({})", path, error.code().message()));
@@ -74,9 +74,9 @@ ResultFile::ResultFile(const std::string& path, const std::string& used) : path_
 }
 
 void ResultFile::open_index(const std::string& used) {
-  if (!hdf5::is_hdf5(index_))
+  if (!hdf5::is_hdf5(*index_))
     throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be {}", path_, used));
-  sealed_ = checked_seal(index_).has_value();
+  sealed_ = checked_seal(*index_).has_value();
   file_ = std::make_shared<hdf5::Handle>(hdf5::open(index_));
   const std::optional<int> format = hdf5::integer_attribute(*file_, "lichtenberg_result");
   if (!format)
@@ -93,7 +93,7 @@ void ResultFile::open_segments() {
   files_.clear();
   if (segments_.size() > 200) allow_many_files();
   for (const Segment& segment : segments_) try {
-      files_.push_back(open_segment(path_, segment));
+      files_.push_back(std::make_shared<const OpenFile>(open_segment(path_, segment)));
     } catch (const std::system_error& error) {
       if (identity_of(path_) != identity()) throw Replaced();
       throw hdf5::Error(fmt::format("{}, which holds frames of it, cannot be read: {}",
@@ -192,13 +192,12 @@ void store_beside_frames(const ResultFile& opened, const std::function<void(cons
     put(file);
   }
   const std::vector<Series> series = series_in(opened.file());
-  const std::shared_ptr<const OpenFile> itself(&opened.opened(), [](const OpenFile*) {});  // which outlives this
-  const StoredFrames frames{rows_in(opened.file(), series), [&] { return itself; }};
+  const StoredFrames frames{rows_in(opened.file(), series), [&] { return opened.opened(); }};
   write_with_frames(opened.path(), std::move(*pages), series, {&frames, 1}, {}, [&] { refuse_another(opened); });
 }
 
 void store_in_memory(const ResultFile& opened, const std::function<void(const hdf5::Handle&)>& put) {
-  const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(opened.opened()));
+  const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(*opened.opened()));
   put(hdf5::open_in_memory(pages));
   const auto check = [&] { refuse_another(opened); };
   if (opened.is_sealed()) return write_sealed(opened.path(), *pages, check);
@@ -213,7 +212,7 @@ void store(const ResultFile& opened, const std::function<void(const hdf5::Handle
   const std::optional<WriterLock> lock = WriterLock::if_free(opened.path());
   if (!lock) throw Failure(fmt::format("{} is being written: try again once its run is over", opened.path()));
   try {
-    const bool large = opened.is_sealed() && opened.segments().empty() && opened.opened().size() > in_memory;
+    const bool large = opened.is_sealed() && opened.segments().empty() && opened.opened()->size() > in_memory;
     large ? store_beside_frames(opened, put) : store_in_memory(opened, put);
   } catch (const std::system_error& error) {
     throw Failure(fmt::format("{} cannot be read ({})", opened.path(), error.code().message()));

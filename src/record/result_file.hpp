@@ -20,8 +20,8 @@ class ResultFile {
   ResultFile(const std::string& path, const std::string& used);
 
   const std::string& path() const { return path_; }
-  const FileIdentity& identity() const { return index_.identity(); }
-  const OpenFile& opened() const { return index_; }
+  const FileIdentity& identity() const { return index_->identity(); }
+  const std::shared_ptr<const OpenFile>& opened() const { return index_; }
   int format() const { return format_; }
   /// Whether it is as this program wrote it; else another one has changed it, and nothing speaks for its bytes.
   bool is_sealed() const { return sealed_; }
@@ -29,7 +29,7 @@ class ResultFile {
   const hdf5::Handle& file() const { return *file_; }
   const std::vector<Segment>& segments() const { return segments_; }
   /// The file of a segment, by its place among them.
-  const OpenFile& segment(std::size_t k) const { return files_[k]; }
+  const std::shared_ptr<const OpenFile>& segment(std::size_t k) const { return files_[k]; }
 
   /// None in a file without frames.
   std::int64_t frames() const { return frames_; }
@@ -61,12 +61,12 @@ class ResultFile {
   auto in(const Part& part, Reading reading) const;
 
   std::string path_;
-  OpenFile index_;
+  std::shared_ptr<const OpenFile> index_;
   std::shared_ptr<hdf5::Handle> file_;
   int format_ = 0;
   bool sealed_ = false;
   std::vector<Segment> segments_;
-  std::vector<OpenFile> files_;
+  std::vector<std::shared_ptr<const OpenFile>> files_;
   std::vector<Part> parts_;
   std::int64_t frames_ = 0;
 };

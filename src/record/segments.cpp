@@ -59,7 +59,7 @@ void copy_chunks(const hdf5::Handle& from, const Series& series, hsize_t rows, N
 void copy_rows(const StoredFrames& stored, const std::vector<Series>& series, NewFile& to,
                std::vector<std::uint64_t>& target) {
   const std::shared_ptr<const OpenFile> from = stored.open();
-  const hdf5::Handle file = hdf5::open(*from);
+  const hdf5::Handle file = hdf5::open(from);
   for (std::size_t k = 0; k < series.size(); ++k) {
     const std::uint64_t bytes = stored.rows[k] * series[k].row_bytes();
     if (bytes == 0) continue;

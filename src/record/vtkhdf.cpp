@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <functional>
@@ -60,18 +61,72 @@ void write_whole(const std::string& path, const std::function<void(const hdf5::H
   }
 }
 
+/// Numbers that say how a grid is connected, of so many a row of cells; compressed well by some rows at a time.
+void put_topology(const hdf5::Handle& group, const std::string& name, const std::vector<std::int64_t>& numbers,
+                  std::size_t a_row, hid_t type) {
+  constexpr std::size_t rows = 64;
+  const hdf5::Shape shape{numbers.size()}, chunk{std::min(numbers.size(), rows * a_row)};
+  hdf5::put_compressed<std::int64_t>(group, name, numbers, shape, chunk, type, "1");
+}
+
+/// Corners of square cells, row by row from the origin on. Each coordinate is compressed by itself.
+void put_corners(const hdf5::Handle& group, int nx, int ny, double h) {
+  std::vector<double> corners;
+  corners.reserve(std::size_t{3} * (nx + 1) * (ny + 1));
+  for (int j = 0; j <= ny; ++j)
+    for (int i = 0; i <= nx; ++i) corners.insert(corners.end(), {i * h, j * h, 0});
+  const hsize_t count = corners.size() / 3, rows = 64;
+  hdf5::put_compressed<double>(group, "Points", corners, {count, 3}, {std::min(count, rows * (nx + 1)), 1},
+                               H5T_IEEE_F64LE, "m");
+}
+
+/// The cells one by one, as VTKHDF lists those of a grid of any shape.
+void put_grid(const hdf5::Handle& group, int nx, int ny, double h) {
+  constexpr int pixel = 8, corners = 4;  // VTK's name of a rectangle along the axes
+  const auto across = static_cast<std::size_t>(nx), count = across * ny;
+  std::vector<std::int64_t> connectivity, offsets{0};
+  for (std::int64_t j = 0; j < ny; ++j)
+    for (std::int64_t i = 0; i < nx; ++i) {
+      const std::int64_t first = j * (nx + 1) + i, above = first + nx + 1;
+      connectivity.insert(connectivity.end(), {first, first + 1, above, above + 1});
+      offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
+    }
+  put_corners(group, nx, ny, h);
+  put_topology(group, "Connectivity", connectivity, corners * across, H5T_STD_I64LE);
+  put_topology(group, "Offsets", offsets, across, H5T_STD_I64LE);
+  put_topology(group, "Types", std::vector<std::int64_t>(count, pixel), across, H5T_STD_U8LE);
+  const auto put_number = [&](const char* name, std::size_t number) {
+    hdf5::put<std::int64_t>(group, name, std::array{static_cast<std::int64_t>(number)}, {1}, "1");
+  };
+  put_number("NumberOfPoints", (across + 1) * (ny + 1));
+  put_number("NumberOfCells", count);
+  put_number("NumberOfConnectivityIds", connectivity.size());
+}
+
 }  // namespace
 
+void put_vtkhdf_grid(const hdf5::Handle& file, const laplace::Field& field) {
+  const std::vector<std::int64_t> cells{field.nx, field.ny};
+  if (hdf5::exists(file, "VTKHDF/cells")) {
+    if (hdf5::get<std::int64_t>(file, "VTKHDF/cells") == cells) return;
+    hdf5::check(H5Ldelete(file, "VTKHDF", H5P_DEFAULT));
+  }
+  const hdf5::Handle group = hdf5::open_group(file, "VTKHDF");
+  put_array_attribute<std::int64_t, 2>(group, "Version", {1, 0});
+  hdf5::put_fixed_attribute(group, "Type", "UnstructuredGrid");
+  hdf5::put<std::int64_t>(group, "cells", cells, {2}, "1");
+  hdf5::put(group, "cell_edge", field.h, "m");
+  put_grid(group, field.nx, field.ny, field.h);
+}
+
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field, StoredField stored) {
-  const hdf5::Handle group = put_image(file, {field.nx, field.ny, 2}, field.h, {0.5, 0.5, -0.5});
-  const hdf5::Handle points = hdf5::open_group(group, "PointData");
-  hdf5::put_fixed_attribute(points, "Scalars", "potential");
-  const hdf5::Shape shape{2, static_cast<hsize_t>(field.ny), static_cast<hsize_t>(field.nx)};
-  // A row of both layers: what deflate has seen in the first it finds again in the second.
-  const hdf5::Shape chunk{2, 1, shape[2]};
+  put_vtkhdf_grid(file, field);
+  const hdf5::Handle data = hdf5::open_group(file, "VTKHDF/CellData");
+  hdf5::put_fixed_attribute(data, "Scalars", "potential");
+  const hdf5::Shape shape{field.value.size()}, row{static_cast<hsize_t>(field.nx)};
   const hid_t real = stored == StoredField::single_precision ? H5T_IEEE_F32LE : H5T_IEEE_F64LE;
-  hdf5::put_compressed<double>(points, "potential", two_layers(field.value), shape, chunk, real, "V");
-  hdf5::put_compressed<std::int32_t>(points, "body", two_layers(field.body), shape, chunk, H5T_STD_I32LE, "1");
+  hdf5::put_compressed<double>(data, "potential", field.value, shape, row, real, "V");
+  hdf5::put_compressed<std::int32_t>(data, "body", field.body, shape, row, H5T_STD_I32LE, "1");
 }
 
 void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite) {

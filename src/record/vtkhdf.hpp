@@ -10,12 +10,16 @@
 
 namespace lichtenberg {
 
-/// Adds the field to an HDF5 file as the group /VTKHDF (VTKHDF 1.0 ImageData, which ParaView opens), over one of the
-/// same size. Its points are the centres of the cells and carry `potential` (V) and `body` (index, -1 in the fluid),
-/// the same in two layers: the reader of VTK 9.1 fails on flat images and on data of cells. Both are compressed.
-/// `stored`: the potential's precision. Throws hdf5::Error.
+/// Adds the field to an HDF5 file as the group /VTKHDF (VTKHDF 1.0, which ParaView opens), over one that is there: the
+/// solver's cells, row by row from the lower left corner on, which carry `potential` (V) and `body` (index, -1 in the
+/// fluid), all compressed. They are listed one by one (UnstructuredGrid), for the reader of VTK 9.1 fails on images
+/// that are flat or carry data of cells. `cells` and `cell_edge` say what grid it is. `stored`: the potential's
+/// precision. Throws hdf5::Error.
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field,
                 StoredField stored = StoredField::double_precision);
+
+/// Its grid alone, unless it is there: the same in all frames of a run.
+void put_vtkhdf_grid(const hdf5::Handle& file, const laplace::Field& field);
 
 /// Numbers at the points of a regular lattice.
 struct Lattice {

@@ -58,11 +58,16 @@ class ExtendedXyzTest(unittest.TestCase):
         with load(runs.gas()) as result:
             from lichtenberg.export import colours
 
-            charge = np.abs(result["charge"])
-            frame, particle = np.unravel_index(charge.argmax(), charge.shape)
+            charge = np.asarray(result["charge"])
             shown = np.array([colours(each) for each in result])
             depth = 1 - shown.min(axis=2)
-            self.assertEqual(np.unravel_index(depth.argmax(), depth.shape), (frame, particle))
+            reach = result.colour_range("charge")[1]
+            full = np.abs(charge) >= reach
+            self.assertTrue(full.any())
+            for sign in (charge > 0, charge < 0):  # the stronger the charge the deeper, up to the scale's end
+                order = np.argsort(np.abs(charge[sign]))
+                self.assertTrue((np.diff(depth[sign][order]) >= 0).all())
+            self.assertTrue((depth[full & (charge > 0)] == 1 - 0.09).all() or (depth[full & (charge < 0)] == 1 - 0.13).all())
             np.testing.assert_array_equal(shown[charge == 0], 1)
 
 
@@ -112,6 +117,25 @@ class VtkTest(unittest.TestCase):
         with load(runs.seedling()) as result:
             potential = vtk_to_numpy(grid.GetCellData().GetScalars())
             np.testing.assert_array_equal(potential.reshape(128, 128), result.field)
+
+    @needs("vtk")
+    def test_the_result_s_own_field_fills_the_domain_in_one_plane(self):
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        copy = runs.FOLDER / "copy.hdf"  # which is how ParaView knows it
+        shutil.copy(runs.seedling(), copy)
+        reader = vtk.vtkHDFReader()
+        reader.SetFileName(str(copy))
+        reader.Update()
+        grid = reader.GetOutput()
+        np.testing.assert_allclose(grid.GetBounds(), [0, 0.017, 0, 0.017, 0, 0], rtol=1e-14)  # rounding
+        with load(runs.seedling()) as result:
+            self.assertEqual(grid.GetNumberOfCells(), result.field.size)
+            values = vtk_to_numpy(grid.GetCellData().GetArray("potential"))
+            np.testing.assert_array_equal(values.reshape(result.field.shape), result.field)
+            ends = grid.GetCell(128 + 1).GetBounds()  # the second of the second row
+            np.testing.assert_allclose(ends[:4], np.array([1, 2, 1, 2]) * result.field_cell, rtol=1e-14)
 
     def test_the_collection_lists_the_chosen_frames_by_time(self):
         tree = xml.etree.ElementTree.parse(exported(runs.seedling(), "vtk", "--frames", "1::2") / "particles.pvd")
@@ -164,6 +188,27 @@ class CsvTest(unittest.TestCase):
         points = rows_of(folder / "points.csv")
         self.assertEqual(points[0]["runs"], "2")
         self.assertTrue(any(re.fullmatch(r"quantities\..*\.half_width", title) for title in points[0]))
+
+
+class OverwriteTest(unittest.TestCase):
+    def test_nothing_of_an_earlier_export_stays(self):
+        out = exported(runs.seedling(), "vtk")
+        self.assertIn("particles-000003.vtp", os.listdir(out))
+        status, _, complaint = runs.program("export", runs.seedling(), "--to", "vtk", "--out", out, "--overwrite", "--frames", "0")
+        self.assertEqual(status, 0, complaint)
+        left = os.listdir(out)
+        self.assertNotIn("particles-000003.vtp", left)
+        self.assertIn("particles-000000.vtp", left)
+        self.assertEqual([name for name in os.listdir(runs.FOLDER) if "before" in name or "partial" in name], [])
+
+    def test_a_folder_with_anything_else_is_left_as_it_is(self):
+        out = runs.FOLDER / "mine"
+        out.mkdir()
+        (out / "letter.txt").write_text("dear")
+        status, _, complaint = runs.program("export", runs.seedling(), "--to", "csv", "--out", out, "--overwrite")
+        self.assertEqual(status, 2)
+        self.assertIn("mine holds letter.txt, which no export to csv left there", complaint)
+        self.assertEqual(os.listdir(out), ["letter.txt"])
 
 
 class H5mdTest(unittest.TestCase):

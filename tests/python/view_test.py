@@ -1,4 +1,4 @@
-"""The page of a run: its arrays are the run's, and Chromium shows it without a complaint, if it is installed."""
+"""The page of a run: its arrays are the run's. browser_check.py opens it."""
 import base64
 import json
 import os
@@ -8,10 +8,9 @@ import zlib
 
 import numpy as np
 
-import browser
 import runs
 from lichtenberg import load
-from lichtenberg.view import nearest_ground
+from lichtenberg.ground import nearest_ground
 
 
 def page_of(path, *options):
@@ -84,7 +83,7 @@ class ArraysTest(unittest.TestCase):
             "ring": {"shape": "ring", "centre": [5, 5], "radius": 5},
             "bar": {"shape": "bar", "from": [8, 4], "to": [8, 6], "width": 1},
         }
-        nearest = {"side": ([1, 2, 0], [1, 0, 0]), "disk": ([2, 6, 0], [2, 7, 0]), "ring": ([5, 8, 0], [5, 10, 0]), "bar": ([6, 5, 0], [7.5, 5, 0])}
+        nearest = {"side": ([1, 2], [1, 0]), "disk": ([2, 6], [2, 7]), "ring": ([5, 8], [5, 10]), "bar": ([6, 5], [7.5, 5])}
         for name, (point, expected) in nearest.items():
             np.testing.assert_allclose(nearest_ground(np.array([point], float), [shapes[name]])[0], expected, atol=1e-14)
         points, expected = (np.array(each, float) for each in zip(*(nearest[name] for name in ("side", "disk", "bar"))))
@@ -104,58 +103,6 @@ class ArraysTest(unittest.TestCase):
         status, _, complaint = runs.program("view", runs.seedling(), "--out", page)
         self.assertEqual(status, 2)
         self.assertIn("allow --overwrite", complaint)
-
-
-@unittest.skipUnless(browser.PROGRAM, "chromium is not installed")
-class BrowserTest(unittest.TestCase):
-    def test_a_tree_in_the_plane(self):
-        with browser.Browser(page_of(runs.seedling())) as shown:
-            self.assertEqual(shown.value("document.getElementById('now').textContent"), "0.3 s, frame 3")
-            pictures = [shown.picture()]
-            for control, value in [("frame", 0), ("colour", "charge"), ("contacts", True), ("radius", 0.5), ("log", True)]:
-                shown.choose(control, value)
-                pictures.append(shown.picture())
-            self.assertEqual(len(set(pictures)), len(pictures))  # each changed what is seen
-            self.assertEqual(shown.value("document.getElementById('now').textContent"), "0 s, frame 0")
-            shown.value("document.getElementById('play').click()")
-            shown.wait_for("document.getElementById('frame').value > 1")
-            self.assertEqual(shown.complaints, [])
-
-    def test_colours_are_those_of_the_scale(self):
-        """The pixel in the middle of each particle has the colour of its value, at the ends of the scale too."""
-        with browser.Browser(page_of(runs.seedling())) as shown, load(runs.seedling()) as result:
-            shown.choose("tree", False)
-            shown.choose("colour", "radius")  # all the same: the scale's lower end
-            self.assertEqual(self.middles(shown, result), {(0x44, 0x01, 0x54)})
-            shown.choose("colour", "potential")
-            shown.choose("low", -2e9), shown.choose("high", -1e9)  # all are beyond the upper end
-            self.assertEqual(len(self.middles(shown, result)), 1)
-
-    def middles(self, shown, result):
-        pixels = shown.value("""(() => {
-            const source = document.getElementById("scene"), copy = document.createElement("canvas");
-            [copy.width, copy.height] = [source.width, source.height];
-            copy.getContext("2d").drawImage(source, 0, 0);
-            return [copy.width, copy.height, Array.from(copy.getContext("2d").getImageData(0, 0, copy.width, copy.height).data)];
-        })()""")
-        width, height, data = pixels
-        image = np.array(data, np.uint8).reshape(height, width, 4)
-        places = np.asarray(result.frame()["position"])[:, :2]
-        scale = min(width, height) / (1.04 * 0.017)
-        columns = np.int64(width / 2 + (places[:, 0] - 0.0085) * scale)
-        rows = np.int64(height / 2 - (places[:, 1] - 0.0085) * scale)
-        return {tuple(int(c) for c in image[row, column, :3]) for row, column in zip(rows, columns)}
-
-    def test_grains_in_space(self):
-        with browser.Browser(page_of(runs.gas())) as shown:
-            before = shown.picture()
-            for kind, x in [("mousePressed", 300), ("mouseMoved", 400), ("mouseReleased", 400)]:
-                shown.call("Input.dispatchMouseEvent", type=kind, x=x, y=300, button="left", buttons=1, clickCount=1)
-            self.assertNotEqual(shown.picture(), before)  # turned
-            shown.choose("colour", "cluster")
-            self.assertIn("one colour a set", shown.value("document.getElementById('what').textContent"))
-            self.assertEqual(shown.value("document.getElementById('title').textContent"), 'Few <grains> & "signs" t = 1 t0, N = 60')
-            self.assertEqual(shown.complaints, [])
 
 
 if __name__ == "__main__":

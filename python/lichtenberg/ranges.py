@@ -1,0 +1,45 @@
+"""What colours span, for pictures, pages and other programs' files alike: one rule.
+
+A range is that of the whole run, whichever frames are shown, so that a colour means the same in all. It reaches to the largest
+value there is, unless a few stand far out: then to what all but one in two hundred stay below, and what lies beyond has the
+colour of the end. Where values have a sign, white is 0 and both signs are equally strong.
+"""
+import colorsys
+
+import numpy as np
+
+SIGNED = {"potential", "charge"}  # by nature, also where all have one sign
+
+
+def reach(magnitudes):
+    """Of [N] numbers of one sign."""
+    largest = magnitudes.max(initial=0)
+    typical = np.quantile(magnitudes, 0.995) if len(magnitudes) else 0
+    return typical if 0 < 2 * typical < largest else largest
+
+
+def reaches(values):
+    """How far values go below 0, and how far above: two numbers of 0 and more."""
+    values = values[np.isfinite(values)]
+    return reach(-values[values < 0]), reach(values[values > 0])
+
+
+def colour_range(name, values):
+    """Lowest and highest of a column with that name."""
+    values = np.asarray(values, float)
+    values = values[np.isfinite(values)]
+    below, above = reaches(values)
+    if name in SIGNED or (below > 0 and above > 0):
+        both = max(below, above) or 1.0
+        return -both, both
+    if len(values) == 0:
+        return 0.0, 1.0
+    return max(values.min(), -below), min(values.max(), above)
+
+
+def set_colours(numbers):
+    """[N, 3] colours of sets by their numbers, no two of hundreds the same: hues a golden section of the circle apart, of which those of
+    neighbouring numbers, and of those that come near again, differ in lightness too."""
+    numbers = np.asarray(numbers, int)
+    colours = {n: colorsys.hls_to_rgb(0.6 + n * 0.6180339887 % 1, (0.5, 0.68, 0.34)[n % 3], 0.6) for n in set(numbers.tolist())}
+    return np.array([colours[n] for n in numbers.tolist()]).reshape(-1, 3)

@@ -1,0 +1,16 @@
+# `ninja package`: a Debian package of the program, its scripts, scenes and manual, for the release that it is built on. The
+# library's headers and archives are for `cmake --install`.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "see CITATION.cff")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Charged conductors and grains: how they move, touch, exchange charge and form structures")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL program)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME lichtenberg)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "python3, python3-h5py, python3-matplotlib, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)
+include(CPack)

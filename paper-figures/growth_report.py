@@ -16,6 +16,10 @@ QUANTITIES = ("density_cluster_size", "mean_aggregate", "mean_bound_aggregate", 
               "temperature", "mach_number_of_flow", "mean_square_displacement")
 WINDOWS = ((20, 40), (50, 100), (70, 140), (100, 150), (100, 200), (150, 290), (200, 400))
 FEWEST = 5  # seeds of a row
+# Of the gases of --conditions: when the number mean of bound aggregates is ONSET; its exponent on the way between STAGE,
+# and the fractal dimension at the end of it: at one stage, whatever the time.
+CONDITIONS = FOLDER / "growth_conditions.csv"
+ONSET, STAGE = 4, (3, 6)
 
 
 def runs(folder):
@@ -122,3 +126,53 @@ def stored_course(point, quantity):
 def print_exponents():
     for key, (value, half, seeds) in stored_exponents().items():
         print(*key, f"{value:.2f} ± {half:.2f} ({seeds} seeds)")
+
+
+def reached(run, size):
+    """(time, index of the frame before, part of the way to the next) at which the number mean of bound aggregates is that
+    large; by powers of time between frames. None: never."""
+    time, mean_size = series(run, "mean_bound_aggregate")
+    for n in range(len(time) - 1):
+        if time[n] > 0 and mean_size[n] < size <= mean_size[n + 1]:
+            part = np.log(size / mean_size[n]) / np.log(mean_size[n + 1] / mean_size[n])
+            return time[n] * (time[n + 1] / time[n]) ** part, n, part
+    return None
+
+
+def of_a_condition(run):
+    """{quantity: value} of one run; NaN where it did not come so far."""
+    onset, *stage = (reached(run, size) for size in (ONSET, *STAGE))
+    found = {"onset": onset[0] if onset else np.nan, "exponent": np.nan, "dimension": np.nan}
+    if all(stage):
+        found["exponent"] = np.log(STAGE[1] / STAGE[0]) / np.log(stage[1][0] / stage[0][0])
+        _, dimension = series(run, "bound_fractal_dimension")
+        _, n, part = stage[1]
+        found["dimension"] = (1 - part) * dimension[n] + part * dimension[n + 1]
+    for name, quantity, first, last in (("exponent_of_S", "density_cluster_size", 50, 100),
+                                        ("exponent_of_T", "local_temperature", 20, 100)):
+        time, values = series(run, quantity)
+        chosen = (time > 0.999 * first) & (time < 1.001 * last) & (np.nan_to_num(values) > 0)
+        whole = time.max() > 0.999 * last and chosen.sum() >= 3
+        found[name] = np.polyfit(np.log(time[chosen]), np.log(values[chosen]), 1)[0] if whole else np.nan
+    return found
+
+
+def report_conditions(folder):
+    found = {}
+    for path in sorted(folder.glob("*.json")):
+        run = json.loads(path.read_text())
+        if len(run["frames"]["time"]) > 2:
+            found.setdefault(run["point"], []).append(of_a_condition(run))
+    rows = []
+    for point, of in found.items():
+        cells = []
+        for name in of[0]:
+            values = np.array([[one[name]] for one in of])
+            middle, half = mean(values)
+            cells += [float(middle[0]), float(half[0]), int(np.isfinite(values).sum())]
+        rows.append([point, *cells])
+    names = list(next(iter(found.values()))[0])
+    write(CONDITIONS, ["point"] + [name + suffix for name in names for suffix in ("", "_half", "_seeds")],
+          sorted(rows, key=lambda row: (row[0] != "base", row[0])))
+    print(CONDITIONS)
+    print(CONDITIONS.read_text())

@@ -113,7 +113,7 @@ void check_modes(const Gas& gas, const Grid& grid, const std::vector<Wave>& wave
     start[3] = amplitude;
     disturb(fields, grid, wave, start);
   }
-  const Fields found = evolve(gas, grid, fields, std::vector{end}, 1e-10)[0];
+  const Fields found = evolve(gas, grid, fields, std::vector{end}, {1e-10})[0];
   for (const Wave& wave : waves) {
     const double k = wave_number(grid, wave), kh = k * grid.step();
     const Eigen::EigenSolver<Eigen::Matrix3d> solver(matrix(gas, k));
@@ -176,7 +176,7 @@ Fields wave_at(const Gas& gas, int cells) {
     fields.temperature[cell] = 1 + 0.1 * std::cos(2 * pi * x[0]);
     fields.velocity[0][cell] = 0.1 * std::cos(2 * pi * x[1]);
   }
-  return evolve(gas, grid, fields, std::vector{4.0}, 1e-9)[0];
+  return evolve(gas, grid, fields, std::vector{4.0}, {1e-9})[0];
 }
 
 /// Largest difference of a field from one of twice the resolution, whose four cells' mean is a cell's.
@@ -212,7 +212,7 @@ TEST_CASE("charges that last drive a wave as R grows") {
   Fields fields = homogeneous(grid);
   disturb(fields, grid, wave, {amplitude, 0, 0, 0});
   const std::vector<double> times{5, 15, 30};
-  const auto found = evolve(gas, grid, fields, times, 1e-9);
+  const auto found = evolve(gas, grid, fields, times, {1e-9});
   const auto expected = theory::disturbance_course({gas.cooling, gas.viscosity, gas.conduction, gas.density_conduction},
                                                    0.1, true, wave_number(grid, wave), {amplitude, 0, 0}, times);
   for (std::size_t k = 0; k < times.size(); ++k) {
@@ -231,7 +231,7 @@ TEST_CASE("a homogeneous gas follows Haff's law in scales of another that does")
     Fields fields = homogeneous(grid);
     std::ranges::fill(fields.temperature, 3.0);
     const std::vector<double> times{0, 1, 30};
-    const auto found = evolve(gas, grid, fields, times, 1e-9);
+    const auto found = evolve(gas, grid, fields, times, {1e-9});
     for (std::size_t k = 0; k < times.size(); ++k) {
       // x = T^(-1/2) has dx/dtau = -(zeta/4)(x - 1).
       const double x = 1 + (1 / std::sqrt(3.0) - 1) * std::exp(-gas.cooling / 4 * times[k]);
@@ -249,7 +249,7 @@ TEST_CASE(
     Gas gas = gas_of(0.7, 0.9);
     gas.charges_last = lasting;
     const Fields start = separated(grid);
-    const auto found = evolve(gas, grid, start, std::vector{5.0, lasting ? 10.0 : 40.0}, 1e-4);
+    const auto found = evolve(gas, grid, start, std::vector{5.0, lasting ? 10.0 : 40.0}, {1e-4});
     CHECK(std::ranges::max(found[0].density) > 2);
     const double count = static_cast<double>(grid.size());
     for (const Fields& fields : found) {
@@ -291,7 +291,7 @@ TEST_CASE("elastic grains keep their energy to the order of the scheme") {
       fields.velocity[0][cell] = 0.3 * std::cos(2 * pi * x[1]);
       fields.density[cell] = 1 + 0.3 * std::sin(2 * pi * (x[0] + x[1]));
     }
-    const auto found = evolve(gas, grid, fields, std::vector{0.0, 30.0}, 1e-8);
+    const auto found = evolve(gas, grid, fields, std::vector{0.0, 30.0}, {1e-8});
     lost[fine] = std::abs(energy(found[1], 2) / energy(found[0], 2) - 1);
   }
   CHECK(lost[0] < 0.005);
@@ -301,9 +301,9 @@ TEST_CASE("elastic grains keep their energy to the order of the scheme") {
 TEST_CASE("the same bits for any number of threads") {
   const Grid grid{2, 12, 50};
   const Gas gas = gas_of(0.7, 0.9);
-  const auto alone = evolve(gas, grid, separated(grid), std::vector{3.0}, 1e-4)[0];
+  const auto alone = evolve(gas, grid, separated(grid), std::vector{3.0}, {1e-4})[0];
   parallel::Team team(3);
-  const auto shared = evolve(gas, grid, separated(grid), std::vector{3.0}, 1e-4, team)[0];
+  const auto shared = evolve(gas, grid, separated(grid), std::vector{3.0}, {1e-4}, team)[0];
   CHECK(alone.density == shared.density);
   CHECK(alone.temperature == shared.temperature);
   CHECK(alone.velocity[1] == shared.velocity[1]);

@@ -13,7 +13,7 @@ constexpr int reach = 3;  // cells on either side of a face that its flow depend
 
 /// At the face after the third of five cells, mostly from those of three parabolas, each through three of them, that
 /// are smooth.
-double at_face(double a, double b, double c, double d, double e) {
+[[gnu::always_inline]] inline double at_face(double a, double b, double c, double d, double e) {
   const auto square = [](double x) { return x * x; };
   const double left = 13.0 / 12 * square(a - 2 * b + c) + square(a - 4 * b + 3 * c) / 4;
   const double middle = 13.0 / 12 * square(b - 2 * c + d) + square(b - d) / 4;
@@ -29,8 +29,20 @@ double at_face(double a, double b, double c, double d, double e) {
 
 /// The same of a logarithm, at most a factor of two from what the third cell holds: else it could run dry through its
 /// faces.
-double log_at_face(double a, double b, double c, double d, double e) {
+[[gnu::always_inline]] inline double log_at_face(double a, double b, double c, double d, double e) {
   return std::clamp(at_face(a, b, c, d, e), c - std::numbers::ln2, c + std::numbers::ln2);
+}
+
+/// Of a line of cells, at the faces after them: from below by the first five of six cells around, from above by the last
+/// five. at[k][i]: cell k of the six around face i. A loop that compilers make vectors of.
+template <class AtFace>
+void find_line(const std::array<const double*, 6>& at, int cells, const AtFace& found, double* __restrict below,
+               double* __restrict above) {
+  const auto [a, b, c, d, e, f] = at;
+  for (int i = 0; i < cells; ++i) {
+    below[i] = found(a[i], b[i], c[i], d[i], e[i]);
+    above[i] = found(f[i], e[i], d[i], c[i], b[i]);
+  }
 }
 
 /// Of the four cells around a face: the difference of the two next to it, and the value at it, from means of cells to
@@ -54,14 +66,20 @@ Rates::Rates(const Gas& gas, const Grid& grid, parallel::Team& team)
     : gas_(gas), grid_(grid), team_(team), size_(grid.size()), potential_(grid) {
   std::size_t stride = 1;
   for (int axis = grid.dimension - 1; axis >= 0; --axis) stride_[axis] = stride, stride *= grid.cells;
-  for (int x = -reach; x < grid.cells + reach; ++x) wrapped_.push_back((x + grid.cells) % grid.cells);
+  for (int axis = 0; axis < grid.dimension; ++axis)
+    for (std::size_t cell = 0; cell < size_; ++cell) {
+      const std::size_t around = stride_[axis] * grid.cells, x = cell / stride_[axis] % grid.cells;
+      next_[axis].push_back(x + 1 < static_cast<std::size_t>(grid.cells) ? cell + stride_[axis]
+                                                                         : cell + stride_[axis] - around);
+      before_[axis].push_back(x > 0 ? cell - stride_[axis] : cell - stride_[axis] + around);
+    }
   for (auto* values : {&log_density_, &log_temperature_, &temperature_, &root_temperature_, &charge_})
     values->resize(size_);
   for (int axis = 0; axis < grid.dimension; ++axis) {
     velocity_[axis].resize(size_);
     for (int of = 0; of < grid.dimension; ++of) gradient_[axis][of].resize(size_);
   }
-  flow_.resize(unknowns() * size_);
+  for (auto* values : {&below_, &above_, &flow_}) values->resize(unknowns() * size_);
   face_velocity_.resize(size_);
   heating_.resize(size_);
 }
@@ -101,15 +119,22 @@ void Rates::for_cells(const Work& work) const {
 }
 
 std::size_t Rates::neighbour(std::size_t cell, int axis, int far) const {
-  const std::size_t x = cell / stride_[axis] % grid_.cells;
-  return cell + (wrapped_[x + far + reach] - x) * stride_[axis];
+  for (; far > 0; --far) cell = next_[axis][cell];
+  for (; far < 0; ++far) cell = before_[axis][cell];
+  return cell;
 }
 
 Rates::Around Rates::around(std::size_t cell, int axis) const {
-  const std::size_t x = cell / stride_[axis] % grid_.cells;
-  Around cells;
-  for (int k = 0; k < 2 * reach; ++k) cells[k] = cell + (wrapped_[x + k + 1] - x) * stride_[axis];
+  Around cells{neighbour(cell, axis, 1 - reach)};
+  for (int k = 1; k < 2 * reach; ++k) cells[k] = next_[axis][cells[k - 1]];
   return cells;
+}
+
+template <class Work>
+void Rates::for_lines(const Work& work) const {
+  team_.for_each(grid_.cells, [&](int x) {
+    for (std::size_t first = x * stride_[0]; first < (x + 1) * stride_[0]; first += grid_.cells) work(first);
+  });
 }
 
 void Rates::find_primitives(std::span<const double> y) {
@@ -140,17 +165,30 @@ void Rates::find_gradients() {
   });
 }
 
-/// What the six cells around a face say of the side below it, or seen from the other end of the side above it.
-Rates::Side Rates::side(const Around& c, bool above) const {
-  const auto value = [&](const std::vector<double>& of, auto found) {
-    return above ? found(of[c[5]], of[c[4]], of[c[3]], of[c[2]], of[c[1]])
-                 : found(of[c[0]], of[c[1]], of[c[2]], of[c[3]], of[c[4]]);
-  };
-  Side side{std::exp(value(log_density_, log_at_face)),
-            std::exp(value(log_temperature_, log_at_face)),
-            value(charge_, at_face),
-            {}};
-  for (int axis = 0; axis < grid_.dimension; ++axis) side.velocity[axis] = value(velocity_[axis], at_face);
+/// What the six cells around a face say of the side below it, or seen from the other end of the side above it: of one
+/// quantity, along the line of cells that begins with this one.
+void Rates::find_sides(int which, std::size_t first, int axis) {
+  const std::vector<double>& of = which == 0   ? log_density_
+                                  : which == 1 ? log_temperature_
+                                  : which == 2 ? charge_
+                                               : velocity_[which - 3];
+  std::array<const double*, 2 * reach> at;
+  std::vector<double> line;  // continued around the box
+  if (axis + 1 == grid_.dimension)
+    for (int x = 1 - reach; x < grid_.cells + reach; ++x)
+      line.push_back(of[first + (x + grid_.cells) % grid_.cells]);
+  for (int k = 0; k < 2 * reach; ++k)
+    at[k] = line.empty() ? &of[neighbour(first, axis, k + 1 - reach)] : &line[k];
+  double *below = &below_[which * size_ + first], *above = &above_[which * size_ + first];
+  if (which > 1) return find_line(at, grid_.cells, [](auto... value) { return at_face(value...); }, below, above);
+  find_line(at, grid_.cells, [](auto... value) { return log_at_face(value...); }, below, above);
+  for (int i = 0; i < grid_.cells; ++i) below[i] = std::exp(below[i]), above[i] = std::exp(above[i]);
+}
+
+Rates::Side Rates::side(std::size_t cell, bool above) const {
+  const double* of = above ? &above_[cell] : &below_[cell];
+  Side side{of[0], of[size_], of[2 * size_], {}};
+  for (int axis = 0; axis < grid_.dimension; ++axis) side.velocity[axis] = of[(3 + axis) * size_];
   return side;
 }
 
@@ -206,9 +244,12 @@ void Rates::add_diffusion(const Around& c, int axis) {
 
 /// Through the face after each cell along this axis.
 void Rates::find_flows(int axis) {
+  for_lines([&](std::size_t first) {
+    for (int which = 0; which < 3 + grid_.dimension; ++which) find_sides(which, first, axis);
+  });
   for_cells([&](std::size_t cell) {
     const Around cells = around(cell, axis);
-    set_advection(cell, cells[3], axis, side(cells, false), side(cells, true));
+    set_advection(cell, cells[3], axis, side(cell, false), side(cell, true));
     add_diffusion(cells, axis);
   });
 }

@@ -45,10 +45,14 @@ class Rates {
   std::span<double> flow(int which) { return part(std::span(flow_), which); }
   std::size_t neighbour(std::size_t cell, int axis, int far) const;
   Around around(std::size_t cell, int axis) const;
+  /// Cells by the last direction, one line after the other.
+  template <class Work>
+  void for_lines(const Work& work) const;
 
   void find_primitives(std::span<const double> y);
   void find_gradients();
-  Side side(const Around& cells, bool above) const;
+  void find_sides(int which, std::size_t first, int axis);
+  Side side(std::size_t cell, bool above) const;
   void set_advection(std::size_t cell, std::size_t next, int axis, const Side& below, const Side& above);
   void add_diffusion(const Around& cells, int axis);
   void find_flows(int axis);
@@ -61,9 +65,11 @@ class Rates {
   std::size_t size_;
   std::array<std::size_t, 3> stride_{};
   Potential potential_;
-  std::vector<std::size_t> wrapped_;  ///< coordinates from -reach to cells + reach - 1, brought into the box
+  std::array<std::vector<std::size_t>, 3> next_, before_;  ///< of each cell, by axis, around the box
   std::vector<double> log_density_, log_temperature_, temperature_, root_temperature_, charge_;  ///< c/n
   std::array<std::vector<double>, 3> velocity_;
+  /// n, T, c/n, u of the gas on the two sides of the face after each cell, all cells of one after all of the other.
+  std::vector<double> below_, above_;
   std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< [by axis][of velocity]
   // Of the face after each cell along an axis: what flows through it of mass, charge, momentum ... and (3/2) n T, the
   // velocity across it, and the heat that motion becomes there, in a unit of volume and time.

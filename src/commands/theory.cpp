@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
+#include "src/commands/progress.hpp"
 #include "src/commands/theory_flow.hpp"
 #include "src/commands/theory_tables.hpp"
 #include "src/effects/read_scene.hpp"
@@ -65,6 +67,11 @@ TheoryAnswer flow_of(const TheoryArguments& request) {
   const double unit = theory::hydrodynamic_length(gas.density);
   const double last_picture = 1.19e12;  // t_0, of G A5.3 (b)
   Lattice last;
+  std::optional<Progress> progress;  // on a terminal
+  const auto at = [&](double own, double end) {
+    if (!progress) progress.emplace(0, end, !isatty(STDERR_FILENO));
+    if (progress->due()) progress->show(fmt::format("own time {:.1f} of {:.1f}", own, end), own);
+  };
   const TheoryAnswer answer =
       flow_theory({.restitution = eps,
                    .charge_number = charged,
@@ -75,7 +82,8 @@ TheoryAnswer flow_of(const TheoryArguments& request) {
                    .separated = request.separated,
                    .dimension = request.space ? 3 : 2,
                    .cells = request.cells.value_or(request.space ? 24 : 32),
-                   .seed = static_cast<std::uint64_t>(request.seed.value_or(1))},
+                   .seed = static_cast<std::uint64_t>(request.seed.value_or(1)),
+                   .at = at},
                   last);
   if (!request.field.empty()) write_lattice_vtkhdf(request.field, last);
   return answer;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "src/commands/theory_tables.hpp"
@@ -18,6 +19,7 @@ struct FlowRequest {
   bool separated = false;     ///< charges of either sign, apart from each other (G A5.3), or the same everywhere
   int dimension = 2, cells = 0;
   std::uint64_t seed = 1;
+  std::function<void(double own, double end)> at = {};  ///< told how far it is, in the gas's own time
 };
 
 /// Its course, with pictures of it, and the last fields of the plane or of space. Throws InputError outside of its

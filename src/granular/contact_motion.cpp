@@ -288,9 +288,11 @@ class Motion final : public ContactMotion {
       const GrainContact& contact = contacts[p];
       const double overlap = overlap_[p], sum = reach_[p];
       record.largest_overlap = std::max(record.largest_overlap, overlap / sum);
-      if (sum - overlap < too_close * sum) refuse_flight_through(contact);
-      if (overlap > 0) continue;
       const PairState<d> now{apart_[p], velocity_[p]};
+      // What is still to be stored if they are to stop here, over what is.
+      if (sum - overlap < too_close * sum)
+        refuse_flight_through(contact, 1 + mass_[p] * closing(now) * closing(now) / 2 / stored_[p]);
+      if (overlap > 0) continue;
       record.ended.push_back({contact, -closing(now), time, speed_across(now)});
       --touches_[contact.pair.i], --touches_[contact.pair.j];
     }

@@ -45,11 +45,14 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
 
 }  // namespace
 
-void refuse_flight_through(const GrainContact& contact) {
+void refuse_flight_through(const GrainContact& contact, double stiffer) {
+  constexpr double margin = 1.1;  // so that they stop before that
+  const std::string how = stiffer > 0 ? fmt::format(", about {:.1f} times this one", margin * stiffer) : "";
   throw Failure(fmt::format(
-      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it; a "
-      "larger stiffness, of a stage its stage.stiffness, or a lower temperature is needed",
-      contact.pair.i, contact.pair.j, contact.impact_speed));
+      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it and for "
+      "what else presses them together, charges above all; a larger stiffness{}, of a stage its stage.stiffness, or a "
+      "lower temperature is needed",
+      contact.pair.i, contact.pair.j, contact.impact_speed, how));
 }
 
 GrainContactLaw contact_law(const Scene& scene, const Model& model) {

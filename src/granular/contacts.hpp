@@ -46,8 +46,9 @@ std::vector<Touch> touches_between(std::span<const double> from, const Bodies& b
 /// Of the sum of radii. Where centres pass through each other, a contact has no direction.
 inline constexpr double too_close = 0.1;
 
-/// Throws Failure: the centres of two have come closer than that.
-[[noreturn]] void refuse_flight_through(const GrainContact& contact);
+/// Throws Failure: the centres of two have come closer than that. `stiffer`: by how much contacts would have to be to
+/// stop them just there, all that pushes them together counted; 0 where nobody knows.
+[[noreturn]] void refuse_flight_through(const GrainContact& contact, double stiffer = 0);
 
 /// Writes down the touches of a step, in ascending order of pairs, that has brought the grains to where they are at
 /// `end`; `contacts` become those that are open. Throws Failure if the centres of two come so close that they would fly

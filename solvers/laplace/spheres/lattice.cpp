@@ -5,11 +5,7 @@
 #include <numbers>
 
 namespace lichtenberg::laplace::spheres {
-namespace {
 
-using Complex = std::complex<double>;
-
-/// C_lm / r^(l+1) at r.
 void irregular_harmonics(Vec3 r, int degree, double* value) {
   regular_harmonics(r, degree, value);
   const double r2 = norm2(r);
@@ -17,6 +13,10 @@ void irregular_harmonics(Vec3 r, int degree, double* value) {
   for (int l = 0; l <= degree; ++l, factor /= r2)
     for (int m = -l; m <= l; ++m) value[at(l, m)] *= factor;
 }
+
+namespace {
+
+using Complex = std::complex<double>;
 
 /// C_lm / r^(l+1) about a point a becomes regular harmonics of r - a:
 ///   I_lm(a + b) = sum_tn (-1)^(t+n) sqrt(C(l+t+m-n, l+m) C(l+t-m+n, l-m)) I_(l+t),(m-n)(a) R_tn(b)
@@ -134,26 +134,29 @@ void LatticeSum::make_waves(double most) {
   }
 }
 
+void add_screened(Vec3 r, double alpha, bool without, double sign, int degree, double* term, double* value) {
+  const double t = alpha * alpha * norm2(r);
+  if (t < 1e-12) {  // the charge itself: its cloud's potential in the middle
+    value[0] -= sign * 2 * alpha / std::sqrt(std::numbers::pi);
+    return;
+  }
+  irregular_harmonics(r, degree, term);
+  // Q(l + 1/2, t) upwards: Q(a + 1, t) = Q(a, t) + t^a exp(-t) / Gamma(a + 1).
+  double upper = std::erfc(std::sqrt(t)), step = std::exp(-t) * std::sqrt(t / std::numbers::pi) * 2;
+  for (int l = 0; l <= degree; ++l) {
+    const double factor = sign * (without ? upper - 1 : upper);
+    for (int m = -l; m <= l; ++m) value[at(l, m)] += factor * term[at(l, m)];
+    upper += step;
+    step *= t / (l + 1.5);
+  }
+}
+
 void LatticeSum::add_near(int mask, Vec3 from, Vec3 place, double* value) const {
   std::vector<double> term(harmonics(degree_));
   for (const MirrorImage& image : mirrors_->images) {
     if (image.mask != mask) continue;
     mirrors_->for_each_copy(place, from + image.shift, cutoff_, [&](Vec3 r) {
-      const double r2 = norm2(r), t = alpha_ * alpha_ * r2;
-      if (t < 1e-12) {
-        value[0] -= image.sign * 2 * alpha_ / std::sqrt(std::numbers::pi);
-        return;
-      }
-      irregular_harmonics(r, degree_, term.data());
-      // Q(l + 1/2, t) upwards: Q(a + 1, t) = Q(a, t) + t^a exp(-t) / Gamma(a + 1).
-      const double without = r2 < range_ * range_ ? 1 : 0;
-      double upper = std::erfc(std::sqrt(t)), step = std::exp(-t) * std::sqrt(t / std::numbers::pi) * 2;
-      for (int l = 0; l <= degree_; ++l) {
-        const double factor = image.sign * (upper - without);
-        for (int m = -l; m <= l; ++m) value[at(l, m)] += factor * term[at(l, m)];
-        upper += step;
-        step *= t / (l + 1.5);
-      }
+      add_screened(r, alpha_, norm2(r) < range_ * range_, image.sign, degree_, term.data(), value);
     });
   }
 }

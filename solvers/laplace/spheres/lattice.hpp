@@ -20,14 +20,25 @@ class Coupling {
   void add(const double* derivatives, int source_degree, double source_radius, int mask, double sign,
            const double* multipoles, int target_degree, double target_radius, double* local) const;
 
- private:
+  /// local[target] += factor * derivatives[derivative] * multipoles[source], in powers of one length.
   struct Term {
     int target, source, derivative;
     double factor;
   };
+  /// For a source of degree l and a target of degree t.
+  const std::vector<Term>& terms(int l, int t) const { return terms_[l * (degree_ + 1) + t]; }
+
+ private:
   int degree_;
   std::vector<std::vector<Term>> terms_;  ///< [l * (degree + 1) + t]
 };
+
+/// C_lm / r^(l+1) at r, all up to the degree.
+void irregular_harmonics(Vec3 r, int degree, double* value);
+
+/// Adds sign times C_nm(grad) of erfc(alpha r) / r, or, `without` 1/r, of that less 1/r, as derivatives for Coupling
+/// (LatticeSum has the formula). `term`: scratch of harmonics(degree) numbers.
+void add_screened(Vec3 r, double alpha, bool without, double sign, int degree, double* term, double* value);
 
 /// What all images of a unit charge beyond a range make, as derivatives for Coupling: Ewald's sum, in which every term
 /// has been differentiated in closed form. With a_n = n + 1/2 and Gamma's regularized incomplete functions P and Q,

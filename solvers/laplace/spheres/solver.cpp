@@ -40,7 +40,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   KrylovResult krylov;
   {
     const Stopwatch watch(seconds.setup);
-    system = std::make_unique<System>(problem, my.options.accuracy, *my.team);
+    system = std::make_unique<System>(problem, my.options.accuracy, *my.team, my.system.get());
   }
   {
     const Stopwatch watch(seconds.solve);
@@ -67,7 +67,7 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
   if (!my.system) throw Failure("the field of spheres is asked for before anything has been solved");
   const System& system = *my.system;
   std::vector<PointField> result(points.size());
-  std::vector<Site> targets;
+  std::vector<Vec3> places;
   std::vector<std::size_t> outside;
   const double unit = system.sites().empty() ? 1 : 1e-3 * system.sites()[0].radius;
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -78,11 +78,10 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
       continue;
     }
     outside.push_back(p);
-    targets.push_back({points[p], unit, 1});
+    places.push_back(points[p]);
   }
-  const Fields fields(system.mirrors(), targets, system.sites(), false, system.range(), 0.1 * my.options.accuracy);
-  std::vector<double> local(4 * targets.size());
-  fields.add(system.multipoles(my.x).data(), local.data(), *my.team);
+  std::vector<double> local(4 * places.size());
+  system.fields().add_at(places, unit, system.multipoles(my.x).data(), local.data(), *my.team);
   for (std::size_t k = 0; k < outside.size(); ++k) {
     const double* b = local.data() + 4 * k;
     PointField& at_point = result[outside[k]];

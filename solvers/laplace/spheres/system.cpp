@@ -53,40 +53,32 @@ double degree_at_contact(double radius, double other, double accuracy) {
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi);
 }
 
-}  // namespace
-
-std::vector<Site> choose_sites(const SphereProblem& problem, const Mirrors& mirrors, double accuracy) {
-  std::vector<Site> sites;
-  double largest = 0;
-  for (const Sphere& sphere : problem.spheres) largest = std::max(largest, sphere.radius);
-  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
-    const Sphere& sphere = problem.spheres[i];
-    double degree = 2;
-    for (std::size_t j = 0; j < problem.spheres.size(); ++j) {
-      const Sphere& other = problem.spheres[j];
-      mirrors.for_each_near(
-          sphere.centre, other.centre, 3 * (sphere.radius + largest), [&](const MirrorImage& image, Vec3 way) {
-            const double d = norm(way);
-            if (d == 0) return;
-            const bool one_potential = sphere.group == other.group && image.sign > 0;
-            const double contact = degree_at_contact(sphere.radius, other.radius, accuracy);
-            const double apart =
-                d > sphere.radius + other.radius ? degree_beside(sphere.radius, other.radius, d, accuracy) : contact;
-            degree = std::max(degree, one_potential ? std::min(apart, contact) : apart);
-          });
-    }
-    if (degree > largest_degree)
-      throw InputError(fmt::format(
-          "the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of {:.3g}: {} is the "
-          "largest",
-          i, std::ceil(degree), accuracy, largest_degree));
-    sites.push_back({sphere.centre, sphere.radius, static_cast<int>(std::ceil(degree))});
+/// Degrees for the accuracy, from the neighbours of each sphere.
+void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, double accuracy,
+                    std::vector<Site>& sites) {
+  std::vector<double> degree(sites.size(), 2);
+  for (const NearPair& pair : pairs) {
+    const Site &site = sites[pair.target], &other = sites[pair.source];
+    const double d = norm(pair.way);
+    const bool one_potential =
+        problem.spheres[pair.target].group == problem.spheres[pair.source].group && pair.sign > 0;
+    const double contact = degree_at_contact(site.radius, other.radius, accuracy);
+    const double apart =
+        d > site.radius + other.radius ? degree_beside(site.radius, other.radius, d, accuracy) : contact;
+    degree[pair.target] = std::max(degree[pair.target], one_potential ? std::min(apart, contact) : apart);
   }
-  return sites;
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    if (degree[i] > largest_degree)
+      throw InputError(
+          fmt::format("the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of "
+                      "{:.3g}: {} is the largest",
+                      i, std::ceil(degree[i]), accuracy, largest_degree));
+    sites[i].degree = static_cast<int>(std::ceil(degree[i]));
+  }
 }
 
+/// Distance from which images of one charge act together, where pairs are few.
 double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
-  if (!mirrors.bounded) return 0;
   double largest = 0;
   for (const Site& site : sites) largest = std::max(largest, site.radius);
   // Some hundred near images a sphere cost little beside few waves.
@@ -95,33 +87,69 @@ double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
   return std::max(range, 7 * largest);
 }
 
-Fields::Fields(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources, bool same,
-               double range, double accuracy) {
+/// So many spheres, and pairs of all with all cost more than cells.
+constexpr std::size_t many_spheres = 48;
+
+}  // namespace
+
+Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, double accuracy, const Fields* past)
+    : mirrors_(&mirrors), accuracy_(accuracy) {
+  for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
+  if (sites_.size() > many_spheres)
+    cells_ = std::make_unique<Cells>(problem, sites_);
+  else if (mirrors.bounded)
+    range_ = choose_range(mirrors, sites_);
+  std::vector<NearPair> pairs = near_pairs(sites_);
+  choose_degrees(problem, pairs, accuracy, sites_);
+  near_ = std::make_unique<NearField>(sites_, sites_, std::move(pairs), 0.1 * accuracy);
+  if (cells_) {
+    convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
+                       ? past->convolution_
+                       : std::make_shared<const CellConvolution>(mirrors, *cells_, accuracy);
+    cell_field_ = std::make_unique<CellField>(convolution_, *cells_, sites_, sites_);
+  } else if (mirrors.bounded) {
+    far_ = std::make_unique<FarField>(mirrors, sites_, sites_, range_, accuracy);
+  }
+}
+
+std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets) const {
+  if (cells_ && mirrors_->bounded) return cells_->near_pairs(targets, sites_);
+  if (cells_ && &targets == &sites_) return cells_->near_pairs(targets, sites_);
   std::vector<NearPair> pairs;
   for (std::size_t t = 0; t < targets.size(); ++t)
-    for (std::size_t s = 0; s < sources.size(); ++s)
-      mirrors.for_each_near(targets[t].centre, sources[s].centre, range, [&](const MirrorImage& image, Vec3 way) {
-        const bool itself = same && s == t && image.mask == 0 && norm2(way) == 0;
-        if (!itself) pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, way});
+    for (std::size_t s = 0; s < sites_.size(); ++s)
+      mirrors_->for_each_near(targets[t].centre, sites_[s].centre, range_, [&](const MirrorImage& image, Vec3 way) {
+        if (norm2(way) > 0) pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, way});
       });
-  near_ = std::make_unique<NearField>(targets, sources, std::move(pairs), 0.1 * accuracy);
-  if (mirrors.bounded) far_ = std::make_unique<FarField>(mirrors, targets, sources, range, accuracy);
+  return pairs;
 }
 
 void Fields::add(const double* multipoles, double* local, parallel::Team& team) const {
   near_->add(multipoles, local, team);
   if (far_) far_->add(multipoles, local, team);
+  if (cell_field_) cell_field_->add(multipoles, local, team);
 }
 
-System::System(const SphereProblem& problem, double accuracy, parallel::Team& team)
+void Fields::add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
+                    parallel::Team& team) const {
+  std::vector<Site> targets;
+  for (const Vec3 point : points) targets.push_back({point, unit, 1});
+  NearField(targets, sites_, near_pairs(targets), 0.01 * accuracy_).add(multipoles, local, team);
+  if (!mirrors_->bounded) return;
+  if (cells_)
+    CellField(convolution_, *cells_, targets, sites_).add(multipoles, local, team);
+  else
+    FarField(*mirrors_, targets, sites_, range_, 0.1 * accuracy_).add(multipoles, local, team);
+}
+
+System::System(const SphereProblem& problem, double accuracy, parallel::Team& team, const System* past)
     : problem_(problem),
       mirrors_(problem),
       wall_(problem),
-      sites_(choose_sites(problem, mirrors_, accuracy)),
+      fields_(problem, mirrors_, accuracy, past ? &past->fields_ : nullptr),
+      sites_(fields_.sites()),
       start_(starts(sites_)),
-      range_(choose_range(mirrors_, sites_)),
-      team_(&team),
-      fields_(mirrors_, sites_, sites_, true, range_, accuracy) {
+      team_(&team) {
   find_given();
 }
 

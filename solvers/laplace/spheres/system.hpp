@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
+#include "solvers/laplace/spheres/cell_field.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
 
 namespace lichtenberg::laplace::spheres {
@@ -15,22 +17,31 @@ struct WallPotential {
   double at(Vec3 p) const { return constant + dot(slope, p); }
 };
 
-/// Degrees that the accuracy takes, from the neighbours of each sphere. Throws InputError where one is out of reach.
-std::vector<Site> choose_sites(const SphereProblem& problem, const Mirrors& mirrors, double accuracy);
-
-/// Distance from which images of one charge act together.
-double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites);
-
-/// What multipoles make at the sites, by near images one by one and all others together.
+/// What the multipoles of spheres make at the spheres and at points: near images one by one; of all others, where
+/// spheres are few, pair by pair, and else cell by cell.
 class Fields {
  public:
-  Fields(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources, bool same,
-         double range, double accuracy);
+  /// Chooses the spheres' degrees. `past` may have what serves again. Throws InputError where a degree is out of reach.
+  Fields(const SphereProblem& problem, const Mirrors& mirrors, double accuracy, const Fields* past);
+
+  const std::vector<Site>& sites() const { return sites_; }
   void add(const double* multipoles, double* local, parallel::Team& team) const;
+  /// The same at points: 4 local coefficients a point, in powers of `unit`.
+  void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
+              parallel::Team& team) const;
 
  private:
+  std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
+
+  const Mirrors* mirrors_;
+  double accuracy_;
+  std::vector<Site> sites_;
+  double range_ = 0;  ///< of images that act one by one, if there are no cells
+  std::unique_ptr<Cells> cells_;
   std::unique_ptr<NearField> near_;
   std::unique_ptr<FarField> far_;
+  std::shared_ptr<const CellConvolution> convolution_;
+  std::unique_ptr<CellField> cell_field_;
 };
 
 /// The equations. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric: 2 pi eps x.(x + sqrt(R) b) is the energy
@@ -38,7 +49,9 @@ class Fields {
 /// runs among the x that do not change given charges, and the groups' potentials are what keeps it there.
 class System {
  public:
-  System(const SphereProblem& problem, double accuracy, parallel::Team& team);
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
+  System(const SphereProblem& problem, double accuracy, parallel::Team& team, const System* past);
 
   int size() const { return start_.back(); }
   /// x -> x + sqrt(R) b.
@@ -52,9 +65,8 @@ class System {
   SphereSolution results(const std::vector<double>& x) const;
 
   const SphereProblem& problem() const { return problem_; }
-  const Mirrors& mirrors() const { return mirrors_; }
-  const std::vector<Site>& sites() const { return sites_; }
-  double range() const { return range_; }
+  const std::vector<Site>& sites() const { return fields_.sites(); }
+  const Fields& fields() const { return fields_; }
   const WallPotential& wall() const { return wall_; }
   /// a of x, laid out as the sites.
   std::vector<double> multipoles(const std::vector<double>& x) const;
@@ -73,11 +85,10 @@ class System {
   SphereProblem problem_;
   Mirrors mirrors_;
   WallPotential wall_;
-  std::vector<Site> sites_;
-  std::vector<int> start_;
-  double range_;
-  parallel::Team* team_;
   Fields fields_;
+  const std::vector<Site>& sites_;
+  std::vector<int> start_;
+  parallel::Team* team_;
   std::vector<Given> given_;
   int level_ = -1;  ///< of `given_`: the fixed groups, whose potentials are known up to a constant
 };

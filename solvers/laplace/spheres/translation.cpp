@@ -39,6 +39,13 @@ Translation::Translation(int degree) : turn_(degree), side_(degree + 1) {
         // The sign is (-1)^(t + m); the two turns from and to z leave out half a turn about it, which is (-1)^m.
         axis_[(static_cast<std::size_t>(m) * side_ + t) * side_ + s] =
             (t & 1 ? -1 : 1) * root[s + t][s + m] * root[s + t][s - m];
+  // r^t C_tm a way d along z further: sum_l sqrt(C(t+m, l+m) C(t-m, l-m)) d^(t-l) r^l C_lm, and the (-1)^m again.
+  shift_.resize(axis_.size());
+  for (int m = 0; m <= degree; ++m)
+    for (int t = m; t <= degree; ++t)
+      for (int s = m; s <= t; ++s)
+        shift_[(static_cast<std::size_t>(m) * side_ + t) * side_ + s] =
+            (m & 1 ? -1 : 1) * std::exp2(t) * root[t + m][s + m] * root[t - m][s - m];
 }
 
 void Translation::turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const {
@@ -87,17 +94,50 @@ void Translation::along_axis(int source_degree, int target_degree, const Lanes* 
     for (int m = both + 1; m <= t; ++m) to[at(t, m)] = to[at(t, -m)] = Lanes{};
 }
 
-void Translation::apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const {
+void Translation::shift_along_axis(const Lanes& length, bool outward, int degree, int new_degree, const Lanes* from,
+                                   Lanes* to) const {
+  std::vector<Lanes> power(std::max(degree, new_degree) + 1, Lanes{} + 1);
+  for (std::size_t k = 1; k < power.size(); ++k) power[k] = power[k - 1] * length;
+  for (int t = 0; t <= new_degree; ++t)
+    for (int m = 0; m <= t; ++m) {
+      Lanes cosine{}, sine{};
+      const int low = outward ? m : t, high = outward ? std::min(t, degree) : degree;
+      for (int l = low; l <= high; ++l) {
+        const int higher = outward ? t : l, lower = outward ? l : t;
+        const Lanes factor =
+            shift_[(static_cast<std::size_t>(m) * side_ + higher) * side_ + lower] * power[higher - lower];
+        cosine += factor * from[at(l, m)];
+        if (m > 0) sine += factor * from[at(l, -m)];
+      }
+      to[at(t, m)] = cosine;
+      if (m > 0) to[at(t, -m)] = sine;
+    }
+}
+
+template <class AlongAxis>
+void Translation::in_axis_frame(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch,
+                                AlongAxis along) const {
   turn_about_z(ways.cos_azimuth, -ways.sin_azimuth, source_degree, value);
   quarter_turn(source_degree, value, scratch);
   turn_about_z(-ways.cos_polar, ways.sin_polar, source_degree, scratch);
   quarter_turn(source_degree, scratch, value);
-  along_axis(source_degree, target_degree, value, scratch);
+  along(value, scratch);
   quarter_turn(target_degree, scratch, value);
   turn_about_z(-ways.cos_polar, -ways.sin_polar, target_degree, value);
   quarter_turn(target_degree, value, scratch);
   turn_about_z(-ways.cos_azimuth, -ways.sin_azimuth, target_degree, scratch);
   std::copy(scratch, scratch + harmonics(target_degree), value);
+}
+
+void Translation::apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const {
+  in_axis_frame(ways, source_degree, target_degree, value, scratch,
+                [&](const Lanes* from, Lanes* to) { along_axis(source_degree, target_degree, from, to); });
+}
+
+void Translation::shift(const Ways& ways, const Lanes& length, bool outward, int degree, int new_degree, Lanes* value,
+                        Lanes* scratch) const {
+  in_axis_frame(ways, degree, new_degree, value, scratch,
+                [&](const Lanes* from, Lanes* to) { shift_along_axis(length, outward, degree, new_degree, from, to); });
 }
 
 }  // namespace lichtenberg::laplace::spheres

@@ -29,14 +29,28 @@ class Translation {
   /// degree; overwrites both arrays, of harmonics(larger degree) each.
   void apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const;
 
+  /// Moves the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l with
+  /// length^(t
+  /// - l), or the other way round into t <= l with length^(l - t), where `way` leads from the new centre of multipoles
+  /// to the old one, and for local coefficients from the old one to the new one. Factors are those of solid harmonics
+  /// without scale: moments r^l C_lm, potentials sum b_lm r^l C_lm.
+  void shift(const Ways& ways, const Lanes& length, bool outward, int degree, int new_degree, Lanes* value,
+             Lanes* scratch) const;
+
  private:
+  template <class AlongAxis>
+  void in_axis_frame(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch,
+                     AlongAxis along) const;
+  void shift_along_axis(const Lanes& length, bool outward, int degree, int new_degree, const Lanes* from,
+                        Lanes* to) const;
   void turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const;
   void quarter_turn(int degree, const Lanes* from, Lanes* to) const;
   void along_axis(int source_degree, int target_degree, const Lanes* from, Lanes* to) const;
 
   QuarterTurn turn_;
   int side_;
-  std::vector<double> axis_;  ///< [m][l target][l source]
+  std::vector<double> axis_;   ///< [m][l target][l source]
+  std::vector<double> shift_;  ///< [m][l higher][l lower]
 };
 
 }  // namespace lichtenberg::laplace::spheres

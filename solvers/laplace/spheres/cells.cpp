@@ -1,0 +1,99 @@
+#include "solvers/laplace/spheres/cells.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::laplace::spheres {
+
+Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
+    : bounded_(!problem.free_space), lengths_(problem.box.lengths) {
+  double largest = 0;
+  Vec3 low = sites[0].centre, high = low;
+  for (const Site& site : sites) {
+    largest = std::max(largest, site.radius);
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], site.centre[k]);
+      high[k] = std::max(high[k], site.centre[k]);
+    }
+  }
+  if (!bounded_) {
+    origin = low;
+    for (int k = 0; k < 3; ++k) lengths_[k] = std::max(high[k] - low[k], 1e-3 * largest);
+  }
+  const double volume = lengths_.x * lengths_.y * lengths_.z;
+  double wanted = std::max(std::cbrt(volume / sites.size()), 1.5 * largest);
+  for (int k = 0; k < 3; ++k) {  // a flat box has one layer
+    if (lengths_[k] < wanted) wanted = std::max(std::sqrt(volume / lengths_[k] / sites.size()), 1.5 * largest);
+  }
+  for (int k = 0; k < 3; ++k) {
+    count[k] = std::max(1, static_cast<int>(std::lround(lengths_[k] / wanted)));
+    edge[k] = lengths_[k] / count[k];
+    const bool periodic = bounded_ && problem.box.periodic(k);
+    mirrored[k] = bounded_ && !periodic;
+    for (int s = 0; s < 2; ++s)
+      side_sign_[2 * k + s] = mirrored[k] && problem.box.sides[2 * k + s] == Boundary::electrode ? -1 : 1;
+    const bool alternates = side_sign_[2 * k] != side_sign_[2 * k + 1];
+    period[k] = periodic ? count[k] : alternates ? 4 * count[k] : 2 * count[k];
+  }
+  members.resize(cells());
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const auto at = place(sites[i].centre);
+    members[number(at)].push_back(static_cast<int>(i));
+    reach = std::max(reach, norm(sites[i].centre - centre(at)) + sites[i].radius);
+  }
+  if (bounded_) reach = std::max(reach, 0.5 * norm(edge));  // fields are asked for at any point
+  // Not a distance of two cells, so that rounding decides nothing.
+  const double spacing = std::min({edge.x, edge.y, edge.z});
+  range = std::max(3 * reach, 1.01 * spacing) * (1 + 1e-4 * std::sqrt(2.0));
+}
+
+std::array<int, 3> Cells::place(Vec3 p) const {
+  std::array<int, 3> at;
+  for (int k = 0; k < 3; ++k)
+    at[k] = std::clamp(static_cast<int>(std::floor((p[k] - origin[k]) / edge[k])), 0, count[k] - 1);
+  return at;
+}
+
+Cells::Place Cells::inside(int axis, int index) const {
+  const int n = count[axis];
+  const int block = index >= 0 ? index / n : -((n - 1 - index) / n), within = index - block * n;
+  if (block == 0) return {within};
+  if (!bounded_) return {};
+  if (!mirrored[axis]) return {within, false, block * lengths_[axis], 1};
+  const double low = side_sign_[2 * axis], high = side_sign_[2 * axis + 1];
+  const bool turned = (block & 1) != 0;
+  const int turns = turned ? (block - 1) / 2 : block / 2;
+  const double sign = (turns & 1 ? low * high : 1) * (turned ? high : 1);
+  return turned ? Place{n - 1 - within, true, (block + 1) * lengths_[axis], sign}
+                : Place{within, false, block * lengths_[axis], sign};
+}
+
+std::vector<NearPair> Cells::near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const {
+  std::vector<std::array<int, 3>> offsets;
+  std::array<int, 3> most;
+  for (int k = 0; k < 3; ++k) most[k] = static_cast<int>(range / edge[k]);
+  for (int x = -most[0]; x <= most[0]; ++x)
+    for (int y = -most[1]; y <= most[1]; ++y)
+      for (int z = -most[2]; z <= most[2]; ++z)
+        if (is_near(x, y, z)) offsets.push_back({x, y, z});
+  std::vector<NearPair> pairs;
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    const auto at = place(targets[t].centre);
+    for (const auto& offset : offsets) {
+      const Place x = inside(0, at[0] + offset[0]), y = inside(1, at[1] + offset[1]), z = inside(2, at[2] + offset[2]);
+      if (x.index < 0 || y.index < 0 || z.index < 0) continue;
+      const int mask = (x.turned ? 1 : 0) + (y.turned ? 2 : 0) + (z.turned ? 4 : 0);
+      for (const int s : members[number({x.index, y.index, z.index})]) {
+        const Vec3 image = Vec3{x.turned ? -1.0 : 1.0, y.turned ? -1.0 : 1.0, z.turned ? -1.0 : 1.0};
+        const Vec3 c = sources[s].centre;
+        const Vec3 way =
+            targets[t].centre - Vec3{image.x * c.x + x.shift, image.y * c.y + y.shift, image.z * c.z + z.shift};
+        if (norm2(way) == 0) continue;  // itself
+        pairs.push_back({static_cast<int>(t), s, mask, x.sign * y.sign * z.sign, way});
+      }
+    }
+  }
+  return pairs;
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "solvers/laplace/spheres/near_field.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// Cells of the box, or around all spheres in free space, each with one centre. Mirrors and periods continue the grid:
+/// cell (x, y, z) with any integers is an image of one inside. Two cells are near each other by the distance of their
+/// centres.
+struct Cells {
+  /// About one sphere a cell.
+  Cells(const SphereProblem& problem, const std::vector<Site>& sources);
+
+  std::array<int, 3> count{1, 1, 1};
+  Vec3 origin, edge;
+  std::array<int, 3> period{};     ///< cells after which all images repeat; in free space twice the cells, and no image
+  std::array<bool, 3> mirrored{};  ///< axes with mirrors
+  double reach = 0;                ///< of the farthest charge from its cell's centre
+  double range = 0;                ///< cells less apart are near
+  std::vector<std::vector<int>> members;
+
+  int cells() const { return count[0] * count[1] * count[2]; }
+  std::array<int, 3> place(Vec3 p) const;
+  Vec3 centre(std::array<int, 3> at) const {
+    return origin + Vec3{(at[0] + 0.5) * edge.x, (at[1] + 0.5) * edge.y, (at[2] + 0.5) * edge.z};
+  }
+  int number(std::array<int, 3> at) const { return (at[0] * count[1] + at[1]) * count[2] + at[2]; }
+  Vec3 way(int x, int y, int z) const { return {x * edge.x, y * edge.y, z * edge.z}; }
+  bool is_near(int x, int y, int z) const { return norm2(way(x, y, z)) < range * range; }
+
+  double low_sign(int axis) const { return side_sign_[2 * axis]; }  ///< of images at the low side
+
+  /// All sources, and images of sources, in cells near the target's.
+  std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const;
+
+ private:
+  struct Place {
+    int index = -1;  ///< of the cell inside, -1 if there is none
+    bool turned = false;
+    double shift = 0, sign = 1;
+  };
+  Place inside(int axis, int index) const;
+
+  bool bounded_ = false;
+  Vec3 lengths_;
+  std::array<double, 6> side_sign_{};
+};
+
+}  // namespace lichtenberg::laplace::spheres

@@ -37,9 +37,9 @@ double free_energy(const SphereProblem& problem, const SphereSolution& solution)
   return energy;
 }
 
-double slope_error(const SphereProblem& problem, int sphere, int axis) {
-  const double step = 1e-4;
-  SphereSolver solver({.accuracy = 1e-11});
+/// Force and slope of the energy, which is its negative.
+double slope_error(const SphereProblem& problem, int sphere, int axis, double step, double accuracy) {
+  SphereSolver solver({.accuracy = accuracy});
   const double force = solver.solve(problem).sphere_force[sphere][axis];
   const auto at_distance = [&](double distance) {
     SphereProblem moved = problem;
@@ -96,8 +96,130 @@ TEST_CASE("a force is the slope of the energy, at given charges and at given pot
     for (int axis = 0; axis < 3; ++axis) {
       CAPTURE(sphere);
       CAPTURE(axis);
-      CHECK(std::abs(slope_error(mixed_box(), sphere, axis)) < 1e-7);
+      CHECK(std::abs(slope_error(mixed_box(), sphere, axis, 1e-4, 1e-11)) < 1e-7);
     }
+}
+
+TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
+  // C_11, C_12 and the force on the second at potentials 1 and 0, by image charges in 40-digit arithmetic, their force
+  // by the derivative of the charges.
+  struct Exact {
+    double other, gap, own, mutual, force;
+  };
+  for (const Exact& exact : {Exact{1, 1e-2, 26.85019748512267, -18.130584124145314, -155.06556819774652},
+                             Exact{1, 1e-4, 41.272931590497859, -32.562494417980659, -15704.742104128324},
+                             Exact{0.5, 1e-3, 26.743809171604176, -16.04224220718239, -1044.5408792016476},
+                             Exact{0.5, 1e-5, 36.38293526862656, -25.681338479864124, -104715.49027253303}})
+    for (const double accuracy : {1e-3, 1e-6, 1e-9}) {
+      CAPTURE(exact.gap);
+      CAPTURE(accuracy);
+      SphereProblem problem{.free_space = true, .permittivity = 1};
+      problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 1 + exact.other + exact.gap}, exact.other, 1}};
+      problem.groups = {{.floating = false, .potential = 1}, {.floating = false}};
+      const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+      // The centres' distance is rounded: 2e-16 of it is 2e-11 of the smallest gap.
+      CHECK(std::abs(found.sphere_charge[0] / exact.own - 1) < accuracy);
+      CHECK(std::abs(found.sphere_charge[1] / exact.mutual - 1) < accuracy);
+      CHECK(std::abs(found.sphere_force[1].z / exact.force - 1) < accuracy);
+      CHECK(std::abs(found.sphere_force[0].z / exact.force + 1) < accuracy);
+    }
+}
+
+TEST_CASE(
+    "small gaps in any direction, to a sphere and to an electrode: forces are slopes, the gap has the field of a "
+    "plate") {
+  SphereProblem problem = mixed_box();
+  const double gap = 1e-3;
+  problem.spheres[0].centre.z = 0.15 + gap;  // above an electrode
+  problem.spheres[2].centre = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.32 + gap);
+  problem.groups[2] = {.floating = false, .potential = -1};
+  // Fourth order in step / gap = 0.05, with a fifth derivative of some 24 forces: 6e-6 of the force.
+  SphereSolver solver({.accuracy = 1e-9});
+  const SphereSolution found = solver.solve(problem);
+  for (const int sphere : {0, 2})
+    for (int axis = 0; axis < 3; ++axis) {
+      CAPTURE(sphere);
+      CAPTURE(axis);
+      CHECK(std::abs(slope_error(problem, sphere, axis, 0.05 * gap, 1e-9)) < 1e-5 * norm(found.sphere_force[sphere]));
+    }
+  // In the middle of a gap between curved surfaces the field is the difference over the gap, but for gap / R.
+  const Vec3 middle = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.2 + 0.5 * gap);
+  const PointField between = solver.field(std::vector<Vec3>{middle})[0];
+  CHECK(dot(between.field, {0.6, -0.48, 0.64}) == doctest::Approx(1.3 / gap).epsilon(0.02));
+  CHECK(between.potential == doctest::Approx(-0.35).epsilon(0.02));
+  const PointField below = solver.field(std::vector<Vec3>{{0.1, 0.3, 0.5 * gap}})[0];
+  CHECK(below.field.z == doctest::Approx((1 - found.group_potential[0]) / gap).epsilon(0.02));
+}
+
+TEST_CASE("spheres of one group may touch, each other and an insulating side") {
+  // Two equal spheres in contact have the capacitance 8 pi eps R ln 2 (Maxwell).
+  SphereProblem pair{.free_space = true, .permittivity = 1};
+  pair.spheres = {{{0, 0, 0}, 1, 0}, {{1.2, 0, 1.6}, 1, 0}};
+  pair.groups = {{.floating = false, .potential = 1}};
+  const SphereSolution touching = SphereSolver({.accuracy = 1e-9}).solve(pair);
+  CHECK(touching.sphere_charge[0] + touching.sphere_charge[1] ==
+        doctest::Approx(8 * std::numbers::pi * std::log(2.0)).epsilon(1e-9));
+  // They repel each other by 4 pi eps R^2 E^2 (ln 2 - 1/4) / 6 (Kelvin), each with the potential 1.
+  CHECK(touching.sphere_force[1].x ==
+        doctest::Approx(0.6 * 4 * std::numbers::pi * (std::log(2.0) - 0.25) / 6).epsilon(1e-8));
+  // A sphere that lies on an insulating side is half of such a pair.
+  SphereProblem lying{.permittivity = 1};
+  lying.box.lengths = {1, 1, 1};
+  lying.box.sides[5] = Boundary::electrode;
+  lying.spheres = {{{0.4, 0.5, 0.1}, 0.1, 0}};
+  lying.groups = {{.charge = 1}};
+  SphereProblem both = lying;
+  both.box.lengths.z = 2;
+  both.box.sides[4] = Boundary::electrode;
+  both.spheres = {{{0.4, 0.5, 1.1}, 0.1, 0}, {{0.4, 0.5, 0.9}, 0.1, 0}};
+  both.groups = {{.charge = 2}};
+  const SphereSolution one = SphereSolver({.accuracy = 1e-9}).solve(lying),
+                       two = SphereSolver({.accuracy = 1e-9}).solve(both);
+  CHECK(one.group_potential[0] == doctest::Approx(two.group_potential[0]).epsilon(1e-9));
+  CHECK(one.sphere_force[0].z == doctest::Approx(two.sphere_force[0].z).epsilon(1e-8));
+}
+
+TEST_CASE("cell by cell or pair by pair: the same field") {
+  for (const int scene : {0, 1, 2}) {
+    CAPTURE(scene);
+    SphereProblem problem{.free_space = scene == 0, .permittivity = 1};
+    problem.box.lengths = {1, 1.2, scene == 2 ? 0.3 : 0.9};
+    problem.box.sides[0] = Boundary::electrode;
+    if (scene == 2) problem.box.sides[2] = problem.box.sides[3] = Boundary::periodic;
+    if (scene == 1) problem.box.sides[4] = problem.box.sides[5] = Boundary::electrode;
+    for (int i = 0; i < 48; ++i) {
+      const double x = 0.1 + 0.16 * (i % 6), y = 0.08 + 0.14 * (i / 6 % 8), z = 0.15 + 0.04 * std::sin(i);
+      problem.spheres.push_back({{x, y, z}, 0.05 + 0.01 * std::cos(3 * i), i});
+      problem.groups.push_back({.charge = std::sin(2 * i)});
+    }
+    const SphereSolution pairs = SphereSolver({.accuracy = 1e-6}).solve(problem);
+    // One more, too small to matter, and there are cells.
+    problem.spheres.push_back({{0.02, 0.02, 0.02}, 1e-5, 48});
+    problem.groups.push_back({});
+    const SphereSolution cells = SphereSolver({.accuracy = 1e-6}).solve(problem);
+    double largest = 0, error = 0, force = 0, force_error = 0;
+    for (int i = 0; i < 48; ++i) {
+      largest = std::max(largest, std::abs(pairs.group_potential[i]));
+      error = std::max(error, std::abs(pairs.group_potential[i] - cells.group_potential[i]));
+      force = std::max(force, norm(pairs.sphere_force[i]));
+      force_error = std::max(force_error, norm(pairs.sphere_force[i] - cells.sphere_force[i]));
+    }
+    CHECK(error < 2e-6 * largest);
+    CHECK(force_error < 2e-6 * force);
+  }
+}
+
+TEST_CASE("a moving scene needs fewer iterations, and forgets when told to; threads change no bit") {
+  SphereProblem problem = mixed_box();
+  SphereSolver solver({.accuracy = 1e-8});
+  const SphereSolution first = solver.solve(problem);
+  problem.spheres[0].centre.x += 1e-6;
+  CHECK(solver.solve(problem).iterations < first.iterations);
+  solver.forget();
+  parallel::Team team(3);
+  const SphereSolution alone = solver.solve(problem), together = SphereSolver({.accuracy = 1e-8}, team).solve(problem);
+  CHECK(alone.group_potential == together.group_potential);
+  CHECK(alone.sphere_force[1] == together.sphere_force[1]);
 }
 
 TEST_CASE("action and reaction are equal in free space") {

@@ -81,12 +81,17 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
     places.push_back(points[p]);
   }
   std::vector<double> local(4 * places.size());
-  system.fields().add_at(places, unit, system.multipoles(my.x).data(), local.data(), *my.team);
+  system.fields().add_at(places, unit, system.multipoles(my.x.data()).data(), local.data(), *my.team);
   for (std::size_t k = 0; k < outside.size(); ++k) {
     const double* b = local.data() + 4 * k;
     PointField& at_point = result[outside[k]];
     at_point.potential = b[0] + system.wall().at(points[outside[k]]);
     at_point.field = Vec3{b[at(1, 1)], b[at(1, -1)], b[at(1, 0)]} * (-1 / unit) - system.wall().slope;
+    const std::vector<ClosePair>& pairs = system.fields().close_pairs();
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+      for (const Tail& tail : pairs[p].tails)
+        add_tail(tail, system.sites()[tail.sphere], system.amplitude(my.x.data(), p), points[outside[k]],
+                 at_point.potential, at_point.field);
   }
   return result;
 }

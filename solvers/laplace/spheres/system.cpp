@@ -37,44 +37,16 @@ WallPotential::WallPotential(const SphereProblem& problem) {
 
 namespace {
 
-/// Harmonics of sphere i that its neighbour calls for: the images of charges near a gap lie at R exp(-alpha), alpha the
-/// bispherical coordinate of its surface, and their field falls off like exp(-alpha l).
-double degree_beside(double radius, double other, double distance, double accuracy) {
-  const double gap = distance - radius - other;
-  const double cosh_minus_one = gap * (gap + 2 * other) / (2 * distance * radius);
-  const double alpha = std::log1p(cosh_minus_one + std::sqrt(cosh_minus_one * (2 + cosh_minus_one)));
-  return -std::log(accuracy) / alpha;
+/// Harmonics that a gap calls for: they fall off like exp(-alpha l).
+double degree_beside(double radius, double other, double gap, double accuracy) {
+  return -std::log(accuracy) / bispherical_coordinate(radius, other, gap);
 }
 
-/// The same where both have one potential: however small the gap, harmonics fall off like exp(-sqrt(2 beta l)), beta =
-/// 2 pi / (1 + R / R') (README.md).
+/// The same where both sides have one potential: however small the gap, harmonics fall off like exp(-sqrt(2 beta l)),
+/// beta = 2 pi / (1 + R / R') (README.md).
 double degree_at_contact(double radius, double other, double accuracy) {
   const double digits = std::log(accuracy);
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi);
-}
-
-/// Degrees for the accuracy, from the neighbours of each sphere.
-void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, double accuracy,
-                    std::vector<Site>& sites) {
-  std::vector<double> degree(sites.size(), 2);
-  for (const NearPair& pair : pairs) {
-    const Site &site = sites[pair.target], &other = sites[pair.source];
-    const double d = norm(pair.way);
-    const bool one_potential =
-        problem.spheres[pair.target].group == problem.spheres[pair.source].group && pair.sign > 0;
-    const double contact = degree_at_contact(site.radius, other.radius, accuracy);
-    const double apart =
-        d > site.radius + other.radius ? degree_beside(site.radius, other.radius, d, accuracy) : contact;
-    degree[pair.target] = std::max(degree[pair.target], one_potential ? std::min(apart, contact) : apart);
-  }
-  for (std::size_t i = 0; i < sites.size(); ++i) {
-    if (degree[i] > largest_degree)
-      throw InputError(
-          fmt::format("the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of "
-                      "{:.3g}: {} is the largest",
-                      i, std::ceil(degree[i]), accuracy, largest_degree));
-    sites[i].degree = static_cast<int>(std::ceil(degree[i]));
-  }
 }
 
 /// Distance from which images of one charge act together, where pairs are few.
@@ -92,6 +64,37 @@ constexpr std::size_t many_spheres = 48;
 
 }  // namespace
 
+/// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
+void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs) {
+  std::vector<double> degree(sites_.size(), 2);
+  std::vector<NearPair> gaps;
+  for (const NearPair& pair : pairs) {
+    const Site &site = sites_[pair.target], &other = sites_[pair.source];
+    const double gap = norm(pair.way) - site.radius - other.radius;
+    const double contact = degree_at_contact(site.radius, other.radius, accuracy_);
+    const double apart = gap > 0 ? degree_beside(site.radius, other.radius, gap, accuracy_) : 2 * contact;
+    degree[pair.target] = std::max(degree[pair.target], std::min(apart, contact));
+    const bool one_potential =
+        problem.spheres[pair.target].group == problem.spheres[pair.source].group && pair.sign > 0;
+    if (one_potential || apart <= contact || pair.target > pair.source) continue;
+    // Of two images that face each other the same way one stands for both.
+    const auto twin = [&](const NearPair& p) {
+      return pair.target == pair.source && p.target == pair.target && p.source == pair.source && p.mask == pair.mask &&
+             pair.mask == 0 && norm2(p.way + pair.way) < 1e-20 * norm2(pair.way);
+    };
+    if (std::none_of(gaps.begin(), gaps.end(), twin)) gaps.push_back(pair);
+  }
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    if (degree[i] > largest_degree)
+      throw InputError(
+          fmt::format("the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of "
+                      "{:.3g}: {} is the largest",
+                      i, std::ceil(degree[i]), accuracy_, largest_degree));
+    sites_[i].degree = static_cast<int>(std::ceil(degree[i]));
+  }
+  close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_);
+}
+
 Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, double accuracy, const Fields* past)
     : mirrors_(&mirrors), accuracy_(accuracy) {
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
@@ -100,7 +103,7 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, double accu
   else if (mirrors.bounded)
     range_ = choose_range(mirrors, sites_);
   std::vector<NearPair> pairs = near_pairs(sites_);
-  choose_degrees(problem, pairs, accuracy, sites_);
+  choose_degrees(problem, pairs);
   near_ = std::make_unique<NearField>(sites_, sites_, std::move(pairs), 0.1 * accuracy);
   if (cells_) {
     convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
@@ -177,12 +180,31 @@ void System::find_given() {
 }
 
 void System::apply(const double* x, double* y) const {
-  std::vector<double> multipoles(size()), local(size());
-  for (std::size_t i = 0; i < sites_.size(); ++i)
-    for (int k = start_[i]; k < start_[i + 1]; ++k) multipoles[k] = x[k] / std::sqrt(sites_[i].radius);
-  fields_.add(multipoles.data(), local.data(), *team_);
+  const std::vector<double> a = multipoles(x);
+  std::vector<double> local(harmonics_size());
+  fields_.add(a.data(), local.data(), *team_);
   for (std::size_t i = 0; i < sites_.size(); ++i)
     for (int k = start_[i]; k < start_[i + 1]; ++k) y[k] = x[k] + std::sqrt(sites_[i].radius) * local[k];
+  add_close_pairs(x, a.data(), y);
+}
+
+/// The tails of a pair act on its spheres' harmonics, these on them, and they on each other.
+void System::add_close_pairs(const double* x, const double* multipoles, double* y) const {
+  for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p) {
+    const ClosePair& pair = fields_.close_pairs()[p];
+    const double c = amplitude(x, p);
+    double felt = 0;
+    for (const Tail& tail : pair.tails) {
+      const Site& site = sites_[tail.sphere];
+      const double* a = multipoles + start_[tail.sphere];
+      double* to = y + start_[tail.sphere];
+      for (std::size_t k = 0; k < tail.potential.size(); ++k) {
+        felt += site.radius * tail.potential[k] * a[k];
+        to[k] += std::sqrt(site.radius) * c * tail.potential[k];
+      }
+    }
+    y[harmonics_size() + p] = x[harmonics_size() + p] + felt / std::sqrt(pair.energy);
+  }
 }
 
 void System::project(double* x) const {
@@ -220,8 +242,8 @@ std::vector<double> System::right_hand_side() const {
   return f;
 }
 
-std::vector<double> System::multipoles(const std::vector<double>& x) const {
-  std::vector<double> result(size());
+std::vector<double> System::multipoles(const double* x) const {
+  std::vector<double> result(harmonics_size());
   for (std::size_t i = 0; i < sites_.size(); ++i)
     for (int k = start_[i]; k < start_[i + 1]; ++k) result[k] = x[k] / std::sqrt(sites_[i].radius);
   return result;
@@ -256,7 +278,14 @@ SphereSolution System::results(const std::vector<double>& x) const {
     for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
     for (double& value : solution.group_potential) value -= mean;
   }
-  add_charges_and_forces(problem_, sites_, multipoles(x), wall_, solution);
+  const std::vector<double> a = multipoles(x.data());
+  add_charges_and_forces(problem_, sites_, a, wall_, solution);
+  const double scale = 4 * std::numbers::pi * problem_.permittivity;
+  for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p)
+    for (const Tail& tail : fields_.close_pairs()[p].tails)
+      solution.sphere_force[tail.sphere] +=
+          tail.axis * (scale * tail_force(tail, amplitude(x.data(), p), sites_[tail.sphere].degree,
+                                          a.data() + start_[tail.sphere]));
   return solution;
 }
 

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "solvers/laplace/spheres/cell_field.hpp"
+#include "solvers/laplace/spheres/close_pairs.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
 
 namespace lichtenberg::laplace::spheres {
@@ -25,6 +26,7 @@ class Fields {
   Fields(const SphereProblem& problem, const Mirrors& mirrors, double accuracy, const Fields* past);
 
   const std::vector<Site>& sites() const { return sites_; }
+  const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
   void add(const double* multipoles, double* local, parallel::Team& team) const;
   /// The same at points: 4 local coefficients a point, in powers of `unit`.
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
@@ -32,10 +34,12 @@ class Fields {
 
  private:
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
+  void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs);
 
   const Mirrors* mirrors_;
   double accuracy_;
   std::vector<Site> sites_;
+  std::vector<ClosePair> close_pairs_;
   double range_ = 0;  ///< of images that act one by one, if there are no cells
   std::unique_ptr<Cells> cells_;
   std::unique_ptr<NearField> near_;
@@ -53,7 +57,8 @@ class System {
   System& operator=(const System&) = delete;
   System(const SphereProblem& problem, double accuracy, parallel::Team& team, const System* past);
 
-  int size() const { return start_.back(); }
+  /// Harmonics of all spheres, then an amplitude a close pair.
+  int size() const { return harmonics_size() + static_cast<int>(fields_.close_pairs().size()); }
   /// x -> x + sqrt(R) b.
   void apply(const double* x, double* y) const;
   /// Takes off what would change charges that are given.
@@ -69,9 +74,14 @@ class System {
   const Fields& fields() const { return fields_; }
   const WallPotential& wall() const { return wall_; }
   /// a of x, laid out as the sites.
-  std::vector<double> multipoles(const std::vector<double>& x) const;
+  std::vector<double> multipoles(const double* x) const;
+  double amplitude(const double* x, std::size_t pair) const {
+    return x[harmonics_size() + pair] / std::sqrt(fields_.close_pairs()[pair].energy);
+  }
 
  private:
+  int harmonics_size() const { return start_.back(); }
+  void add_close_pairs(const double* x, const double* multipoles, double* y) const;
   /// Spheres whose charges together are given: those of a floating group, or of all fixed ones where nothing takes what
   /// is left.
   struct Given {

@@ -1,0 +1,180 @@
+#include "solvers/laplace/spheres/close_pairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::laplace::spheres {
+
+double bispherical_coordinate(double radius, double other, double gap) {
+  const double distance = gap + radius + other;
+  const double cosh_minus_one = gap * (gap + 2 * other) / (2 * distance * radius);
+  return std::log1p(cosh_minus_one + std::sqrt(cosh_minus_one * (2 + cosh_minus_one)));
+}
+
+namespace {
+
+/// Image charges for one sphere at potential 1 and the other at 0, as multipoles of the first and of the second.
+void add_images(double first, double second, double distance, double accuracy, double weight,
+                std::vector<double>& of_first, std::vector<double>& of_second) {
+  double charge = first, place = 0, own = first, other = second;
+  std::vector<double>*here = &of_first, *there = &of_second;
+  const auto add = [&] {
+    double term = weight * charge / own;
+    const double ratio = place / own;
+    for (double& value : *here) value += term, term *= ratio;
+  };
+  for (add(); std::abs(charge) > accuracy * first; add()) {
+    const double away = distance - place;
+    charge *= -other / away;
+    place = other * other / away;
+    std::swap(here, there);
+    std::swap(own, other);
+  }
+}
+
+/// What multipoles of a source up to its degree make on a target, both axial about the way to each other: all signs are
+/// plus. C(l+t, l) (R_s/d)^(l+1) (R_t/d)^t goes from one l to the next.
+double axial_field(const std::vector<double>& source, int source_degree, double source_ratio, double target_ratio,
+                   int t) {
+  double sum = 0, factor = source_ratio;
+  for (int k = 0; k < t; ++k) factor *= target_ratio;
+  for (int l = 0; l <= source_degree; ++l) {
+    sum += factor * source[l];
+    factor *= source_ratio * (l + 1 + t) / (l + 1);
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy) {
+  const double distance = gap + radius + other;
+  const std::vector<double> none(degree + 1);
+  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // either sphere at potential 1
+  add_images(radius, other, distance, accuracy, 1, first[0], first[1]);
+  add_images(other, radius, distance, accuracy, 1, second[1], second[0]);
+  const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
+    return radius * of[0][0] + other * of[1][0];
+  };
+  const double a = charge(first), b = charge(second);
+  const double potential = b / (a + b);  // of the first; the second has one less
+  std::array<PairSolution, 2> result;
+  for (int k = 0; k < 2; ++k) {
+    result[k].multipoles.resize(degree + 1);
+    result[k].potential = potential - k;
+    for (int l = 0; l <= degree; ++l)
+      result[k].multipoles[l] = potential * first[k][l] + (potential - 1) * second[k][l];
+  }
+  return result;
+}
+
+std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy) {
+  std::vector<ClosePair> result;
+  for (const NearPair& gap : gaps) {
+    const Site &a = sites[gap.target], &b = sites[gap.source];
+    const double distance = norm(gap.way), width = distance - a.radius - b.radius;
+    const double slowest =
+        std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
+    const int degree = std::max(a.degree, b.degree) + 2 + static_cast<int>(-std::log(0.01 * accuracy) / slowest);
+    // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha.
+    const auto solution = pair_solution(a.radius, b.radius, width, degree, 0.01 * accuracy * slowest);
+    const Vec3 to_source = gap.way * (-1 / distance);
+    // The image's harmonics are those of the sphere itself, mirrored and with the sign of the image.
+    const Vec3 back = mirrored(to_source * -1.0, gap.mask);
+    const bool alone = gap.target == gap.source && gap.mask != 0;
+    const bool image = gap.mask != 0 || norm2(a.centre - b.centre - gap.way) > 1e-20 * norm2(gap.way);
+    ClosePair pair;
+    pair.tails.push_back({gap.target,
+                          1,
+                          to_source,
+                          solution[0].multipoles,
+                          {},
+                          image,
+                          solution[1].multipoles,
+                          b.radius,
+                          distance,
+                          b.degree});
+    if (!alone)
+      pair.tails.push_back({gap.source,
+                            gap.sign,
+                            back,
+                            solution[1].multipoles,
+                            {},
+                            image,
+                            solution[0].multipoles,
+                            a.radius,
+                            distance,
+                            a.degree});
+    for (std::size_t k = 0; k < pair.tails.size(); ++k) {
+      Tail& tail = pair.tails[k];
+      const Site &site = sites[tail.sphere], &facing = k == 0 ? b : a;
+      std::vector<double> harmonic(harmonics(site.degree));
+      regular_harmonics(tail.axis, site.degree, harmonic.data());
+      tail.potential.resize(harmonic.size());
+      for (int l = 0; l <= site.degree; ++l) {
+        const double made = tail.multipoles[l] + axial_field(tail.facing, facing.degree, facing.radius / distance,
+                                                             site.radius / distance, l);
+        const double left = (l == 0 ? solution[k].potential : 0) - made;
+        pair.energy -= site.radius * tail.multipoles[l] * left;
+        for (int m = -l; m <= l; ++m) tail.potential[at(l, m)] = tail.sign * left * harmonic[at(l, m)];
+      }
+    }
+    // Less than rounding of the energy: the harmonics are enough.
+    const double scale = sites[gap.target].radius * solution[0].multipoles[0] * solution[0].multipoles[0];
+    if (pair.energy > 1e-13 * scale) result.push_back(std::move(pair));
+  }
+  return result;
+}
+
+double tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles) {
+  std::vector<double> harmonic(harmonics(degree));
+  regular_harmonics(tail.axis, degree, harmonic.data());
+  double own = 0;  // of the sphere's last harmonics, about the axis
+  for (int m = -degree; m <= degree; ++m) own += multipoles[at(degree, m)] * harmonic[at(degree, m)];
+  const double scale = tail.sign * amplitude;
+  double sum = 0, before = own;
+  for (std::size_t l = degree + 1; l < tail.multipoles.size(); ++l) {
+    const double here = scale * tail.multipoles[l];
+    sum += l * before * here;
+    before = here;
+  }
+  return sum;
+}
+
+namespace {
+
+/// sum over l > degree of a_l (R/r)^(l+1) P_l, and its gradient.
+void add_axial(const std::vector<double>& multipoles, double scale, int degree, double radius, Vec3 axis, Vec3 r,
+               double& potential, Vec3& field) {
+  const double distance = norm(r), ratio = radius / distance, u = std::clamp(dot(r, axis) / distance, -1.0, 1.0);
+  double power = ratio, below = 0, legendre = 1, below_slope = 0, slope = 0, value = 0, radial = 0, polar = 0;
+  for (std::size_t l = 0; l < multipoles.size(); ++l, power *= ratio) {
+    if (static_cast<int>(l) > degree) {
+      const double term = scale * multipoles[l] * power;
+      value += term * legendre;
+      radial -= (l + 1) * term * legendre / distance;
+      polar += term * slope / distance;
+    }
+    const double above = ((2 * l + 1) * u * legendre - l * below) / (l + 1);
+    const double above_slope = (l + 1) * legendre + u * slope;
+    below = legendre, legendre = above;
+    below_slope = slope, slope = above_slope;
+    if (static_cast<int>(l) > degree && power < 1e-18) break;
+  }
+  (void)below_slope;
+  const Vec3 outward = r * (1 / distance);
+  potential += value;
+  field -= outward * radial + (axis - outward * u) * polar;
+}
+
+}  // namespace
+
+void add_tail(const Tail& tail, const Site& site, double amplitude, Vec3 point, double& potential, Vec3& field) {
+  const double scale = tail.sign * amplitude;
+  add_axial(tail.multipoles, scale, site.degree, site.radius, tail.axis, point - site.centre, potential, field);
+  if (tail.faces_image)
+    add_axial(tail.facing, scale, tail.facing_degree, tail.facing_radius, tail.axis * -1.0,
+              point - site.centre - tail.axis * tail.distance, potential, field);
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "solvers/laplace/spheres/near_field.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// Bispherical coordinate of sphere `radius` beside another one: harmonics fall off like exp(-alpha l). `gap` between
+/// the surfaces.
+double bispherical_coordinate(double radius, double other, double gap);
+
+/// Two spheres alone with equal and opposite charges and a potential difference of 1: the axial multipoles of the one
+/// of `radius` (m = 0 about the way to the other), l = 0, 1, ... up to the degree, and its potential. By image charges:
+/// every charge mirrored at the other sphere, until `accuracy` is left.
+struct PairSolution {
+  std::vector<double> multipoles;
+  double potential = 0;
+};
+std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
+
+/// Of one sphere at a gap whose sides have different potentials: what harmonics beyond its degree there are for a unit
+/// of the pair's amplitude, and the potential that those of both make on it.
+struct Tail {
+  int sphere = 0;
+  double sign = 1;                 ///< of the amplitude on this sphere
+  Vec3 axis;                       ///< unit vector to the other side
+  std::vector<double> multipoles;  ///< axial ones, all degrees
+  std::vector<double> potential;   ///< harmonics up to the sphere's degree, on it
+  bool faces_image = false;        ///< the other side is an image, at centre + axis * distance
+  std::vector<double> facing;      ///< axial multipoles of the other side, for its amplitude
+  double facing_radius = 0, distance = 0;
+  int facing_degree = 0;
+};
+
+/// A gap between different potentials. The spheres' own harmonics end where those of a pair at one potential do; what
+/// the difference drives into the gap beyond them has one unknown amplitude, and is the exact pair's.
+struct ClosePair {
+  std::vector<Tail> tails;  ///< two, or one beside an electrode
+  double energy = 0;        ///< of the tails with each other, over 2 pi eps, for a unit of amplitude
+};
+
+/// `gaps`: the pairs, each in one direction. Adds nothing where the sphere's harmonics are enough.
+std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy);
+
+/// Along the axis, over 4 pi eps and for multipoles up to the degree and the tail with its amplitude beyond.
+double tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles);
+
+/// Potential and field of a tail and, if it faces an image, of that one's.
+void add_tail(const Tail& tail, const Site& site, double amplitude, Vec3 point, double& potential, Vec3& field);
+
+}  // namespace lichtenberg::laplace::spheres

@@ -151,6 +151,7 @@ class Level {
                     Part& part);
   void join_parts(parallel::Team& team);
   void sort_by_row(parallel::Team& team);
+  void sort_row(int j, std::vector<int>& place, std::vector<int>& sorted);
   void sum_diagonal(parallel::Team& team);
   void link_shared_cell(const LaplaceProblem& problem, SharedCell cell);
   void link_sides(const LaplaceProblem& problem);

@@ -113,12 +113,8 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
   const auto n = static_cast<PetscInt>(op.size());
   PetscInt have = -1;
   if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
-  if (have != n) {
-    krylov_.release();
-    parallel::check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, &krylov_.x));
-    parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &context_, &krylov_.matrix));
-    parallel::check_petsc(MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  if (have != n) make_vectors(n);
+  if (!krylov_.ksp) {
     parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
     PC pc = nullptr;
     parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
@@ -131,6 +127,18 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
     use_plain_cg_without_multigrid(krylov_.ksp);
   }
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+}
+
+/// Anew each time that groups merge or part. What options have said of the method stays.
+void MatrixFreeSystem::make_vectors(PetscInt n) {
+  if (krylov_.ksp) parallel::check_petsc(KSPReset(krylov_.ksp));
+  parallel::check_petsc(MatDestroy(&krylov_.matrix));
+  for (::Vec* vector : {&krylov_.x, &krylov_.b}) {
+    parallel::check_petsc(VecDestroy(vector));
+    parallel::check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, vector));
+  }
+  parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, &context_, &krylov_.matrix));
+  parallel::check_petsc(MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
 }
 
 void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,

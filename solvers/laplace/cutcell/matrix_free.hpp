@@ -19,6 +19,7 @@ class MatrixFreeSystem : public LinearSystem {
  private:
   void discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op);
   void make_krylov(CutCellOperator& op);
+  void make_vectors(PetscInt n);
   LinkFormula links_;
   double tolerance_;
   parallel::Team& team_;

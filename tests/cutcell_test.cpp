@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/follow.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
@@ -315,6 +316,68 @@ TEST_CASE("past solutions shorten a solve and do not change its answer; forgotte
   CHECK(first.unknowns > 0);
 }
 
+namespace {
+
+/// The problem after group `from` has merged with group 1.
+LaplaceProblem with_merged(LaplaceProblem problem, int from) {
+  problem.groups[1].charge += problem.groups[from].charge;
+  problem.groups.erase(problem.groups.begin() + from);
+  for (Body& body : problem.bodies) {
+    if (body.group == from) body.group = 1;
+    if (body.group > from) --body.group;
+  }
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("a solver that follows one on a coarser grid starts from what that one has found of a merger") {
+  const LaplaceProblem before = crowd(30, 256, 10, 1), after = with_merged(before, 2);
+  CutCellSolver coarse(options(64, 1e-4)), following(options(256, 1e-5)), alone(options(256, 1e-5));
+  following.follow(coarse);
+  for (const LaplaceProblem* problem : {&before, &after}) {
+    coarse.solve(*problem);
+    const LaplaceSolution with = following.solve(*problem), without = alone.solve(*problem);
+    if (problem == &before) {
+      CHECK(with.iterations == without.iterations);
+      continue;
+    }
+    CHECK(with.iterations < without.iterations);
+    // Either is off by its tolerance, in the energy norm.
+    double largest = 0;
+    for (const double potential : without.group_potential) largest = std::max(largest, std::abs(potential));
+    for (std::size_t g = 0; g < without.group_potential.size(); ++g)
+      CHECK(std::abs(with.group_potential[g] - without.group_potential[g]) < 2e-5 * largest);
+  }
+}
+
+TEST_CASE("what a finer grid follows is interpolated bilinearly, and mirrored at the sides") {
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {32, 32};
+  problem.sides[left] = {Side::Kind::electrode, 0, {}};
+  problem.bodies = {{Disk{{20, 16}, 5}, 0}};
+  problem.groups = {{true, 1, 0}};
+  Level level(problem, 32, 32);
+  level.build(problem, LinkFormula::log_fitted);
+  CutCellOperator op;
+  op.build(problem, level);
+  // A change that is odd about the electrode on the left: bilinear interpolation is exact for it but within half a
+  // coarse cell of the side on the right.
+  Potentials none{8, 8, std::vector<double>(64), {1}}, change = none;
+  for (int j = 0; j < 8; ++j)
+    for (int i = 0; i < 8; ++i) change.cell[8 * j + i] = 4 * (i + 0.5);
+  change.body[0] = 21;
+  const double scale = 2;
+  std::vector<double> x(op.size(), 3);
+  add_change(none, change, problem, scale, op, x);
+  for (int j = 0; j < 32; ++j)
+    for (int i = 0; i < 32; ++i) {
+      const double added = x[level.layout(i, j)] - 3, whole = i < 30 ? i + 0.5 : 30;
+      CHECK(added == doctest::Approx(level.diagonal[level.layout(i, j)] > 0 ? whole / scale : 0).epsilon(1e-12));
+    }
+  CHECK(x[op.cells()] == doctest::Approx(3 + 20 / scale).epsilon(1e-12));
+}
+
 TEST_CASE("a box that does not hold whole cells is refused") {
   LaplaceProblem problem = crowd(1, 64, 5, 1);
   problem.size.y = 50.3;
@@ -400,7 +463,8 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   // stencil), black cells 1/2, residual in the red 1/2, its restriction 1/2, interpolation to the red 1/2, black cells
   // 1/2, red cells 1/2: 3 in all; the coarser grid is solved directly. Every iteration adds one to a cycle for the
   // operator, the first residual is one too, and the first guess is interpolated to all cells of the finest grid, 1.
-  // Four sweeps over the cells with links follow any guess.
+  // Four sweeps over the cells with links follow any guess. The last cycle is left out where it is foreseen that it
+  // would find what is left small enough.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {16, 16};
   problem.sides[left] = {Side::Kind::electrode, 0, {}};
@@ -412,16 +476,10 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   const double edge_sweeps = 4.0 * static_cast<double>(level.links.size()) / (16 * 16);
   const LaplaceSolution cold = solver.solve(problem);
   CHECK(cold.iterations > 1);
-  CHECK(cold.work == doctest::Approx(1 + edge_sweeps + 1 + 3 + cold.iterations * (1 + 3)).epsilon(1e-12));
-  // The same again: the past solution is right, and the operator is applied to it at edge cells: those with links,
-  // those at the electrode.
+  const double with_last_cycle = 1 + edge_sweeps + 1 + 3 + cold.iterations * (1 + 3), last_cycle = 3;
+  CHECK(std::min(std::abs(cold.work - with_last_cycle), std::abs(cold.work - with_last_cycle + last_cycle)) < 1e-12);
+  // The same again: the past solution is right, and the operator is applied to it, 1.
   const LaplaceSolution warm = solver.solve(problem);
   CHECK(warm.iterations == 0);
-  std::vector<std::ptrdiff_t> edge;
-  for (const FluidLink& link : level.links) edge.push_back(link.cell);
-  for (const SideLink& link : level.side_links) edge.push_back(link.cell);
-  std::sort(edge.begin(), edge.end());
-  edge.erase(std::unique(edge.begin(), edge.end()), edge.end());
-  CHECK(warm.work ==
-        doctest::Approx(static_cast<double>(edge.size()) / (16 * 16) + edge_sweeps + 1 + 3).epsilon(1e-12));
+  CHECK(warm.work == doctest::Approx(1 + edge_sweeps + 1 + 3).epsilon(1e-12));
 }

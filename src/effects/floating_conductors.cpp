@@ -295,13 +295,16 @@ const EffectKind& FloatingConductorsOptions::kind() {
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene) {
   FieldOptions moving = scene.field();
   moving.tolerance = moving.moving_tolerance;
-  auto effect = std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
-  if (const int cells = predictor_cells(scene)) {
-    moving.cells = cells;
-    moving.tolerance = std::max(moving.tolerance, 1e-4);  // such a grid's own error is a hundred times that
-    moving.device = FieldDevice::cpu;
-    effect->set_predictor(make_field_solver(moving));
-  }
+  const int cells = predictor_cells(scene);
+  if (cells == 0) return std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
+  auto solver = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
+  moving.cells = cells;
+  moving.tolerance = std::max(moving.tolerance, 1e-4);  // such a grid's own error is a hundred times that
+  moving.device = FieldDevice::cpu;
+  auto predictor = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
+  solver->follow(*predictor);
+  auto effect = std::make_unique<FloatingConductors>(scene, std::move(solver));
+  effect->set_predictor(std::move(predictor));
   return effect;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <deque>
 #include <vector>
 
@@ -16,48 +15,48 @@ std::vector<double> closest_combination(const std::vector<double>& gram, const s
 /// The last solutions, from which the next solve gets its first guess: the combination of them that is closest to the
 /// new one in the energy norm (a Galerkin projection with the new operator; Fischer 1998). For a scene in motion that
 /// is extrapolation in time, whatever the steps were.
-///
-/// A past solution fulfils the equations of all cells whose stencil is what it was then, to its solver's tolerance.
-/// So A needs to be applied at those cells only that are, or were in one of the past geometries, at an edge.
 class History {
  public:
   bool empty() const { return past_.empty(); }
-  void clear();
+  void clear() { past_.clear(); }
   /// Bodies of the last solution's problem.
   std::size_t bodies() const { return past_.front().body.size(); }
-  /// The last solution's potentials by slot, covered cells filled with their conductor's.
+  /// The last solution's potentials by slot, covered cells filled with their conductor's, and those of the bodies.
   const std::vector<double>& newest() const { return past_.front().x; }
+  const std::vector<double>& newest_of_bodies() const { return past_.front().body; }
 
-  /// Sets x to a first guess for op x = b (0 without a past) and returns the work, in evaluations of op.
+  /// Sets x to a first guess for op x = b and returns the work, in evaluations of op. There must be a past.
   double first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                      std::vector<double>& x);
+  /// Sets x to the last solution, as far as the new geometry has its cells.
+  void newest_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
   /// Keeps the solution x, and leaves something else in it; `body_potential` one a body, in the units of x.
   void remember(const Level& level, std::vector<double>& x, std::vector<double> body_potential);
 
  private:
   struct Past {
-    std::vector<double> x;           // cells, then groups
-    std::vector<double> body;        // potentials
-    std::vector<std::int32_t> edge;  // cells
+    std::vector<double> x;     // cells, then groups
+    std::vector<double> body;  // potentials
   };
   static constexpr int length = 3;
-  using Values = std::array<double, length>;  // of the past solutions at one place
-  // Products over some of the cells: the Gram matrix's lower triangle and the products with b.
+  using Values = std::array<double, length>;
+  // Products over some of the unknowns: the Gram matrix's lower triangle and the products with b.
   struct Products {
     std::array<Values, length> gram{};
     Values rhs{};
-    long cells = 0;
-    void add(const Values& e, const Values& image, double b);
     void add(const Products& other);
   };
   void set_groups(const LaplaceProblem& problem, std::size_t cells);
-  void count_edges(const std::vector<std::int32_t>& edge, int change);
-  static Values shares(const Products& known, int m);
-  Products row_products(const CutCellOperator& op, const double* b, int j) const;
-  Products products(const CutCellOperator& op, const std::vector<double>& b) const;
+  void form_basis(const CutCellOperator& op);
+  Products row_products(const CutCellOperator& op, const double* b, int j);
+  Products group_products(const CutCellOperator& op, const double* b);
+  Products products(const CutCellOperator& op, const std::vector<double>& b);
 
-  std::deque<Past> past_;            // newest first
-  std::vector<std::uint8_t> edges_;  // by slot: in how many geometries, past and present, the cell is at an edge
+  std::deque<Past> past_;  // newest first
+  // The newest solution and successive differences, nearly orthogonal where the solutions are nearly parallel; zero
+  // where there is no unknown. And what the operator makes of one of them.
+  std::array<std::vector<double>, length> basis_;
+  std::vector<double> image_;
 };
 
 }  // namespace lichtenberg::laplace

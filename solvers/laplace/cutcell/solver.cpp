@@ -10,6 +10,7 @@
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
+#include "solvers/laplace/cutcell/follow.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/history.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
@@ -62,12 +63,16 @@ struct CutCellSolver::Implementation {
   std::vector<double> b, x, residual;  // layout + groups
   double scale = 1;                    // V: x, b and the history are in units of it
   History history;
+  const Implementation* followed = nullptr;  // the solver on a coarser grid
+  Potentials followed_then;                  // its solution at the last solve here; of no body: none
 
   LaplaceSolution solve(const LaplaceProblem& problem);
   void choose_scale(const LaplaceProblem& problem);
   double rounding_of_residual(const std::vector<double>& potentials) const;
   void prepare_grids(const LaplaceProblem& problem);
   void fix_mean(const LaplaceProblem& problem);
+  double first_guess(const LaplaceProblem& problem);
+  Potentials potentials() const;
   void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
 };
 
@@ -130,6 +135,32 @@ double CutCellSolver::Implementation::rounding_of_residual(const std::vector<dou
   return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(potentials.size())) * largest;
 }
 
+/// Returns its work, in evaluations of the operator.
+double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem) {
+  if (history.empty()) {
+    system->first_guess(problem, scale, x);
+    return 0;
+  }
+  const std::size_t bodies = problem.bodies.size();
+  if (!followed || followed->history.empty() || followed->history.bodies() != bodies ||
+      followed_then.body.size() != bodies)
+    return history.first_guess(problem, op, b, x);
+  history.newest_guess(problem, op, x);
+  add_change(followed_then, followed->potentials(), problem, scale, op, x);
+  return 0;
+}
+
+Potentials CutCellSolver::Implementation::potentials() const {
+  if (history.empty()) return {};
+  const Layout& at = level->layout;
+  Potentials found{at.nx, at.ny, {}, history.newest_of_bodies()};
+  found.cell.reserve(static_cast<std::size_t>(at.nx) * at.ny);
+  for (int j = 0; j < at.ny; ++j)
+    for (int i = 0; i < at.nx; ++i) found.cell.push_back(scale * history.newest()[at(i, j)]);
+  for (double& potential : found.body) potential *= scale;
+  return found;
+}
+
 LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
   parallel::start_petsc();
   LaplaceSolution solution;
@@ -145,10 +176,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   start = std::chrono::steady_clock::now();
   choose_scale(problem);
   op.right_hand_side(problem, b.data(), scale);
-  if (history.empty())
-    system->first_guess(problem, scale, x);
-  else
-    solution.work += history.first_guess(problem, op, b, x);
+  solution.work += first_guess(problem);
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
@@ -167,6 +195,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
         problem.groups[g].floating ? scale * x[level->layout.size() + g] : problem.groups[g].potential;
   evaluate(problem, *level, x.data(), scale, solution, team);
   remember(problem, solution);
+  if (followed) followed_then = followed->potentials();
   solution.seconds.forces = seconds_since(start);
   return solution;
 }
@@ -210,6 +239,10 @@ void CutCellSolver::forget() {
   if (on_device_) return on_device_->forget();
   if (implementation_->assembled()) announce_forgetting(implementation_->number);
   implementation_->history.clear();
+}
+
+void CutCellSolver::follow(const CutCellSolver& coarser) {
+  if (implementation_) implementation_->followed = coarser.implementation_.get();
 }
 
 void CutCellSolver::set_tolerance(double tolerance) {

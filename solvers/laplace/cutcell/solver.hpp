@@ -38,6 +38,10 @@ class CutCellSolver : public LaplaceSolver {
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   Field field() const override;
   void forget() override;
+  /// From now on first guesses take over by how much the potentials of `coarser`, a solver of the same scenes on a
+  /// coarser grid, have changed since the last solve here: what predictions have found already. `coarser` must have
+  /// solved the same problem just before, and outlive this.
+  void follow(const CutCellSolver& coarser);
   /// Changes the tolerance of the solves that follow.
   void set_tolerance(double tolerance);
 

@@ -1,0 +1,82 @@
+#include "solvers/laplace/cutcell/follow.hpp"
+
+#include <cmath>
+
+#include "solvers/laplace/cutcell/wavefront.hpp"
+
+namespace lichtenberg::laplace {
+
+namespace {
+
+/// A change of potentials on a grid of nx x ny cells, with a row and a column of mirror images around it.
+struct Change {
+  int nx, ny;
+  std::vector<double> value;
+
+  double& at(int i, int j) { return value[(j + 1) * (nx + 2) + i + 1]; }
+  const double* row(int j) const { return &value[(j + 1) * (nx + 2) + 1]; }
+};
+
+/// A side that insulates continues the field evenly; the potential of one that is an electrode does not change, and the
+/// field is odd about it.
+Change change_between(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale) {
+  Change change{now.nx, now.ny, std::vector<double>((now.nx + 2) * (now.ny + 2))};
+  for (int j = 0; j < now.ny; ++j)
+    for (int i = 0; i < now.nx; ++i) change.at(i, j) = (now.cell[j * now.nx + i] - before.cell[j * now.nx + i]) / scale;
+  const auto sign = [&](int side) { return problem.sides[side].kind == Side::Kind::electrode ? -1.0 : 1.0; };
+  for (int j = 0; j < now.ny; ++j) {
+    change.at(-1, j) = sign(left) * change.at(0, j);
+    change.at(now.nx, j) = sign(right) * change.at(now.nx - 1, j);
+  }
+  for (int i = -1; i <= now.nx; ++i) {
+    change.at(i, -1) = sign(bottom) * change.at(i, 0);
+    change.at(i, now.ny) = sign(top) * change.at(i, now.ny - 1);
+  }
+  return change;
+}
+
+/// Where a finer grid's cell centre lies between those of a coarser one.
+struct Between {
+  int low;
+  double share_of_high;
+};
+
+Between between(int fine, int of_fine, int of_coarse) {
+  const double place = (fine + 0.5) * of_coarse / of_fine - 0.5, low = std::floor(place);
+  return {static_cast<int>(low), place - low};
+}
+
+}  // namespace
+
+void add_change(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale,
+                const CutCellOperator& op, std::vector<double>& x) {
+  const Change change = change_between(before, now, problem, scale);
+  const Level& level = op.level();
+  const Layout& at = level.layout;
+  std::vector<Between> column;
+  for (int i = 0; i < at.nx; ++i) column.push_back(between(i, at.nx, change.nx));
+  for_each_row(op.team(), at, [&](int j) {
+    const auto [J, high] = between(j, at.ny, change.ny);
+    thread_local std::vector<double> line;
+    line.resize(change.nx + 2);
+    for (int I = -1; I <= change.nx; ++I) line[I + 1] = (1 - high) * change.row(J)[I] + high * change.row(J + 1)[I];
+    for (int colour = 0; colour < 2; ++colour) {
+      const std::ptrdiff_t row = at.row(colour, j);
+      const int parity = Layout::parity(colour, j);
+      for (int k = 0; k < at.row_length(colour, j); ++k) {
+        const auto [I, share] = column[2 * k + parity];
+        const double value = (1 - share) * line[I + 1] + share * line[I + 2];
+        x[row + k] += level.diagonal[row + k] > 0 ? value : 0.0;
+      }
+    }
+  });
+  std::vector<int> members(problem.groups.size(), 0);
+  for (const Body& body : problem.bodies) ++members[body.group];
+  for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
+    const int group = problem.bodies[body].group;
+    if (problem.groups[group].floating)
+      x[op.cells() + group] += (now.body[body] - before.body[body]) / (scale * members[group]);
+  }
+}
+
+}  // namespace lichtenberg::laplace

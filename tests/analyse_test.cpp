@@ -56,7 +56,7 @@ gap = 1e-3
 
 const std::vector<double> masses{3e-5, 3e-5, 3e-5, 3e-5};
 
-ConductorFrame frame_at(double time, std::vector<Vec2> position) {
+ConductorFrame frame_at(double time, std::vector<Vec3> position) {
   ConductorFrame frame;
   frame.time = time;
   frame.position = std::move(position);
@@ -226,7 +226,7 @@ TEST_CASE("what elastic contacts have taken up is not dissipated") {
   ConductorFrame pressed = second_frame();
   const double overlap = 1e-7;  // of 2 and 3, and of 0 and the bottom
   pressed.position[0].y = 1e-3 - overlap;
-  pressed.position[3] = pressed.position[2] + Vec2{0, 2e-3 - overlap};
+  pressed.position[3] = pressed.position[2] + Vec3{0, 2e-3 - overlap, 0};
   const std::vector<analysis::Edge> contacts{{0, analysis::to_ground}, {0, 1}, {1, 2}, {2, 3}};
   {
     const Scene scene = parse_scene(scene_text + elastic, "four.toml");

@@ -16,6 +16,7 @@
 #include "src/effects/current_source.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
+#include "src/effects/gravity.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/effects/stokes_drag.hpp"
@@ -71,27 +72,28 @@ TEST_CASE("surfaces: distance as the field's geometry has it, its gradient, and 
   for (const Shape& shape : shapes)
     for (int trial = 0; trial < 50; ++trial) {
       const Vec2 p = {place(random), place(random)};
-      const View seen = view(surface_of(shape), p);
+      const View seen = view(surface_of(shape), in_space(p));
       CHECK(seen.distance == near(signed_distance(shape, p)));
       if (seen.distance < 1e-4) continue;  // the bar's medial axis, where the gradient jumps, is inside
       const double h = 1e-8;
       const Vec2 gradient = {
           (signed_distance(shape, p + Vec2{h, 0}) - signed_distance(shape, p - Vec2{h, 0})) / (2 * h),
           (signed_distance(shape, p + Vec2{0, h}) - signed_distance(shape, p - Vec2{0, h})) / (2 * h)};
-      CHECK(norm(gradient - seen.normal) < 1e-6);  // rounding: 1e-2 * 1e-16 / 1e-8
-      const Vec2 side = perpendicular(seen.normal);
-      const Vec2 turned = view(surface_of(shape), p + h * side).normal - seen.normal;
+      CHECK(norm(in_space(gradient) - seen.normal) < 1e-6);  // rounding: 1e-2 * 1e-16 / 1e-8
+      const Vec2 side = perpendicular(plane(seen.normal));
+      const Vec2 turned = plane(view(surface_of(shape), in_space(p + h * side)).normal - seen.normal);
       CHECK(std::abs(dot(turned, side) / h - seen.turning) < 1e-5 / 1e-4);  // of the largest, 1 / 0.1 mm
     }
 }
 
 TEST_CASE("surfaces: the sides of the domain look inward") {
   const auto sides = sides_of({.size = {3, 2}, .sides = {}});
-  const Vec2 p = {0.5, 0.25};
+  REQUIRE(sides.size() == 4);
+  const Vec3 p = {0.5, 0.25, 0};
   const std::vector<double> distance = {0.5, 2.5, 0.25, 1.75};  // left, right, bottom, top
   for (int s = 0; s < 4; ++s) CHECK(view(sides[s], p).distance == distance[s]);
-  CHECK(view(sides[0], p).normal == Vec2{1, 0});
-  CHECK(view(sides[3], p).normal == Vec2{0, -1});
+  CHECK(view(sides[0], p).normal == Vec3{1, 0, 0});
+  CHECK(view(sides[3], p).normal == Vec3{0, -1, 0});
 }
 
 TEST_CASE("Hertz: the force between two steel spheres") {
@@ -315,6 +317,7 @@ TEST_CASE("effects can be listed with what they are and what they need") {
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add<effects::CurrentSourceOptions>();
   scene.effects.add<effects::StokesDragOptions>();
+  scene.effects.add<effects::GravityOptions>();
   scene.effects
       .add<effects::ContactPotentialOptions>();  // no scene file may have it beside others, but the list does not know
   scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});

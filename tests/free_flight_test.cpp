@@ -35,7 +35,7 @@ struct Thrown {
   }
 
   Scene scene;
-  std::vector<Vec2> force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, rate = {{-0.5, 0.1}, {0.4, 0}};
+  std::vector<Vec3> force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, rate = {{-0.5, 0.1}, {0.4, 0}};
   effects::HeldField held{.time = 1, .force = force, .force_rate = rate};
   Model model;
 };

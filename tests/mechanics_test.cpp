@@ -106,8 +106,8 @@ TEST_CASE("drag: the velocity decays exponentially") {
   const ConductorFrame frame = simulation.now();
   const double left = std::exp(-t / relaxation);
   // Tolerances are per step: 1e-6 of the momentum and 1e-6 radius; over some hundred steps they may add up.
-  CHECK(norm(frame.velocity[0] - left * Vec2{0.1, -0.05}) < 1e-4 * 0.11);
-  CHECK(norm(frame.position[0] - Vec2{0.05, 0.05} - relaxation * (1 - left) * Vec2{0.1, -0.05}) < 1e-4 * radius);
+  CHECK(norm(frame.velocity[0] - left * Vec3{0.1, -0.05, 0}) < 1e-4 * 0.11);
+  CHECK(norm(frame.position[0] - Vec3{0.05, 0.05, 0} - relaxation * (1 - left) * Vec3{0.1, -0.05, 0}) < 1e-4 * radius);
 }
 
 TEST_CASE("a constant force against drag: the terminal velocity, after the relaxation time") {
@@ -157,7 +157,7 @@ TEST_CASE("steel spheres bounce elastically off each other and off walls, and ar
   // The implicit formulas lose a little in each of the some six collisions; 1e-3 each is what they are allowed.
   CHECK(energy == near(0.25, 6e-3));
   CHECK(std::abs(frame.velocity[1].y) > 0.05);  // the collision was off centre
-  for (const Vec2 p : frame.position) {
+  for (const Vec3 p : frame.position) {
     CHECK(p.x > 0.9 * radius);
     CHECK(p.x < 0.1 - 0.9 * radius);
   }
@@ -396,7 +396,7 @@ TEST_CASE("a force much stiffer than the largest step is followed to its rest") 
                         }));
   simulation.advance_to(1);
   const ConductorFrame frame = simulation.now();
-  CHECK(norm(frame.position[0] - Vec2{0.051, 0.05}) < 2 * scene.mechanics.position_tolerance);
+  CHECK(norm(frame.position[0] - Vec3{0.051, 0.05, 0}) < 2 * scene.mechanics.position_tolerance);
   CHECK(frame.field_solves < 3000);
 }
 

@@ -56,7 +56,7 @@ class TwoFrames {
     ConductorFrame frame;
     frame.time = 5 - x;
     frame.position = {{2, 0.9}, {x, 2.7}, {2, 4.5}, {x + 1.4, 2.7}, {7.4, 1}};
-    frame.velocity = frame.force = std::vector<Vec2>(5, Vec2{});
+    frame.velocity = frame.force = std::vector<Vec3>(5);
     frame.group = {0, 1, 2, 3, 4};
     recorder.add(columns_of(frame, {}));
   }

@@ -11,6 +11,7 @@
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/scene/electrodes.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/source_folder.hpp"
 
@@ -58,13 +59,12 @@ inline std::filesystem::path shipped_scenes() { return std::filesystem::path(sou
 inline double least_gap(const Scene& scene) {
   double least = INFINITY;
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
-    const Disk a{plane(scene.conductors[i].position), scene.conductors[i].radius};
+    const Conductor& a = scene.conductors[i];
     for (std::size_t j = 0; j < i; ++j)
-      least = std::min(least, gap(a, Disk{plane(scene.conductors[j].position), scene.conductors[j].radius}));
-    for (const Electrode& electrode : scene.electrodes) least = std::min(least, gap(a, electrode.shape));
-    const Vec3 size = scene.domain.size;
-    least = std::min({least, a.centre.x - a.radius, a.centre.y - a.radius, size.x - a.centre.x - a.radius,
-                      size.y - a.centre.y - a.radius});
+      least = std::min(least, norm(a.position - scene.conductors[j].position) - a.radius - scene.conductors[j].radius);
+    for (const Electrode& electrode : scene.electrodes) least = std::min(least, gap(a, electrode, scene.dimension()));
+    for (int k = 0; k < scene.dimension(); ++k)
+      least = std::min({least, a.position[k] - a.radius, scene.domain.size[k] - a.position[k] - a.radius});
   }
   return least;
 }

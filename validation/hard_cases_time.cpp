@@ -82,8 +82,8 @@ void simultaneous(Report& report, const std::string& way, int arms) {
   double uneven = 0;
   for (int k = 1; k <= arms; ++k) uneven = std::max(uneven, std::abs(frame.charge[k] / frame.charge[1] - 1));
   report.at_most(name + "difference of their charges, fraction", uneven, 1e-10);
-  report.at_most(name + "the middle one moved, radii",
-                 norm(frame.position[0] - plane(scene.conductors[0].position)) / radius, 1e-10);
+  report.at_most(name + "the middle one moved, radii", norm(frame.position[0] - scene.conductors[0].position) / radius,
+                 1e-10);
   report.at_most(name + "charge lost, fraction", imbalance(frame, 4e-11) / 4e-11, 1e-15);
 }
 

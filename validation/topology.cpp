@@ -297,7 +297,7 @@ Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, 
   std::vector<Edge> contacts;
   for (const auto& [conductor, partner] : simulation.contacts())
     contacts.emplace_back(conductor, partner < n ? partner : to_ground);
-  return topology(analysis::network(std::move(contacts), frame.position), frame.position,
+  return topology(analysis::network(std::move(contacts), frame.position), seen_from_front(frame.position),
                   simulation.model().bodies.radius, ground_of(scene));
 }
 

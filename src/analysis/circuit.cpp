@@ -61,6 +61,7 @@ double allowed_energy_imbalance(const Scene& scene) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double steps = std::pow(2 * scene.mechanics.position_tolerance / radius, 2.0 / 3);
   if (scene.field().method == FieldMethod::multipole) return steps;
+  if (scene.field().method == FieldMethod::spheres) return steps + scene.field().moving_tolerance;
   const double cell = std::max(scene.domain.size.x, scene.domain.size.y) / scene.field().cells;
   const double gap = number_in(scene, &EffectKind::contact_gap).value_or(0);
   return steps + laplace::likely_error * laplace::difficulty({.gap = gap, .radius = radius}, cell);

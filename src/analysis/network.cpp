@@ -53,7 +53,10 @@ ContactGraph contact_graph(int conductors, std::span<const Edge> contacts) {
   return graph;
 }
 
-std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> position) {
+namespace {
+
+template <int d>
+std::vector<int> nearest_successors(const ContactGraph& graph, std::span<const Vec<d>> position) {
   const int n = static_cast<int>(position.size());
   std::vector<int> successor(n, unconnected), round(n, 0);
   std::vector<int> latest;  // those that found their successor in the round before
@@ -81,6 +84,15 @@ std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> pos
     latest = std::move(found);
   }
   return successor;
+}
+
+}  // namespace
+
+std::vector<int> successors(const ContactGraph& graph, std::span<const Vec3> position) {
+  return nearest_successors(graph, position);
+}
+std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> position) {
+  return nearest_successors(graph, position);
 }
 
 int DegreeDistribution::branch_points() const {
@@ -134,13 +146,25 @@ DegreeRelations degree_relations(const DegreeDistribution& degrees, int conducto
           .f4_printed = f4 - (f1 - b)};
 }
 
-ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec2> position) {
+namespace {
+
+template <int d>
+ContactNetwork network_of(std::vector<Edge> contacts, std::span<const Vec<d>> position) {
   ContactNetwork result;
   result.contacts = std::move(contacts);
   const ContactGraph graph = contact_graph(static_cast<int>(position.size()), result.contacts);
   result.successor = successors(graph, position);
   result.degrees = degree_distribution(graph, result.successor);
   return result;
+}
+
+}  // namespace
+
+ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec3> position) {
+  return network_of(std::move(contacts), position);
+}
+ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec2> position) {
+  return network_of(std::move(contacts), position);
 }
 
 void add_columns(const ContactNetwork& network, Frame& frame) {

@@ -45,6 +45,7 @@ ContactGraph contact_graph(int conductors, std::span<const Edge> contacts);
 /// it as successor; then, round by round, each conductor without one takes the nearest (centre to centre; of equally
 /// near ones the first) of those in contact with it that had a successor when the round began.
 /// Returns for each conductor the index of its successor, `to_ground` or `unconnected`.
+std::vector<int> successors(const ContactGraph& graph, std::span<const Vec3> position);
 std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> position);
 
 /// Degrees of the conductors that are in A (D 7.2-7.5).
@@ -94,6 +95,7 @@ struct ContactNetwork {
 };
 
 /// Successors and degrees in one go.
+ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec3> position);
 ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec2> position);
 
 /// Its contacts (a list), the successors and the counts of connected conductors, endpoints and branch points.

@@ -19,7 +19,7 @@ bool all_at_zero(const Scene& scene) {
 /// The scene at a frame's instant, without its field, of which the frame has the results.
 Model model_at(const Scene& scene, const ConductorFrame& frame) {
   Scene now = scene;
-  for (std::size_t i = 0; i < frame.position.size(); ++i) now.conductors[i].position = in_space(frame.position[i]);
+  for (std::size_t i = 0; i < frame.position.size(); ++i) now.conductors[i].position = frame.position[i];
   return effects::make_model_without_field(now);
 }
 

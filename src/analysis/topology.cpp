@@ -64,6 +64,12 @@ Distribution distribution(std::vector<double> sample) {
           .deviation = n > 1 ? std::sqrt(squares / (n - 1)) : 0};
 }
 
+std::vector<Vec2> seen_from_front(std::span<const Vec3> position) {
+  std::vector<Vec2> seen;
+  for (const Vec3 p : position) seen.push_back(plane(p));
+  return seen;
+}
+
 SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
                            std::span<const int> successor, const Ground& ground) {
   SpanningTree tree;

@@ -30,6 +30,9 @@ struct SpanningTree {
   int shared = 0;                 ///< edges that also join a conductor and its successor in A
 };
 
+/// x and y of each place.
+std::vector<Vec2> seen_from_front(std::span<const Vec3> position);
+
 SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
                            std::span<const int> successor, const Ground& ground);
 

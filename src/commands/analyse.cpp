@@ -76,10 +76,12 @@ class Analyser {
 
   FrameAnalysis analyse(int index, const ConductorFrame& frame) const {
     const analysis::Ground ground = analysis::ground_of(scene_);
-    analysis::ContactNetwork network = analysis::network(contacts(index, frame, ground), frame.position);
+    // Of spheres in space the spanning tree and dimensions are those that one sees from the front.
+    const std::vector<Vec2> position = analysis::seen_from_front(frame.position);
+    analysis::ContactNetwork network = analysis::network(contacts(index, position, ground), frame.position);
     return {.frame = index,
             .time = frame.time,
-            .topology = analysis::topology(std::move(network), frame.position, radius_, ground),
+            .topology = analysis::topology(std::move(network), position, radius_, ground),
             .power = analysis::power(scene_, frame, mass_),
             .dissipated = {},
             .recorded = recorded(index)};
@@ -87,10 +89,10 @@ class Analyser {
 
   /// As recorded. Else those of D 7.1, which were made for sure, and those that the recorded tree consists of: only
   /// contacts that close a loop and are kept by hysteresis alone are missing.
-  std::vector<analysis::Edge> contacts(int index, const ConductorFrame& frame, const analysis::Ground& ground) const {
+  std::vector<analysis::Edge> contacts(int index, std::span<const Vec2> position,
+                                       const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
-    auto found =
-        analysis::contacts(frame.position, radius_, number_in(scene_, &EffectKind::contact_gap).value_or(0), ground);
+    auto found = analysis::contacts(position, radius_, number_in(scene_, &EffectKind::contact_gap).value_or(0), ground);
     const std::vector<int> successor = result_.successor(index);
     for (int i = 0; i < static_cast<int>(successor.size()); ++i) {
       if (successor[i] == analysis::to_ground) found.emplace_back(i, analysis::to_ground);

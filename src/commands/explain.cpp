@@ -149,6 +149,15 @@ void explain_accuracy(const Scene& scene) {
                                                             : fmt::format("some {} cells", scene.field().cells));
 }
 
+void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem) {
+  fmt::print("\nfield\n");
+  fmt::print("  method               {}\n", method_in_words(scene.field()));
+  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field().tolerance,
+             scene.field().moving_tolerance);
+  fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
+             std::ranges::count(problem.groups, true, &laplace::Group::floating));
+}
+
 /// Returns what the cost grows with.
 double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   fmt::print("\nfield\n");
@@ -224,9 +233,9 @@ void explain(Scene scene) {
   const std::string refusal = refusal_of_run(scene);  // before a method is foreseen, which may be one for `solve` alone
   if (scene.effects.has(&EffectKind::field)) {
     field = make_field_problem(scene);
-    field->problem.check();
+    scene.dimension() == 3 ? field->spheres.check() : field->problem.check();
     if (scene.field_request()) scene.field_table = foreseen_field(scene, field->problem);
-    effects::make_field_solver(scene.field());
+    if (scene.dimension() == 2) effects::make_field_solver(scene.field());
   }
   const Summaries effects = effects::summarize_effects(scene);
   explain_scene(scene);
@@ -234,7 +243,8 @@ void explain(Scene scene) {
   explain_needs(effects);
   explain_circuit(scene);
   if (scene.reference) explain_grains(scene);
-  if (field) explain_cost(scene, explain_field(scene, field->problem), refusal);
+  if (field && scene.dimension() == 3) explain_spheres(scene, field->spheres);
+  if (field && scene.dimension() == 2) explain_cost(scene, explain_field(scene, field->problem), refusal);
 }
 
 }  // namespace

@@ -16,13 +16,12 @@ std::string name_of_group(const Scene& scene, const std::vector<int>& members) {
   return fmt::format("conductor{} {}", members.size() > 1 ? "s" : "", fmt::join(members, ", "));
 }
 
-std::vector<std::string> name_groups(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  std::vector<std::vector<int>> members(problem.groups.size());
-  for (std::size_t i = 0; i < scene.conductors.size(); ++i)
-    members[problem.bodies[i].group].push_back(static_cast<int>(i));
-  std::vector<std::string> names(problem.groups.size());
+std::vector<std::string> name_groups(const Scene& scene, const std::vector<int>& group_of_body, std::size_t groups) {
+  std::vector<std::vector<int>> members(groups);
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) members[group_of_body[i]].push_back(static_cast<int>(i));
+  std::vector<std::string> names(groups);
   for (std::size_t e = 0; e < scene.electrodes.size(); ++e)
-    names[problem.bodies[scene.conductors.size() + e].group] = scene.electrodes[e].name;
+    names[group_of_body[scene.conductors.size() + e]] = scene.electrodes[e].name;
   for (std::size_t g = 0; g < names.size(); ++g)
     if (!members[g].empty()) names[g] = name_of_group(scene, members[g]);
   return names;
@@ -38,6 +37,7 @@ std::string linear_solver_in_words(const FieldOptions& field) {
 std::string method_in_words(const FieldOptions& field) {
   if (field.method == FieldMethod::relaxation)
     return "relaxation (D 6.3-6.5): over-relaxed lattice, gradient descent on the floating potentials";
+  if (field.method == FieldMethod::spheres) return "spheres: real solid harmonics on each, walls as mirrors";
   if (field.method == FieldMethod::multipole)
     return "multipole: spectral, a Fourier series a disk and walls as mirrors; GMRES with FFT";
   return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", name_of(field.links),
@@ -57,8 +57,16 @@ FieldProblem make_field_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   FieldProblem field;
   field.groups = effects::groups_at_start(scene, bodies);
-  field.problem = effects::make_laplace_problem(scene, bodies, field.groups, {.charge = initial_charges(scene)});
-  field.group_names = name_groups(scene, field.problem);
+  const effects::NodeCharges charges{.charge = initial_charges(scene)};
+  if (scene.dimension() == 3) {
+    field.spheres = effects::make_sphere_problem(scene, bodies, field.groups, charges);
+    for (const laplace::Sphere& sphere : field.spheres.spheres) field.group_of_body.push_back(sphere.group);
+    field.group_names = name_groups(scene, field.group_of_body, field.spheres.groups.size());
+    return field;
+  }
+  field.problem = effects::make_laplace_problem(scene, bodies, field.groups, charges);
+  for (const laplace::Body& body : field.problem.bodies) field.group_of_body.push_back(body.group);
+  field.group_names = name_groups(scene, field.group_of_body, field.problem.groups.size());
   return field;
 }
 

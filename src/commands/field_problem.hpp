@@ -10,7 +10,9 @@ namespace lichtenberg {
 /// The field problem of a scene's first instant, and what its groups are called.
 struct FieldProblem {
   effects::ElectricalGroups groups;
-  laplace::LaplaceProblem problem;
+  laplace::LaplaceProblem problem;       ///< of a plane scene
+  laplace::SphereProblem spheres;        ///< of one in three dimensions
+  std::vector<int> group_of_body;        ///< the conductors, then the electrodes
   std::vector<std::string> group_names;  ///< by the problem's group
 };
 

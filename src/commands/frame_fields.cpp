@@ -56,8 +56,7 @@ effects::ElectricalGroups groups_of(const Scene& scene, const ConductorFrame& fr
 
 laplace::LaplaceProblem problem_of(const Scene& scene, Bodies& bodies, const ConductorFrame& frame) {
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
-    bodies.position[2 * i] = frame.position[i].x;
-    bodies.position[2 * i + 1] = frame.position[i].y;
+    for (int k = 0; k < bodies.dimension; ++k) bodies.position[i * bodies.dimension + k] = frame.position[i][k];
   }
   return effects::make_laplace_problem(scene, bodies, groups_of(scene, frame));
 }
@@ -92,7 +91,7 @@ bool has_field(const Result& result) {
   if (result.conductor_frame(0).potential.empty()) return false;
   try {
     const Scene scene = result.scene();
-    if (!scene.effects.has(&EffectKind::field)) return false;
+    if (!scene.effects.has(&EffectKind::field) || scene.dimension() == 3) return false;
     laplace::Grids(plane(scene.domain.size));
     return true;
   } catch (const InputError& error) {  // a scene of another version, or a box without square cells

@@ -27,6 +27,8 @@ def open_run(file, path):
     drawing.frame_index(file, path, None)
     if "walls" in file["scene"]:
         from plot_packing import Packing as Kind
+    elif "gas" not in file and "height" in file["scene/domain"] and "potential" in file["particles/conductors"]:
+        from plot_conductors import ConductorsInSpace as Kind
     elif "gas" in file or "height" in file["scene/domain"]:
         from plot_gas import Grains as Kind
     else:

@@ -1,10 +1,12 @@
-"""Pictures of conductors in a plane: what they are coloured by, the field between them, electrodes, the tree."""
+"""Pictures of conductors: what they are coloured by, in a plane the field between them, electrodes, the tree."""
 import tomllib
 
 import numpy as np
+from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 import drawing
+import plot_space
 from colours import Quantity, Range, draw_legend, run_range
 from drawing import INK, MM, UNCONNECTED
 from lichtenberg.result import field_of, text_of
@@ -133,6 +135,57 @@ class Conductors:
         if len(edges) > 0:
             marks.append(Line2D([], [], color=INK, linewidth=1.5, label=f"way to {self.all_supplies}"))
         draw_legend(axes, marks)
+
+
+class ConductorsInSpace(Conductors):
+    """The same of spheres, in metres and in perspective: no field between them, electrodes dark."""
+
+    unit = "m"
+    ELECTRODE = (0.3, 0.3, 0.3, 1)
+
+    def __init__(self, file, path):
+        super().__init__(file, path)
+        self.box = file["scene/domain/size"][()]
+        self.size = plot_space.Eye(self.box).size
+        self.radius = file["particles/conductors/radius"][()]
+        held = list(file["scene/electrodes"].values())
+        self.held_at = np.array([group["centre"][()] for group in held]).reshape(-1, 3)
+        self.held_radius = np.array([group["radius"][()] for group in held])
+        self.cut = None
+
+    def read(self, file, index, name, field=None):
+        snapshot, values, _ = super().read(file, index, name)
+        return snapshot, values, file["particles/conductors/position/value"][index]
+
+    def caption(self, shown):
+        cut = f", cut at {'xyz'[self.cut[0]]} = {self.cut[1]:g} m" if self.cut else ""
+        return super().caption(shown) + cut
+
+    def draw(self, axes, shown, scale):
+        snapshot, values, position = shown
+        faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(position), 1))
+        place = np.concatenate([position, self.held_at])
+        radius = np.concatenate([self.radius, self.held_radius])
+        faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.held_at), 1))])
+        plot_space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut)
+        marks = scale.legend(values) if scale else []
+        if snapshot.successor is not None and not self.cut:
+            self.draw_ways(axes, position, snapshot.successor)
+            marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"way to {self.all_supplies}"))
+        draw_legend(axes, marks)
+
+    def draw_ways(self, axes, position, successor):
+        """From centre to centre; the last of a way to the nearest electrode."""
+        ends = []
+        for i in np.flatnonzero(successor != UNCONNECTED):
+            if successor[i] >= 0:
+                ends.append((position[i], position[successor[i]]))
+            elif len(self.held_at) > 0:
+                nearest = np.argmin(np.linalg.norm(self.held_at - position[i], axis=1) - self.held_radius)
+                ends.append((position[i], self.held_at[nearest]))
+        if ends:
+            lines = plot_space.Eye(self.box).project(np.array(ends))
+            axes.add_collection(LineCollection(lines, colors=INK, linewidths=1.0, zorder=4))
 
 
 def terminal_potentials(file):

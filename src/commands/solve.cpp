@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <tuple>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
@@ -46,44 +45,54 @@ struct Capacitances {
 /// The answer in SI units, the scene's depth multiplied in.
 struct Answer {
   Scene scene;
-  FieldProblem field;
-  laplace::LaplaceSolution solution;  ///< per metre of depth
-  Capacitances capacitance;           ///< empty if not asked for
+  FieldProblem field{};
+  laplace::LaplaceSolution solution{};  ///< per metre of depth; in three dimensions without forces
+  std::vector<Vec3> force{};            ///< N
+  std::array<double, 6> side_charge{};  ///< C, of electrodes; in a plane per metre of depth
+  Capacitances capacitance{};           ///< empty if not asked for
 
   int size() const { return static_cast<int>(scene.conductors.size()); }
-  double depth() const { return scene.medium.depth; }
-  double potential(int i) const { return solution.group_potential[field.problem.bodies[i].group]; }
+  bool in_space() const { return scene.dimension() == 3; }
+  double depth() const { return in_space() ? 1 : scene.medium.depth; }
+  double potential(int i) const { return solution.group_potential[field.group_of_body[i]]; }
   double charge(int i) const { return depth() * solution.body_charge[i]; }
-  Vec2 force(int i) const { return depth() * solution.body_force[i]; }
   double energy() const { return depth() * solution.energy; }
 };
 
+std::string columns_of(Vec3 vector, const Answer& answer, const char* format) {
+  std::string text;
+  for (int k = 0; k < answer.scene.dimension(); ++k) text += fmt::format(fmt::runtime(format), vector[k]);
+  return text;
+}
+
 void print_conductors(const Answer& answer) {
-  fmt::print("{:>9} {:>12} {:>12} {:>11} {:>6} {:>14} {:>13} {:>13} {:>13}\n", "conductor", "x (m)", "y (m)",
-             "radius (m)", "group", "potential (V)", "charge (C)", "force x (N)", "force y (N)");
+  const bool z = answer.in_space();
+  fmt::print("{:>9} {:>12} {:>12}{} {:>11} {:>6} {:>14} {:>13} {:>13} {:>13}{}\n", "conductor", "x (m)", "y (m)",
+             z ? fmt::format(" {:>12}", "z (m)") : "", "radius (m)", "group", "potential (V)", "charge (C)",
+             "force x (N)", "force y (N)", z ? fmt::format(" {:>13}", "force z (N)") : "");
   for (int i = 0; i < answer.size(); ++i) {
     const Conductor& conductor = answer.scene.conductors[i];
-    const Vec2 force = answer.force(i);
-    fmt::print("{:>9} {:>12.6g} {:>12.6g} {:>11.4g} {:>6} {:>14.7g} {:>13.6g} {:>13.6g} {:>13.6g}\n", i,
-               conductor.position.x, conductor.position.y, conductor.radius, answer.field.groups.id[i],
-               answer.potential(i), answer.charge(i), force.x, force.y);
+    fmt::print("{:>9}{} {:>11.4g} {:>6} {:>14.7g} {:>13.6g}{}\n", i,
+               columns_of(conductor.position, answer, " {:>12.6g}"), conductor.radius, answer.field.groups.id[i],
+               answer.potential(i), answer.charge(i), columns_of(answer.force[i], answer, " {:>13.6g}"));
   }
 }
 
 /// In the order of effects::terminals_of: the electrodes, then those sides that are.
 std::vector<TerminalAnswer> terminals(const Answer& answer) {
   std::vector<TerminalAnswer> found;
-  const auto& [problem, solution] = std::tie(answer.field.problem, answer.solution);
+  const laplace::LaplaceSolution& solution = answer.solution;
+  const std::vector<int>& group = answer.field.group_of_body;
   std::size_t body = answer.scene.conductors.size(), side = 0;
   for (const effects::Terminal& terminal : effects::terminals_of(answer.scene)) {
-    if (body < problem.bodies.size()) {
-      found.push_back({terminal.name, solution.group_potential[problem.bodies[body].group],
-                       answer.depth() * solution.body_charge[body]});
+    if (body < group.size()) {
+      found.push_back(
+          {terminal.name, solution.group_potential[group[body]], answer.depth() * solution.body_charge[body]});
       ++body;
       continue;
     }
-    while (problem.sides[side].kind != laplace::Side::Kind::electrode) ++side;
-    found.push_back({terminal.name, terminal.potential, answer.depth() * solution.side_charge[side++]});
+    while (!answer.scene.domain.sides[side].electrode) ++side;
+    found.push_back({terminal.name, terminal.potential, answer.depth() * answer.side_charge[side++]});
   }
   return found;
 }
@@ -111,28 +120,33 @@ void print_table(const Answer& answer) {
   if (answer.size() > 0) print_conductors(answer);
   print_terminals(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
-  fmt::print("depth       {:g} m: charges, forces and energy are those of a slab so deep\n", answer.depth());
+  if (!answer.in_space())
+    fmt::print("depth       {:g} m: charges, forces and energy are those of a slab so deep\n", answer.depth());
   fmt::print("method      {}\n", method_in_words(answer.scene.field()));
   if (answer.scene.field().chosen_for) fmt::print("chosen      {}\n", choice_in_words(answer.scene.field()));
   fmt::print("unknowns    {}\n", solution.unknowns);
   fmt::print("iterations  {}\n", solution.iterations);
   if (solution.work > 0)
     fmt::print("work        {:.1f} evaluations of the residual on the whole grid\n", solution.work);
-  fmt::print("residual    {:.2g}\n", solution.residual);
+  fmt::print("{}    {:.2g}\n", answer.in_space() ? "error   " : "residual", solution.residual);
   fmt::print("seconds     {:.4f} setup, {:.4f} solve, {:.4f} forces\n", solution.seconds.setup, solution.seconds.solve,
              solution.seconds.forces);
   if (!answer.capacitance.names.empty()) print_capacitance(answer);
 }
 
+std::vector<double> components(Vec3 vector, int dimension) {
+  const std::vector<double> all = {vector.x, vector.y, vector.z};
+  return {all.begin(), all.begin() + dimension};
+}
+
 nlohmann::ordered_json conductor_json(const Answer& answer, int i) {
   const Conductor& conductor = answer.scene.conductors[i];
-  const Vec2 force = answer.force(i);
-  return {{"position", {conductor.position.x, conductor.position.y}},
+  return {{"position", components(conductor.position, answer.scene.dimension())},
           {"radius", conductor.radius},
           {"group", answer.field.groups.id[i]},
           {"potential", answer.potential(i)},
           {"charge", answer.charge(i)},
-          {"force", {force.x, force.y}}};
+          {"force", components(answer.force[i], answer.scene.dimension())}};
 }
 
 nlohmann::ordered_json capacitance_json(const Answer& answer) {
@@ -153,7 +167,7 @@ void print_json(const Answer& answer) {
   for (const auto& [name, potential, charge] : terminals(answer))
     json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}});
   json["energy"] = answer.energy();
-  json["depth"] = answer.depth();
+  if (!answer.in_space()) json["depth"] = answer.depth();
   json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
                    {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
   json["method"] = name_of(field.method);
@@ -165,7 +179,7 @@ void print_json(const Answer& answer) {
   json["unknowns"] = solution.unknowns;
   json["iterations"] = solution.iterations;
   if (solution.work > 0) json["work"] = solution.work;
-  json["residual"] = solution.residual;
+  json[answer.in_space() ? "error" : "residual"] = solution.residual;
   json["seconds"] = {
       {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
   if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
@@ -254,8 +268,8 @@ Capacitances capacitances(laplace::LaplaceSolver& solver, const Answer& answer) 
 ConductorFrame frame_of(const Answer& answer) {
   ConductorFrame frame;
   for (int i = 0; i < answer.size(); ++i) {
-    frame.position.push_back(plane(answer.scene.conductors[i].position));
-    frame.force.push_back(answer.force(i));
+    frame.position.push_back(answer.scene.conductors[i].position);
+    frame.force.push_back(answer.force[i]);
     frame.charge.push_back(answer.charge(i));
     frame.potential.push_back(answer.potential(i));
     frame.group.push_back(answer.field.groups.id[i]);
@@ -283,7 +297,7 @@ class ScratchFolder {
 };
 
 /// Drawn as a frame of a run is, from a result that holds nothing else.
-void draw_solution(const Answer& answer, const laplace::Field& field, const std::string& picture) {
+void draw_solution(const Answer& answer, std::optional<laplace::Field> field, const std::string& picture) {
   const ScratchFolder folder;
   const std::string file = folder.file("solution.h5");
   {
@@ -292,23 +306,50 @@ void draw_solution(const Answer& answer, const laplace::Field& field, const std:
     if (answer.size() == 0) frame.add_particles("potential", "V", std::vector<double>{});  // what the colours mean
     recorder.add(std::move(frame));
     Milestone milestone;
-    milestone.field = field;
+    milestone.field = std::move(field);
     recorder.save(milestone);
   }
   draw("plot.py", {file, "--colour=potential", "--out=" + picture, "--overwrite", "--quiet"});
 }
 
-Answer solve(const SolveArguments& request) {
-  Answer answer{.scene = read_scene_for(request.scene, request.device, request.settings),
-                .field = {},
-                .solution = {},
-                .capacitance = {}};
-  effects::check_processes(&answer.scene.field_table);
-  answer.field = make_field_problem(answer.scene);
+/// Charges on groups when one after the other is at 1 V, all else at 0.
+Capacitances sphere_capacitances(laplace::SphereSolver& solver, const Answer& answer) {
+  return {answer.field.group_names, solver.capacitance_matrix(answer.field.spheres)};
+}
+
+void solve_in_space(Answer& answer, const SolveArguments& request) {
+  if (!request.field.empty())
+    throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
+  laplace::SphereSolver solver = effects::make_sphere_solver(answer.scene.field());
+  laplace::SphereSolution found = solver.solve(answer.field.spheres);
+  answer.force = std::move(found.sphere_force);
+  answer.side_charge = found.side_charge;
+  answer.solution = {.group_potential = std::move(found.group_potential),
+                     .body_charge = std::move(found.sphere_charge),
+                     .body_force = {},
+                     .energy = found.energy,
+                     .unknowns = found.unknowns,
+                     .iterations = found.iterations,
+                     .residual = found.error,
+                     .seconds = found.seconds};
+  if (!request.picture.empty()) draw_solution(answer, std::nullopt, request.picture);
+  if (request.capacitance) answer.capacitance = sphere_capacitances(solver, answer);
+}
+
+void solve_in_plane(Answer& answer, const SolveArguments& request) {
   const auto solver = solve_as_asked(answer);
+  for (const Vec2 force : answer.solution.body_force) answer.force.push_back(in_space(answer.depth() * force));
+  std::ranges::copy(answer.solution.side_charge, answer.side_charge.begin());
   if (!request.field.empty()) write_field_vtkhdf(request.field, solver->field(), request.overwrite);
   if (!request.picture.empty()) draw_solution(answer, solver->field(), request.picture);
   if (request.capacitance) answer.capacitance = capacitances(*solver, answer);
+}
+
+Answer solve(const SolveArguments& request) {
+  Answer answer{.scene = read_scene_for(request.scene, request.device, request.settings)};
+  effects::check_processes(&answer.scene.field_table);
+  answer.field = make_field_problem(answer.scene);
+  answer.in_space() ? solve_in_space(answer, request) : solve_in_plane(answer, request);
   return answer;
 }
 

@@ -13,6 +13,7 @@
 #include "src/commands/json_output.hpp"
 #include "src/commands/output.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -71,6 +72,8 @@ void sweep(Arguments arguments) {
   check(arguments);
   arguments.request.progress = show_progress;
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
+  if (scene.dimension() == 3 && scene.effects.has(&EffectKind::field))
+    throw InputError(scene.path + ": conductors in three dimensions have one method, with nothing to compare it with");
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
   work_precision::print(diagram, circumstances);

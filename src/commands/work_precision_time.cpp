@@ -19,7 +19,7 @@ struct MovingSubject {
   bool multipole = false;  ///< field by the multipole method
   double field_tolerance = 0;
   double radius = 0;            ///< m, the smallest
-  std::vector<Vec2> reference;  ///< m, positions at the end
+  std::vector<Vec3> reference;  ///< m, positions at the end
   std::int64_t contacts = 0;    ///< made and lost on the way
 };
 
@@ -33,7 +33,7 @@ std::unique_ptr<laplace::LaplaceSolver> make_solver(const MovingSubject& subject
 }
 
 /// Largest distance between two conductors that should be in the same place, in smallest radii.
-double distance(const MovingSubject& subject, const std::vector<Vec2>& one, const std::vector<Vec2>& other) {
+double distance(const MovingSubject& subject, const std::vector<Vec3>& one, const std::vector<Vec3>& other) {
   double largest = 0;
   for (std::size_t i = 0; i < one.size(); ++i)
     if (const double apart = norm(one[i] - other[i]); !(apart <= largest)) largest = apart;  // NaN stays
@@ -57,13 +57,13 @@ class TimeTrial : public Trial {
   }
   std::vector<double> errors() const override { return {distance(subject_, position_, subject_.reference)}; }
   std::int64_t work() const override { return counters_.field_solves; }
-  const std::vector<Vec2>& position() const { return position_; }
+  const std::vector<Vec3>& position() const { return position_; }
   std::int64_t contacts() const { return counters_.contacts_made + counters_.contacts_lost; }
 
  private:
   const MovingSubject& subject_;
   Scene scene_;
-  std::vector<Vec2> position_;
+  std::vector<Vec3> position_;
   Counters counters_;
 };
 

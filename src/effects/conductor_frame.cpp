@@ -98,9 +98,9 @@ ConductorFrame conductor_frame(const Frame& columns) {
       throw InputError(fmt::format("there is no {} beside the potential of conductors", name));
   const auto number = [&](const char* name) { return columns.number(name).value_or(0); };
   ConductorFrame frame{.time = columns.time,
-                       .position = columns.plane_vectors("position"),
-                       .velocity = columns.plane_vectors("velocity"),
-                       .force = columns.plane_vectors("force"),
+                       .position = columns.vectors("position"),
+                       .velocity = columns.vectors("velocity"),
+                       .force = columns.vectors("force"),
                        .charge = columns.reals("charge"),
                        .potential = columns.reals("potential"),
                        .group = columns.integers("group"),

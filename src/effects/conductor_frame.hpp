@@ -50,10 +50,10 @@ struct CircuitRates {
 /// What a scene of conductors shows of itself at one instant.
 struct ConductorFrame {
   double time = 0;             ///< s
-  std::vector<Vec2> position;  ///< m
-  std::vector<Vec2> velocity;  ///< m/s
+  std::vector<Vec3> position;  ///< m; in the plane z is 0
+  std::vector<Vec3> velocity;  ///< m/s
   // Of a scene with a field; else empty:
-  std::vector<Vec2> force;        ///< N, electric
+  std::vector<Vec3> force;        ///< N, electric
   std::vector<double> charge;     ///< C
   std::vector<double> potential;  ///< V
   std::vector<int> group;     ///< smallest index of the conductors in electrical contact; -1: connected to an electrode

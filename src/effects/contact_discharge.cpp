@@ -29,6 +29,8 @@ const EffectKind& ContactDischargeOptions::kind() {
                 .range = {.low = 0, .high = 1},
                 .help = "contact is lost beyond gap * (1 + hysteresis): conductors at rest there must not chatter"}},
       .needs = {{"floating_conductors"}},
+      .dimensions = {2, 3},
+      .periodic = true,
       .complete =
           [](const Draft& draft, Scene& scene) {
             if (draft.line("effects.contact_discharge.gap") == 0)
@@ -50,15 +52,17 @@ ContactDischarge::ContactDischarge(const Scene& scene)
 
 double ContactDischarge::gap(const Bodies& bodies, Contact contact) const {
   const int i = contact.conductor, j = contact.partner, n = bodies.size();
-  if (j >= n) return view(terminals_[j - n].surface, position(bodies, i)).distance - bodies.radius[i];
-  return norm(position(bodies, i) - position(bodies, j)) - bodies.radius[i] - bodies.radius[j];
+  if (j >= n) return view(terminals_[j - n].surface, position_in_space(bodies, i)).distance - bodies.radius[i];
+  return norm(bodies.box.difference(position_in_space(bodies, i), position_in_space(bodies, j))) - bodies.radius[i] -
+         bodies.radius[j];
 }
 
 double ContactDischarge::gap_rate(const Bodies& bodies, Contact contact) const {
   const int i = contact.conductor, j = contact.partner, n = bodies.size();
-  if (j >= n) return dot(velocity(bodies, i), view(terminals_[j - n].surface, position(bodies, i)).normal);
-  const Vec2 r = position(bodies, i) - position(bodies, j);
-  return dot(velocity(bodies, i) - velocity(bodies, j), r) / norm(r);
+  if (j >= n)
+    return dot(velocity_in_space(bodies, i), view(terminals_[j - n].surface, position_in_space(bodies, i)).normal);
+  const Vec3 r = bodies.box.difference(position_in_space(bodies, i), position_in_space(bodies, j));
+  return dot(velocity_in_space(bodies, i) - velocity_in_space(bodies, j), r) / norm(r);
 }
 
 std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, std::span<const double> travel) const {

@@ -14,6 +14,8 @@ const EffectKind& CurrentSourceOptions::kind() {
                 .required = true,
                 .help = "into each conductor"}},
       .needs = {{"floating_conductors"}},
+      .dimensions = {2, 3},
+      .periodic = true,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
         return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
       }};

@@ -14,6 +14,7 @@
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/gas_drag.hpp"
+#include "src/effects/gravity.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/leakage.hpp"
@@ -31,6 +32,7 @@ const EffectKinds& all_kinds() {
       &FloatingConductorsOptions::kind(),
       &CurrentSourceOptions::kind(),
       &StokesDragOptions::kind(),
+      &GravityOptions::kind(),
       &HertzContactOptions::kind(),
       &WallContactOptions::kind(),
       &ContactDischargeOptions::kind(),

@@ -1,6 +1,7 @@
 #include "src/effects/floating_conductors.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -64,29 +65,20 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
   problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
   add_sides(scene, problem);
-  std::vector<int> group_of_node(groups.id.size());
-  for (int i = 0; i < static_cast<int>(groups.id.size()); ++i) {
-    const int id = groups.id[i];
-    if (id == i) {
-      group_of_node[i] = static_cast<int>(problem.groups.size());
-      problem.groups.push_back({.floating = !groups.potential[i], .potential = groups.potential[i].value_or(0)});
-    }
-    group_of_node[i] = group_of_node[id];
-    laplace::Group& group = problem.groups[group_of_node[i]];
-    if (i < bodies.size()) problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, group_of_node[i]});
-    if (group.floating && i < static_cast<int>(charges.charge.size()))
-      group.charge += charges.charge[i] / scene.medium.depth;
-  }
+  NodeGroups nodes = groups_of_nodes(groups, charges, scene.medium.depth);
+  problem.groups = std::move(nodes.groups);
+  for (int i = 0; i < bodies.size(); ++i)
+    problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, nodes.of_node[i]});
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes) {
     if (electrode.series_resistance > 0) {
-      problem.bodies.push_back({electrode.shape, group_of_node[node++]});
+      problem.bodies.push_back({electrode.shape, nodes.of_node[node++]});
       continue;
     }
     problem.bodies.push_back({electrode.shape, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({.floating = false, .potential = electrode.potential});
   }
-  add_couplings(scene, groups, charges, group_of_node, problem);
+  add_couplings(scene, groups, charges, nodes.of_node, problem);
   return problem;
 }
 
@@ -168,6 +160,10 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
   return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
 }
 
+bool is_inside_integrator(const Scene& scene) {
+  return scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic;
+}
+
 void check_can_move(const Scene& scene) {
   if (method_of(scene.field_table) != FieldMethod::multipole || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
@@ -199,10 +195,14 @@ namespace {
 /// Outside there is no field to solve for.
 void check_inside(const Scene& scene, const Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
-    const Vec2 p = position(bodies, i), size = plane(scene.domain.size);
-    if (p.x >= 0 && p.y >= 0 && p.x <= size.x && p.y <= size.y) continue;
+    const int d = bodies.dimension;
+    const Vec3 p = position_in_space(bodies, i);
+    bool inside = true;
+    for (int k = 0; k < d; ++k) inside &= bodies.box.periodic(k) || (p[k] >= 0 && p[k] <= bodies.box.lengths[k]);
+    if (inside) continue;
     throw Failure(fmt::format(
-        "conductor {} has left the domain and is at [{:g}, {:g}] m{}", i, p.x, p.y,
+        "conductor {} has left the domain and is at [{:g}] m{}", i,
+        fmt::join(bodies.position.begin() + i * d, bodies.position.begin() + (i + 1) * d, ", "),
         scene.effects.has<WallContactOptions>() ? "" : ": [effects.wall_contact] in the scene would hold it"));
   }
 }
@@ -215,7 +215,8 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
     if (groups.id[pair.i] != groups.id[pair.j]) return fmt::format("conductors {} and {}", pair.i, pair.j);
   for (int i = 0; i < bodies.size(); ++i)
     for (const Terminal& terminal : terminals)
-      if (!is_one(groups, i, terminal) && view(terminal.surface, position(bodies, i)).distance <= bodies.radius[i])
+      if (!is_one(groups, i, terminal) &&
+          view(terminal.surface, position_in_space(bodies, i)).distance <= bodies.radius[i])
         return fmt::format("conductor {} and {}", i, terminal.name);
   return "";
 }
@@ -268,6 +269,12 @@ void check(const Draft& draft) {
   if (!draft.permittivity && !draft.relative_permittivity)
     refuse_effect(draft, "floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
   check_resistors(draft);
+  if (draft.domain_size.count == 3)
+    check_spheres(draft);
+  else if (draft.field.method == FieldMethod::spheres)
+    refuse(draft.scene.path, draft.line("field.method"),
+           "field.method = \"spheres\" is not allowed in two dimensions: \"cut-cell\", \"multipole\" and "
+           "\"relaxation\" are");
 }
 
 void complete(const Draft& draft, Scene& scene) {
@@ -284,6 +291,8 @@ const EffectKind& FloatingConductorsOptions::kind() {
       .description = "the electric field between conductors with given charges, and its forces",
       .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
       .options = FloatingConductorsOptions{},
+      .dimensions = {2, 3},
+      .periodic = true,
       .field = true,
       .check = check,
       .complete = complete,
@@ -294,7 +303,9 @@ const EffectKind& FloatingConductorsOptions::kind() {
 
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene) {
   FieldOptions moving = scene.field();
-  moving.tolerance = moving.moving_tolerance;
+  const bool spheres = moving.method == FieldMethod::spheres;
+  if (!(spheres && is_inside_integrator(scene))) moving.tolerance = moving.moving_tolerance;
+  if (spheres) return std::make_unique<FloatingConductors>(scene, make_sphere_solver(moving));
   const int cells = predictor_cells(scene);
   if (cells == 0) return std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
   auto solver = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
@@ -311,17 +322,20 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
 FloatingConductors::FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver)
     : scene_(scene), solver_(std::move(solver)), terminals_(terminals_of(scene)) {}
 
+FloatingConductors::FloatingConductors(const Scene& scene, laplace::SphereSolver solver)
+    : scene_(scene), spheres_(std::move(solver)), terminals_(terminals_of(scene)) {}
+
 void FloatingConductors::add_forces(const State& state, std::span<double> force) const {
   if (!held_) return;
   for (int i = 0; i < state.bodies.size(); ++i) {
-    const Vec2 held = held_->force_at(i, state.time);
-    force[2 * i] += held.x;
-    force[2 * i + 1] += held.y;
+    const Vec3 held = held_->force_at(i, state.time);
+    for (int k = 0; k < state.bodies.dimension; ++k) force[i * state.bodies.dimension + k] += held[k];
   }
 }
 
 Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
                                          const NodeCharges& charges) {
+  if (spheres_) return solve_in_space(bodies, groups, charges);
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   const laplace::LaplaceSolution solution = solver_->solve(asked);
   if (scene_.field_accuracy()) last_problem_ = asked;
@@ -330,8 +344,19 @@ Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalG
   return in_si(asked, solution, groups, charges);
 }
 
+Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const ElectricalGroups& groups,
+                                                  const NodeCharges& charges) {
+  check(bodies, groups);
+  const laplace::SphereProblem asked = make_sphere_problem(scene_, bodies, groups, charges);
+  const laplace::SphereSolution solution = spheres_->solve(asked);
+  ++solves_;
+  iterations_ += solution.iterations;
+  return electrostatics_of(scene_, asked, solution);
+}
+
 Electrostatics FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
+  if (spheres_) return solve_in_space(bodies, groups, charges);
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
   ++predictions_;
@@ -339,16 +364,21 @@ Electrostatics FloatingConductors::predict(const Bodies& bodies, const Electrica
 }
 
 void FloatingConductors::forget() {
-  solver_->forget();
+  if (solver_) solver_->forget();
+  if (spheres_) spheres_->forget();
   if (predictor_) predictor_->forget();
 }
 
 void FloatingConductors::correct(const Electrostatics& solved) { correction_ = combination(solved, -1, coarse_); }
 
-laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const ElectricalGroups& groups,
-                                                    const NodeCharges& charges) const {
+void FloatingConductors::check(const Bodies& bodies, const ElectricalGroups& groups) const {
   check_inside(scene_, bodies);
   check_contacts(bodies, groups);
+}
+
+laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const ElectricalGroups& groups,
+                                                    const NodeCharges& charges) const {
+  check(bodies, groups);
   laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
   if (is_only_behind_resistors(problem)) neutralize(problem);
   return problem;
@@ -361,7 +391,7 @@ Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
   const double shift = is_only_behind_resistors(problem) ? level(problem, solution, charges) : 0;
   Electrostatics result{.energy = depth * solution.energy};
   for (std::size_t i = 0; i < scene_.conductors.size(); ++i) {
-    result.force.push_back(depth * solution.body_force[i]);
+    result.force.push_back(in_space(depth * solution.body_force[i]));
     result.charge.push_back(depth * solution.body_charge[i]);
     result.potential.push_back(solution.group_potential[problem.bodies[i].group] + shift);
   }

@@ -8,6 +8,8 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/circuit.hpp"
+#include "src/effects/electrostatics.hpp"
+#include "src/effects/floating_spheres.hpp"
 #include "src/effects/groups.hpp"
 #include "src/effects/held_field.hpp"
 #include "src/model/effect.hpp"
@@ -18,15 +20,6 @@ namespace lichtenberg::effects {
 
 struct FloatingConductorsOptions {
   static const EffectKind& kind();
-};
-
-/// The charges that a field is asked for, with what a step of charge through resistors asks of it at its end
-/// (charge_step).
-struct NodeCharges {
-  std::vector<double> charge{};  ///< C, by node of ElectricalGroups; the last may be missing, which have none
-  std::vector<Resistor> resistors{};
-  double weight = 0;  ///< s: what a resistor carries is weight * conductance * potential difference
-  double fed = 0;     ///< A, into all conductors together
 };
 
 /// The field problem of a scene's conductors where they are now (D 5.2, 5.3). Bodies: the conductors in order, then the
@@ -57,6 +50,9 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
 /// circuit, or its field's grid is not four times as fine.
 int predictor_cells(const Scene& scene);
 
+/// Whether the field is solved within an integrator's error control, where its own error must not show.
+bool is_inside_integrator(const Scene& scene);
+
 /// Throws InputError if the method cannot follow the scene's conductors where they may move: disks that go through each
 /// other or out of the domain, which only contact forces prevent, are beyond the multipole method.
 void check_can_move(const Scene& scene);
@@ -65,23 +61,12 @@ void check_can_move(const Scene& scene);
 /// `field` asks for another solver; null: no field is solved at all.
 void check_processes(const FieldTable* field);
 
-/// What the field does to the conductors: a solution with the scene's depth, in SI.
-struct Electrostatics {
-  std::vector<Vec2> force;        ///< N
-  std::vector<double> charge;     ///< C, by the field (D 5.4)
-  std::vector<double> potential;  ///< V
-  double energy = 0;              ///< J
-  std::vector<double> carried;    ///< C, by resistor, from a to b in the step: weight * current at its end
-  // Of the terminals, in the order of terminals_of:
-  std::vector<double> terminal_charge;     ///< C, on their surface
-  std::vector<double> terminal_potential;  ///< V
-};
-
 /// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. A field solve costs more than all
 /// mechanics of a step together, so forces are held: add_forces adds those of a HeldField, which others keep.
 class FloatingConductors : public Effect {
  public:
-  FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
+  FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< of a plane scene
+  FloatingConductors(const Scene& scene, laplace::SphereSolver solver);                    ///< of one in space
 
   const EffectKind& kind() const override { return FloatingConductorsOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
@@ -108,7 +93,7 @@ class FloatingConductors : public Effect {
   /// From now on these forces act, as they are at any time. `held` must outlive this.
   void follow(const HeldField& held) { held_ = &held; }
 
-  laplace::LaplaceSolver& solver() { return *solver_; }
+  laplace::LaplaceSolver* solver() { return solver_.get(); }  ///< null in three dimensions
   std::int64_t solves() const { return solves_; }
   std::int64_t iterations() const { return iterations_; }  ///< of the linear solver, all solves together
   std::int64_t predictions() const { return predictions_; }
@@ -117,6 +102,8 @@ class FloatingConductors : public Effect {
   }
 
  private:
+  void check(const Bodies& bodies, const ElectricalGroups& groups) const;
+  Electrostatics solve_in_space(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
   laplace::LaplaceProblem problem(const Bodies& bodies, const ElectricalGroups& groups,
                                   const NodeCharges& charges) const;
   Electrostatics in_si(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
@@ -124,7 +111,8 @@ class FloatingConductors : public Effect {
   void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
 
   Scene scene_;
-  std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< no predictor: null
+  std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< none: null
+  std::optional<laplace::SphereSolver> spheres_;                ///< in place of solver_ in three dimensions
   std::vector<Terminal> terminals_;
   Electrostatics coarse_, correction_;  ///< the predictor's last solution, and what to add to it
   std::optional<laplace::LaplaceProblem> last_problem_;

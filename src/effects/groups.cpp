@@ -103,10 +103,10 @@ std::vector<Terminal> terminals_of(const Scene& scene) {
   std::vector<Terminal> terminals;
   int next_node = static_cast<int>(scene.conductors.size());
   for (const Electrode& electrode : scene.electrodes)
-    terminals.push_back({fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode.shape),
+    terminals.push_back({fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode, scene.dimension()),
                          electrode.potential, electrode.series_resistance,
                          electrode.series_resistance > 0 ? next_node++ : -1});
-  const std::array<Surface, 4> sides = sides_of(scene.domain);
+  const std::vector<Surface> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
     if (scene.domain.sides[s].electrode)
       terminals.push_back(

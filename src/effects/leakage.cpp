@@ -26,6 +26,8 @@ const EffectKind& LeakageOptions::kind() {
                 .required = true,
                 .help = "of the fluid"}},
       .needs = {{"floating_conductors"}},
+      .dimensions = {2, 3},
+      .periodic = true,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> {
         return std::make_unique<Leakage>(leakage_of(scene));
       },

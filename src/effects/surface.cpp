@@ -9,14 +9,14 @@ namespace {
 View view_of(const Disk& disk, Vec2 p) {
   const Vec2 r = p - disk.centre;
   const double distance = norm(r);
-  return {distance - disk.radius, r / distance, 1 / distance, 1 / disk.radius};
+  return {distance - disk.radius, in_space(r / distance), 1 / distance, 1 / disk.radius};
 }
 
 View view_of(const Ring& ring, Vec2 p) {
   const Vec2 r = p - ring.centre;
   const double distance = norm(r);
-  if (distance == 0) return {ring.radius, {1, 0}, 0, -1 / ring.radius};  // the centre sees the rim everywhere alike
-  return {ring.radius - distance, -r / distance, -1 / distance, -1 / ring.radius};
+  if (distance == 0) return {ring.radius, {1, 0, 0}, 0, -1 / ring.radius};  // the centre sees the rim everywhere alike
+  return {ring.radius - distance, in_space(-r / distance), -1 / distance, -1 / ring.radius};
 }
 
 View view_of(const Bar& bar, Vec2 p) {
@@ -28,12 +28,18 @@ View view_of(const Bar& bar, Vec2 p) {
   const double beyond_side = std::abs(dot(side, r)) - 0.5 * bar.width;
   if (beyond_end > 0 && beyond_side > 0) {
     const double distance = std::hypot(beyond_end, beyond_side);
-    return {distance, (beyond_end * along + beyond_side * across) / distance, 1 / distance, 0};
+    return {distance, in_space((beyond_end * along + beyond_side * across) / distance), 1 / distance, 0};
   }
-  return beyond_end > beyond_side ? View{beyond_end, along, 0, 0} : View{beyond_side, across, 0, 0};
+  return beyond_end > beyond_side ? View{beyond_end, in_space(along), 0, 0} : View{beyond_side, in_space(across), 0, 0};
 }
 
-View view_of(const HalfPlane& wall, Vec2 p) { return {dot(p - wall.point, wall.normal), wall.normal, 0, 0}; }
+View view_of(const Ball& ball, Vec3 p) {
+  const Vec3 r = p - ball.centre;
+  const double distance = norm(r);
+  return {distance - ball.radius, r / distance, 1 / distance, 1 / ball.radius};
+}
+
+View view_of(const FlatWall& wall, Vec3 p) { return {dot(p - wall.point, wall.normal), wall.normal, 0, 0}; }
 
 }  // namespace
 
@@ -41,13 +47,31 @@ Surface surface_of(const Shape& shape) {
   return std::visit([](const auto& s) { return Surface{s}; }, shape);
 }
 
-std::array<Surface, 4> sides_of(const Domain& domain) {
-  const Vec2 far = plane(domain.size);
-  return {HalfPlane{{0, 0}, {1, 0}}, HalfPlane{far, {-1, 0}}, HalfPlane{{0, 0}, {0, 1}}, HalfPlane{far, {0, -1}}};
+Surface surface_of(const Electrode& electrode, int dimension) {
+  if (dimension == 3) return Ball{electrode.centre(), std::get<Disk>(electrode.shape).radius};
+  return surface_of(electrode.shape);
 }
 
-View view(const Surface& surface, Vec2 point) {
-  return std::visit([point](const auto& s) { return view_of(s, point); }, surface);
+std::vector<Surface> sides_of(const Domain& domain) {
+  std::vector<Surface> sides;
+  for (int k = 0; k < domain.dimension(); ++k) {
+    Vec3 inward;
+    inward[k] = 1;
+    sides.push_back(FlatWall{{}, inward});
+    sides.push_back(FlatWall{domain.size, -inward});
+  }
+  return sides;
+}
+
+View view(const Surface& surface, Vec3 point) {
+  return std::visit(
+      [point](const auto& s) {
+        if constexpr (requires { view_of(s, point); })
+          return view_of(s, point);
+        else
+          return view_of(s, plane(point));
+      },
+      surface);
 }
 
 }  // namespace lichtenberg::effects

@@ -1,34 +1,42 @@
 #pragma once
 
-#include <array>
 #include <variant>
+#include <vector>
 
 #include "solvers/geometry/shape.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
 
-/// A side of the domain as a wall: the fluid is where `normal` points.
-struct HalfPlane {
-  Vec2 point, normal;
+/// A sphere in space.
+struct Ball {
+  Vec3 centre;
+  double radius = 0;
 };
 
-/// The surface of a fixed body.
-using Surface = std::variant<Disk, Bar, Ring, HalfPlane>;
+/// A side of the domain as a wall: the fluid is where `normal` points.
+struct FlatWall {
+  Vec3 point, normal;
+};
+
+/// The surface of a fixed body. Disk, bar and ring are those of the plane, which know no z.
+using Surface = std::variant<Disk, Bar, Ring, Ball, FlatWall>;
 
 Surface surface_of(const Shape& shape);
-/// Left, right, bottom, top.
-std::array<Surface, 4> sides_of(const Domain& domain);
+/// Of an electrode in a domain of that dimension.
+Surface surface_of(const Electrode& electrode, int dimension);
+/// As in side_names; a plane domain has four.
+std::vector<Surface> sides_of(const Domain& domain);
 
 /// What a surface looks like from a point.
 struct View {
   double distance = 0;   ///< m, from the point to the surface, negative inside the body
-  Vec2 normal;           ///< gradient of the distance: unit vector from the surface to the point
+  Vec3 normal;           ///< gradient of the distance: unit vector from the surface to the point
   double turning = 0;    ///< 1/m: moving the point sideways by s turns the normal by turning * s
   double curvature = 0;  ///< 1/m, of the surface: positive where the body bulges, negative inside a ring
 };
 
 /// A bar's corner is taken as flat (curvature 0): its sharpness is no physics of a contact.
-View view(const Surface& surface, Vec2 point);
+View view(const Surface& surface, Vec3 point);
 
 }  // namespace lichtenberg::effects

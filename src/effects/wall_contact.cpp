@@ -16,7 +16,7 @@ template <class Visit>
 void for_each_contact(const Bodies& bodies, const std::vector<Surface>& walls, double modulus, Visit visit) {
   for (int i = 0; i < bodies.size(); ++i)
     for (const Surface& wall : walls) {
-      const View seen = view(wall, position(bodies, i));
+      const View seen = view(wall, position_in_space(bodies, i));
       const double overlap = bodies.radius[i] - seen.distance;
       if (!(overlap > 0)) continue;
       visit(i, seen, hertz(modulus, 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
@@ -32,6 +32,8 @@ const EffectKind& WallContactOptions::kind() {
       .help = "The same against the sides of the domain and the electrodes.",
       .options = WallContactOptions{},
       .keys = elastic_constants<WallContactOptions>(),
+      .dimensions = {2, 3},
+      .periodic = true,
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<WallContact>(scene); }};
   return kind;
 }
@@ -39,8 +41,10 @@ const EffectKind& WallContactOptions::kind() {
 WallContact::WallContact(const Scene& scene)
     : modulus_(contact_modulus(scene.effects.find<WallContactOptions>()->young,
                                scene.effects.find<WallContactOptions>()->poisson)) {
-  for (const Surface& side : sides_of(scene.domain)) walls_.push_back(side);
-  for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode.shape));
+  const std::vector<Surface> sides = sides_of(scene.domain);
+  for (std::size_t s = 0; s < sides.size(); ++s)
+    if (!scene.domain.sides[s].periodic) walls_.push_back(sides[s]);
+  for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.dimension()));
 }
 
 void WallContact::add_forces(const State& state, std::span<double> force) const {
@@ -51,8 +55,8 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
                       "radius: effects.wall_contact.young is too soft for its speed, or mechanics.euler_step too long "
                       "for how hard it is",
                       i, state.bodies.radius[i] - seen.distance));
-    force[2 * i] += law.force * seen.normal.x;
-    force[2 * i + 1] += law.force * seen.normal.y;
+    const int d = state.bodies.dimension;
+    for (int k = 0; k < d; ++k) force[i * d + k] += law.force * seen.normal[k];
   });
 }
 
@@ -65,7 +69,7 @@ double WallContact::stored_energy(const State& state) const {
 
 void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
-    const std::array<double, 2> normal = {seen.normal.x, seen.normal.y};
+    const std::array<double, 3> normal = {seen.normal.x, seen.normal.y, seen.normal.z};
     jacobian.add_central(i, i, normal, -law.stiffness, law.force * seen.turning);
   });
 }
@@ -73,7 +77,7 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
 bool WallContact::idle(const Bodies& bodies, std::span<const double> travel) const {
   for (int i = 0; i < bodies.size(); ++i)
     for (const Surface& wall : walls_)
-      if (view(wall, position(bodies, i)).distance <= bodies.radius[i] + travel[i]) return false;
+      if (view(wall, position_in_space(bodies, i)).distance <= bodies.radius[i] + travel[i]) return false;
   return true;
 }
 

@@ -15,7 +15,7 @@ struct WallContactOptions {
 };
 
 /// The elastic contact of spheres with what does not move: the sides of the domain, which are flat, and the electrodes
-/// (a ring pushes inward). Two dimensions.
+/// (a ring pushes inward); not those that are periodic.
 class WallContact : public Effect {
  public:
   explicit WallContact(const Scene& scene);  ///< which has it

@@ -31,7 +31,7 @@ struct Charging {
   effects::HeldField held;           ///< what acts on the bodies now
   std::optional<EnergyBook> energy;  ///< of a scene with a circuit
   std::vector<double> booked_at;     ///< positions when energy was last booked
-  std::vector<Vec2> booked_force;
+  std::vector<Vec3> booked_force;
   double largest_force = 0, largest_speed = 0;  ///< N, m/s, of a body at any instant that was accepted
 };
 

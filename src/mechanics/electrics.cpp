@@ -34,8 +34,8 @@ Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConducto
       relaxation_time_(model.charge_relaxation_time()),
       now_{.ledger = {with_terminals(model.bodies.charge, scene), supplies_.size()}} {
   const std::size_t n = model.bodies.size();
-  now_.held = {.force = std::vector<Vec2>(n),
-               .force_rate = std::vector<Vec2>(n),
+  now_.held = {.force = std::vector<Vec3>(n),
+               .force_rate = std::vector<Vec3>(n),
                .charge = std::vector<double>(n),
                .charge_rate = std::vector<double>(n)};
   if (effects::has_circuit(scene)) now_.energy.emplace(scene, relaxation_time_);
@@ -152,6 +152,8 @@ Trial Electrics::solve(double time, FieldGrid grid) {
   const Stopwatch watch(counters_.field_seconds);
   trial.field = grid == FieldGrid::predictor ? field_.predict(model_.bodies, now_.groups, charges)
                                              : field_.solve(model_.bodies, now_.groups, charges);
+  if (model_.bodies.keep_height)
+    for (Vec3& force : trial.field.force) force.z = 0;  // what the bodies lie on takes it up
   counters_.field_solves = field_.solves();
   counters_.predictions = field_.predictions();
   counters_.iterations = field_.iterations();
@@ -239,7 +241,7 @@ void Electrics::accept(const Trial& trial, bool merged) {
   show_charges();
   for (int i = 0; i < model_.bodies.size(); ++i) {
     now_.largest_force = std::max(now_.largest_force, norm(trial.field.force[i]));
-    now_.largest_speed = std::max(now_.largest_speed, norm(velocity(model_.bodies, i)));
+    now_.largest_speed = std::max(now_.largest_speed, norm(velocity_in_space(model_.bodies, i)));
   }
 }
 
@@ -281,7 +283,7 @@ Events Electrics::events(std::span<const double> travel) const {
     for (std::size_t k = 0; k < watched.size(); ++k) value[k] = discharge_->excess(model_.bodies, watched[k]);
     value.back() = -INFINITY;
     for (int i = 0; i < model_.bodies.size(); ++i) {
-      const Vec2 moved = position(model_.bodies, i) - Vec2{start[2 * i], start[2 * i + 1]};
+      const Vec3 moved = position_in_space(model_.bodies, i) - vector_at(start, model_.bodies.dimension, i);
       value.back() = std::max(value.back(), norm(moved) - reach[i]);
     }
   };
@@ -292,13 +294,13 @@ Events Electrics::events(std::span<const double> travel) const {
 /// The time (s) in which no watched contact can come and go unseen.
 double Electrics::longest_step(const std::vector<Watch>& watched, std::span<const double> force) const {
   const Bodies& bodies = model_.bodies;
-  const auto acceleration = [&](int i) { return Vec2{force[2 * i], force[2 * i + 1]} / bodies.mass[i]; };
+  const auto acceleration = [&](int i) { return vector_at(force, bodies.dimension, i) / bodies.mass[i]; };
   double longest = INFINITY;
   for (const Watch& w : watched) {
     const int i = w.contact.conductor, j = w.contact.partner;
     const bool both_move = j < bodies.size();
-    const Vec2 v = velocity(bodies, i) - (both_move ? velocity(bodies, j) : Vec2{});
-    const Vec2 a = acceleration(i) - (both_move ? acceleration(j) : Vec2{});
+    const Vec3 v = velocity_in_space(bodies, i) - (both_move ? velocity_in_space(bodies, j) : Vec3{});
+    const Vec3 a = acceleration(i) - (both_move ? acceleration(j) : Vec3{});
     longest = std::min(longest, time_to_move(discharge_->blind_way(bodies, w), norm(v), norm(a)));
   }
   return longest;
@@ -308,7 +310,8 @@ double Electrics::longest_step(const std::vector<Watch>& watched, std::span<cons
 double Electrics::work_since_booking(double time) const {
   double work = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {
-    const Vec2 moved = position(model_.bodies, i) - Vec2{now_.booked_at[2 * i], now_.booked_at[2 * i + 1]};
+    const Vec3 moved = model_.bodies.box.difference(position_in_space(model_.bodies, i),
+                                                    vector_at(now_.booked_at, model_.bodies.dimension, i));
     work += 0.5 * dot(now_.booked_force[i] + now_.held.force_at(i, time), moved);
   }
   return work;
@@ -333,7 +336,7 @@ bool Electrics::stationary(double fraction) const {
   for (int i = 0; i < bodies.size(); ++i)
     if (now_.groups.connected[i] != -1 ||
         (!scene_.conductors[i].held && (norm(now_.field.force[i]) > fraction * now_.largest_force ||
-                                        norm(velocity(bodies, i)) > fraction * now_.largest_speed)))
+                                        norm(velocity_in_space(bodies, i)) > fraction * now_.largest_speed)))
       return false;
   return true;
 }

@@ -19,8 +19,8 @@ void Euler::advance(double time, double end) {
   for (int k = 1; k <= intervals; ++k) {
     const double next = k == intervals ? end : start + (end - start) * k / intervals;
     if (at_.electrics) {
-      const std::vector<Vec2>& force = at_.electrics->now().field.force;
-      at_.electrics->hold({.time = time, .force = force, .force_rate = std::vector<Vec2>(force.size())});
+      const std::vector<Vec3>& force = at_.electrics->now().field.force;
+      at_.electrics->hold({.time = time, .force = force, .force_rate = std::vector<Vec3>(force.size())});
     }
     mechanical_steps(time, next);
     ++at_.counters.steps;

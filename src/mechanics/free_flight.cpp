@@ -35,7 +35,7 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
 /// A flight of all bodies from where they are now.
 class Flight {
  public:
-  Flight(Model& model, std::span<const double> drag, std::span<const Vec2> force, std::span<const Vec2> rate)
+  Flight(Model& model, std::span<const double> drag, std::span<const Vec3> force, std::span<const Vec3> rate)
       : bodies_(model.bodies),
         start_(model.bodies.position),
         momentum_(model.bodies.momentum),
@@ -51,9 +51,9 @@ class Flight {
     for (int i = 0; i < bodies_.size(); ++i) {
       if (!fall || bodies_.mass[i] != mass || drag_[i] != drag)
         fall.emplace(t, mass = bodies_.mass[i], drag = drag_[i]);
-      for (int k = 0; k < 2; ++k) {
-        const std::size_t c = 2 * i + k;
-        const double force = k == 0 ? force_[i].x : force_[i].y, rate = k == 0 ? rate_[i].x : rate_[i].y;
+      for (int k = 0; k < bodies_.dimension; ++k) {
+        const std::size_t c = i * bodies_.dimension + k;
+        const double force = force_[i][k], rate = rate_[i][k];
         const double velocity = momentum_[c] / mass, now = fall->speed(velocity, force, rate);
         bodies_.position[c] = start_[c] + fall->move(velocity, force, rate);
         bodies_.momentum[c] = mass * now;
@@ -68,7 +68,7 @@ class Flight {
   Bodies& bodies_;
   std::vector<double> start_, momentum_;
   std::span<const double> drag_;
-  std::span<const Vec2> force_, rate_;
+  std::span<const Vec3> force_, rate_;
   std::vector<double> total_;
 };
 
@@ -142,12 +142,12 @@ double FreeFall::speed(double velocity, double force, double rate) const {
 }
 
 bool FreeFlight::covers(std::span<const double> travel) const {
-  return model_.bodies.dimension == 2 && std::ranges::all_of(model_.effects, [&](const auto& effect) {
-           return effect->is_held_or_drag() || effect->idle(model_.bodies, travel);
-         });
+  return std::ranges::all_of(model_.effects, [&](const auto& effect) {
+    return effect->is_held_or_drag() || effect->idle(model_.bodies, travel);
+  });
 }
 
-double FreeFlight::advance(double start, double end, std::span<const Vec2> force, std::span<const Vec2> rate,
+double FreeFlight::advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
                            const Events& events) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
   Flight flight(model_, drag_, force, rate);

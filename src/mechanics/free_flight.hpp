@@ -34,7 +34,7 @@ class FreeFlight {
   bool covers(std::span<const double> travel) const;
   /// Moves the bodies from time `start` to `end` or, if that is earlier, to the first event, as Cvode::advance does;
   /// returns the time reached. `force` is the one at the start.
-  double advance(double start, double end, std::span<const Vec2> force, std::span<const Vec2> rate,
+  double advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
                  const Events& events);
 
  private:

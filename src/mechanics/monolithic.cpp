@@ -11,7 +11,7 @@ Monolithic::Monolithic(Workplace workplace)
 
 void Monolithic::solve_field(double time) {
   Trial trial = at_.electrics->solve(time);
-  const std::vector<Vec2> rate(trial.field.force.size());
+  const std::vector<Vec3> rate(trial.field.force.size());
   at_.electrics->hold({.time = time, .force = std::move(trial.field.force), .force_rate = rate});
 }
 
@@ -45,6 +45,7 @@ double Monolithic::step(double time, double end) {
   ++at_.counters.steps;
   at_.electrics->accept(at_.electrics->solve(time));
   at_.electrics->reconnect(time);
+  wrap(at_.model.bodies);
   return time;
 }
 

@@ -26,10 +26,10 @@ using Solver = std::unique_ptr<laplace::LaplaceSolver>;
 /// Null, which means the default: the tolerance of a moving scene. Inside an integrator's error control the field's own
 /// error must not show.
 Solver default_solver(const Scene& scene) {
-  const bool inside =
-      scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic;
-  return inside && scene.effects.has<effects::FloatingConductorsOptions>() ? effects::make_field_solver(scene.field())
-                                                                           : nullptr;
+  return effects::is_inside_integrator(scene) && scene.dimension() == 2 &&
+                 scene.effects.has<effects::FloatingConductorsOptions>()
+             ? effects::make_field_solver(scene.field())
+             : nullptr;
 }
 
 /// A scene's model, and those of its effects that the electrics must know; null where they are not in the scene.
@@ -63,7 +63,8 @@ struct Simulation::Implementation {
   void advance(double end);
   ConductorFrame now();
   Frame motion() const;
-  std::optional<analysis::ContactNetwork> network(std::span<const Vec2> position) const;
+  void add_image(Frame& frame) const;
+  std::optional<analysis::ContactNetwork> network(std::span<const Vec3> position) const;
   mechanics::Outcome outcome(bool stationary);
   void save_counters(Checkpoint& checkpoint) const;
   void restore_counters(const Checkpoint& checkpoint);
@@ -168,17 +169,15 @@ bool Simulation::finished() { return time() >= end_time() || (implementation_->s
 
 ConductorFrame Simulation::now() {
   Implementation& self = *implementation_;
-  check_dimension(self.model.bodies, 2);
   self.begin();
   return self.now();
 }
 
 ConductorFrame Simulation::Implementation::now() {
   ConductorFrame frame{.time = time};
-  if (model.bodies.dimension == 3) return frame;  // and neutral: motion() has it all
   for (int i = 0; i < model.bodies.size(); ++i) {
-    frame.position.push_back(position(model.bodies, i));
-    frame.velocity.push_back(velocity(model.bodies, i));
+    frame.position.push_back(position_in_space(model.bodies, i));
+    frame.velocity.push_back(velocity_in_space(model.bodies, i));
   }
   if (!electrics) return frame;
   const effects::Electrostatics& field = electrics->now().field;
@@ -223,11 +222,16 @@ Frame Simulation::Implementation::motion() const {
   Frame frame{.time = time};
   frame.add_vectors("position", "m", bodies.position, bodies.dimension);
   frame.add_vectors("velocity", "m s-1", velocity, bodies.dimension);
-  if (!bodies.image.empty()) frame.add_particles("image", "1", turns_around(bodies.image, bodies.dimension), 3);
+  add_image(frame);
   return frame;
 }
 
-std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec2> position) const {
+void Simulation::Implementation::add_image(Frame& frame) const {
+  const Bodies& bodies = model.bodies;
+  if (!bodies.image.empty()) frame.add_particles("image", "1", turns_around(bodies.image, bodies.dimension), 3);
+}
+
+std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec3> position) const {
   if (!electrics || !electrics->has_contacts()) return {};
   std::vector<analysis::Edge> contacts;
   for (const auto& [conductor, partner] : electrics->now().contacts)
@@ -242,6 +246,7 @@ Frame Simulation::frame() {
   if (self.electrics) {
     const ConductorFrame state = self.now();
     frame = columns_of(state);
+    self.add_image(frame);
     if (const std::optional<analysis::ContactNetwork> network = self.network(state.position))
       analysis::add_columns(*network, frame);
   }
@@ -253,7 +258,8 @@ std::optional<laplace::Field> Simulation::field() {
   Implementation& self = *implementation_;
   if (!self.electrics) return {};
   self.begin();
-  return self.electrics->field().solver().field();
+  laplace::LaplaceSolver* const solver = self.electrics->field().solver();
+  return solver ? std::optional(solver->field()) : std::nullopt;
 }
 
 bool Simulation::stationary() {

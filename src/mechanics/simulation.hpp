@@ -30,8 +30,7 @@ class Simulation : public Motion {
   /// stop.time is reached, or the scene is to stop when stationary and is.
   bool finished() override;
 
-  /// What there is to see now. Solves the field of the first instant if nothing has yet. Throws InputError for a scene
-  /// in three dimensions.
+  /// What there is to see now. Solves the field of the first instant if nothing has yet.
   ConductorFrame now();
   /// What there is to see now as columns, in two dimensions and in three, with the network of the contacts and what the
   /// effects show.

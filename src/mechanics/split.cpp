@@ -42,6 +42,7 @@ void Split::advance(double time, double end) {
   while (time < end) {
     at_.between_steps();
     const double reached = predicts ? try_prediction(time, end) : try_step(time, end, FieldGrid::whole);
+    wrap(at_.model.bodies);
     if (reached > time) at_.model.accept(reached, reached - time);
     time = reached;
   }
@@ -106,7 +107,7 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   const double reached = move(time, target);
   if (reached < target && pass_event(reached, grid)) return reached;
   const Trial trial = at_.electrics->solve(reached, grid);
-  const std::vector<Vec2> assumed = held_forces(reached);
+  const std::vector<Vec3> assumed = held_forces(reached);
   const double wrong_by = std::max(error(held().time, trial, assumed), at_.electrics->charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     go_back(start);
@@ -126,8 +127,8 @@ double Split::move(double time, double target) {
   while (time < target) {
     at_.between_steps();
     const double dt = target - time;
-    const std::vector<Vec2> force = held_forces(time);
-    std::vector<Vec2> largest_force = force;
+    const std::vector<Vec3> force = held_forces(time);
+    std::vector<Vec3> largest_force = force;
     for (std::size_t i = 0; i < force.size(); ++i)
       largest_force[i] += std::copysign(dt, dot(largest_force[i], held().force_rate[i])) * held().force_rate[i];
     const std::vector<double> travel = longest_travel(at_.model, drag_, largest_force, dt);
@@ -154,31 +155,31 @@ bool Split::pass_event(double time, FieldGrid grid) {
   std::vector<double> charge;
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge.push_back(held().charge_at(i, time));
   at_.electrics->share(time, charge);
-  const std::vector<Vec2> before = held_forces(time);
+  const std::vector<Vec3> before = held_forces(time);
   if (!at_.electrics->reconnect(time, grid)) return true;
   ++at_.counters.steps;
   restart(time, before);
   return true;
 }
 
-std::vector<Vec2> Split::held_forces(double time) const {
-  std::vector<Vec2> force;
+std::vector<Vec3> Split::held_forces(double time) const {
+  std::vector<Vec3> force;
   for (int i = 0; i < at_.model.bodies.size(); ++i) force.push_back(held().force_at(i, time));
   return force;
 }
 
 /// The field that was accepted at `time` becomes the base of the extrapolation.
-void Split::hold(double time, std::vector<Vec2> force_rate, std::vector<double> charge_rate, bool rates_known) {
+void Split::hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known) {
   const effects::Electrostatics& field = at_.electrics->now().field;
   at_.electrics->hold({time, field.force, std::move(force_rate), field.charge, std::move(charge_rate), rates_known});
 }
 
 /// The worst body's displacement, in tolerances, if the force assumed at the end was off by what is known now, and
 /// that grew from nothing at the start.
-double Split::error(double since, const Trial& trial, const std::vector<Vec2>& assumed) const {
+double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
   double worst = 0;
   for (int i = 0; i < at_.model.bodies.size(); ++i) {
-    const Vec2 defect = trial.field.force[i] - assumed[i];
+    const Vec3 defect = trial.field.force[i] - assumed[i];
     worst = std::max(worst, displacement(norm(defect), trial.time - since, at_.model.bodies.mass[i], drag_[i]));
   }
   return worst / at_.scene.mechanics.position_tolerance;
@@ -192,7 +193,7 @@ void Split::accept(const Trial& trial, double error) {
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(trial);
   if (!(dt > shortest_step_)) return hold(trial.time, before.force_rate, before.charge_rate, before.rates_known);
-  std::vector<Vec2> force_rate;
+  std::vector<Vec3> force_rate;
   std::vector<double> charge_rate;
   for (std::size_t i = 0; i < before.force.size(); ++i) {
     force_rate.push_back((trial.field.force[i] - before.force[i]) / dt);
@@ -208,7 +209,7 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
   step_ = std::max(std::min(next_step(dt, error, held().rates_known ? 3 : 2), 0.5 * dt), shortest_step_);
   if (held().time == time) return;
   // Groups have parted since the last solve, and there is no way back behind that.
-  const std::vector<Vec2> before = held_forces(time);
+  const std::vector<Vec3> before = held_forces(time);
   at_.electrics->accept(at_.electrics->solve(time, grid));
   restart(time, before);
 }
@@ -216,14 +217,14 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
 /// Groups have merged, and forces have jumped: what is known of their rates no longer holds. A body that a force jump
 /// drives at jump/drag through a field that varies over a certain length sees its force change at the rate below. That
 /// length is a radius, or the contact gap if that is less: conductors at different potentials are never closer.
-void Split::restart(double time, const std::vector<Vec2>& force_before) {
-  const std::vector<Vec2>& force = at_.electrics->now().field.force;
+void Split::restart(double time, const std::vector<Vec3>& force_before) {
+  const std::vector<Vec3>& force = at_.electrics->now().field.force;
   const Bodies& bodies = at_.model.bodies;
   const double tolerance = at_.scene.mechanics.position_tolerance;
   double step = largest_step_;
   for (int i = 0; i < bodies.size(); ++i) {
     const double jump = norm(force[i] - force_before[i]), length = std::min(bodies.radius[i], shortest_gap_);
-    const double speed = std::max(norm(velocity(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
+    const double speed = std::max(norm(velocity_in_space(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
     const double rate = norm(held().force_rate[i]) + jump * speed / length;
     step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
     if (drag_[i] == 0)
@@ -231,14 +232,15 @@ void Split::restart(double time, const std::vector<Vec2>& force_before) {
   }
   step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
-  hold(time, std::vector<Vec2>(bodies.size()), std::vector<double>(bodies.size()), false);
+  hold(time, std::vector<Vec3>(bodies.size()), std::vector<double>(bodies.size()), false);
 }
 
 void Split::save(Checkpoint& checkpoint) const {
   checkpoint.reals["coupling_step"] = {step_, prediction_};
   checkpoint.reals["charge_rate"] = held().charge_rate;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
-  for (const Vec2 r : held().force_rate) rate.insert(rate.end(), {r.x, r.y});
+  for (const Vec3 r : held().force_rate)
+    for (int k = 0; k < at_.model.bodies.dimension; ++k) rate.push_back(r[k]);
   checkpoint.integers["rates_known"] = {held().rates_known};
 }
 
@@ -247,8 +249,9 @@ void Split::restore(const Checkpoint& checkpoint) {
   prediction_ = reals(checkpoint, "coupling_step", 2)[1];
   effects::HeldField restored = held();
   restored.charge_rate = reals(checkpoint, "charge_rate", restored.charge_rate.size());
-  const std::vector<double>& rate = reals(checkpoint, "force_rate", 2 * restored.force_rate.size());
-  for (std::size_t i = 0; i < restored.force_rate.size(); ++i) restored.force_rate[i] = {rate[2 * i], rate[2 * i + 1]};
+  const std::vector<double>& rate = reals(checkpoint, "force_rate", at_.model.bodies.position.size());
+  for (std::size_t i = 0; i < restored.force_rate.size(); ++i)
+    restored.force_rate[i] = vector_at(rate, at_.model.bodies.dimension, static_cast<int>(i));
   restored.rates_known = integers(checkpoint, "rates_known").at(0) != 0;
   at_.electrics->hold(std::move(restored));
 }

@@ -50,7 +50,9 @@ constexpr double held_inertia = 0x1p100;
 }  // namespace
 
 Bodies make_bodies(const Scene& scene) {
-  Bodies bodies{.dimension = scene.dimension(), .box = scene.domain.box()};
+  Bodies bodies{.dimension = scene.dimension(),
+                .keep_height = scene.mechanics.keep_height && scene.dimension() == 3,
+                .box = scene.domain.box()};
   for (const Conductor& conductor : scene.conductors) {
     const double r = conductor.radius;
     const double inertia = conductor.held ? held_inertia : 1;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "solvers/geometry/box.hpp"
@@ -18,6 +19,7 @@ struct Bodies {
   std::vector<double> mass;      ///< kg, [N]
   std::vector<double> radius;    ///< m, [N]
   std::vector<double> charge;    ///< C, [N]; empty unless an effect needs charges
+  bool keep_height = false;      ///< of three dimensions: nothing moves along z
   Box<3> box;                    ///< of which the periodic axes matter; two dimensions leave front and back alone
   std::vector<int> image;        ///< [N * dimension], how often wrapped around the box; empty unless it is periodic
 
@@ -47,6 +49,18 @@ void wrap(Bodies& bodies);
 
 /// Throws InputError unless the bodies have `d` dimensions.
 void check_dimension(const Bodies& bodies, int d);
+
+/// Vector i of an array [N * dimension]; in two dimensions its z is 0.
+inline Vec3 vector_at(std::span<const double> components, int dimension, int i) {
+  const double* c = components.data() + static_cast<std::size_t>(i) * dimension;
+  return {c[0], c[1], dimension == 3 ? c[2] : 0};
+}
+
+/// Position, velocity (m, m/s) of body i in space; in two dimensions its z is 0.
+inline Vec3 position_in_space(const Bodies& bodies, int i) { return vector_at(bodies.position, bodies.dimension, i); }
+inline Vec3 velocity_in_space(const Bodies& bodies, int i) {
+  return vector_at(bodies.momentum, bodies.dimension, i) / bodies.mass[i];
+}
 
 /// Position, velocity (m, m/s) of body i. Throws InputError unless the bodies have `d` dimensions.
 template <int d = 2>

@@ -41,11 +41,11 @@ void Frame::add_vectors(std::string name, std::string unit, std::span<const doub
   add_particles(std::move(name), std::move(unit), std::move(in_space), 3);
 }
 
-void Frame::add_vectors(std::string name, std::string unit, std::span<const Vec2> values) {
-  std::vector<double> in_space;
-  in_space.reserve(3 * values.size());
-  for (const Vec2 v : values) in_space.insert(in_space.end(), {v.x, v.y, 0.0});
-  add_particles(std::move(name), std::move(unit), std::move(in_space), 3);
+void Frame::add_vectors(std::string name, std::string unit, std::span<const Vec3> values) {
+  std::vector<double> components;
+  components.reserve(3 * values.size());
+  for (const Vec3 v : values) components.insert(components.end(), {v.x, v.y, v.z});
+  add_particles(std::move(name), std::move(unit), std::move(components), 3);
 }
 
 const Column* Frame::find(std::string_view name) const {
@@ -56,10 +56,16 @@ const Column* Frame::find(std::string_view name) const {
 std::vector<double> Frame::reals(std::string_view name) const { return converted<double>(find(name)); }
 std::vector<int> Frame::integers(std::string_view name) const { return converted<int>(find(name)); }
 
-std::vector<Vec2> Frame::plane_vectors(std::string_view name) const {
+std::vector<Vec3> Frame::vectors(std::string_view name) const {
   const std::vector<double> values = reals(name);
+  std::vector<Vec3> result;
+  for (std::size_t k = 0; k + 2 < values.size(); k += 3) result.push_back({values[k], values[k + 1], values[k + 2]});
+  return result;
+}
+
+std::vector<Vec2> Frame::plane_vectors(std::string_view name) const {
   std::vector<Vec2> result;
-  for (std::size_t k = 0; k + 2 < values.size(); k += 3) result.push_back({values[k], values[k + 1]});
+  for (const Vec3 v : vectors(name)) result.push_back(plane(v));
   return result;
 }
 

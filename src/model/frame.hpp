@@ -38,14 +38,16 @@ struct Frame {
   }
   /// Vectors of the particles as they stand in frames and files, with three components; `dimension` is 2 or 3.
   void add_vectors(std::string name, std::string unit, std::span<const double> values, int dimension);
-  void add_vectors(std::string name, std::string unit, std::span<const Vec2> values);
+  void add_vectors(std::string name, std::string unit, std::span<const Vec3> values);
 
   /// Null if there is none of that name.
   const Column* find(std::string_view name) const;
   /// The numbers of a column, converted; none if there is no such column.
   std::vector<double> reals(std::string_view name) const;
   std::vector<int> integers(std::string_view name) const;
-  /// The first two components of vectors; none if there is no such column.
+  /// Vectors of the particles; none if there is no such column.
+  std::vector<Vec3> vectors(std::string_view name) const;
+  /// Their first two components; none if there is no such column.
   std::vector<Vec2> plane_vectors(std::string_view name) const;
   /// Of a column of the whole with one number; empty if there is none.
   std::optional<double> number(std::string_view name) const;

@@ -86,6 +86,8 @@ void Model::forces(double time, std::span<double> force) {
   std::ranges::fill(force, 0.0);
   const State now = state(time);
   for (const auto& effect : effects) effect->add_forces(now, force);
+  if (bodies.keep_height)
+    for (std::size_t k = 2; k < force.size(); k += 3) force[k] = 0;
 }
 
 void Model::jacobian(double time, ForceJacobian& jacobian) {

@@ -44,6 +44,13 @@ void put_shape(hid_t group, const Ring& ring) {
   hdf5::put(group, "radius", ring.radius, "m");
 }
 
+void put_sphere(hid_t group, const Electrode& electrode) {
+  const Vec3 centre = electrode.centre();
+  hdf5::put_attribute(group, "shape", "sphere");
+  hdf5::put<double>(group, "centre", std::array{centre.x, centre.y, centre.z}, {3}, "m");
+  hdf5::put(group, "radius", std::get<Disk>(electrode.shape).radius, "m");
+}
+
 void put_electrodes(hid_t scene_group, const Scene& scene) {
   const hdf5::Handle electrodes = hdf5::open_group(scene_group, "electrodes");
   for (size_t k = 0; k < scene.electrodes.size(); ++k) {
@@ -52,7 +59,10 @@ void put_electrodes(hid_t scene_group, const Scene& scene) {
     hdf5::put(group, "potential", scene.electrodes[k].potential, "V");
     if (scene.electrodes[k].series_resistance > 0)
       hdf5::put(group, "series_resistance", scene.electrodes[k].series_resistance, "ohm");
-    std::visit([&](const auto& shape) { put_shape(group, shape); }, scene.electrodes[k].shape);
+    if (scene.dimension() == 3)
+      put_sphere(group, scene.electrodes[k]);
+    else
+      std::visit([&](const auto& shape) { put_shape(group, shape); }, scene.electrodes[k].shape);
   }
 }
 

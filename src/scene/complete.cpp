@@ -123,6 +123,7 @@ struct ToleranceOf {
 };
 
 ToleranceOf tolerance_of(FieldMethod method) {
+  if (method == FieldMethod::spheres) return {.single = 1e-6, .moving = 1e-3, .least = 1e-12};
   if (method == FieldMethod::multipole) return {.single = 1e-10, .moving = 1e-6, .least = 1e-13};
   // The integrals round the bodies are not better than that, and the scheme's own error is a hundred times the default.
   if (method == FieldMethod::relaxation) return {.single = 1e-4, .moving = 1e-4, .least = 1e-10};
@@ -147,6 +148,12 @@ FieldTable field_of(const Draft& draft, int cells) {
   const FieldDraft& given = draft.field;
   FieldOptions options = given.options;
   options.cells = cells;
+  if (draft.scene.dimension() == 3) {
+    options.method = FieldMethod::spheres;
+    fill_in_tolerances(draft, options);
+    if (given.accuracy) options.tolerance = options.moving_tolerance = *given.accuracy;
+    return options;
+  }
   if (given.accuracy)
     return FieldRequest{.accuracy = *given.accuracy,
                         .method = given.method,

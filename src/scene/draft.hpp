@@ -38,6 +38,7 @@ struct ElectrodeDraft {
   double potential = 0;
   std::optional<double> series_resistance{};
   Vec2 centre{}, from{}, to{};
+  Coordinates position{};  ///< of a sphere
   std::string side{};
   double at = 0, radius = 0, width = 0;
 };

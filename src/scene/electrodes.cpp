@@ -129,13 +129,39 @@ void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shap
 /// Two electrode sides meet in a corner, where the field between two potentials and the charge on both have no limit.
 void check_corners(const Draft& draft) {
   const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
-  for (const int across : {0, 1})
-    for (const int along : {2, 3})
+  for (int across = 0; across < 6; ++across)
+    for (int along = across / 2 * 2 + 2; along < 6; ++along)
       if (sides[across].electrode && sides[along].electrode && sides[across].potential != sides[along].potential)
         refuse(draft.scene.path, draft.line("domain"),
-               fmt::format("the {} side of the domain at {:g} V touches the {} side at {:g} V in a corner: electrodes "
+               fmt::format("the {} side of the domain at {:g} V touches the {} side at {:g} V in {}: electrodes "
                            "that touch must have the same potential",
-                           side_names[across], sides[across].potential, side_names[along], sides[along].potential));
+                           side_names[across], sides[across].potential, side_names[along], sides[along].potential,
+                           draft.domain_size.count == 3 ? "an edge" : "a corner"));
+}
+
+/// Of electrodes in three dimensions: which shapes there are, and that they are clear of the sides and of each other.
+void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::vector<Electrode>& others) {
+  const auto refuse_it = [&](const std::string& sentence) { refuse(draft.scene.path, written.line, sentence); };
+  const int dimension = draft.domain_size.count;
+  if ((written.shape == "sphere") != (dimension == 3))
+    refuse_it(fmt::format("electrode.shape = \"{}\" is not allowed in {} dimensions: {}", written.shape,
+                          dimension == 3 ? "three" : "two",
+                          dimension == 3 ? "\"sphere\" is, and sides of the domain can be electrodes"
+                                         : "\"disk\", \"half-disk\", \"bar\" and \"ring\" are"));
+  if (dimension == 2) return;
+  if (written.position.count != 3)
+    refuse_it("electrode.position has 2 numbers, but the domain has 3: as many are allowed");
+  const Vec3 p = written.position.value, size = draft.scene.domain.size;
+  for (int k = 0; k < 3; ++k)
+    if (!draft.scene.domain.sides[2 * k].periodic && (p[k] <= written.radius || p[k] >= size[k] - written.radius))
+      refuse_it(
+          fmt::format("electrode.position = [{:g}, {:g}, {:g}] m is not allowed: this sphere is on or through a "
+                      "side of the domain, which goes to [{:g}, {:g}, {:g}] m",
+                      p.x, p.y, p.z, size.x, size.y, size.z));
+  for (const Electrode& other : others)
+    if (norm(p - other.centre()) <= written.radius + std::get<Disk>(other.shape).radius)
+      refuse_it(
+          fmt::format("this electrode touches the electrode \"{}\": spheres that are held must be apart", other.name));
 }
 
 void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
@@ -181,16 +207,25 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
   std::map<std::string, int> nameless;
   std::set<std::string> names;
   for (const ElectrodeDraft& written : draft.electrodes) {
-    const Shape shape = build_shape(written, plane(draft.scene.domain.size));
-    check_place(draft, written, shape);
+    check_sphere(draft, written, electrodes);
+    const bool sphere = written.shape == "sphere";
+    const Shape shape = sphere ? Shape(Disk{plane(written.position.value), written.radius})
+                               : build_shape(written, plane(draft.scene.domain.size));
+    if (!sphere) check_place(draft, written, shape);
     const std::string name =
         written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);
     if (!names.insert(name).second)
       refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
-    electrodes.push_back({name, shape, written.potential, written.series_resistance.value_or(0)});
+    electrodes.push_back(
+        {name, shape, written.potential, written.series_resistance.value_or(0), written.position.value.z});
   }
-  check_short_circuits(draft, electrodes);
+  draft.domain_size.count == 3 ? check_corners(draft) : check_short_circuits(draft, electrodes);
   return electrodes;
+}
+
+double gap(const Conductor& conductor, const Electrode& electrode, int dimension) {
+  if (dimension == 2) return gap(Disk{plane(conductor.position), conductor.radius}, electrode.shape);
+  return norm(conductor.position - electrode.centre()) - std::get<Disk>(electrode.shape).radius - conductor.radius;
 }
 
 void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrodes) {

@@ -47,6 +47,12 @@ struct Electrode {
   Shape shape;
   double potential = 0;          ///< V
   double series_resistance = 0;  ///< ohm, between the supply and the body; 0: none
+  double height = 0;             ///< m, z of a sphere's centre, whose shape is the disk that one sees from the front
+
+  Vec3 centre() const {  ///< of a sphere
+    const Vec2 c = std::get<Disk>(shape).centre;
+    return {c.x, c.y, height};
+  }
 };
 
 struct Medium {
@@ -94,11 +100,13 @@ struct Material {
 /// Along the domain's longer side.
 constexpr int most_cells = 32768;
 
-enum class FieldMethod { cut_cell, multipole, relaxation };
+/// The first three are of the plane, the last of space.
+enum class FieldMethod { cut_cell, multipole, relaxation, spheres };
 template <>
 inline constexpr Named<FieldMethod> values_named<FieldMethod>[] = {{FieldMethod::cut_cell, "cut-cell"},
                                                                    {FieldMethod::multipole, "multipole"},
-                                                                   {FieldMethod::relaxation, "relaxation"}};
+                                                                   {FieldMethod::relaxation, "relaxation"},
+                                                                   {FieldMethod::spheres, "spheres"}};
 
 enum class FieldDevice { cpu, cuda };
 template <>
@@ -170,6 +178,7 @@ struct MechanicsOptions {
   double relative_tolerance = 1e-6;
   double position_tolerance = 0;   ///< m: error allowed a coupling step; default 1e-3 radius
   double largest_step = 0;         ///< s: largest coupling step; default output interval
+  bool keep_height = false;        ///< in three dimensions nothing moves along z
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Of grains:

@@ -63,10 +63,12 @@ Table field() {
                "checked at checkpoints"},
           {.name = "method",
            .place = [](Draft& d) { return &d.field.method; },
-           .computed_default = "\"cut-cell\"",
+           .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
            .help =
                "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
-               "only; relaxation: lattice and gradient descent (D 6.3-6.5)"},
+               "only; relaxation: lattice and gradient descent (D 6.3-6.5); spheres: harmonics on each, in three "
+               "dimensions, "
+               "where it is the only one"},
           {.name = "cells",
            .place = [](Draft& d) { return &d.field.options.cells; },
            .range = {.low = 8, .high = most_cells},
@@ -75,14 +77,14 @@ Table field() {
           {.name = "tolerance",
            .place = [](Draft& d) { return &d.field.tolerance; },
            .range = accuracy,
-           .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation",
+           .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation, 1e-6 of spheres",
            .help =
                "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole in "
                "potentials, charges and forces, relative to the largest; of relaxation in the groups' charges"},
           {.name = "moving_tolerance",
            .place = [](Draft& d) { return &d.field.moving_tolerance; },
            .range = accuracy,
-           .computed_default = "1e-5; 1e-6 of multipole, 1e-4 of relaxation",
+           .computed_default = "1e-5; 1e-6 of multipole, 1e-4 of relaxation, 1e-3 of spheres",
            .help = "the same for the solves of a moving scene"},
           {.name = "device",
            .place = [](Draft& d) { return &d.field.options.device; },
@@ -141,6 +143,10 @@ Table mechanics() {
                .range = positive,
                .computed_default = "output.every",
                .help = "largest coupling step"},
+              {.name = "keep_height",
+               .place = [](Draft& d) { return &d.scene.mechanics.keep_height; },
+               .help = "in three dimensions: conductors lie on something and keep their z; what pulls them along z is "
+                       "taken up by that, and is not among the forces of a run"},
               {.name = "euler_step",
                .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
                .unit = "s",

@@ -30,10 +30,10 @@ void check_sides(const Draft& draft, int dimension) {
     };
     if (s >= 2 * dimension && draft.line(key) > 0)
       refuse_it("is not allowed in two dimensions: only a domain.size of three numbers has a front and a back");
-    if (dimension == 3 && sides[s].electrode)
+    if (dimension == 3 && sides[s].electrode && !draft.scene.effects.has(&EffectKind::field))
       refuse_it(
-          fmt::format("= {} is not allowed in three dimensions, where there is no field: \"insulating\" and "
-                      "\"periodic\" are",
+          fmt::format("= {} is not allowed in three dimensions without [effects.floating_conductors]: \"insulating\" "
+                      "and \"periodic\" are",
                       show(sides[s])));
     if (sides[s].periodic && !sides[s ^ 1].periodic)
       refuse_it(
@@ -43,8 +43,8 @@ void check_sides(const Draft& draft, int dimension) {
   }
 }
 
-/// What there is beside the effects that belongs to the field of a plane domain with four sides.
-void check_plane_only(const Draft& draft, const std::string& where) {
+/// What there is beside the effects that belongs to a field, where there is none.
+void check_without_field(const Draft& draft, const std::string& where) {
   const std::string effects = "effects.floating_conductors, which has none of that";
   const std::string walls = "effects.wall_contact or effects.floating_conductors, which have none of that";
   struct PlaneOnly {
@@ -64,7 +64,14 @@ void check_effects(const Draft& draft, int dimension) {
   const int side = periodic_side(draft.scene.domain);
   for (const Effects::Entry& entry : draft.scene.effects) {
     entry.kind->check_dimension(dimension, place_in(draft.scene.path, draft.line("domain.size")));
-    if (side >= 0) entry.kind->check_periodic(place_in(draft.scene.path, draft.line(key_of(side))));
+    if (side < 0) continue;
+    const std::string where = place_in(draft.scene.path, draft.line(key_of(side)));
+    entry.kind->check_periodic(where);
+    if (entry.kind->field && dimension == 2)
+      throw InputError(
+          fmt::format("{}effects.{} is not allowed with a periodic side of a domain of two dimensions: it can do walls "
+                      "and electrodes there",
+                      where, entry.kind->name));
   }
 }
 
@@ -77,13 +84,17 @@ void settle_dimension(Draft& draft) {
   check_sides(draft, dimension);
   check_effects(draft, dimension);
   if (!draft.scene.effects.has(&EffectKind::packing) && !draft.scene.reference) {
-    if (dimension == 3) check_plane_only(draft, "in three dimensions");
-    if (periodic_side(domain) >= 0) check_plane_only(draft, "with a periodic side");
+    const bool field = draft.scene.effects.has(&EffectKind::field);
+    if (dimension == 3 && !field) check_without_field(draft, "in three dimensions");
+    if (periodic_side(domain) >= 0 && !field) check_without_field(draft, "with a periodic side");
     if (const int line = draft.line("network"); line > 0 && periodic_side(domain) >= 0)
       refuse(
           draft.scene.path, line,
           "[network] is not allowed with a periodic side, through which its contacts are not looked for; leave it out");
   }
+  if (const int line = draft.line("mechanics.keep_height"); line > 0 && dimension == 2)
+    refuse(draft.scene.path, line,
+           "mechanics.keep_height is not allowed in two dimensions, where nothing moves along z: leave it out");
   const auto check = [&](const Coordinates& given, int line, const std::string& key) {
     if (given.count != dimension)
       refuse(draft.scene.path, line,

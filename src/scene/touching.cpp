@@ -8,6 +8,7 @@
 
 #include "solvers/geometry/box.hpp"
 
+#include "src/scene/electrodes.hpp"
 #include "src/scene/placing.hpp"
 
 namespace lichtenberg {
@@ -22,7 +23,15 @@ bool one_potential(const Scene& scene, const Conductor& a, const Conductor& b) {
   return (a.group >= 0 && a.group == b.group) || (potential && potential == potential_of(scene, b));
 }
 
-Disk disk_of(const Conductor& conductor) { return {plane(conductor.position), conductor.radius}; }
+double gap(const Conductor& a, const Conductor& b, const Box<3>& box) {
+  return norm(box.difference(a.position, b.position)) - b.radius - a.radius;
+}
+
+std::string place_of(const Scene& scene, const Conductor& conductor) {
+  const Vec3 p = conductor.position;
+  return scene.dimension() == 3 ? fmt::format("[{:g}, {:g}, {:g}]", p.x, p.y, p.z)
+                                : fmt::format("[{:g}, {:g}]", p.x, p.y);
+}
 
 /// Pairs are found along x: only those whose extents overlap there are compared.
 void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) {
@@ -35,9 +44,9 @@ void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) 
     const double slack = touching_slack * one.radius, reach = one.position.x + one.radius + slack;
     for (std::size_t b = a + 1; b < order.size() && left_end(order[b]) <= reach; ++b) {
       const Conductor& other = scene.conductors[order[b]];
-      if (gap(disk_of(one), disk_of(other)) <= slack && !one_potential(scene, one, other))
-        refuse_it(order[a], fmt::format("the one at [{:g}, {:g}] m (line {})", other.position.x, other.position.y,
-                                        draft.conductors[order[b]].line));
+      if (gap(one, other, scene.domain.box()) <= slack && !one_potential(scene, one, other))
+        refuse_it(order[a],
+                  fmt::format("the one at {} m (line {})", place_of(scene, other), draft.conductors[order[b]].line));
     }
   }
 }
@@ -46,13 +55,12 @@ void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) 
 
 void check_touching(const Draft& draft, const Scene& scene) {
   const auto refuse_it = [&](std::size_t i, const std::string& other) {
-    const Vec3 p = scene.conductors[i].position;
     refuse(
         scene.path, draft.conductors[i].line,
-        fmt::format("conductor.position = [{:g}, {:g}] m is not allowed: this conductor touches {}, and the force "
+        fmt::format("conductor.position = {} m is not allowed: this conductor touches {}, and the force "
                     "between two potentials that touch has no limit; leave a gap, or let [effects.contact_discharge] "
                     "or a [[group]] make them one",
-                    p.x, p.y, other));
+                    place_of(scene, scene.conductors[i]), other));
   };
   check_pairs(draft, scene, refuse_it);
   const Vec3 size = scene.domain.size;
@@ -62,10 +70,10 @@ void check_touching(const Draft& draft, const Scene& scene) {
     const double slack = touching_slack * conductor.radius;
     const std::optional<double> potential = potential_of(scene, conductor);
     for (const Electrode& electrode : scene.electrodes)
-      if (gap(disk_of(conductor), electrode.shape) <= slack &&
+      if (gap(conductor, electrode, scene.dimension()) <= slack &&
           (electrode.series_resistance > 0 || potential != electrode.potential))
         refuse_it(i, fmt::format("the electrode \"{}\"", electrode.name));
-    const std::array distance = {p.x, size.x - p.x, p.y, size.y - p.y};
+    const std::array distance = {p.x, size.x - p.x, p.y, size.y - p.y, p.z, size.z - p.z};
     for (std::size_t s = 0; s < distance.size(); ++s)
       if (const DomainSide& side = scene.domain.sides[s];
           side.electrode && distance[s] - conductor.radius <= slack && potential != side.potential)

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/geometry/vec.hpp"
+#include "solvers/laplace/problem.hpp"
+#include "src/effects/circuit.hpp"
+#include "src/effects/groups.hpp"
+
+namespace lichtenberg::effects {
+
+/// The charges that a field is asked for, with what a step of charge through resistors asks of it at its end
+/// (charge_step).
+struct NodeCharges {
+  std::vector<double> charge{};  ///< C, by node of ElectricalGroups; the last may be missing, which have none
+  std::vector<Resistor> resistors{};
+  double weight = 0;  ///< s: what a resistor carries is weight * conductance * potential difference
+  double fed = 0;     ///< A, into all conductors together
+};
+
+/// What the field does to the conductors: a solution with the scene's depth, in SI.
+struct Electrostatics {
+  std::vector<Vec3> force;        ///< N; in the plane z is 0
+  std::vector<double> charge;     ///< C, by the field (D 5.4)
+  std::vector<double> potential;  ///< V
+  double energy = 0;              ///< J
+  std::vector<double> carried;    ///< C, by resistor, from a to b in the step: weight * current at its end
+  // Of the terminals, in the order of terminals_of:
+  std::vector<double> terminal_charge;     ///< C, on their surface
+  std::vector<double> terminal_potential;  ///< V
+};
+
+/// The electrical groups as a field problem has them.
+struct NodeGroups {
+  std::vector<laplace::Group> groups;  ///< in ascending order of id
+  std::vector<int> of_node;            ///< index of each node's
+};
+
+/// Charges become those per metre of `depth` (m).
+NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth);
+
+}  // namespace lichtenberg::effects

@@ -1,0 +1,99 @@
+#include "src/effects/floating_spheres.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "src/effects/contact_resistance.hpp"
+
+namespace lichtenberg::effects {
+namespace {
+
+/// The group of that potential, a new one if there is none.
+int group_at(double potential, std::vector<laplace::Group>& groups) {
+  const auto found = std::ranges::find_if(
+      groups, [&](const laplace::Group& group) { return !group.floating && group.potential == potential; });
+  if (found != groups.end()) return static_cast<int>(found - groups.begin());
+  groups.push_back({.floating = false, .potential = potential});
+  return static_cast<int>(groups.size()) - 1;
+}
+
+/// Off the electrode sides that it touches.
+Vec3 clear_of_sides(Vec3 centre, double radius, const Domain& domain) {
+  const double least = (1 + 1e-3) * radius;
+  for (int k = 0; k < 3; ++k) {
+    if (domain.sides[2 * k].electrode) centre[k] = std::max(centre[k], least);
+    if (domain.sides[2 * k + 1].electrode) centre[k] = std::min(centre[k], domain.size[k] - least);
+  }
+  return centre;
+}
+
+}  // namespace
+
+laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
+                                           const NodeCharges& charges) {
+  laplace::SphereProblem problem{.box = scene.domain.box(), .permittivity = scene.medium.permittivity};
+  for (std::size_t s = 0; s < problem.side_potential.size(); ++s)
+    problem.side_potential[s] = scene.domain.sides[s].potential;
+  NodeGroups nodes = groups_of_nodes(groups, charges, 1);
+  problem.groups = std::move(nodes.groups);
+  for (int i = 0; i < bodies.size(); ++i)
+    problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], scene.domain),
+                               bodies.radius[i], nodes.of_node[i]});
+  for (const Electrode& electrode : scene.electrodes)
+    problem.spheres.push_back(
+        {electrode.centre(), std::get<Disk>(electrode.shape).radius, group_at(electrode.potential, problem.groups)});
+  return problem;
+}
+
+Electrostatics electrostatics_of(const Scene& scene, const laplace::SphereProblem& problem,
+                                 const laplace::SphereSolution& solution) {
+  Electrostatics result{.energy = solution.energy};
+  const std::size_t conductors = scene.conductors.size();
+  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+    const double potential = solution.group_potential[problem.spheres[i].group];
+    (i < conductors ? result.charge : result.terminal_charge).push_back(solution.sphere_charge[i]);
+    (i < conductors ? result.potential : result.terminal_potential).push_back(potential);
+    if (i < conductors) result.force.push_back(solution.sphere_force[i]);
+  }
+  for (std::size_t s = 0; s < problem.side_potential.size(); ++s) {
+    if (problem.box.sides[s] != Boundary::electrode) continue;
+    result.terminal_charge.push_back(solution.side_charge[s]);
+    result.terminal_potential.push_back(problem.side_potential[s]);
+  }
+  return result;
+}
+
+void check_spheres(const Draft& draft) {
+  const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
+    refuse(draft.scene.path, draft.line(key), sentence);
+  };
+  for (const ElectrodeDraft& electrode : draft.electrodes)
+    if (electrode.series_resistance)
+      refuse(
+          draft.scene.path, electrode.line,
+          "electrode.series_resistance is not allowed in three dimensions, whose field knows no resistors yet: leave "
+          "it out");
+  if (draft.scene.effects.has<ContactResistanceOptions>())
+    refuse_it("effects.contact_resistance",
+              "[effects.contact_resistance] is not allowed in three dimensions, whose field knows no resistors yet: "
+              "leave it out");
+  if (draft.field.method && draft.field.method != FieldMethod::spheres)
+    refuse_it("field.method", fmt::format("field.method = \"{}\" is not allowed in three dimensions: it must be \"{}\"",
+                                          name_of(*draft.field.method), name_of(FieldMethod::spheres)));
+  for (const std::string key : {"medium.depth", "field.cells", "field.links", "field.linear_solver"})
+    if (draft.line(key) > 0)
+      refuse_it(key, key + " is not allowed in three dimensions, whose field has none: leave it out");
+  if (draft.field.accuracy)
+    for (const std::string key : {"field.tolerance", "field.moving_tolerance"})
+      if (draft.line(key) > 0) refuse_it(key, key + " is chosen for field.accuracy: leave one of the two out");
+  if (draft.field.options.device != FieldDevice::cpu)
+    refuse_it("field.device", fmt::format("field.device = \"{}\" is not allowed in three dimensions: it must be \"{}\"",
+                                          name_of(draft.field.options.device), name_of(FieldDevice::cpu)));
+}
+
+laplace::SphereSolver make_sphere_solver(const FieldOptions& options) {
+  return laplace::SphereSolver({.accuracy = options.tolerance});
+}
+
+}  // namespace lichtenberg::effects

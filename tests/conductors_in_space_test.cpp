@@ -1,0 +1,257 @@
+// Conductors in three dimensions: what a scene may say, and spheres that move in the field of spheres.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "src/effects/contact_discharge.hpp"
+#include "src/effects/current_source.hpp"
+#include "src/effects/floating_conductors.hpp"
+#include "src/effects/gravity.hpp"
+#include "src/effects/hertz_contact.hpp"
+#include "src/effects/stokes_drag.hpp"
+#include "src/effects/wall_contact.hpp"
+#include "src/mechanics/simulation.hpp"
+#include "tests/scene_texts.hpp"
+#include "tests/spheres.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::scene_texts;
+using steel_spheres::drag;
+using steel_spheres::mass;
+using steel_spheres::radius;
+
+namespace {
+
+doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
+
+/// Steel spheres in a cube of castor oil with insulating sides, 6 cm long.
+Scene cube_of(const std::vector<Vec3>& places, double accuracy) {
+  Scene scene;
+  scene.domain.size = {0.06, 0.06, 0.06};
+  scene.medium = {.permittivity = 4.2e-11, .viscosity = 0.7, .depth = 2 * radius};
+  for (const Vec3 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  scene.mechanics.position_tolerance = 1e-3 * radius;
+  scene.mechanics.largest_step = 0.1;
+  scene.field_table = FieldOptions{.method = FieldMethod::spheres, .tolerance = accuracy, .moving_tolerance = accuracy};
+  scene.effects.add<effects::FloatingConductorsOptions>();
+  scene.effects.add<effects::StokesDragOptions>();
+  return scene;
+}
+
+/// Seven fed spheres round a grounded ball.
+Scene crowd_in_space() {
+  Scene scene = cube_of({}, 1e-3);
+  for (const Vec3 at : {Vec3{3.3, 0, 0}, Vec3{-3.6, 0.4, 0}, Vec3{0, 3.4, 0.3}, Vec3{0.2, -3.9, 0}, Vec3{0, 0.5, 4.1},
+                        Vec3{0.3, 0, -3.5}, Vec3{6.6, 0.7, 0.4}})
+    scene.conductors.push_back({.position = Vec3{0.03, 0.03, 0.03} + radius * at, .radius = radius, .charge = 2e-11});
+  scene.electrodes = {{.name = "ground", .shape = Disk{{0.03, 0.03}, radius}, .height = 0.03}};
+  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
+  scene.effects.add(effects::CurrentSourceOptions{.current = 2e-9});
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.effects.add<effects::WallContactOptions>();
+  return scene;
+}
+
+/// N: with which two spheres of radius R and charges +-q attract each other, centres at distance d, by Maxwell's images
+/// in each other: of a charge at x from a centre, q R / (d - x) at R^2 / (d - x).
+double attraction(double q, double d, double permittivity) {
+  std::vector<double> charge = {1}, place = {0};
+  while (charge.back() > 1e-16) {
+    const double away = d - place.back();
+    charge.push_back(charge.back() * radius / away);
+    place.push_back(radius * radius / away);
+  }
+  double total = 0, pull = 0;
+  for (std::size_t i = 0; i < charge.size(); ++i) {
+    total += charge[i];
+    for (std::size_t j = 0; j < charge.size(); ++j)
+      pull += charge[i] * charge[j] / std::pow(d - place[i] - place[j], 2);
+  }
+  return pull * q * q / (total * total * 4 * std::numbers::pi * permittivity);
+}
+
+const std::string dish = "domain = { size = [0.02, 0.02, 0.005] }\nmedium = { relative_permittivity = 4.7 }\n";
+const std::string floating = "[effects.floating_conductors]\n";
+
+std::string sphere(const std::string& position, const std::string& more = "charge = 0.0\n") {
+  return "[[conductor]]\nposition = " + position + "\nradius = 1e-3\n" + more;
+}
+std::string ball(const std::string& position, const std::string& shape = "shape = \"sphere\"\nradius = 1e-3\n") {
+  return "[[electrode]]\nname = \"ball\"\npotential = 5.0\n" + shape + "position = " + position + "\n";
+}
+
+}  // namespace
+
+TEST_CASE("a scene of conductors in space: its field is that of spheres, its electrodes are") {
+  const Scene scene = parse(dish + sphere("[0.01, 0.01, 0.002]") + ball("[0.004, 0.01, 0.002]") + floating);
+  CHECK(scene.field().method == FieldMethod::spheres);
+  CHECK(scene.field().moving_tolerance == 1e-3);
+  CHECK(scene.electrodes.at(0).centre() == Vec3{0.004, 0.01, 0.002});
+  const Scene exact = parse(dish + "field = { accuracy = 1e-5 }\n" + sphere("[0.01, 0.01, 0.002]") + floating);
+  CHECK(exact.field().tolerance == 1e-5);
+  CHECK(exact.field().moving_tolerance == 1e-5);
+}
+
+TEST_CASE("what conductors in space cannot have is refused in a sentence") {
+  const std::string one = sphere("[0.01, 0.01, 0.002]");
+  check_refused(dish + one +
+                    "[[electrode]]\nshape = \"disk\"\ncentre = [0.004, 0.01]\nradius = 1e-3\npotential = 0.0\n" +
+                    floating,
+                {"electrode.shape = \"disk\"", "three dimensions", "\"sphere\" is"});
+  check_refused(dish + one + ball("[0.0005, 0.01, 0.002]") + floating, {"on or through a side"});
+  check_refused(dish + one + ball("[0.004, 0.01]") + floating, {"electrode.position has 2 numbers"});
+  check_refused(dish + one + ball("[0.0085, 0.01, 0.002]") + floating, {"overlaps the electrode \"ball\""});
+  check_refused(dish + sphere("[0.01, 0.01, 0.0045]") + floating, {"reaches out of the domain", "whole sphere"});
+  check_refused(dish + "[[population]]\ncount = 2\nradius = 3e-3\n" + floating, {"no room for even one"});
+  check_refused(dish + "field = { method = \"cut-cell\" }\n" + one + floating,
+                {"field.method = \"cut-cell\"", "three dimensions", "\"spheres\""});
+  check_refused(dish + "field = { cells = 64 }\n" + one + floating, {"field.cells", "three dimensions"});
+  check_refused(
+      "domain = { size = [0.02, 0.02] }\nmedium = { relative_permittivity = 4.7 }\nfield = { method = "
+      "\"spheres\" }\n" +
+          sphere("[0.01, 0.01]") + floating,
+      {"field.method = \"spheres\"", "two dimensions"});
+  check_refused(dish + one + sphere("[0.012, 0.01, 0.002]") + floating, {"touches the one at [0.012, 0.01, 0.002]"});
+  check_refused(dish + one +
+                    "[[electrode]]\nshape = \"sphere\"\nposition = [0.004, 0.01, 0.002]\nradius = 1e-3\n"
+                    "potential = 0.0\nseries_resistance = 1e9\n" +
+                    floating,
+                {"series_resistance", "three dimensions"});
+}
+
+TEST_CASE("two spheres of opposite charges come together as Maxwell's images say") {
+  const double charge = 4e-10, start = 6 * radius, until = 0.3;
+  Scene scene = cube_of({{0.3 - 0.5 * start, 0.3, 0.3}, {0.3 + 0.5 * start, 0.3, 0.3}}, 1e-7);
+  scene.domain.size = {0.6, 0.6, 0.6};
+  scene.conductors[0].charge = charge;
+  scene.conductors[1].charge = -charge;
+  scene.mechanics.position_tolerance = 1e-6 * radius;
+  Simulation simulation(scene);
+  simulation.advance_to(until);
+
+  // m x'' = F - drag v of one of them, by the classical Runge-Kutta method: 1e5 steps of 3 us, 500 in a relaxation time
+  double d = start, v = 0;  // d' = -2 v
+  const int steps = 100000;
+  const double h = until / steps;
+  const auto acceleration = [&](double distance, double speed) {
+    return (attraction(charge, distance, scene.medium.permittivity) - drag * speed) / mass;
+  };
+  for (int k = 0; k < steps; ++k) {
+    const double a1 = acceleration(d, v), v2 = v + 0.5 * h * a1, a2 = acceleration(d - h * v, v2);
+    const double v3 = v + 0.5 * h * a2, a3 = acceleration(d - h * v2, v3);
+    const double v4 = v + h * a3, a4 = acceleration(d - 2 * h * v3, v4);
+    d -= 2 * h / 6 * (v + 2 * v2 + 2 * v3 + v4);
+    v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+  }
+  const ConductorFrame frame = simulation.now();
+  REQUIRE(start - d > radius);  // they have come closer by some
+  // Each step may be off by a tolerance, of two spheres, and what is off grows as the square of their distance falls:
+  // by (6 / 4.6)^2. The walls' images are 60 cm away and change the force by some 4 (6 R / 60 cm)^3 = 2e-6.
+  const double allowed = 4 * static_cast<double>(simulation.counters().steps) * scene.mechanics.position_tolerance;
+  REQUIRE(allowed < 2e-3 * radius);
+  CHECK(std::abs(norm(frame.position[1] - frame.position[0]) - d) < allowed);
+  CHECK(frame.charge[0] == charge);
+}
+
+TEST_CASE("the force is the slope of the energy at given charges, along each axis") {
+  const std::vector<Vec3> places = {{0.03, 0.03, 0.03}, {0.0321, 0.0305, 0.0299}, {0.0308, 0.0297, 0.0325}};
+  const auto now_at = [&](std::vector<Vec3> at) {
+    Scene scene = cube_of(at, 1e-9);
+    for (int i = 0; i < 3; ++i) scene.conductors[i].charge = std::array{1e-10, -3e-10, 2e-10}[i];
+    return Simulation(scene).now();
+  };
+  const ConductorFrame middle = now_at(places);
+  const double step = 1e-3 * radius;
+  for (int k = 0; k < 3; ++k) {
+    std::vector<Vec3> ahead = places, behind = places;
+    ahead[1][k] += step;
+    behind[1][k] -= step;
+    const double slope = (now_at(ahead).energy - now_at(behind).energy) / (2 * step);
+    // Truncation: (step / gap)^2 of a force, the least gap being .9 radii; the solver's 1e-9 / 1e-3 of another.
+    CHECK(std::abs(middle.force[1][k] + slope) < 1e-5 * norm(middle.force[1]));
+  }
+}
+
+TEST_CASE("charge is balanced to the last digit while spheres are fed, touch and drain") {
+  Simulation simulation(crowd_in_space());
+  const ConductorFrame start = simulation.now();
+  simulation.advance_to(0.5);
+  const ConductorFrame frame = simulation.now();
+  CHECK(simulation.counters().contacts_made > 0);
+  CHECK(frame.charge_drained > 0);
+  CHECK(frame.charge_fed == near(7 * 2e-9 * 0.5, 1e-12));
+  const double before = start.charge_held + start.charge_drained;
+  CHECK(std::abs(frame.charge_held + frame.charge_drained - frame.charge_fed - before) < 1e-15 * frame.charge_fed);
+  double most = 0;
+  for (const Vec3 v : frame.velocity) most = std::max(most, std::abs(v.z));
+  CHECK(most > 0);  // along z too
+}
+
+TEST_CASE("a run in space is restored bit for bit") {
+  const Scene scene = crowd_in_space();
+  Simulation whole(scene);
+  whole.advance_to(0.1);
+  const Checkpoint middle = whole.checkpoint();
+  whole.advance_to(0.2);
+  Simulation resumed(scene);
+  resumed.restore(middle);
+  resumed.advance_to(0.2);
+  const ConductorFrame a = whole.now(), b = resumed.now();
+  REQUIRE(a.position.size() == 7);
+  CHECK(a.position == b.position);
+  CHECK(a.velocity == b.velocity);
+  CHECK(a.charge == b.charge);
+  CHECK(a.potential == b.potential);
+}
+
+TEST_CASE("through a periodic side spheres see each other, and come in where they leave") {
+  Scene scene = cube_of({{0.0001, 0.03, 0.03}, {0.0562, 0.03, 0.03}}, 1e-3);
+  scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
+  scene.conductors[0].charge = 4e-10;
+  scene.conductors[1].charge = -4e-10;
+  Simulation simulation(scene);
+  CHECK(simulation.now().force[0].x < 0);
+  CHECK(simulation.now().force[1].x > 0);
+  simulation.advance_to(0.1);
+  CHECK(simulation.now().position[0].x > 0.05);
+  CHECK(simulation.frame().integers("image") == std::vector<int>{-1, 0, 0, 0, 0, 0});
+}
+
+TEST_CASE("what keeps its height is pulled along the dish only") {
+  Scene scene = cube_of({{0.028, 0.03, 0.02}, {0.032, 0.03, 0.021}}, 1e-3);
+  scene.conductors[0].charge = 4e-10;
+  scene.conductors[1].charge = -4e-10;
+  scene.effects.add<effects::GravityOptions>();
+  scene.mechanics.keep_height = true;
+  Simulation simulation(scene);
+  simulation.advance_to(0.1);
+  const ConductorFrame frame = simulation.now();
+  CHECK(frame.position[0].z == 0.02);
+  CHECK(frame.position[1].z == 0.021);
+  CHECK(frame.position[0].x > 0.028 + 1e-5);
+}
+
+TEST_CASE("a heavy sphere sinks as Stokes says") {
+  Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-3);
+  scene.effects.add(effects::GravityOptions{.acceleration = 9.81, .fluid_density = 960});
+  Simulation simulation(scene);
+  simulation.advance_to(0.1);
+  // v = 2/9 (density - 960) g R^2 / viscosity after 65 relaxation times
+  const double speed = 2.0 / 9 * (8050 - 960) * 9.81 * radius * radius / 0.7;
+  CHECK(simulation.now().velocity[0].z == near(-speed, 1e-6));
+}
+
+TEST_CASE("a sphere on the bottom of a dish lies there: weight and elastic contact balance") {
+  Scene scene = cube_of({{0.03, 0.03, radius}}, 1e-3);
+  scene.conductors[0].charge = 0;
+  scene.effects.add<effects::GravityOptions>();
+  scene.effects.add<effects::WallContactOptions>();
+  Simulation simulation(scene);
+  simulation.advance_to(0.05);
+  const ConductorFrame frame = simulation.now();
+  // Hertz: weight 1.54e-4 N = 4/3 E* sqrt(R) overlap^1.5, E* = 200e9 / 1.82
+  const double overlap = std::pow(0.75 * mass * 9.80665 / (200e9 / 1.82 * std::sqrt(radius)), 2.0 / 3);
+  CHECK(radius - frame.position[0].z == near(overlap, 1e-3));
+}

@@ -223,7 +223,8 @@ void CellConvolution::convolve(const std::vector<double>& multipoles, std::vecto
     return axis_[k].from[symmetry(k, odd)].template cast<Scalar>();
   };
 
-  std::vector<Scalar> source(all * total), field(all * total);
+  scratch_.resize(2 * all * total * sizeof(Scalar) / sizeof(double));
+  auto *source = reinterpret_cast<Scalar*>(scratch_.data()), *field = source + all * total;
   std::vector<int> odd(all);
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) odd[at(l, m)] = odd_axes(l, m);
@@ -235,12 +236,13 @@ void CellConvolution::convolve(const std::vector<double>& multipoles, std::vecto
     const Matrix<Scalar> along_y = to(1, odd[h]);
     for (int x = 0; x < count[0]; ++x)
       Eigen::Map<Matrix<Scalar>>(y.row(x).data(), modes[1], modes[2]) = along_y * z.middleRows(x * count[1], count[1]);
-    Eigen::Map<Matrix<Scalar>>(source.data() + h * total, modes[0], modes[1] * modes[2]) = to(0, odd[h]) * y;
+    Eigen::Map<Matrix<Scalar>>(source + h * total, modes[0], modes[1] * modes[2]) = to(0, odd[h]) * y;
   });
 
   constexpr Eigen::Index block = 128;
   team.for_each(static_cast<int>((total + block - 1) / block), [&](int part) {
     const Eigen::Index first = part * block, size = std::min(block, total - first);
+    for (int h = 0; h < all; ++h) std::fill_n(field + h * total + first, size, Scalar{});
     for (int l = 0; l <= degree_; ++l)
       for (int t = 0; l + t <= degree_; ++t)
         for (const Coupling::Term& term : coupling_->terms(l, t)) {
@@ -256,8 +258,8 @@ void CellConvolution::convolve(const std::vector<double>& multipoles, std::vecto
           }
           if (turns & 2) factor = -factor;
           const double* kernel = kernel_.row(term.derivative).data() + first;
-          const Scalar* in = source.data() + term.source * total + first;
-          Scalar* out = field.data() + term.target * total + first;
+          const Scalar* in = source + term.source * total + first;
+          Scalar* out = field + term.target * total + first;
           if constexpr (is_complex) {
             if (turns & 1)
               for (Eigen::Index w = 0; w < size; ++w)
@@ -271,7 +273,7 @@ void CellConvolution::convolve(const std::vector<double>& multipoles, std::vecto
   });
 
   team.for_each(all, [&](int h) {
-    const Eigen::Map<const Matrix<Scalar>> in(field.data() + h * total, modes[0], modes[1] * modes[2]);
+    const Eigen::Map<const Matrix<Scalar>> in(field + h * total, modes[0], modes[1] * modes[2]);
     const Matrix<Scalar> y = from(0, odd[h]) * in;
     Matrix<Scalar> z(count[0] * count[1], modes[2]);
     const Matrix<Scalar> along_y = from(1, odd[h]);
@@ -344,11 +346,12 @@ std::vector<CellField::Batch> CellField::batches(const Cells& cells, const std::
 
 void CellField::gather(const double* multipoles, std::vector<double>& in_cells, parallel::Team& team) const {
   const int degree = convolution_->degree(), all = harmonics(degree);
-  std::vector<Lanes> moved(up_.size() * all);
+  moved_.resize(up_.size() * all);
   team.for_each(static_cast<int>(up_.size()), [&](int b) {
     const Batch& batch = up_[b];
     std::vector<Lanes> scratch(all);
-    Lanes* value = moved.data() + static_cast<std::ptrdiff_t>(b) * all;
+    Lanes* value = moved_.data() + static_cast<std::ptrdiff_t>(b) * all;
+    std::fill_n(value, all, Lanes{});
     for (int k = 0; k < batch.count; ++k) {
       const Member& member = batch.member[k];
       const double ratio = sources_[member.site].radius / convolution_->unit();
@@ -361,7 +364,7 @@ void CellField::gather(const double* multipoles, std::vector<double>& in_cells, 
   for (std::size_t b = 0; b < up_.size(); ++b)
     for (int k = 0; k < up_[b].count; ++k)
       for (int h = 0; h < all; ++h)
-        in_cells[static_cast<std::ptrdiff_t>(h) * cells_ + up_[b].member[k].cell] += moved[b * all + h][k];
+        in_cells[static_cast<std::ptrdiff_t>(h) * cells_ + up_[b].member[k].cell] += moved_[b * all + h][k];
 }
 
 void CellField::spread(const std::vector<double>& in_cells, double* local, parallel::Team& team) const {
@@ -384,10 +387,11 @@ void CellField::spread(const std::vector<double>& in_cells, double* local, paral
 }
 
 void CellField::add(const double* multipoles, double* local, parallel::Team& team) const {
-  std::vector<double> up(static_cast<std::size_t>(harmonics(convolution_->degree())) * cells_), down(up.size());
-  gather(multipoles, up, team);
-  convolution_->apply(up, down, team);
-  spread(down, local, team);
+  up_values_.assign(static_cast<std::size_t>(harmonics(convolution_->degree())) * cells_, 0.0);
+  down_values_.resize(up_values_.size());
+  gather(multipoles, up_values_, team);
+  convolution_->apply(up_values_, down_values_, team);
+  spread(down_values_, local, team);
 }
 
 }  // namespace lichtenberg::laplace::spheres

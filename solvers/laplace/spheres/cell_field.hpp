@@ -49,7 +49,8 @@ class CellConvolution {
   double volume_ = 0;
   std::array<Axis, 3> axis_;
   std::shared_ptr<const Coupling> coupling_;
-  Matrix<double> kernel_;  ///< [harmonics][mode]: over (-i)^(number of odd axes)
+  Matrix<double> kernel_;                ///< [harmonics][mode]: over (-i)^(number of odd axes)
+  mutable std::vector<double> scratch_;  ///< that is large, and would be cleared for each product
 };
 
 /// The same between spheres, or from spheres to points.
@@ -81,6 +82,8 @@ class CellField {
   int cells_;
   std::vector<Batch> up_, down_;
   std::shared_ptr<const Translation> translation_;
+  mutable std::vector<double> up_values_, down_values_;  ///< [harmonic][cell]
+  mutable std::vector<Lanes> moved_;                     ///< [batch][harmonic]
 };
 
 }  // namespace lichtenberg::laplace::spheres

@@ -25,9 +25,11 @@ Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
   for (int k = 0; k < 3; ++k) {  // a flat box has one layer
     if (lengths_[k] < wanted) wanted = std::max(std::sqrt(volume / lengths_[k] / sites.size()), 1.5 * largest);
   }
+  if (!bounded_) wanted = std::exp(0.05 * std::ceil(std::log(wanted) / 0.05));  // in steps, as the reach
   for (int k = 0; k < 3; ++k) {
-    count[k] = std::max(1, static_cast<int>(std::lround(lengths_[k] / wanted)));
-    edge[k] = lengths_[k] / count[k];
+    const double cells = lengths_[k] / wanted;
+    count[k] = std::max(1, static_cast<int>(bounded_ ? std::lround(cells) : std::ceil(cells)));
+    edge[k] = bounded_ ? lengths_[k] / count[k] : wanted;
     const bool periodic = bounded_ && problem.box.periodic(k);
     mirrored[k] = bounded_ && !periodic;
     for (int s = 0; s < 2; ++s)
@@ -42,8 +44,10 @@ Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
     reach = std::max(reach, norm(sites[i].centre - centre(at)) + sites[i].radius);
   }
   if (bounded_) reach = std::max(reach, 0.5 * norm(edge));  // fields are asked for at any point
+  // In steps, so that what is known of the cells serves while spheres move.
+  const double spacing = std::min({edge.x, edge.y, edge.z}), step = 0.05 * spacing;
+  reach = step * std::ceil(reach / step);
   // Not a distance of two cells, so that rounding decides nothing.
-  const double spacing = std::min({edge.x, edge.y, edge.z});
   range = std::max(3 * reach, 1.01 * spacing) * (1 + 1e-4 * std::sqrt(2.0));
 }
 

@@ -78,6 +78,9 @@ NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& 
   }
   chunk_.push_back(static_cast<int>(batches_.size()));
   translation_ = translation_up_to(largest_degree_);
+  for (int mask = 0; mask < 8; ++mask)
+    for (int l = 0; l <= largest_degree_; ++l)
+      for (int m = -l; m <= l; ++m) signs_.push_back(mirror_sign(l, m, mask));
 }
 
 void NearField::add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value,
@@ -85,10 +88,10 @@ void NearField::add_batch(const Batch& batch, const double* multipoles, double* 
   for (int k = 0; k < lanes; ++k) {
     const Lane& lane = batch.lane[k];
     const double* from = multipoles + source_start_[lane.source];
+    const double* signs = signs_.data() + static_cast<std::ptrdiff_t>(lane.mask) * harmonics(largest_degree_);
     double factor = lane.target < 0 ? 0 : lane.sign;
     for (int l = 0; l <= batch.source_degree; ++l, factor *= lane.source_factor)
-      for (int m = -l; m <= l; ++m)
-        value[at(l, m)][k] = factor * from[at(l, m)] * (lane.mask ? mirror_sign(l, m, lane.mask) : 1);
+      for (int h = at(l, -l); h <= at(l, l); ++h) value[h][k] = factor * from[h] * signs[h];
   }
   translation_->apply(batch.ways, batch.source_degree, batch.target_degree, value, scratch);
   for (int k = 0; k < lanes; ++k) {
@@ -97,7 +100,7 @@ void NearField::add_batch(const Batch& batch, const double* multipoles, double* 
     double* to = local + target_start_[lane.target];
     double factor = 1;
     for (int l = 0; l <= batch.target_degree; ++l, factor *= lane.target_factor)
-      for (int m = -l; m <= l; ++m) to[at(l, m)] += factor * value[at(l, m)][k];
+      for (int h = at(l, -l); h <= at(l, l); ++h) to[h] += factor * value[h][k];
   }
 }
 

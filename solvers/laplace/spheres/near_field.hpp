@@ -54,6 +54,7 @@ class NearField {
   std::vector<Batch> batches_;
   std::vector<int> chunk_;  ///< where the batches of a chunk of targets begin
   int largest_degree_ = 0;
+  std::vector<double> signs_;  ///< [mask][harmonic]: mirror_sign
   std::shared_ptr<const Translation> translation_;
 };
 

@@ -5,7 +5,10 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/spheres/far_field.hpp"
 #include "solvers/laplace/spheres/translation.hpp"
+#include "solvers/periodic/dipoles.hpp"
+#include "solvers/periodic/ewald.hpp"
 #include "tests/sphere_references.hpp"
 
 using namespace lichtenberg;
@@ -238,6 +241,68 @@ TEST_CASE("what charge there is ends on the electrodes, and nowhere else") {
   for (const double q : solution.sphere_charge) sum += q;
   for (const double q : solution.side_charge) sum += q;
   CHECK(std::abs(sum) < 1e-11);
+}
+
+TEST_CASE("several electrodes of one potential only add it to everything") {
+  SphereProblem problem = mixed_box();
+  problem.box.sides = {Boundary::electrode, Boundary::wall,      Boundary::electrode,
+                       Boundary::electrode, Boundary::electrode, Boundary::wall};
+  problem.spheres[0].centre.x = 0.3;
+  problem.spheres[2].centre.x = 0.8;
+  problem.side_potential.fill(0);
+  problem.groups[1] = {.charge = 2};
+  const SphereSolution low = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  problem.side_potential.fill(7);
+  const SphereSolution high = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  for (int g = 0; g < 3; ++g)
+    CHECK(high.group_potential[g] - low.group_potential[g] == doctest::Approx(7).epsilon(1e-9));
+  CHECK(high.electrode_charge == doctest::Approx(-2.3).epsilon(1e-12));
+  // 1/2 sum Q V: what all have more adds up to nothing.
+  CHECK(high.energy == doctest::Approx(low.energy).epsilon(1e-9));
+  problem.side_potential[0] = 0;
+  CHECK_THROWS_AS(SphereSolver().solve(problem), InputError);
+}
+
+TEST_CASE("to degree one spheres are the induced dipoles of a gas, polarizability R^3, all images included") {
+  SphereProblem problem{.permittivity = 1 / (4 * std::numbers::pi)};
+  problem.box.lengths = {1, 1.2, 0.9};
+  problem.box.sides.fill(Boundary::periodic);
+  const std::vector<double> position = {0.1, 0.3, 0.4, 0.5, 0.6, 0.7, 0.9, 0.2, 0.75}, charge = {1, 0.5, -1.5};
+  const double radius = 0.1;
+  std::vector<laplace::spheres::Site> sites;
+  std::vector<laplace::spheres::NearPair> pairs;
+  for (int i = 0; i < 3; ++i) sites.push_back({{position[3 * i], position[3 * i + 1], position[3 * i + 2]}, radius, 1});
+  const laplace::spheres::Mirrors mirrors(problem);
+  const double range = 1.1;
+  for (int t = 0; t < 3; ++t)
+    for (int s = 0; s < 3; ++s)
+      mirrors.for_each_near(sites[t].centre, sites[s].centre, range,
+                            [&](const laplace::spheres::MirrorImage&, Vec3 way) {
+                              if (norm2(way) > 0) pairs.push_back({t, s, 0, 1, way});
+                            });
+  parallel::Team& team = parallel::Team::single();
+  const laplace::spheres::NearField near(sites, sites, pairs, 1e-13);
+  const laplace::spheres::FarField far(mirrors, sites, sites, range, 1e-13);
+  std::vector<double> a(12), b(12);
+  for (int i = 0; i < 3; ++i) a[4 * i] = charge[i] / radius;
+  for (int iteration = 0; iteration < 60; ++iteration) {  // each takes off (2 R^3 / d^3), a twentieth
+    std::fill(b.begin(), b.end(), 0.0);
+    near.add(a.data(), b.data(), team);
+    far.add(a.data(), b.data(), team);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 1; k < 4; ++k) a[4 * i + k] = -b[4 * i + k];
+  }
+  periodic::Ewald ewald(1e-13);
+  std::vector<double> dipole;
+  periodic::Response response;
+  periodic::InducedDipoles(ewald, periodic::DipoleSum::ewald, radius * radius * radius, 1e-13)
+      .evaluate({problem.box.lengths, position, charge}, {}, team, dipole, response);
+  using laplace::spheres::at;
+  for (int i = 0; i < 3; ++i) {
+    CHECK(radius * radius * a[4 * i + at(1, 1)] == doctest::Approx(dipole[3 * i]).epsilon(1e-10));
+    CHECK(radius * radius * a[4 * i + at(1, -1)] == doctest::Approx(dipole[3 * i + 1]).epsilon(1e-10));
+    CHECK(radius * radius * a[4 * i + at(1, 0)] == doctest::Approx(dipole[3 * i + 2]).epsilon(1e-10));
+  }
 }
 
 TEST_CASE("nothing grounded: charges have to add up, and potentials have zero mean or follow the fixed one") {

@@ -37,6 +37,8 @@ void add_side_charges(const SphereProblem& problem, const WallPotential& wall, S
   if (!problem.free_space)
     for (int side = 0; side < 6; ++side)
       if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
+  if (!held.empty())
+    for (const double charge : solution.sphere_charge) solution.electrode_charge -= charge;
   const bool opposite = held.size() == 2 && held[0] / 2 == held[1] / 2;
   for (const int side : held) {
     double& charge = solution.side_charge[side];
@@ -73,9 +75,12 @@ void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site
     solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
   }
   add_side_charges(problem, wall, solution);
-  for (int side = 0; side < 6; ++side)
-    if (solution.side_charge[side] != 0 && problem.side_potential[side] != 0)
-      solution.energy += 0.5 * solution.side_charge[side] * problem.side_potential[side];
+  if (wall.axis < 0) {  // one potential, however many sides
+    solution.energy += 0.5 * solution.electrode_charge * wall.constant;
+    return;
+  }
+  for (int side = 2 * wall.axis; side < 2 * wall.axis + 2; ++side)
+    solution.energy += 0.5 * solution.side_charge[side] * problem.side_potential[side];
 }
 
 }  // namespace lichtenberg::laplace::spheres

@@ -45,10 +45,12 @@ struct SphereSolution {
   std::vector<double> sphere_charge;    ///< C, a sphere
   std::vector<Vec3> sphere_dipole;      ///< C m, a sphere: integral of sigma (x - centre)
   std::vector<Vec3> sphere_force;       ///< N, a sphere: eps/2 integral of E^2 n
-  std::array<double, 6> side_charge{};  ///< C, of each electrode
-  double energy = 0;                    ///< J, eps/2 integral of E^2: 1/2 sum of charge and potential
-  double error = 0;                     ///< estimate: of potentials and forces, relative to the largest
-  int degree = 0;                       ///< of the highest harmonic on any sphere
+  /// C, of each electrode; not a number where electrodes of one box meet at an edge, of which only the sum is known.
+  std::array<double, 6> side_charge{};
+  double electrode_charge = 0;  ///< C, of all electrodes together
+  double energy = 0;            ///< J, eps/2 integral of E^2: 1/2 sum of charge and potential
+  double error = 0;             ///< estimate: of potentials and forces, relative to the largest
+  int degree = 0;               ///< of the highest harmonic on any sphere
   long unknowns = 0;
   int iterations = 0;
   Timings seconds;
@@ -66,7 +68,8 @@ struct SphereOptions {
 };
 
 /// Conducting spheres by real solid harmonics on each (README.md). Degrees follow from the accuracy and the neighbours
-/// of each sphere. What speeds up the next solve of a similar scene is kept: the last solutions as first guess.
+/// of each sphere. Different potentials of electrodes that meet at an edge are refused. What speeds up the next solve
+/// of a similar scene is kept: the last solutions as first guess.
 class SphereSolver {
  public:
   /// Throws InputError for an accuracy out of range. `team` must outlive the solver; results are the same bits for any

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <experimental/simd>
+#include <numeric>
+#include <utility>
 
+#include "solvers/neighbours/cell_order.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/pair_motion.hpp"
 
@@ -26,24 +30,41 @@ struct Picked {
   int operator[](int lane) const { return pairs[lane]; }
 };
 
+/// Columns of numbers of pairs. Those of a row of pairs lie together: loops over all columns read memory as it comes.
+class Table {
+ public:
+  void resize(std::size_t pairs) { values_.resize(pairs * columns_); }
+  int add_column() { return columns_++; }
+  std::size_t place(int column, int pair) const {
+    return (static_cast<std::size_t>(pair / width) * columns_ + column) * width + pair % width;
+  }
+  double* at(std::size_t place) { return &values_[place]; }
+  const double* at(std::size_t place) const { return &values_[place]; }
+
+ private:
+  int columns_ = 0;
+  std::vector<double> values_;
+};
+
 /// A number of each pair.
 class Column {
  public:
-  void resize(std::size_t pairs) { values_.resize(pairs); }
-  double& operator[](int pair) { return values_[pair]; }
-  double operator[](int pair) const { return values_[pair]; }
+  explicit Column(Table& table) : table_(&table), number_(table.add_column()) {}
+  double& operator[](int pair) { return *table_->at(table_->place(number_, pair)); }
+  double operator[](int pair) const { return *std::as_const(*table_).at(table_->place(number_, pair)); }
 
-  Several at(Row row) const { return Several(&values_[row.first], anywhere); }
+  Several at(Row row) const { return Several(std::as_const(*table_).at(table_->place(number_, row.first)), anywhere); }
   Several at(const Picked& of) const {
-    return Several([&](int lane) { return values_[of[lane]]; });
+    return Several([&](int lane) { return (*this)[of[lane]]; });
   }
-  void put(Row row, const Several& x) { x.copy_to(&values_[row.first], anywhere); }
+  void put(Row row, const Several& x) { x.copy_to(&(*this)[row.first], anywhere); }
   void put(const Picked& of, const Several& x) {
-    for (int lane = 0; lane < width; ++lane) values_[of[lane]] = x[lane];
+    for (int lane = 0; lane < width; ++lane) (*this)[of[lane]] = x[lane];
   }
 
  private:
-  std::vector<double> values_;
+  Table* table_;
+  int number_;
 };
 
 template <int d>
@@ -52,8 +73,8 @@ using Vectors = LaneVec<d, Several>;
 template <int d>
 class VectorColumn {
  public:
-  void resize(std::size_t pairs) {
-    for (Column& column : of_) column.resize(pairs);
+  explicit VectorColumn(Table& table) {
+    for (int k = 0; k < d; ++k) of_.emplace_back(table);
   }
   Vec<d> operator[](int pair) const {
     Vec<d> v;
@@ -70,7 +91,7 @@ class VectorColumn {
   }
 
  private:
-  std::array<Column, d> of_;
+  std::vector<Column> of_;
 };
 
 /// The sum, in an order that is that of the numbers alone.
@@ -89,61 +110,201 @@ struct OfPairs {
   ContactPush<Several> operator()(const Several& overlap) const { return law.push(overlap, scale); }
 };
 
+template <class Index>
+Several of(const std::vector<double>& values, const Index& index) {
+  return Several([&](int lane) { return values[index(lane)]; });
+}
+
 template <int d, class Law>
 class Motion final : public ContactMotion {
  public:
   explicit Motion(const Law& law) : law_(law) {}
 
-  ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const Pair> pairs,
+  ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, const NearPairs& pairs,
                            std::span<const double> held, double time, double dt, int steps,
                            parallel::Team& team) override {
     ContactsFollowed followed{.record = {.time = time + dt, .dt = dt}};
-    held_.assign(held.begin(), held.end());
-    held_.resize(bodies.momentum.size());
-    felt_.resize(bodies.size());
-    largest_held_ = largest_over_mass(bodies, held_);
     steps_ = steps;
     dt_ = dt / steps;
-    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-    speed_ = 2 * fastest(bodies) + largest_held_ * dt;
-    count_touches(bodies, contacts);
-    find_near(bodies, contacts, pairs);
+    bound(bodies, held);
+    order(bodies, pairs.has_value());
+    gather(bodies, held, team);
+    open(contacts);
+    due_.resize(steps_);
+    for (auto& due : due_) due.clear();
+    wait_from(0, pairs ? near_of(*pairs) : cells_.pairs(team), team);
     for (int n = 0; n < steps; ++n) {
-      look(bodies, contacts, time + n * dt_, n == 0, team);
+      look(time + n * dt_, n == 0, team);
       if (n == 0)
         followed.stored_at_start = total(stored_, touching_);
       else
-        note(contacts, time + n * dt_, followed.record);
-      step(bodies, contacts, n, time + n * dt_, team, followed.record);
+        note(time + n * dt_, followed.record);
+      step(n, time + n * dt_, team, followed.record);
     }
-    look(bodies, contacts, time + dt, false, team);
+    look(time + dt, false, team);
     followed.stored_at_end = total(stored_, touching_);
-    note(contacts, time + dt, followed.record);
-    int p = 0;
-    std::erase_if(contacts, [&](const GrainContact&) { return !(age_[p++] >= 0); });
+    note(time + dt, followed.record);
+    close();
+    give_back(bodies, team);
+    contacts.clear();
+    for (const Open& one : open_) contacts.push_back(one.contact);
     followed.record.open = contacts;
     return followed;
   }
 
  private:
-  static constexpr std::size_t ahead = 16;  ///< pairs
   static constexpr int pairs_a_task = 512;  ///< a multiple of any width
+  static constexpr int grains_a_task = 4096;
+  static constexpr int ahead = 16;  ///< pairs or grains, of which memory is asked for early
   using Pairs = PairMotion<d, OfPairs<Law>, Several>;
-  /// All forces on a grain, at the start and in the middle of a step; in one line of a cache.
+  /// A grain as it was when a contact last pushed it, or at the start; in one line of a cache.
+  struct alignas(64) Grain {
+    std::array<double, d> place, momentum;
+    double per_mass = 0;
+    std::int32_t followed_to = 0;  ///< the step at whose beginning it was so
+    float radius = 0;              ///< rounded up
+  };
+  /// What its pairs need of a grain, all forces on it at the start and in the middle of a step; in one line too.
   struct alignas(64) Felt {
     std::array<double, d> start, halfway;
+    double radius = 0;
+    std::int32_t touches = 0;
   };
+  struct Open {
+    GrainContact contact;
+    Pair slots;
+  };
+
+  /// How fast grains become within `steps_`, and what contacts may accelerate two towards each other by.
+  void bound(const Bodies& bodies, std::span<const double> held) {
+    const double dt = dt_ * steps_, held_most = largest_over_mass(bodies, held);
+    fastest_ = fastest(bodies) + held_most * dt;
+    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+    speed_ = 2 * fastest_;
+    if (grains_.empty()) {  // they stay what they are
+      widest_ = *std::ranges::max_element(bodies.radius);
+      lightest_ = *std::ranges::min_element(bodies.mass);
+    }
+    const double scale = law_.scale(widest_, widest_);
+    // The overlap that stores all that two have; its spring and its dashpot never act together like that.
+    double low = 0, high = 2 * widest_;
+    for (int k = 0; k < 50; ++k) {
+      const double middle = 0.5 * (low + high);
+      (law_.parts(middle, scale).stored < 0.5 * lightest_ * speed_ * speed_ ? low : high) = middle;
+    }
+    const ContactParts deepest = law_.parts(high, scale);
+    acceleration_ = (deepest.elastic + deepest.damping * speed_) / lightest_ + 2 * held_most;
+  }
+  /// How much closer two come within t than in straight flight, at most.
+  double bend(double t) const { return std::min(0.5 * acceleration_ * t * t, 3 * speed_ * t); }
+
+  /// How much closer than they are two may come within the steps.
+  double approach() const {
+    const double dt = dt_ * steps_;
+    return std::min(2 * speed_ * dt, 2 * fastest_ * dt + bend(dt)) + rounding * widest_;
+  }
+  /// Which slot a grain has: in the order of cells or, where pairs are given, its own number.
+  void order(const Bodies& bodies, bool as_they_are) {
+    const Spheres<d> grains = spheres<d>(bodies);
+    nearest_ = NearestImage<d>(grains.box);
+    if (!as_they_are) {
+      cells_.sort(grains, 2 * widest_ + approach());
+      particle_ = cells_.particles();
+      slot_ = cells_.slots();
+      return;
+    }
+    same_.resize(bodies.size());
+    std::iota(same_.begin(), same_.end(), 0);
+    particle_ = slot_ = same_;
+  }
+  void gather(const Bodies& bodies, std::span<const double> held, parallel::Team& team) {
+    const int n = bodies.size();
+    grains_.resize(n);
+    felt_.resize(n);
+    held_.resize(held.empty() ? 0 : n);
+    const double *position = bodies.position.data(), *momentum = bodies.momentum.data();
+    for_each_grain(team, [&](int s) {
+      const int i = particle_[s], later = particle_[std::min(s + ahead, n - 1)];
+      __builtin_prefetch(&position[later * d]);
+      __builtin_prefetch(&momentum[later * d]);
+      Grain& grain = grains_[s];
+      std::copy_n(&position[i * d], d, grain.place.begin());
+      std::copy_n(&momentum[i * d], d, grain.momentum.begin());
+      if (!held.empty()) std::copy_n(&held[i * d], d, held_[s].begin());
+      grain.per_mass = 1 / bodies.mass[i];
+      grain.followed_to = 0;
+      grain.radius = std::nextafter(static_cast<float>(bodies.radius[i]), INFINITY);
+      felt_[s].radius = bodies.radius[i];
+      felt_[s].touches = 0;
+    });
+  }
+  void give_back(Bodies& bodies, parallel::Team& team) const {
+    const int n = bodies.size();
+    for_each_grain(team, [&](int i) {
+      __builtin_prefetch(&grains_[slot_[std::min(i + ahead, n - 1)]]);
+      const Grain grain = flown(slot_[i], steps_);
+      std::copy_n(grain.place.begin(), d, &bodies.position[i * d]);
+      std::copy_n(grain.momentum.begin(), d, &bodies.momentum[i * d]);
+    });
+  }
+  template <class Visit>
+  void for_each_grain(parallel::Team& team, const Visit& visit) const {
+    const int n = static_cast<int>(grains_.size());
+    team.for_each((n + grains_a_task - 1) / grains_a_task, [&](int task) {
+      for (int s = task * grains_a_task; s < std::min(n, (task + 1) * grains_a_task); ++s) visit(s);
+    });
+  }
+  /// A grain at the beginning of step n that no contact pushes before.
+  Grain flown(int slot, int n) const {
+    Grain grain = grains_[slot];
+    const double t = (n - grain.followed_to) * dt_, path = t * grain.per_mass;
+    grain.followed_to = n;
+    if (held_.empty()) {
+      for (int k = 0; k < d; ++k) grain.place[k] += path * grain.momentum[k];
+      return grain;
+    }
+    for (int k = 0; k < d; ++k) {
+      grain.place[k] += path * (grain.momentum[k] + 0.5 * t * held_[slot][k]);
+      grain.momentum[k] += t * held_[slot][k];
+    }
+    return grain;
+  }
+
+  /// Contacts in ascending order of slots.
+  void open(std::span<const GrainContact> contacts) {
+    open_.clear();
+    for (const GrainContact& contact : contacts) {
+      const auto [i, j] = contact.pair;
+      open_.push_back({contact, {std::min(slot_[i], slot_[j]), std::max(slot_[i], slot_[j])}});
+      ++felt_[slot_[i]].touches, ++felt_[slot_[j]].touches;
+    }
+    sort_pairs([](const Open& one) { return one.slots; });
+  }
+  /// Contacts that are open in ascending order of grains.
+  void close() {
+    int p = 0;
+    std::erase_if(open_, [&](const Open&) { return !(age_[p++] >= 0); });
+    sort_pairs([](const Open& one) { return one.contact.pair; });
+  }
+  /// By counting: there are as many as grains.
+  template <class Of>
+  void sort_pairs(const Of& of) {
+    first_.assign(grains_.size() + 1, 0);
+    for (const Open& one : open_) ++first_[of(one).i + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    sorted_.resize(open_.size());
+    for (const Open& one : open_) sorted_[first_[of(one).i]++] = one;
+    open_.swap(sorted_);
+    for (std::size_t p = 1; p < open_.size(); ++p)  // those of one grain, a few
+      for (std::size_t q = p; q > 0 && of(open_[q]) < of(open_[q - 1]); --q) std::swap(open_[q], open_[q - 1]);
+  }
 
   /// Pairs in the order of the contacts, then those that may come to it.
   void resize(std::size_t pairs) {
     pair_.resize(pairs);
     const std::size_t whole = (pairs + width - 1) / width * width;
     pair_.resize(whole, pairs > 0 ? pair_[pairs - 1] : Pair{});
-    for (auto* column : {&reach_, &mass_, &scale_, &lower_, &higher_, &age_, &overlap_, &stored_, &push_, &dissipated_,
-                         &touched_, &impact_speed_})
-      column->resize(whole);
-    for (auto* column : {&apart_, &velocity_, &force_, &outside_, &halfway_force_, &impulse_, &shift_})
-      column->resize(whole);
+    table_.resize(whole);
   }
 
   /// Calls visit(row) for those from `first` on, a multiple of the width.
@@ -155,49 +316,32 @@ class Motion final : public ContactMotion {
     });
   }
 
-  void count_touches(const Bodies& bodies, std::span<const GrainContact> contacts) {
-    touches_.assign(bodies.size(), 0);
-    for (const GrainContact& contact : contacts) ++touches_[contact.pair.i], ++touches_[contact.pair.j];
-  }
-
-  /// Those of the pairs that may touch, sorted by the first step in which they may, if no grain is faster than
-  /// `speed_`; contacts excepted.
-  void find_near(const Bodies& bodies, std::span<const GrainContact> contacts, std::span<const Pair> pairs) {
-    const NearestImage<d> nearest(spheres<d>(bodies).box);
+  /// Those of the pairs that are near enough to touch.
+  const std::vector<Pair>& near_of(std::span<const Pair> pairs) {
     near_.resize(pairs.size() + width);
     int count = 0;
     std::size_t p = 0;
     for (; p + width <= pairs.size(); p += width) {
-      // They lie anywhere in memory.
-      if (p + ahead + width <= pairs.size())
-        for (std::size_t q = p + ahead; q < p + ahead + width; ++q)
-          __builtin_prefetch(&bodies.position[pairs[q].j * d]);
-      count += put_near(bodies, nearest, &pairs[p], &near_[count]);
+      for (std::size_t q = p + ahead; q < std::min(p + ahead + width, pairs.size()); ++q)
+        __builtin_prefetch(&grains_[pairs[q].j]);
+      count += put_near(&pairs[p], &near_[count]);
     }
-    for (; p < pairs.size(); ++p) {
-      const double most = reach(bodies, pairs[p]) + farthest_approach();
-      if (norm2(apart(bodies, nearest, pairs[p])) < most * most) near_[count++] = pairs[p];
-    }
-    due_.resize(steps_);
-    for (auto& pairs_due : due_) pairs_due.clear();
-    auto contact = contacts.begin();
-    for (int n = 0; n < count; ++n) {
-      while (contact != contacts.end() && contact->pair < near_[n]) ++contact;
-      if (contact != contacts.end() && contact->pair == near_[n]) continue;
-      wait(near_[n], 0, steps_ == 1 ? 0 : norm(apart(bodies, nearest, near_[n])) - reach(bodies, near_[n]));
-    }
+    for (; p < pairs.size(); ++p) near_[count++] = pairs[p];
+    near_.resize(count);
+    return near_;
   }
-  double farthest_approach() const { return 2 * speed_ * dt_ * steps_; }
   /// Copies those of a row that are near, without branches: which ones is hard to guess. Returns how many.
-  [[gnu::flatten]] int put_near(const Bodies& bodies, const NearestImage<d>& nearest, const Pair* row, Pair* to) const {
-    const Several most = of(bodies.radius, [&](int lane) { return row[lane].i; }) +
-                         of(bodies.radius, [&](int lane) { return row[lane].j; }) + farthest_approach();
+  [[gnu::flatten]] int put_near(const Pair* row, Pair* to) const {
+    const auto of = [&](const auto& value) {
+      return std::pair{Several([&](int lane) { return value(grains_[row[lane].i]); }),
+                       Several([&](int lane) { return value(grains_[row[lane].j]); })};
+    };
+    const auto [radius_i, radius_j] = of([](const Grain& grain) { return grain.radius; });
+    const Several most = radius_i + radius_j + approach();
     Several distance2 = 0;
     for (int k = 0; k < d; ++k) {
-      const Several r = nearest_image(nearest,
-                                      of(bodies.position, [&](int lane) { return row[lane].j * d + k; }) -
-                                          of(bodies.position, [&](int lane) { return row[lane].i * d + k; }),
-                                      k);
+      const auto [i, j] = of([k](const Grain& grain) { return grain.place[k]; });
+      const Several x = j - i, r = x - nearest_.length[k] * nearbyint(x * nearest_.turns_a_metre[k]);
       distance2 += r * r;
     }
     const auto is_near = distance2 < most * most;
@@ -208,63 +352,116 @@ class Motion final : public ContactMotion {
     }
     return count;
   }
-  template <class Index>
-  static Several of(const std::vector<double>& values, const Index& index) {
-    return Several([&](int lane) { return values[index(lane)]; });
+  /// For each of these pairs, which are apart, the step before which they cannot touch: those for which that is step n
+  /// go to `meeting_`.
+  void wait_from(int n, const std::vector<Pair>& pairs, parallel::Team& team) {
+    meeting_.clear();
+    pair_.assign(pairs.begin(), pairs.end());
+    const int count = static_cast<int>(pairs.size());
+    pair_.resize((count + width - 1) / width * width, count > 0 ? pairs.back() : Pair{});
+    apart_for_.resize(pair_.size());
+    for_each_row(0, count, team, [&](Row row) {
+      (n == 0 ? steps_apart<false>(row, n) : steps_apart<true>(row, n)).copy_to(&apart_for_[row.first], anywhere);
+    });
+    for (int p = 0; p < count; ++p) {
+      const int then = n + static_cast<int>(apart_for_[p]);
+      if (then >= steps_) continue;
+      if (then > n)
+        due_[then].push_back(pair_[p]);
+      else if (n > 0 || !is_open(pair_[p]))
+        meeting_.push_back(pair_[p]);
+    }
   }
-  static Several nearest_image(const NearestImage<d>& nearest, const Several& x, int k) {
-    return x - nearest.length[k] * nearbyint(x * nearest.turns_a_metre[k]);
+  /// For how many steps from n on pairs stay apart. In straight flight two come closer never faster than at first, c,
+  /// and contacts bring them a t^2 / 2 closer, or 3 `speed_` t: their gap lasts longer than either way has it closed.
+  template <bool fly>
+  [[gnu::flatten]] Several steps_apart(Row row, int n) const {
+    for (int p = row.first + ahead; p < std::min(row.first + ahead + width, static_cast<int>(pair_.size())); ++p)
+      __builtin_prefetch(&grains_[pair_[p].j]);
+    const Seen lower = seen<fly>([&](int lane) { return pair_[row[lane]].i; }, n);
+    const Seen higher = seen<fly>([&](int lane) { return pair_[row[lane]].j; }, n);
+    const auto [r, v] = between(lower, higher);
+    const Several radius_i([&](int lane) { return grains_[pair_[row[lane]].i].radius; });
+    const Several radius_j([&](int lane) { return grains_[pair_[row[lane]].j].radius; });
+    const Several distance = sqrt(norm2(r)), reach = (1 + rounding) * (radius_i + radius_j);
+    const Several gap = not_below<Several>(distance - reach, 0), closing = not_below<Several>(-dot(r, v) / distance, 0);
+    const Several bent = 2.0 * gap / (closing + sqrt(closing * closing + 2 * acceleration_ * gap));
+    const Several time = not_below<Several>(bent, gap / (closing + 3 * speed_));
+    return chosen<Several>(gap > 0, not_above<Several>(time * (1 / dt_), steps_), 0);
   }
-  static Vec<d> apart(const Bodies& bodies, const NearestImage<d>& nearest, Pair pair) {
-    Vec<d> r;
-    for (int k = 0; k < d; ++k) r[k] = nearest(bodies.position[pair.j * d + k] - bodies.position[pair.i * d + k], k);
-    return r;
+  bool is_open(Pair slots) const {
+    if (felt_[slots.i].touches == 0 || felt_[slots.j].touches == 0) return false;
+    // Since it has sorted them, first_[i] is where contacts end of which i is the lower.
+    for (int p = slots.i > 0 ? first_[slots.i - 1] : 0; p < first_[slots.i]; ++p)
+      if (open_[p].slots == slots) return true;
+    return false;
   }
-  /// Two whose surfaces are that far apart at the beginning of step n are looked at again when they may touch.
-  void wait(Pair pair, int n, double gap) {
-    const double steps = gap / (2 * speed_ * dt_), then = steps >= 1 ? n + steps : n;
-    if (then < steps_) due_[static_cast<int>(then)].push_back(pair);
+
+  /// One grain of each of several pairs.
+  struct Seen {
+    Vectors<d> place, velocity;
+    Several per_mass;
+  };
+  /// At the beginning of step n; not `flies`: those that contacts have been followed to it for.
+  template <bool flies, class Slot>
+  Seen seen(const Slot& slot, int n) const {
+    Seen s;
+    s.per_mass = Several([&](int lane) { return grains_[slot(lane)].per_mass; });
+    const Several t([&](int lane) { return flies ? (n - grains_[slot(lane)].followed_to) * dt_ : 0; });
+    for (int k = 0; k < d; ++k) {
+      s.place[k] = Several([&](int lane) { return grains_[slot(lane)].place[k]; });
+      Several momentum([&](int lane) { return grains_[slot(lane)].momentum[k]; });
+      if constexpr (flies) {
+        Several force = 0;
+        if (!held_.empty()) force = Several([&](int lane) { return held_[slot(lane)][k]; });
+        s.place[k] += t * s.per_mass * (momentum + 0.5 * t * force);
+        momentum += t * force;
+      }
+      s.velocity[k] = momentum * s.per_mass;
+    }
+    return s;
+  }
+  PairState<d, Several> between(const Seen& lower, const Seen& higher) const {
+    PairState<d, Several> state;
+    for (int k = 0; k < d; ++k) {
+      const Several x = higher.place[k] - lower.place[k];
+      state.apart[k] = x - nearest_.length[k] * nearbyint(x * nearest_.turns_a_metre[k]);
+      state.velocity[k] = higher.velocity[k] - lower.velocity[k];
+    }
+    return state;
   }
 
   /// Where the pairs in contact are, and the force on each: zero on those that have parted.
-  void look(const Bodies& bodies, std::span<const GrainContact> contacts, double time, bool all_touch,
-            parallel::Team& team) {
-    touching_ = static_cast<int>(contacts.size());
+  void look(double time, bool all_touch, parallel::Team& team) {
+    touching_ = static_cast<int>(open_.size());
     pair_.clear();
-    for (const GrainContact& contact : contacts) pair_.push_back(contact.pair);
+    for (const Open& one : open_) pair_.push_back(one.slots);
     resize(touching_);
     for_each_row(0, touching_, team, [&](Row row) {
-      see(bodies, row);
-      const Several since([&](int lane) { return contacts[std::min(row[lane], touching_ - 1)].since; });
+      see<false>(row, 0);
+      const Several since([&](int lane) { return open_[std::min(row[lane], touching_ - 1)].contact.since; });
       // One that touched at the end of the step before may, by rounding, have done so later than now.
       const Several age = not_below<Several>(time - since, 0);
       age_.put(row, all_touch ? age : chosen<Several>(overlap_.at(row) > 0, age, -1));
       push(row);
     });
   }
-  [[gnu::flatten]] void see(const Bodies& bodies, Row row) {
-    const NearestImage<d> nearest(spheres<d>(bodies).box);
-    const auto lower_of = [&](const std::vector<double>& values, int size, int k) {
-      return of(values, [&](int lane) { return pair_[row[lane]].i * size + k; });
-    };
-    const auto higher_of = [&](const std::vector<double>& values, int size, int k) {
-      return of(values, [&](int lane) { return pair_[row[lane]].j * size + k; });
-    };
-    const Several radius_i = lower_of(bodies.radius, 1, 0), radius_j = higher_of(bodies.radius, 1, 0);
-    const Several lower = 1.0 / lower_of(bodies.mass, 1, 0), higher = 1.0 / higher_of(bodies.mass, 1, 0);
-    Vectors<d> r, v;
-    for (int k = 0; k < d; ++k) {
-      r[k] = nearest_image(nearest, higher_of(bodies.position, d, k) - lower_of(bodies.position, d, k), k);
-      v[k] = higher_of(bodies.momentum, d, k) * higher - lower_of(bodies.momentum, d, k) * lower;
-    }
-    apart_.put(row, r);
-    velocity_.put(row, v);
-    lower_.put(row, lower);
-    higher_.put(row, higher);
-    reach_.put(row, radius_i + radius_j);
-    mass_.put(row, 1.0 / (lower + higher));
+  template <bool flies>
+  [[gnu::flatten]] void see(Row row, int n) {
+    const Seen lower = seen<flies>([&](int lane) { return pair_[row[lane]].i; }, n);
+    const Seen higher = seen<flies>([&](int lane) { return pair_[row[lane]].j; }, n);
+    const auto state = between(lower, higher);
+    const Several radius_i([&](int lane) { return felt_[pair_[row[lane]].i].radius; });
+    const Several radius_j([&](int lane) { return felt_[pair_[row[lane]].j].radius; });
+    const Several reach = radius_i + radius_j;
+    apart_.put(row, state.apart);
+    velocity_.put(row, state.velocity);
+    lower_.put(row, lower.per_mass);
+    higher_.put(row, higher.per_mass);
+    reach_.put(row, reach);
+    mass_.put(row, 1.0 / (lower.per_mass + higher.per_mass));
     scale_.put(row, law_.scale(radius_i, radius_j));
-    overlap_.put(row, radius_i + radius_j - sqrt(norm2(r)));
+    overlap_.put(row, reach - sqrt(norm2(state.apart)));
   }
   template <class Those>
   Pairs motion(const Those& of, const Outside<d, Several>& outside = {}) const {
@@ -278,14 +475,13 @@ class Motion final : public ContactMotion {
     const auto touching = age_.at(row) >= 0;
     const Vectors<d> force = chosen<d, Several>(touching, motion(row).force(state(row)), {});
     force_.put(row, force);
-    push_.put(row, sqrt(norm2(force)) * not_below<Several>(lower_.at(row), higher_.at(row)));
     stored_.put(row, law_.push(not_below<Several>(overlap_.at(row), 0), scale_.at(row)).stored);
   }
 
   /// Writes down what became of contacts until `time`.
-  void note(std::span<const GrainContact> contacts, double time, ContactRecord& record) {
+  void note(double time, ContactRecord& record) {
     for (int p = 0; p < touching_; ++p) {
-      const GrainContact& contact = contacts[p];
+      const auto& [contact, slots] = open_[p];
       const double overlap = overlap_[p], sum = reach_[p];
       record.largest_overlap = std::max(record.largest_overlap, overlap / sum);
       const PairState<d> now{apart_[p], velocity_[p]};
@@ -294,63 +490,42 @@ class Motion final : public ContactMotion {
         refuse_flight_through(contact, 1 + mass_[p] * closing(now) * closing(now) / 2 / stored_[p]);
       if (overlap > 0) continue;
       record.ended.push_back({contact, -closing(now), time, speed_across(now)});
-      --touches_[contact.pair.i], --touches_[contact.pair.j];
+      --felt_[slots.i].touches, --felt_[slots.j].touches;
     }
   }
 
-  void step(Bodies& bodies, std::vector<GrainContact>& contacts, int n, double time, parallel::Team& team,
-            ContactRecord& record) {
-    add_candidates(bodies, n, team);
+  void step(int n, double time, parallel::Team& team, ContactRecord& record) {
+    add_meeting(n, team);
     feel_each_other(team);
     integrate(team);
-    move(bodies);
+    move(n);
     record.dissipated += total(dissipated_, count_);
-    begin_contacts(contacts, n, time, record);
+    begin_contacts(n, time, record);
   }
 
-  /// Pairs that are apart and may come into contact, if contacts accelerate them to each other.
-  void add_candidates(const Bodies& bodies, int n, parallel::Team& team) {
-    double largest = 0;  // what a grain could feel if all its contacts pushed like the one that pushes most
-    for (int p = 0; p < touching_; ++p) largest = std::max(largest, push_[p]);
-    const double slack = (2 * largest + largest_held_) * dt_ * dt_, path = 2 * speed_ * dt_ + slack;
-    const NearestImage<d> nearest(spheres<d>(bodies).box);
-    pair_.resize(touching_);
-    for (const Pair pair : due_[n]) {
-      const Vec<d> r = apart(bodies, nearest, pair);
-      const double sum = reach(bodies, pair), most = sum + path, distance2 = norm2(r);
-      if (distance2 >= most * most) {
-        wait(pair, n + 1, std::sqrt(distance2) - most);
-        continue;
-      }
-      const Vec<d> v = vector_of<d>(bodies.momentum, pair.j) / bodies.mass[pair.j] -
-                       vector_of<d>(bodies.momentum, pair.i) / bodies.mass[pair.i];
-      if (may_touch({r, v}, sum + slack))
-        pair_.push_back(pair);
-      else
-        wait(pair, n + 1, 0);
-    }
+  /// Pairs that are apart and may come into contact.
+  void add_meeting(int n, parallel::Team& team) {
+    if (n > 0) wait_from(n, due_[n], team);
+    pair_.clear();
+    for (const Open& one : open_) pair_.push_back(one.slots);
+    pair_.insert(pair_.end(), meeting_.begin(), meeting_.end());
     count_ = static_cast<int>(pair_.size());
     resize(count_);
     for (int p = touching_; p < static_cast<int>(pair_.size()); ++p) age_[p] = -1;
     for_each_row(touching_ / width * width, count_, team, [&](Row row) {
-      see(bodies, row);
+      see<true>(row, n);
       push(row);
     });
-  }
-
-  /// Whether two in straight flight come closer than `distance` within the step.
-  bool may_touch(const PairState<d>& s, double distance) const {
-    const double approach = -dot(s.apart, s.velocity), v2 = norm2(s.velocity);
-    const double t = approach <= 0 ? 0 : approach < v2 * dt_ ? approach / v2 : dt_;
-    return norm2(s.apart + t * s.velocity) < distance * distance;
   }
 
   /// The forces of contacts at the start and in the middle of the step, so that each knows what the others of its
   /// grains do. In the middle grains are where the forces at the start carry them.
   void feel_each_other(parallel::Team& team) {
-    for (int p = 0; p < count_; ++p)
+    for (int p = 0; p < count_; ++p) {
+      __builtin_prefetch(&felt_[pair_[std::min(p + ahead, count_ - 1)].j], 1);
       for (const int i : {pair_[p].i, pair_[p].j})
-        for (int k = 0; k < d; ++k) felt_[i].start[k] = felt_[i].halfway[k] = held_[i * d + k];
+        for (int k = 0; k < d; ++k) felt_[i].start[k] = felt_[i].halfway[k] = held_.empty() ? 0 : held_[i][k];
+    }
     for (int p = 0; p < touching_; ++p) add(&Felt::start, pair_[p], force_[p]);
     const double h = 0.5 * dt_;
     for_each_row(0, count_, team, [&](Row row) [[gnu::flatten]] {
@@ -422,80 +597,86 @@ class Motion final : public ContactMotion {
     return result;
   }
 
-  void move(Bodies& bodies) const {
-    fly(bodies);
-    double *position = bodies.position.data(), *momentum = bodies.momentum.data();
+  /// Carries those that contacts push to the end of step n.
+  void move(int n) {
     for (int p = 0; p < count_; ++p) {
-      const auto [i, j] = pair_[p];
+      const Pair later = pair_[std::min(p + ahead, count_ - 1)];
+      __builtin_prefetch(&grains_[later.i], 1);
+      __builtin_prefetch(&grains_[later.j], 1);
+      if (!(age_[p] >= 0 || touched_[p] >= 0)) continue;
       const Vec<d> shift = shift_[p], impulse = impulse_[p];
-      for (int k = 0; k < d; ++k) {
-        position[i * d + k] -= lower_[p] * shift[k];
-        position[j * d + k] += higher_[p] * shift[k];
-        momentum[i * d + k] -= impulse[k];
-        momentum[j * d + k] += impulse[k];
-      }
+      push(pair_[p].i, n + 1, -lower_[p], shift, -1, impulse);
+      push(pair_[p].j, n + 1, higher_[p], shift, 1, impulse);
     }
   }
-
-  /// Without contacts.
-  [[gnu::flatten]] void fly(Bodies& bodies) const {
-    double *position = bodies.position.data(), *momentum = bodies.momentum.data();
-    const int components = static_cast<int>(held_.size());
-    int k = 0;
-    for (; k + width <= components; k += width) {
-      const Several flight = dt_ / of(bodies.mass, [&](int lane) { return (k + lane) / d; });
-      const Several p(&momentum[k], anywhere), force(&held_[k], anywhere);
-      (Several(&position[k], anywhere) + flight * (p + 0.5 * dt_ * force)).copy_to(&position[k], anywhere);
-      (p + dt_ * force).copy_to(&momentum[k], anywhere);
-    }
-    for (; k < components; ++k) {
-      position[k] += dt_ / bodies.mass[k / d] * (momentum[k] + 0.5 * dt_ * held_[k]);
-      momentum[k] += dt_ * held_[k];
+  void push(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse) {
+    Grain& grain = grains_[slot];
+    if (grain.followed_to != n) grain = flown(slot, n);
+    for (int k = 0; k < d; ++k) {
+      grain.place[k] += by * shift[k];
+      grain.momentum[k] += sign * impulse[k];
     }
   }
 
   /// Which contacts there are after step n: those that are open and those that have begun.
-  void begin_contacts(std::vector<GrainContact>& contacts, int n, double time, ContactRecord& record) {
+  void begin_contacts(int n, double time, ContactRecord& record) {
     begun_.clear();
     for (int p = 0; p < count_; ++p) {
       if (age_[p] >= 0) continue;
-      if (touched_[p] >= 0)
-        begun_.push_back({pair_[p], time + touched_[p], impact_speed_[p]});
-      else
-        wait(pair_[p], n + 1, 0);
+      if (touched_[p] >= 0) {
+        const int i = particle_[pair_[p].i], j = particle_[pair_[p].j];
+        begun_.push_back({{{std::min(i, j), std::max(i, j)}, time + touched_[p], impact_speed_[p]}, pair_[p]});
+      } else if (n + 1 < steps_) {
+        due_[n + 1].push_back(pair_[p]);
+      }
     }
     int p = 0;
-    std::erase_if(contacts, [&](const GrainContact&) { return !(age_[p++] >= 0); });
+    std::erase_if(open_, [&](const Open&) { return !(age_[p++] >= 0); });
     if (begun_.empty()) return;
-    std::ranges::sort(begun_, {}, &GrainContact::pair);
-    for (const GrainContact& contact : begun_) ++touches_[contact.pair.i], ++touches_[contact.pair.j];
-    const auto alone = [&](Pair pair) { return touches_[pair.i] == 1 && touches_[pair.j] == 1; };
-    for (GrainContact& contact : begun_) contact.alone = alone(contact.pair);
-    for (GrainContact& contact : contacts) contact.alone = contact.alone && alone(contact.pair);
-    open_.resize(contacts.size() + begun_.size());
-    std::ranges::merge(contacts, begun_, open_.begin(), {}, &GrainContact::pair, &GrainContact::pair);
-    contacts.swap(open_);
-    record.begun.insert(record.begun.end(), begun_.begin(), begun_.end());
+    for (const Open& one : begun_) ++felt_[one.slots.i].touches, ++felt_[one.slots.j].touches;
+    const auto alone = [&](Pair slots) { return felt_[slots.i].touches == 1 && felt_[slots.j].touches == 1; };
+    for (Open& one : begun_) one.contact.alone = alone(one.slots);
+    for (Open& one : open_) one.contact.alone = one.contact.alone && alone(one.slots);
+    std::ranges::sort(begun_, {}, [](const Open& one) { return one.contact.pair; });
+    for (const Open& one : begun_) record.begun.push_back(one.contact);
+    std::ranges::sort(begun_, {}, &Open::slots);
+    sorted_.resize(open_.size() + begun_.size());
+    std::ranges::merge(open_, begun_, sorted_.begin(), {}, &Open::slots, &Open::slots);
+    open_.swap(sorted_);
   }
 
-  Law law_;
-  double dt_ = 0, speed_ = 0, largest_held_ = 0;
-  int steps_ = 0, touching_ = 0, count_ = 0;
-  std::vector<Pair> near_;
-  std::vector<std::vector<Pair>> due_;  ///< by step: apart, to be looked at then
-  std::vector<int> touches_;            ///< of a grain, [N]
-  std::vector<double> held_;            ///< forces of all else on the grains, [N * d]
-  std::vector<Felt> felt_;              ///< by grains, [N], of those of pairs that are computed
-  std::vector<GrainContact> begun_, open_;
+  static constexpr double rounding = 1e-9;  ///< more than that of places, less than what matters
 
-  // Of the pairs that are computed in a step: those in contact in ascending order, then those that may come to it.
+  Law law_;
+  double dt_ = 0, fastest_ = 0, speed_ = 0, acceleration_ = 0, widest_ = 0, lightest_ = 0;
+  int steps_ = 0, touching_ = 0, count_ = 0;
+  CellOrder<d> cells_;
+  NearestImage<d> nearest_{Box<d>{}};
+  std::span<const int> particle_, slot_;  ///< by slot, by particle
+  std::vector<int> same_;
+  // By slot, [N].
+  std::vector<Grain> grains_;
+  std::vector<std::array<double, d>> held_;  ///< forces of all else; empty: none
+  std::vector<Felt> felt_;                   ///< forces of those of pairs that are computed
+
+  std::vector<std::vector<Pair>> due_;  ///< by step: pairs of slots that are apart, to be looked at then
+  std::vector<Pair> near_, meeting_;
+  std::vector<double> apart_for_;
+  std::vector<int> first_;
+  std::vector<Open> open_, begun_, sorted_;
+
+  // Of the pairs of slots that are computed in a step: those in contact in ascending order, then those that may come
+  // to it.
   std::vector<Pair> pair_;
-  Column reach_, mass_, scale_, lower_, higher_;  ///< mass: reduced; lower, higher: 1 / mass of the two
-  Column age_, overlap_, stored_, push_;          ///< age below 0: they do not touch
-  VectorColumn<d> apart_, velocity_, force_;      ///< force: on the higher, at the start of the step
-  VectorColumn<d> outside_, halfway_force_;       ///< outside: acceleration by others, at the start
-  VectorColumn<d> impulse_, shift_;               ///< on the higher; shift: what it moves by, times its mass
-  Column dissipated_, touched_, impact_speed_;
+  Table table_;
+  Column reach_{table_}, mass_{table_}, scale_{table_};    ///< mass: reduced
+  Column lower_{table_}, higher_{table_};                  ///< 1 / mass of the two
+  Column age_{table_}, overlap_{table_}, stored_{table_};  ///< age below 0: they do not touch
+  VectorColumn<d> apart_{table_}, velocity_{table_},
+      force_{table_};                                        ///< force: on the higher, at the start of the step
+  VectorColumn<d> outside_{table_}, halfway_force_{table_};  ///< outside: acceleration by others, at the start
+  VectorColumn<d> impulse_{table_}, shift_{table_};          ///< on the higher; shift: what it moves by, times its mass
+  Column dissipated_{table_}, touched_{table_}, impact_speed_{table_};
 };
 
 }  // namespace

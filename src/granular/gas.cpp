@@ -20,8 +20,21 @@ int threads_for(const Scene& scene) {
   return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-/// How far the fastest grain flies while contacts are followed with the same list of pairs, in diameters.
-constexpr double a_while = 0.08;
+/// How far the fastest grain flies from one search for grains that may touch to the next, in diameters: a longer way
+/// brings more of them within reach.
+constexpr double way_a_search = 0.2;
+/// Fewer steps of contacts take the pairs of a list, which is kept while grains move, and look at those that are near
+/// as often as the fastest flies this way.
+constexpr int steps_worth_sorting = 6;
+constexpr double way_a_look = 0.08;
+
+/// How far grains may come while nobody comes near two images of another.
+double longest_travel(const Bodies& bodies) {
+  double shortest = INFINITY;
+  for (int k = 0; k < bodies.dimension; ++k)
+    if (bodies.box.periodic(k)) shortest = std::min(shortest, bodies.box.lengths[k]);
+  return 0.25 * shortest - *std::ranges::max_element(bodies.radius);
+}
 
 double work(std::span<const double> force, std::span<const double> from, std::span<const double> to) {
   double sum = 0;
@@ -109,12 +122,16 @@ std::span<const Pair> Gas::near(double dt, double gain) {
   try {
     return list_.pairs(model_.bodies, travel, *team_);
   } catch (const InputError&) {  // farther than lists of pairs go in the box
-    throw Failure(fmt::format(
-        "{}: from t = {:.6g} t0 on a grain may come {:.3g} d0 far within a step of {:.3g} t0, with a speed of up to "
-        "{:.3g} v0 and up to {:.3g} v0 more by what acts on it, too far for the box: a shorter mechanics.step, smaller "
-        "charges, a smaller effects.coulomb.strength or a larger domain.size is needed",
-        scene_.path, time_, travel, dt, fastest(), gain));
+    refuse_travel(dt, gain);
   }
+}
+
+void Gas::refuse_travel(double dt, double gain) const {
+  throw Failure(fmt::format(
+      "{}: from t = {:.6g} t0 on a grain may come {:.3g} d0 far within a step of {:.3g} t0, with a speed of up to "
+      "{:.3g} v0 and up to {:.3g} v0 more by what acts on it, too far for the box: a shorter mechanics.step, smaller "
+      "charges, a smaller effects.coulomb.strength or a larger domain.size is needed",
+      scene_.path, time_, 2 * (fastest() + gain) * dt, dt, fastest(), gain));
 }
 
 ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
@@ -126,11 +143,20 @@ double Gas::fastest_impact() const { return std::max(2 * fastest(), fastest_rele
 
 ContactRecord Gas::advance_contacts(const std::vector<double>& held, double dt, int times, double gain) {
   ContactRecord all{.time = time_ + dt, .dt = dt};
-  const double step = dt / times;
+  const double step = dt / times, room = 0.5 * longest_travel(model_.bodies);
   for (int done = 0, count = 0; done < times; done += count) {
-    // Grains farther apart than they come in a while need not be looked at in each of its steps.
-    count = static_cast<int>(std::clamp(a_while / ((fastest() + gain) * step), 1.0, static_cast<double>(times - done)));
-    const std::span<const Pair> pairs = near(count * step, gain);
+    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+    const double path = (fastest() + gain) * step;
+    if (path > room) refuse_travel(step, gain);
+    const auto steps_within = [&](double way) {
+      return static_cast<int>(std::clamp(std::min(way, room) / path, 1.0, static_cast<double>(times - done)));
+    };
+    count = steps_within(way_a_search);
+    NearPairs pairs;
+    if (count < steps_worth_sorting) {
+      count = steps_within(way_a_look);
+      pairs = near(count * step, gain);
+    }
     const Stopwatch stopwatch(seconds_.contacts);
     auto [record, stored_before, stored_after] = contact_motion_->advance(
         model_.bodies, contacts_, pairs, held, time_ + done * step, count * step, count, *team_);

@@ -89,6 +89,7 @@ class Gas {
 
  private:
   ContactRecord advance_contacts(const std::vector<double>& held, double dt, int times, double gain);
+  [[noreturn]] void refuse_travel(double dt, double gain) const;
   void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.

@@ -53,12 +53,11 @@ class PairMotion {
   using Step = PairStep<d, Real>;
   using Mask = Which<Real>;
 
-  LICHTENBERG_HOST_DEVICE PairMotion(const Law& law, const Real& reach, const Real& mass,
-                                     const Outside<d, Real>& outside)
+  PairMotion(const Law& law, const Real& reach, const Real& mass, const Outside<d, Real>& outside)
       : law_(law), reach_(reach), acceleration_a_force_(1.0 / mass), outside_(outside) {}
 
   /// A step of length dt of a pair that touched `age` ago, or that is apart and may touch.
-  LICHTENBERG_HOST_DEVICE Step over(const State& start, const Mask& touching, const Real& age, double dt) const {
+  Step over(const State& start, const Mask& touching, const Real& age, double dt) const {
     Begun begun = begin(start, touching, age, dt);
     const Mask lets_go = go_on(begun, dt);
     if (any(lets_go)) {
@@ -77,7 +76,7 @@ class PairMotion {
     Mask moves;  ///< not: it is apart throughout the step
   };
   /// Up to the beginning of the contact.
-  LICHTENBERG_HOST_DEVICE Begun begin(const State& start, const Mask& touching, const Real& age, double dt) const {
+  Begun begin(const State& start, const Mask& touching, const Real& age, double dt) const {
     Begun begun{.step = {.end = start}, .from = 0, .age = age, .moves = touching};
     if (!any(!touching)) return begun;
     const Real t = time_of_touch(start, dt);
@@ -93,7 +92,7 @@ class PairMotion {
 
   /// And on to the end of the step. True where the force ends within, and nothing has changed: the formula for smooth
   /// forces would smear the kink.
-  LICHTENBERG_HOST_DEVICE Mask go_on(Begun& begun, double dt) const {
+  Mask go_on(Begun& begun, double dt) const {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
     const Load first = load(begun.step.end);
@@ -109,7 +108,7 @@ class PairMotion {
 
   /// To the end of the step with a force that ends within: advances to the instant at which it does, by regula falsi,
   /// and follows the pair that pushes no more.
-  LICHTENBERG_HOST_DEVICE Step let_go_within(const Begun& begun, double dt) const {
+  Step let_go_within(const Begun& begun, double dt) const {
     const Load first = load(begun.step.end);
     const auto pressed = [&](const Real& end) {
       Step step = begun.step;
@@ -134,7 +133,7 @@ class PairMotion {
   }
 
   /// On the second of a pair; zero on those that do not touch.
-  LICHTENBERG_HOST_DEVICE V force(const State& s) const {
+  V force(const State& s) const {
     using std::sqrt;
     const Real distance = sqrt(norm2(s.apart)), over = 1.0 / distance, speed = -over * dot(s.apart, s.velocity);
     const ContactPush<Real> push = law_(overlap(distance));
@@ -144,7 +143,7 @@ class PairMotion {
 
  private:
   /// From `begin` to `end` within the step, without contact.
-  LICHTENBERG_HOST_DEVICE State flown(const State& s, const Real& begin, const Real& end) const {
+  State flown(const State& s, const Real& begin, const Real& end) const {
     const Real t = end - begin;
     const V then = outside_.velocity(begin);
     return {s.apart + t * (s.velocity - then) + (outside_.path(end) - outside_.path(begin)),
@@ -153,7 +152,7 @@ class PairMotion {
 
   /// The first instant at which the pair is `reach_` apart; infinite if there is none up to dt. Straight flight gives
   /// it in closed form; Newton's steps then take account of what bends it.
-  LICHTENBERG_HOST_DEVICE Real time_of_touch(const State& s, double dt) const {
+  Real time_of_touch(const State& s, double dt) const {
     using std::sqrt;
     const Real b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
     const auto beyond = [&](const State& then) { return norm2(then.apart) - reach_ * reach_; };
@@ -175,7 +174,7 @@ class PairMotion {
   }
 
   /// Of pairs that push no more: follows those up to `end` that would not push again.
-  LICHTENBERG_HOST_DEVICE Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
+  Mask let_go(Step& step, const Mask& which, const Real& begin, const Real& end) const {
     const State then = flown(step.end, begin, end);
     const Mask gone = which && !(unclamped(then) > 0);
     step.dissipated += chosen<Real>(gone, stored(step.end) - stored(then), 0);
@@ -184,10 +183,10 @@ class PairMotion {
   }
 
   /// The repulsive force; below 0 where the damping would have it attract, and the contact lets go.
-  LICHTENBERG_HOST_DEVICE Real unclamped(const State& s) const { return load(s).unclamped; }
+  Real unclamped(const State& s) const { return load(s).unclamped; }
   /// Not below 0: where surfaces part or meet, rounding may put them on either side.
-  LICHTENBERG_HOST_DEVICE Real overlap(const Real& distance) const { return not_below<Real>(reach_ - distance, 0); }
-  LICHTENBERG_HOST_DEVICE Real stored(const State& s) const {
+  Real overlap(const Real& distance) const { return not_below<Real>(reach_ - distance, 0); }
+  Real stored(const State& s) const {
     using std::sqrt;
     return law_(overlap(sqrt(norm2(s.apart)))).stored;
   }
@@ -197,7 +196,7 @@ class PairMotion {
     V acceleration;
     Real dissipation, unclamped;
   };
-  LICHTENBERG_HOST_DEVICE Load load(const State& s) const {
+  Load load(const State& s) const {
     using std::sqrt;
     const Real distance = sqrt(norm2(s.apart)), over = 1.0 / distance, speed = -over * dot(s.apart, s.velocity);
     const ContactPush<Real> push = law_(overlap(distance));
@@ -207,12 +206,11 @@ class PairMotion {
 
   // Polynomials: coefficients by powers of s = sigma - sigma(begin).
   template <class Value>
-  LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h, const Real& over_h) {
+  static std::array<Value, 2> line(const Value& at_0, const Value& at_h, const Real& over_h) {
     return {at_0, over_h * (at_h - at_0)};
   }
   template <class Value>
-  LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
-                                                               const Value& at_h, const Real& over_h) {
+  static std::array<Value, 3> parabola(const Value& at_0, const Value& middle, const Value& at_h, const Real& over_h) {
     const Real four = 4, three = 3, two = 2;
     return {at_0, over_h * (four * middle - three * at_0 - at_h),
             (two * over_h * over_h) * (at_0 - two * middle + at_h)};
@@ -220,14 +218,14 @@ class PairMotion {
 
   /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and that integral's.
   template <class Value, std::size_t n>
-  LICHTENBERG_HOST_DEVICE static Value once(const std::array<Value, n>& c, const Real& from, const Real& s) {
+  static Value once(const std::array<Value, n>& c, const Real& from, const Real& s) {
     Value sum = (s * (2.0 * from + s)) * c[0];
     if constexpr (n > 1) sum += (s * s * (from + (2.0 / 3) * s)) * c[1];
     if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
     return sum;
   }
   template <class Value, std::size_t n>
-  LICHTENBERG_HOST_DEVICE static Value twice(const std::array<Value, n>& c, const Real& from, const Real& s) {
+  static Value twice(const std::array<Value, n>& c, const Real& from, const Real& s) {
     const Real s2 = s * s, f2 = from * from, fs = from * s;
     Value sum = (s2 * (2.0 * f2 + 2.0 * fs + 0.5 * s2)) * c[0];
     if constexpr (n > 1) sum += (s2 * s * ((2.0 / 3) * f2 + (5.0 / 6) * fs + (4.0 / 15) * s2)) * c[1];
@@ -238,8 +236,7 @@ class PairMotion {
   /// One step in sigma from `begin` to `end`, with the load at `begin`: four evaluations, as in the classical
   /// Runge-Kutta method, but the path follows from the accelerations by integrating polynomials in sigma, so that just
   /// after touch, where the overlap is of second order in sigma, it has a small relative error in each stage.
-  LICHTENBERG_HOST_DEVICE void press(Step& step, const Load& first, const Real& age, const Real& begin,
-                                     const Real& end) const {
+  void press(Step& step, const Load& first, const Real& age, const Real& begin, const Real& end) const {
     using std::sqrt;
     const Mask longer = end > begin;
     if (!any(longer)) return;

@@ -7,13 +7,13 @@
 // Random scene files through the command line: random_gas_scenes.py.
 
 #include <cstdlib>
-#include <random>
 
 #include "solvers/neighbours/pairs.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
+#include "solvers/random.hpp"
 #include "src/effects/coulomb.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "tests/grains.hpp"
@@ -26,19 +26,20 @@ namespace {
 
 class Dice {
  public:
-  explicit Dice(std::uint64_t seed) : random_(seed) {}
-  double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
+  explicit Dice(std::uint64_t seed) : random_({.seed = seed, .purpose = RandomPurpose::population}) {}
+  double uniform(double from, double to) { return random_.uniform(from, to); }
   double decades(double from, double to) { return std::pow(10.0, uniform(from, to)); }
-  int whole(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random_); }
+  int whole(int from, int to) { return from + static_cast<int>(random_.uniform() * (to - from + 1.0)); }
   bool chance(double p) { return uniform(0, 1) < p; }
-  double normal() { return std::normal_distribution<double>()(random_); }
+  double normal() { return random_.normal(); }
   Vec3 direction() {
-    const Vec3 v = {normal(), normal(), normal()};
+    Vec3 v;
+    for (int k = 0; k < 3; ++k) v[k] = normal();
     return (1 / norm(v)) * v;
   }
 
  private:
-  std::mt19937_64 random_;
+  Random random_;
 };
 
 /// Charges in a box, none nearer to another than 1.

@@ -49,14 +49,14 @@ Fields homogeneous(const Grid& grid);
 
 /// How `evolve` goes.
 struct Course {
-  double tolerance = 1e-5;                 ///< of a step
-  std::function<void(double tau)> at = {}; ///< told every time at which rates are asked for, to show how far it is
+  double tolerance = 1e-5;                  ///< of a step
+  std::function<void(double tau)> at = {};  ///< told every time at which rates are asked for, to show how far it is
 };
 
-/// The fields at these times tau (rising, >= 0). Velocities are relative to the gas as a whole: at the start its mean is
-/// taken off. Sums of density, charge and momentum stay to rounding, T is positive whatever happens, n as long as it is
-/// resolved. The same bits for any number of threads. Throws InputError for a grid or fields that cannot be, Failure if a
-/// step cannot reach its tolerance.
+/// The fields at these times tau (rising, >= 0). Velocities are relative to the gas as a whole: at the start its mean
+/// is taken off. Sums of density, charge and momentum stay to rounding, T is positive whatever happens, n as long as it
+/// is resolved. The same bits for any number of threads. Throws InputError for a grid or fields that cannot be, Failure
+/// if a step cannot reach its tolerance.
 std::vector<Fields> evolve(const Gas& gas, const Grid& grid, const Fields& start, std::span<const double> times,
                            const Course& course = {}, parallel::Team& team = parallel::Team::single());
 

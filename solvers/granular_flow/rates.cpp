@@ -33,8 +33,8 @@ constexpr int reach = 3;  // cells on either side of a face that its flow depend
   return std::clamp(at_face(a, b, c, d, e), c - std::numbers::ln2, c + std::numbers::ln2);
 }
 
-/// Of a line of cells, at the faces after them: from below by the first five of six cells around, from above by the last
-/// five. at[k][i]: cell k of the six around face i. A loop that compilers make vectors of.
+/// Of a line of cells, at the faces after them: from below by the first five of six cells around, from above by the
+/// last five. at[k][i]: cell k of the six around face i. A loop that compilers make vectors of.
 template <class AtFace>
 void find_line(const std::array<const double*, 6>& at, int cells, const AtFace& found, double* __restrict below,
                double* __restrict above) {
@@ -175,13 +175,14 @@ void Rates::find_sides(int which, std::size_t first, int axis) {
   std::array<const double*, 2 * reach> at;
   std::vector<double> line;  // continued around the box
   if (axis + 1 == grid_.dimension)
-    for (int x = 1 - reach; x < grid_.cells + reach; ++x)
-      line.push_back(of[first + (x + grid_.cells) % grid_.cells]);
-  for (int k = 0; k < 2 * reach; ++k)
-    at[k] = line.empty() ? &of[neighbour(first, axis, k + 1 - reach)] : &line[k];
+    for (int x = 1 - reach; x < grid_.cells + reach; ++x) line.push_back(of[first + (x + grid_.cells) % grid_.cells]);
+  for (int k = 0; k < 2 * reach; ++k) at[k] = line.empty() ? &of[neighbour(first, axis, k + 1 - reach)] : &line[k];
   double *below = &below_[which * size_ + first], *above = &above_[which * size_ + first];
-  if (which > 1) return find_line(at, grid_.cells, [](auto... value) { return at_face(value...); }, below, above);
-  find_line(at, grid_.cells, [](auto... value) { return log_at_face(value...); }, below, above);
+  if (which > 1)
+    return find_line(
+        at, grid_.cells, [](auto... value) { return at_face(value...); }, below, above);
+  find_line(
+      at, grid_.cells, [](auto... value) { return log_at_face(value...); }, below, above);
   for (int i = 0; i < grid_.cells; ++i) below[i] = std::exp(below[i]), above[i] = std::exp(above[i]);
 }
 

@@ -130,12 +130,13 @@ def claim(what, source, published, ours, verdict=None, note=""):
     allow, and agree if not and both together are within UNDECIDED of the published value; the verdict says how much
     that is. A verdict that is given must come from what is found, too. note: why they differ, dropped if they agree.
     """
-    verdict = verdict or _agreement(published, ours)
+    verdict = verdict or agreement(published, ours)
     return {"claim": what, "source": source, "published": published, "ours": ours, "verdict": verdict,
             "note": "" if verdict.startswith("agrees") else note}
 
 
-def _agreement(published, ours):
+def agreement(published, ours):
+    """The verdict on two numbers, of which one at least has an interval."""
     (theirs, allowed), (found, uncertain) = (pair if isinstance(pair, (tuple, list)) else (pair, 0)
                                              for pair in (published, ours))
     if not allowed and not uncertain:

@@ -110,7 +110,7 @@ REPULSIONS = (0, 0.01, 0.1, 1)
 def walking(full, z):
     """W: G 3.5a, 3.6 to 3.8. z = 0 in the source can only mean charges of 0: a density exp(-|q|^z) has ever heavier tails."""
     drawn = f'charge = 0.25\ncharge_distribution = "exponential-power"\ncharge_exponent = {z:g}' if z else ""
-    return Gas(f"walk-{z:g}", 8516 if full else 1000, 150, 8 if full else 3, every=5, population=drawn,
+    return Gas(f"walk-{z:g}", 8516 if full else 1000, 150, 8 if full else 3, every=1, population=drawn,
                effects=(random_walk(0.3) + "\ncapacity = 1", coulomb(1)), device=False, pictured=True)
 
 
@@ -126,7 +126,7 @@ FILLINGS = {0.013: 8516, 0.03: 19652, 0.076: 50016, 0.137: 89746}  # grains in a
 def fractal(full, filling=0.076, strength=1):
     """F: G 5.1, 5.3 to 5.8; in the small set in a box of half the grains of 4.x."""
     count = FILLINGS[filling] if full else round(FILLINGS[filling] / 11.75)
-    return Gas(f"fractal-{filling:g}-{strength:g}", count, 1000 if full else 300, 8 if full else 2,
+    return Gas(f"fractal-{filling:g}-{strength:g}", count, 1000 if full else 300, 8 if full else 3,
                filled=FILLINGS[filling] * math.pi / 6 / 70**3, effects=(impacts(0.8), coulomb(strength)),
                pictured=filling == 0.076 and strength == 1)
 

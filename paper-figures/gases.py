@@ -17,6 +17,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from matplotlib.ticker import NullFormatter
 
 import figures
 from ensembles import student_factor
@@ -132,15 +133,27 @@ def exponent(courses_of, name, first, last, notes=False):
     return float(middle[0]), float(half[0])
 
 
-def draw_mean(axes, courses_of, name, colour, label, notes=False, factor=1.0, first=0.0):
+def draw_mean(axes, courses_of, name, colour, label, notes=False, factor=1.0, first=0.0, style="-"):
     """Mean over seeds as a line, its interval as a band; from `first` on."""
     time, middle, half = over_seeds(courses_of, name, notes)
     shown = (time > first) & np.isfinite(middle)
-    axes.plot(time[shown], factor * middle[shown], color=colour, linewidth=1.2, label=label)
+    axes.plot(time[shown], factor * middle[shown], style, color=colour, linewidth=1.2, label=label)
     if np.isfinite(half[shown]).any():
-        low = np.maximum(middle - half, 0.02 * middle)  # a logarithmic axis has no place for less
-        axes.fill_between(time[shown], factor * low[shown], factor * (middle + half)[shown], color=colour, alpha=0.2,
-                          linewidth=0)
+        draw_band(axes, time[shown], factor * middle[shown], factor * half[shown], colour)
+
+
+def draw_band(axes, time, middle, half, colour):
+    """Of what is above zero by as large a factor down as up: a logarithmic axis has no place for less than nothing."""
+    with np.errstate(all="ignore"):
+        low = np.where(middle > 0, middle / (1 + half / middle), middle - half)
+    axes.fill_between(time, low, middle + half, color=colour, alpha=0.2, linewidth=0)
+
+
+def plain_ticks(*panels):
+    """No numbers between powers of ten, where they run into each other."""
+    for axes in panels:
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def theory(program, *arguments):
@@ -165,6 +178,26 @@ TIME = "time after the warm-up ($t_0$)"
 def number(value):
     """The pair (number, half width) of a row, of which the interval may be missing."""
     return [float(value[0]), float(value[1])]
+
+
+def of_seeds(values):
+    """(mean, half width of its 95 % interval) of one number a seed."""
+    middle, half = mean(np.array(values, float)[:, None])
+    return float(middle[0]), float(half[0])
+
+
+def all_in_words(values):
+    return ", ".join(map(in_words, values))
+
+
+def apart(one, other):
+    """Whether two pairs (number, half width) differ by more than both intervals allow."""
+    return abs(one[0] - other[0]) > math.hypot(one[1], other[1])
+
+
+def rises(pairs):
+    """Whether each is larger than the one before, by more than the intervals allow from the first to the last."""
+    return all(a[0] < b[0] for a, b in zip(pairs, pairs[1:])) and apart(pairs[0], pairs[-1])
 
 
 def in_words(value, unit=""):

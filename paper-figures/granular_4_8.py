@@ -23,17 +23,19 @@ def main():
         grains = Grains(found[0].result, gas.warm, time)
         speed = np.linalg.norm(grains.velocity - grains.velocity.mean(axis=0), axis=1)
         panel.plot(speed / np.sqrt((speed**2).mean()), grains.charge / np.sqrt((grains.charge**2).mean()), ".", color=colour,
-                   markersize=1, alpha=0.4, markeredgewidth=0)
+                   markersize=2, alpha=0.5, markeredgewidth=0)
         panel.axvspan(FAST, 5, color="#8c8c8c", alpha=0.12, linewidth=0)
         panel.set(xlim=(0, 5), ylim=(-5, 5), xlabel=r"$v / \langle v^2 \rangle^{1/2}$")
-        panel.set_title(f"t = {time}", fontsize=9)
+        panel.set_title(f"({'abc'[TIMES.index(time)]}) t = {time}", fontsize=9)
         middle, half = mean([course.at("charge_by_speed", time) for course in found])
-        axes[3].errorbar(bins, middle, yerr=np.where(np.isfinite(half), half, 0), color=colour, marker="o", markersize=2.5,
+        known = half < 0.6  # what fewer grains say is left out
+        axes[3].errorbar(bins[known], middle[known], yerr=half[known], color=colour, marker="o", markersize=2.5,
                          linewidth=0.8, label=f"t = {time}")
     axes[0].set_ylabel(r"$q / \langle q^2 \rangle^{1/2}$")
     axes[3].axhline(1, color="#8c8c8c", linestyle=":", linewidth=1)
     axes[3].set(xlim=(0, 4), ylim=(0, 2.5), xlabel=r"$v / \langle v^2 \rangle^{1/2}$")
     axes[3].set_ylabel(r"$\langle q^2 | v\rangle / \langle q^2 \rangle$")
+    axes[3].set_title("(d)", fontsize=9)
     axes[3].legend(frameon=False, fontsize=7)
     save(figure, "granular_4_8")
     fast = [mean(np.array([[np.nanmean(course.at("charge_by_speed", time)[bins > FAST])] for course in found])) for time in TIMES]

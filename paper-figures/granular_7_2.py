@@ -6,7 +6,7 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, TIME, courses, draw_mean, in_words, mean, requested
+from gases import COLOURS, TIME, all_in_words, apart, courses, draw_mean, mean, requested
 
 LATE = 200  # t0, from which on G compares
 
@@ -17,12 +17,12 @@ def late(found, name):
 
 
 def compared(found, name, gases):
-    """Ratio to A = 0 of the two others, with half widths over seeds."""
-    none = late(found[gases[0].name], name)
+    """Ratio to A = 0 of the two others, with half widths over seeds of both."""
+    (none,), (off,) = mean(late(found[gases[0].name], name)[:, None])
     ratios = []
     for a in gas_scenes.POLARIZABILITIES[1:]:
-        middle, half = mean((late(found[gases[a].name], name) / none.mean())[:, None])
-        ratios.append((float(middle[0]), float(half[0])))
+        (middle,), (half,) = mean(late(found[gases[a].name], name)[:, None])
+        ratios.append((float(middle / none), float(np.hypot(half, off * middle / none) / none)))
     return ratios
 
 
@@ -43,14 +43,17 @@ def main():
     save(figure, "granular_7_2")
     dimension = compared(found, "bound_fractal_dimension", gases)
     size = compared(found, "mean_bound_cluster", gases)
-    drop = dimension[1][0] + (dimension[1][1] if np.isfinite(dimension[1][1]) else 0)
     save_claims("granular_7_2", [
         claim(f"D_f from t = {LATE} on over that of A = 0, A = .005, .075, clusters of six and more", "G 7.2",
-              "none; -2 % without clusters of 5 and less, -8 to -9 % with", ", ".join(map(in_words, dimension)),
-              "a drop" if drop < 1 else "no drop seen", "intervals of few seeds and 1500 grains are as wide as the drop"),
+              "none; -2 % without clusters of 5 and less, -8 to -9 % with", all_in_words(dimension), verdict(dimension[1]),
+              "as wide as the drop itself are the intervals of few seeds and 1500 grains"),
         claim(f"<m> from t = {LATE} on over that of A = 0, A = .005, .075", "G 7.3", "grows with A",
-              ", ".join(map(in_words, size)), "grows" if size[1][0] - (size[1][1] if np.isfinite(size[1][1]) else 0) > 1
-              else "no growth seen", "one run each in the source, too")])
+              all_in_words(size), verdict(size[1]), "one run each in the source")])
+
+
+def verdict(ratio):
+    """Whether it is below or above 1 by more than its interval."""
+    return "undecided" if not apart(ratio, (1, 0)) else "falls" if ratio[0] < 1 else "grows"
 
 
 if __name__ == "__main__":

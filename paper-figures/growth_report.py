@@ -123,6 +123,12 @@ def stored_course(point, quantity):
     return tuple(np.array([float(row[name]) for row in rows]) for name in ("time", quantity, quantity + "_half"))
 
 
+def condition_exponents():
+    """{condition: (exponent of the number mean of bound aggregates at one stage, half width)} of growth_conditions.csv."""
+    with open(CONDITIONS) as file:
+        return {row["point"]: (float(row["exponent"]), float(row["exponent_half"])) for row in csv.DictReader(file)}
+
+
 def print_exponents():
     for key, (value, half, seeds) in stored_exponents().items():
         print(*key, f"{value:.2f} ± {half:.2f} ({seeds} seeds)")

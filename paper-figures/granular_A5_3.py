@@ -33,7 +33,8 @@ def main():
             limits = {"vmin": -reach, "vmax": reach} if name == "charge" else {}
             image = axes.imshow(fields[name], origin="lower", extent=(0, length, 0, length), cmap=colours, **limits)
             figure.colorbar(image, ax=axes, shrink=0.8)
-            axes.set_title(f"{words}\n{title}", fontsize=7)
+            axes.set_title(f"{words}\n{title.replace('t_0', '$t_0$')}", fontsize=7)
+            axes.set(xlabel="$x$ ($l_0$)", ylabel="$y$ ($l_0$)")
     save(figure, "granular_A5_3")
     last = pictures[-1][2]
     weak = np.abs(last["charge"]) < np.quantile(np.abs(last["charge"]), 0.25)

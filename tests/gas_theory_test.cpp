@@ -181,6 +181,35 @@ TEST_CASE("the source's own parameters, and stability") {
   CHECK(contains(run_program(folder, "theory restitution").out, "0.330835"));
 }
 
+TEST_CASE("the barrier of grains that repel each other is fitted to a run, or none is where none shows") {
+  const Folder folder;
+  const std::string repelling =
+      replaced(replaced(replaced(replaced(scene(), "[effects.charge_exchange]\n", ""), "[effects.viscoelastic_contact]",
+                                 "[effects.linear_contact]\nstiffness = 1000\nrestitution = 0.8"),
+                        "temperature = 1\n", "temperature = 1\ncharge = 1\n"),
+               "[[stage]]\nduration = 0.5\ntemperature = 2\n", "") +
+      "[mechanics]\nstep = 0.02\n";
+  folder.write("strong.toml",
+               replaced(replaced(repelling, "strength = 3", "strength = 0.5"), "time = 1.5", "time = 40"));
+  folder.write("weak.toml", replaced(repelling, "strength = 3", "strength = 1e-4"));
+  for (const std::string name : {"strong", "weak"}) {
+    const Ended run = run_program(folder, "run " + name + ".toml --quiet");
+    REQUIRE_MESSAGE(run.status == 0, run.err);
+    const Ended ended = run_program(folder, "theory monopolar " + name + ".h5 --json " + name + ".json");
+    REQUIRE_MESSAGE(ended.status == 0, ended.err);
+    CHECK(contains(ended.out, "none from 1e-4 U to 10 U fits") == (name == "weak"));
+  }
+  const json strong = read_json(folder, "strong.json"), weak = read_json(folder, "weak.json");
+  // Neighbours on all sides push, too: U is below that of a pair (Scheffler and Wolf 2002).
+  CHECK(figure(strong, "fitted_barrier") > 0.05 * 0.5);
+  CHECK(figure(strong, "fitted_barrier") < 0.5);
+  const auto fitted = [](const json& answer) { return answer["tables"][0]["columns"].contains("temperature_fitted"); };
+  CHECK(fitted(strong));
+  CHECK_FALSE(fitted(weak));  // no curve of nothing
+  for (const json& f : weak["figures"])
+    if (f["name"] == "fitted_barrier") CHECK(f["value"].is_null());
+}
+
 TEST_CASE("what is read, results and what is no plain file are never written over") {
   const Folder folder;
   folder.write("gas.toml", scene());

@@ -1,4 +1,5 @@
 #include <Eigen/Core>
+#include <optional>
 
 #include "solvers/laplace/cutcell/operator.hpp"
 #include "solvers/laplace/cutcell/sparse_factors.hpp"
@@ -97,12 +98,19 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
     residual[pair.b] += pair.conductance * x_group[pair.a];
     entries.push_back({std::max(pair.a, pair.b), std::min(pair.a, pair.b), -pair.conductance});
   }
-  const SparseFactors factors(static_cast<int>(groups_), entries);
+  // Mostly no floating group has a direct link to another, and each stands alone.
+  std::optional<SparseFactors> factors;
+  if (!pairs_.empty()) factors.emplace(static_cast<int>(groups_), entries);
+  const auto solve_groups = [&](std::vector<double> flux) {
+    if (factors) return factors->solve(flux);
+    for (std::size_t g = 0; g < groups_; ++g) flux[g] /= entries[g].value;
+    return flux;
+  };
 
   const Ground ground = links_to_ground(problem, *level_, scale, x);
-  std::vector<double> shift = factors.solve(residual);
+  std::vector<double> shift = solve_groups(residual);
   if (ground.conductance > 0) {
-    const std::vector<double> grounded = factors.solve(ground.of_group);
+    const std::vector<double> grounded = solve_groups(ground.of_group);
     const double level =
         (charge + ground.flux - dot(ground.of_group, shift)) / (ground.conductance - dot(ground.of_group, grounded));
     shift_cells(level, x);

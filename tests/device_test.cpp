@@ -7,7 +7,7 @@
 #include <map>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/device/device.hpp"
+#include "solvers/laplace/cutcell/device/cutcell.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
@@ -17,6 +17,20 @@
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
+
+namespace {
+
+struct Cramped : parallel::HostExecutor {
+  std::size_t room() const { return 1 << 20; }
+};
+
+}  // namespace
+
+template <>
+struct device::PetscSide<Cramped> {
+  static constexpr const char *vector_type = VECSEQ, *method = "cg_of_the_cramped";
+  static std::unique_ptr<Cramped> make() { return std::make_unique<Cramped>(); }
+};
 
 namespace {
 
@@ -104,9 +118,16 @@ struct Discretized {
   Discretized(const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
-    grid.build(on_device.view(), false, nullptr);
+    do {  // until there is room for all
+      grid.enlarge(wanted);
+      grid.make_room(on_device.view(), false, number.data(), wanted.data());
+      grid.outline(on_device.view(), nullptr);
+      grid.build(on_device.view());
+    } while (!grid.fits(wanted));
   }
+  int number_of(device::Of::Kind kind) const { return number[kind]; }
   parallel::HostExecutor run;
+  device::Numbers number{}, wanted{};
   device::DeviceProblem<parallel::HostExecutor> on_device;
   device::DeviceGrid<parallel::HostExecutor> grid;
 };
@@ -130,14 +151,14 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
         different += body_at(view.cover[slot]) != body_at(level.cover[slot]);
       CHECK(different == 0);
-      CHECK(device.grid.fluid_cells() == level.fluid_cells);
+      CHECK(device.grid.fluid_cells(device.number) == level.fluid_cells);
 
       // Both compute each link with the same functions of the same arguments.
-      REQUIRE(view.links == static_cast<int>(level.links.size()));
+      REQUIRE(device.number_of(device::Of::links) == static_cast<int>(level.links.size()));
       std::map<std::pair<std::ptrdiff_t, int>, std::multimap<double, Vec2>> expected;
       for (const FluidLink& link : level.links)
         expected[{link.cell, link.body}].insert({link.conductance, link.gradient});
-      for (int m = 0; m < view.links; ++m) {
+      for (int m = 0; m < device.number_of(device::Of::links); ++m) {
         auto& links = expected[{view.link_slot[m], view.link_end[m].body()}];
         const auto [first, last] = links.equal_range(view.conductance[m]);
         // gradients: rounding of a few terms that may cancel, each at most conductance squared
@@ -149,7 +170,7 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
         links.erase(found);
       }
       double worst = 0;
-      for (int k = 0; k < view.boundary; ++k) {
+      for (int k = 0; k < device.number_of(device::Of::boundary); ++k) {
         const double exact = level.diagonal[view.boundary_slot[k]];
         worst = std::max(worst, std::abs(view.boundary_diagonal[k] - exact) / exact);
       }
@@ -164,11 +185,11 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       // Each pair is a direct link of either body, each side link of a body one.
       std::size_t side_links = 0;
       for (const SideLink& link : level.side_links) side_links += link.body >= 0;
-      CHECK(static_cast<std::size_t>(view.direct_links) == 2 * level.pairs.size() + side_links);
+      CHECK(static_cast<std::size_t>(device.number_of(device::Of::direct_links)) == 2 * level.pairs.size() + side_links);
       double sum = 0, device_sum = 0;
       for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
-      for (int m = 0; m < view.direct_links; ++m) device_sum += view.direct_link[m].conductance;
+      for (int m = 0; m < device.number_of(device::Of::direct_links); ++m) device_sum += view.direct_link[m].conductance;
       CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
     }
 }
@@ -302,6 +323,58 @@ TEST_CASE("the device's solution is the CPU's to solver tolerance") {
         if (auto* disk = std::get_if<Disk>(&body.shape)) disk->centre += Vec2{0.013, -0.007};
     }
   }
+}
+
+TEST_CASE("whatever the tolerance, the device's charges are exact, and so is their sum") {
+  for (const Case& c : cases()) {
+    CAPTURE(std::string(c.name));
+    CutCellOptions options;
+    options.cells = c.cells;
+    options.tolerance = 1e-2;
+    const LaplaceSolution found = device::make_host_solver(options)->solve(c.problem);
+    std::vector<double> charge(c.problem.groups.size(), 0.0);
+    double sum = 0, largest = 0;
+    for (std::size_t body = 0; body < c.problem.bodies.size(); ++body) {
+      charge[c.problem.bodies[body].group] += found.body_charge[body];
+      sum += found.body_charge[body];
+      largest = std::max(largest, std::abs(found.body_charge[body]));
+    }
+    for (const double q : found.side_charge) sum += q;
+    // rounding: sums of some thousand fluxes that cancel, each at most a conductance of some 100 times the potentials
+    for (std::size_t g = 0; g < charge.size(); ++g)
+      if (c.problem.groups[g].floating) CHECK(std::abs(charge[g] - c.problem.groups[g].charge) < 1e-11 * largest);
+    CHECK(std::abs(sum) < 1e-11 * largest);
+  }
+}
+
+TEST_CASE("where a scene in motion comes to have more links, direct links or groups, the device makes room for them") {
+  LaplaceProblem small = crowd(30, 2), large = small;
+  for (std::size_t body = 1; body < large.bodies.size(); ++body)
+    std::get<Disk>(large.bodies[body].shape).radius += 0.98;  // gaps of a twenty-fifth of a cell and more
+  CutCellOptions options;
+  options.cells = 96;
+  options.tolerance = 1e-10;
+  const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
+  for (const LaplaceProblem& problem : {merged(small), small, merged(large), large, small}) {
+    CutCellSolver cpu(options);
+    const LaplaceSolution a = cpu.solve(problem), b = device->solve(problem);
+    CHECK(b.unknowns == a.unknowns);
+    REQUIRE(b.group_potential.size() == a.group_potential.size());
+    double largest = 0;
+    for (const double v : a.group_potential) largest = std::max(largest, std::abs(v));
+    for (std::size_t g = 0; g < a.group_potential.size(); ++g)
+      CHECK(std::abs(b.group_potential[g] - a.group_potential[g]) < 2e-8 * largest);  // as above
+  }
+}
+
+TEST_CASE("a device without memory for a scene says how much it needs") {
+  CutCellOptions options;
+  options.cells = 192;
+  device::CutCell<Cramped> solver(options);
+  CHECK_THROWS_WITH_AS(solver.solve(crowd(25, 0.6)),
+                       "the field on 192 x 128 cells around 26 conductors needs 4 MiB of the device's memory, of which "
+                       "1 MiB are free",
+                       Failure);
 }
 
 #ifndef LICHTENBERG_WITH_CUDA

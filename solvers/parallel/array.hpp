@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <new>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -57,6 +59,57 @@ class Array {
   const Executor* run_;
   T* data_ = nullptr;
   std::size_t size_ = 0, capacity_ = 0;
+};
+
+/// Arrays that travel together: one block of memory on the device and one on the host.
+template <class Executor>
+class Parcel {
+ public:
+  explicit Parcel(const Executor& run) : run_(&run), device_(run) {}
+  Parcel(const Parcel&) = delete;
+  Parcel& operator=(const Parcel&) = delete;
+  ~Parcel() { release(); }
+
+  template <class T>
+  struct Part {
+    T *host = nullptr, *device = nullptr;
+  };
+  /// Makes room for so many of each T, in this order, in place of all that was there; undefined at first.
+  template <class... T>
+  std::tuple<Part<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
+    release();
+    size_ = 0;
+    const std::size_t* count = counts.data();
+    ((size_ += rounded(*count++ * sizeof(T))), ...);
+    device_.resize(size_);
+    host_ = static_cast<char*>(run_->allocate_on_host(size_));
+    count = counts.data();
+    std::size_t end = 0;
+    return std::tuple<Part<T>...>{part<T>(end, count)...};
+  }
+  void send() { run_->to_device(device_.data(), host_, size_); }
+  /// It is there once the executor has waited.
+  void begin_fetch() { run_->begin_to_host(host_, device_.data(), size_); }
+  void fetch() {
+    begin_fetch();
+    run_->wait();
+  }
+
+ private:
+  template <class T>
+  Part<T> part(std::size_t& end, const std::size_t*& count) const {
+    const std::size_t from = std::exchange(end, end + rounded(*count++ * sizeof(T)));
+    return {reinterpret_cast<T*>(host_ + from), reinterpret_cast<T*>(device_.data() + from)};
+  }
+  static std::size_t rounded(std::size_t bytes) { return (bytes + 63) / 64 * 64; }
+  void release() {
+    if (host_) run_->release_on_host(std::exchange(host_, nullptr));
+  }
+
+  const Executor* run_;
+  Array<char, Executor> device_;
+  char* host_ = nullptr;
+  std::size_t size_ = 0;
 };
 
 /// A value of which the host and the device each have a copy. Copies are made in the order of kernels: the host's is as

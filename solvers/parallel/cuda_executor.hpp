@@ -3,11 +3,14 @@
 #include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
+#include <bit>
 #include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
+#include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/host_executor.hpp"
@@ -66,6 +69,50 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
 #pragma unroll
   for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
   if (lane == 0 && segment < n) finish(s, sum);
+}
+
+/// The sum over a block's threads, in its first one: warps, then the warps' sums, each as a tree.
+template <int threads, class Sum>
+__device__ Sum sum_of_block(Sum sum) {
+  constexpr int lanes = 32, warps = threads / lanes;
+  __shared__ double memory[warps * ((sizeof(Sum) + sizeof(double) - 1) / sizeof(double))];
+  Sum* of_warp = reinterpret_cast<Sum*>(memory);
+  const int warp = threadIdx.x / lanes, lane = threadIdx.x % lanes;
+#pragma unroll
+  for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  __syncthreads();  // of_warp may still be read from before
+  if (lane == 0) of_warp[warp] = sum;
+  __syncthreads();
+  if (warp == 0) {
+    sum = lane < warps ? of_warp[lane] : Sum{};
+#pragma unroll
+    for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  }
+  return sum;
+}
+
+/// The block that comes last adds up what all have left, in their order.
+template <int threads, class Sum, class Value, class Finish>
+__global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* of_block, int* done) {
+  __shared__ bool last;
+  Sum sum{};
+  for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n; k += gridDim.x * static_cast<long>(threads))
+    sum += value(static_cast<int>(k));
+  sum = sum_of_block<threads>(sum);
+  if (threadIdx.x == 0) {
+    of_block[blockIdx.x] = sum;
+    __threadfence();
+    last = atomicAdd(done, 1) == static_cast<int>(gridDim.x) - 1;
+  }
+  __syncthreads();
+  if (!last) return;
+  __threadfence();
+  sum = Sum{};
+  for (int block = threadIdx.x; block < static_cast<int>(gridDim.x); block += threads) sum += of_block[block];
+  sum = sum_of_block<threads>(sum);
+  if (threadIdx.x > 0) return;
+  *done = 0;
+  finish(sum);
 }
 
 /// Places for all that a warp keeps are taken at once: they stand in order.
@@ -177,6 +224,8 @@ class CudaExecutor {
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
+    sums_ = allocate(sizeof(int) + sums_size);
+    fill(sums_, 0, sizeof(int) + sums_size);
   }
   CudaExecutor(const CudaExecutor&) = delete;
   CudaExecutor& operator=(const CudaExecutor&) = delete;
@@ -186,8 +235,13 @@ class CudaExecutor {
     cudaEventDestroy(fork_);
     cudaEventDestroy(join_);
     cudaFreeHost(pinned_);
-    if (scratch_) cudaFree(scratch_);
-    if (sorted_) cudaFree(sorted_);
+    for (const Branch& branch : branches_) {
+      if (branch.stream) cudaStreamDestroy(branch.stream);
+      if (branch.end) cudaEventDestroy(branch.end);
+      if (branch.scratch) cudaFree(branch.scratch);
+      if (branch.sorted) cudaFree(branch.sorted);
+    }
+    cudaFree(sums_);
   }
 
   template <int threads = 256, class F>
@@ -259,6 +313,20 @@ class CudaExecutor {
   }
   cudaStream_t stream() const { return stream_; }
 
+  template <class Value, class Finish>
+  void sum(long n, Value value, Finish finish) const {
+    using Sum = decltype(value(0));
+    constexpr int threads = 512;
+    constexpr long a_thread = 4;  // at least
+    static_assert(sizeof(Sum) <= sums_size / most_sums && alignof(Sum) <= alignof(double));
+    const long wanted = (n + threads * a_thread - 1) / (threads * a_thread);
+    const auto blocks = static_cast<unsigned>(wanted < 1 ? 1 : wanted < most_sums ? wanted : most_sums);
+    auto* of_block = static_cast<Sum*>(sums_);
+    auto* done = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size);
+    sum_kernel<threads><<<blocks, threads, 0, stream_>>>(n, value, finish, of_block, done);
+    check_cuda(cudaGetLastError());
+  }
+
   template <class T>
   void exclusive_scan(T* values, long n) const {
     const auto scan = [&](void* scratch, std::size_t& bytes) {
@@ -267,14 +335,16 @@ class CudaExecutor {
     with_scratch(scan);
   }
 
-  void sort(int* keys, int* values, int n) const {
+  void sort(int* keys, int* values, int n, int largest = std::numeric_limits<int>::max()) const {
     if (n == 0) return;
     const std::size_t bytes = n * sizeof(int);
-    grow(sorted_, sorted_size_, 2 * bytes);
-    int *sorted_keys = static_cast<int*>(sorted_), *sorted_values = sorted_keys + n;
+    Branch& branch = branches_[branch_];
+    grow(branch.sorted, branch.sorted_size, 2 * bytes);
+    int *sorted_keys = static_cast<int*>(branch.sorted), *sorted_values = sorted_keys + n;
+    const int bits = std::bit_width(static_cast<unsigned>(largest));
     with_scratch([&](void* scratch, std::size_t& scratch_bytes) {
-      return cub::DeviceRadixSort::SortPairs(scratch, scratch_bytes, keys, sorted_keys, values, sorted_values, n, 0, 32,
-                                             stream_);
+      return cub::DeviceRadixSort::SortPairs(scratch, scratch_bytes, keys, sorted_keys, values, sorted_values, n, 0,
+                                             bits, stream_);
     });
     copy(keys, sorted_keys, bytes);
     copy(values, sorted_values, bytes);
@@ -370,6 +440,27 @@ class CudaExecutor {
     conditionally(cudaGraphCondTypeWhile, flag, f);
   }
 
+  template <class F>
+  void side_by_side(int n, F f) const {
+    while (static_cast<int>(branches_.size()) <= n) {
+      Branch& branch = branches_.emplace_back();
+      check_cuda(cudaStreamCreateWithFlags(&branch.stream, cudaStreamNonBlocking));
+      check_cuda(cudaEventCreateWithFlags(&branch.end, cudaEventDisableTiming));
+    }
+    check_cuda(cudaEventRecord(fork_, stream_));
+    cudaStream_t stream = stream_;
+    for (int k = 0; k < n; ++k) {
+      branch_ = k + 1;
+      stream_ = branches_[branch_].stream;
+      check_cuda(cudaStreamWaitEvent(stream_, fork_, 0));
+      f(k);
+      check_cuda(cudaEventRecord(branches_[branch_].end, stream_));
+    }
+    branch_ = 0;
+    stream_ = stream;
+    for (int k = 1; k <= n; ++k) check_cuda(cudaStreamWaitEvent(stream_, branches_[k].end, 0));
+  }
+
   template <class F, class G>
   void beside(F f, G g) const {
     check_cuda(cudaEventRecord(fork_, stream_));
@@ -381,6 +472,24 @@ class CudaExecutor {
     check_cuda(cudaEventRecord(join_, beside_));
     check_cuda(cudaStreamWaitEvent(stream_, join_, 0));
   }
+
+  class Moment {
+   public:
+    Moment() { check_cuda(cudaEventCreate(&event_)); }
+    Moment(const Moment&) = delete;
+    Moment& operator=(const Moment&) = delete;
+    ~Moment() { cudaEventDestroy(event_); }
+    double seconds_since(const Moment& earlier) const {
+      float milliseconds = 0;
+      check_cuda(cudaEventElapsedTime(&milliseconds, earlier.event_, event_));
+      return 1e-3 * milliseconds;
+    }
+
+   private:
+    friend class CudaExecutor;
+    cudaEvent_t event_ = nullptr;
+  };
+  void mark(Moment& moment) const { check_cuda(cudaEventRecord(moment.event_, stream_)); }
 
   template <class F>
   double seconds(F f) const {
@@ -461,8 +570,9 @@ class CudaExecutor {
   void with_scratch(F f) const {
     std::size_t bytes = 0;
     check_cuda(f(nullptr, bytes));
-    grow(scratch_, scratch_size_, bytes);
-    check_cuda(f(scratch_, bytes));
+    Branch& branch = branches_[branch_];
+    grow(branch.scratch, branch.scratch_size, bytes);
+    check_cuda(f(branch.scratch, bytes));
   }
 
   [[noreturn]] static void refuse(std::size_t bytes, std::size_t room, std::size_t all) {
@@ -476,8 +586,18 @@ class CudaExecutor {
   cudaStream_t recorder_ = nullptr, beside_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
   void* pinned_ = nullptr;
-  mutable void *scratch_ = nullptr, *sorted_ = nullptr;
-  mutable std::size_t scratch_size_ = 0, sorted_size_ = 0;
+  /// What runs at the same time has a stream and memory of its own; the first is that of what runs alone.
+  struct Branch {
+    cudaStream_t stream = nullptr;
+    cudaEvent_t end = nullptr;
+    void *scratch = nullptr, *sorted = nullptr;
+    std::size_t scratch_size = 0, sorted_size = 0;
+  };
+  mutable std::vector<Branch> branches_ = std::vector<Branch>(1);
+  mutable int branch_ = 0;
+  static constexpr long most_sums = 1024;
+  static constexpr std::size_t sums_size = most_sums * 16 * sizeof(double);
+  void* sums_ = nullptr;  // of blocks, and how many are done
 };
 
 }  // namespace lichtenberg::parallel

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <type_traits>
 #include <utility>
@@ -150,6 +151,15 @@ class HostExecutor {
     }
   }
 
+  /// finish(sum of value(k) over k = 0 ... n - 1), in the same order of summation each time. Not within `beside` or
+  /// `side_by_side`.
+  template <class Value, class Finish>
+  void sum(long n, Value value, Finish finish) const {
+    decltype(value(0)) sum{};
+    for (long k = 0; k < n; ++k) sum += value(static_cast<int>(k));
+    finish(sum);
+  }
+
   /// Each of the n values becomes the sum of those before it.
   template <class T>
   void exclusive_scan(T* values, long n) const {
@@ -161,8 +171,8 @@ class HostExecutor {
     }
   }
 
-  /// Sorts the keys and takes the values along; equal keys keep their order.
-  void sort(int* keys, int* values, int n) const {
+  /// Sorts the keys, 0 ... `largest`, and takes the values along; equal keys keep their order.
+  void sort(int* keys, int* values, int n, int /*largest*/ = std::numeric_limits<int>::max()) const {
     std::vector<std::pair<int, int>> pairs(n);
     for (int k = 0; k < n; ++k) pairs[k] = {keys[k], values[k]};
     std::stable_sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -207,12 +217,31 @@ class HostExecutor {
     while (*flag) f();
   }
 
+  /// Runs f(0) ... f(n - 1), which touch nothing in common, at the same time where that can be done.
+  template <class F>
+  void side_by_side(int n, F f) const {
+    for (int k = 0; k < n; ++k) f(k);
+  }
+
   /// Runs f and g, which touch nothing in common, at the same time where that can be done.
   template <class F, class G>
   void beside(F f, G g) const {
     f();
     g();
   }
+
+  /// A moment in the sequence of kernels. The executor must have waited before the time between two is asked for.
+  class Moment {
+   public:
+    double seconds_since(const Moment& earlier) const {
+      return std::chrono::duration<double>(at_ - earlier.at_).count();
+    }
+
+   private:
+    friend class HostExecutor;
+    std::chrono::steady_clock::time_point at_;
+  };
+  void mark(Moment& moment) const { moment.at_ = std::chrono::steady_clock::now(); }
 
   /// Seconds that f's kernels take.
   template <class F>

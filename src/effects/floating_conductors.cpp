@@ -311,7 +311,6 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
   auto solver = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
   moving.cells = cells;
   moving.tolerance = std::max(moving.tolerance, 1e-4);  // such a grid's own error is a hundred times that
-  moving.device = FieldDevice::cpu;
   auto predictor = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
   solver->follow(*predictor);
   auto effect = std::make_unique<FloatingConductors>(scene, std::move(solver));

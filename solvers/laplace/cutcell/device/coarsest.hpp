@@ -1,43 +1,167 @@
 #pragma once
 
-#include <memory>
+#include <vector>
 
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
-#include "solvers/laplace/cutcell/device/grids.hpp"
+#include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// The coarsest grid's solve. A small system's inverse is multiplied with on the device; a large one (a grid of an odd
-/// number of cells) is factorized on the host: right-hand side down, solution up.
+/// Where the coarsest grid's unknowns are in a dense matrix: cells by slot, then groups.
+struct CoarsestView {
+  int* index;        ///< by slot and group, and one behind the last: unknowns before it
+  int* unknown;      ///< a cell's slot, or -1 - group
+  double* matrix;    ///< by rows
+  float* inverse;    ///< likewise
+  int* is_singular;  ///< becomes 1
+};
+
+/// Numbers the coarsest grid's unknowns; none, if there is no room for all.
+template <class Executor>
+void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
+  const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
+  run.for_each(all + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    coarsest.index[k] = k == all    ? 0
+                        : k < slots ? grid.inverse_diagonal[k] > 0
+                                    : grid.group_diagonal[k - slots] > 0;
+  });
+  run.exclusive_scan(coarsest.index, all + 1);
+  run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const int count = coarsest.index[all], room = grid.room[Of::coarse_unknowns], at = coarsest.index[k];
+    if (k == 0) {
+      *coarsest.is_singular = 0;
+      grid.wanted[Of::coarse_unknowns] = count;
+      grid.number[Of::coarse_unknowns] = count <= room ? count : 0;
+    }
+    if (count <= room && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
+  });
+}
+
+/// The matrix of the coarsest grid. A row's entries are added up by one item, and a group's by as many as `lanes`, of
+/// which each has columns of its own: in the same order each time.
+template <class Executor>
+void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
+  const int slots = static_cast<int>(grid.layout.size());
+  const int room = grid.room[Of::coarse_unknowns];
+  run.fill(coarsest.matrix, 0, static_cast<std::size_t>(room) * room * sizeof(double));
+  run.for_each(room, [=] LICHTENBERG_HOST_DEVICE(int a) {
+    const int n = grid.number[Of::coarse_unknowns];
+    if (a >= n || coarsest.unknown[a] < 0) return;
+    const int slot = coarsest.unknown[a];
+    const CellIndex cell = cell_of(grid.layout, slot);
+    coarsest.matrix[a * n + a] = 1.0 / grid.inverse_diagonal[slot];
+    for (int side = 0; side < 4; ++side) {
+      const int i = cell.i + step_i(side), j = cell.j + step_j(side);
+      if (!inside(grid.layout, i, j)) continue;
+      const int next = slot_of(grid.layout, i, j);
+      if (!(grid.inverse_diagonal[next] > 0)) continue;
+      const int face = side == 0 || side == 2 ? next : slot;
+      coarsest.matrix[a * n + coarsest.index[next]] = !grid.medium ? -1.0 : -(side < 2 ? grid.east : grid.north)[face];
+    }
+  });
+  constexpr int lanes = 32;
+  run.for_each(room, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
+    const int n = grid.number[Of::coarse_unknowns];
+    if (a >= n || coarsest.unknown[a] >= 0) return;
+    const int g = -1 - coarsest.unknown[a];
+    double* row = coarsest.matrix + a * n;
+    if (a % lanes == lane) row[a] += grid.group_diagonal[g];
+    const int end = grid.link_start(problem.first_rank[g + 1]);
+    for (int link = grid.link_start(problem.first_rank[g]); link < end; ++link) {
+      const int b = coarsest.index[grid.link_slot[link]];
+      if (b % lanes != lane) continue;
+      row[b] -= grid.conductance[link];
+      coarsest.matrix[b * n + a] = row[b];
+    }
+    for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
+      const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + k];
+      if (link.is_to_electrode()) continue;
+      const int other = slots + problem.group_of[link.other], b = coarsest.index[other];
+      if (coarsest.index[other + 1] > b && b % lanes == lane) row[b] -= link.conductance;
+    }
+  });
+}
+
+/// The inverse of the matrix, by Gauss and Jordan's elimination in the memory of one block.
+struct InvertCoarsest {
+  GridView grid;
+  CoarsestView coarsest;
+  bool pin;  ///< nothing is grounded, and the potential of the last unknown is to be held
+
+  static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
+    const int n = grid.number[Of::coarse_unknowns];
+    double *matrix = block.template memory<double>(), *row = matrix + n * n, *column = row + n;
+    block.each(n * n, [&](int e) { matrix[e] = coarsest.matrix[e] * (pin && e == n * n - 1 ? 2 : 1); });
+    for (int k = 0; k < n; ++k) {
+      block.each(n, [&](int a) {
+        row[a] = matrix[k * n + a];
+        column[a] = matrix[a * n + k];
+        if (a == k && !(row[a] > 0)) *coarsest.is_singular = 1;
+      });
+      block.each(n * n, [&](int e) {
+        const int a = e / n, b = e % n;
+        const double of_pivot = 1 / row[k];
+        if (a == k)
+          matrix[e] = b == k ? of_pivot : row[b] * of_pivot;
+        else
+          matrix[e] = b == k ? -column[a] * of_pivot : matrix[e] - column[a] * row[b] * of_pivot;
+      });
+    }
+    block.each(n * n, [&](int e) {  // symmetric to the last bit
+      coarsest.inverse[e] = static_cast<float>(0.5 * (matrix[e] + matrix[e % n * n + e / n]));
+    });
+  }
+};
+
+/// The coarsest grid's solve. A small system's inverse is made and multiplied with on the device; a large one (a grid of
+/// an odd number of cells) is factorized on the host: right-hand side down, solution up.
 template <class Executor>
 class Coarsest {
  public:
-  explicit Coarsest(const Executor& run) : run_(run), unknown_(run), inverse_(run) {}
-
-  void build(const LaplaceProblem& problem, const GridView& grid) {
-    system_ = CoarsestSystem(download(problem, grid), !problem.has_ground());
-    unknowns_ = static_cast<int>(system_.unknown().size());
-    if (!on_device()) return;
-    unknown_.upload(system_.unknown());
-    inverse_.upload(system_.inverse());
+  explicit Coarsest(const Executor& run)
+      : run_(run), index_(run), unknown_(run), matrix_(run), inverse_(run), is_singular_(run) {
+    is_singular_.resize(1);
+    is_singular_.zero();
   }
 
-  bool on_device() const { return unknowns_ <= largest_inverse; }
-  long unknowns() const { return unknowns_; }
+  void make_room(const ProblemView& problem, const GridView& grid) {
+    const std::size_t room = grid.room[Of::coarse_unknowns];
+    on_device_ = InvertCoarsest::bytes(room) <= run_.most_block_memory();
+    index_.resize(grid.layout.size() + problem.groups + 1);
+    unknown_.resize(room);
+    matrix_.resize(on_device_ ? room * room : 0);
+    inverse_.resize(on_device_ ? room * room : 0);
+    view_ = {index_.data(), unknown_.data(), matrix_.data(), inverse_.data(), is_singular_.data()};
+  }
+  bool on_device() const { return on_device_; }
+  const int* is_singular() const { return view_.is_singular; }
+
+  void build(const ProblemView& problem, const GridView& grid) {
+    number_coarsest(run_, problem, grid, view_);
+    if (!on_device_) return;
+    fill_coarsest(run_, problem, grid, view_);
+    run_.template for_each_block<1024>(1, InvertCoarsest::bytes(grid.room[Of::coarse_unknowns]),
+                                       InvertCoarsest{grid, view_, !problem.grounded});
+  }
+  /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
+  void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
+    system_ = CoarsestSystem(download(problem, grid, numbers), !problem.has_ground());
+  }
 
   /// Fluid cells of v and phi from f and charge.
   void solve(const GridView& grid, float* v) {
-    if (on_device())
-      multiply_inverse(run_, grid, unknowns_, unknown_.data(), inverse_.data(), v);
+    if (on_device_)
+      multiply_inverse(run_, grid, unknown_.data(), inverse_.data(), v);
     else
       solve_on_host(grid, v);
   }
 
  private:
-  static constexpr int largest_inverse = 256;
-
-  CoarsestArrays download(const LaplaceProblem& problem, const GridView& grid) {
+  CoarsestArrays download(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
     CoarsestArrays arrays;
     arrays.layout = grid.layout;
     const std::size_t size = grid.layout.size(), groups = problem.groups.size();
@@ -46,12 +170,12 @@ class Coarsest {
       get(arrays.east, grid.east, size);
       get(arrays.north, grid.north, size);
     }
-    get(arrays.link_slot, grid.link_slot, grid.links);
-    get(arrays.link_group, grid.link_group, grid.links);
-    get(arrays.conductance, grid.conductance, grid.links);
+    get(arrays.link_slot, grid.link_slot, numbers[Of::links]);
+    get(arrays.link_group, grid.link_group, numbers[Of::links]);
+    get(arrays.conductance, grid.conductance, numbers[Of::links]);
     get(arrays.group_diagonal, grid.group_diagonal, groups);
-    std::vector<DirectLink> direct_links(grid.direct_links);
-    get(direct_links, grid.direct_link, grid.direct_links);
+    std::vector<DirectLink> direct_links;
+    get(direct_links, grid.direct_link, numbers[Of::direct_links]);
     for (const DirectLink& link : direct_links)
       if (!link.is_to_electrode())
         arrays.direct_links.push_back(
@@ -77,10 +201,13 @@ class Coarsest {
   }
 
   const Executor& run_;
-  CoarsestSystem system_;
-  int unknowns_ = 0;
-  parallel::Array<int, Executor> unknown_;
+  bool on_device_ = true;
+  parallel::Array<int, Executor> index_, unknown_;
+  parallel::Array<double, Executor> matrix_;
   parallel::Array<float, Executor> inverse_;
+  parallel::Array<int, Executor> is_singular_;
+  CoarsestView view_{};
+  CoarsestSystem system_;
   std::vector<float> f_, charge_, v_, phi_;
 };
 

@@ -59,21 +59,6 @@ CoarsestSystem::CoarsestSystem(const CoarsestArrays& arrays, bool pin) : groups_
         "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
 }
 
-std::vector<float> CoarsestSystem::inverse() const {
-  const std::size_t n = unknown_.size();
-  std::vector<std::vector<double>> column(n);
-  for (std::size_t a = 0; a < n; ++a) {
-    std::vector<double> unit(n, 0.0);
-    unit[a] = 1;
-    column[a] = factors_.solve(unit);
-  }
-  std::vector<float> values(n * n);
-  for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t b = 0; b < n; ++b)
-      values[a * n + b] = static_cast<float>(0.5 * (column[b][a] + column[a][b]));  // symmetric to the last bit
-  return values;
-}
-
 void CoarsestSystem::solve(const std::vector<float>& f, const std::vector<float>& charge, std::vector<float>& v,
                            std::vector<float>& phi) const {
   std::vector<double> rhs(unknown_.size());

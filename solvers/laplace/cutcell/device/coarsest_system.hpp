@@ -29,18 +29,14 @@ class CoarsestSystem {
   /// positive definite to working precision.
   CoarsestSystem(const CoarsestArrays& arrays, bool pin);
 
-  /// By unknown: a cell's slot, or -1 - group.
-  const std::vector<int>& unknown() const { return unknown_; }
   std::size_t groups() const { return groups_; }
-  /// Of the matrix, by rows.
-  std::vector<float> inverse() const;
   /// v (by slot) and phi (by group) of the unknowns.
   void solve(const std::vector<float>& f, const std::vector<float>& charge, std::vector<float>& v,
              std::vector<float>& phi) const;
 
  private:
   SparseFactors factors_;
-  std::vector<int> unknown_;
+  std::vector<int> unknown_;  // a cell's slot, or -1 - group
   std::size_t groups_ = 0;
 };
 

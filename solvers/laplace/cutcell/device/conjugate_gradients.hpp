@@ -1,56 +1,92 @@
 #pragma once
 
-// PETSc's CG with its updates taken together: p = z + beta p in one pass, and x, r and the single-precision residual
-// for the preconditioner in one. The products are PETSc's. As a KSP, so that the stop criterion, monitors and options
-// are those of any other; -field_ksp_type cg takes PETSc's own.
+// Conjugate gradients with their scalars on the device: a loop that the host starts and reads the end of. As a KSP, so
+// that the stop criterion, monitors and options are those of any other; -field_ksp_type cg takes PETSc's own.
 
-#include "solvers/laplace/cutcell/fused_iteration.hpp"
+#include <petsc/private/kspimpl.h>
+
+#include <cmath>
+#include <limits>
+
+#include "solvers/geometry/host_device.hpp"
 #include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// The parts of an iteration, on PETSc's vectors.
-template <class Solver>
-struct DeviceIteration {
-  KSP ksp;
-  Solver& solver;
-  ::Vec r, z, p, q;
+/// Where the iterations stand: written on the device, read by the host when they have stopped. The criterion is
+/// ../krylov.hpp's.
+struct Iterations {
+  double tolerance;
+  int most;
+  double energy_norm, rounding;  ///< of the first guess; of its residual's norm
+  double scale;                  ///< what norms are compared with
+  double factor;                 ///< by which the first guess was multiplied
+  double product, alpha, beta;   ///< r'z; of the last step
+  int done, reason;              ///< iterations; KSPConvergedReason
+  int go_on;
+  static constexpr int kept = 512;
+  double norm[kept];  ///< by iteration, of the first ones
 
-  PetscErrorCode precondition(double* product) {
-    solver.precondition_taken(z);  // the residual that the last update has left
-    Mat matrix = nullptr;
-    PetscCall(KSPGetOperators(ksp, &matrix, nullptr));
-    MatNullSpace space = nullptr;
-    PetscCall(MatGetNullSpace(matrix, &space));
-    if (space) PetscCall(MatNullSpaceRemove(space, z));
-    return VecDot(r, z, product);
+  LICHTENBERG_HOST_DEVICE void begin(double tolerance_, int most_) {
+    tolerance = tolerance_;
+    most = most_;
+    energy_norm = rounding = scale = factor = product = alpha = beta = 0;
+    done = reason = go_on = 0;
   }
-  PetscErrorCode turn(double beta, double* curvature) {
-    solver.turn(z, beta, p, q);
-    return VecDot(p, q, curvature);
+  /// After the products b'x, x'A x and the largest |x| of n unknowns: the guess is multiplied such that its error is
+  /// least. A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|
+  /// (../solver.cpp).
+  LICHTENBERG_HOST_DEVICE void take_guess(double product_, double energy, double largest, double n) {
+    factor = energy > 0 ? product_ / energy : 0.0;
+    const double squared = factor * product_;
+    energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
+    rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
-  PetscErrorCode step(double alpha) {
-    solver.step(alpha, p, q, ksp->vec_sol, r);
-    return 0;
+  /// After the product r'z.
+  LICHTENBERG_HOST_DEVICE void judge(double next) {
+    if (reason != 0) {
+      go_on = 0;
+      return;
+    }
+    const bool first = go_on == 0;
+    beta = first ? 0.0 : next / product;
+    product = next;
+    done += !first;
+    const double now = std::sqrt(std::abs(next));
+    if (done < kept) norm[done] = now;
+    if (first) scale = std::sqrt(energy_norm * energy_norm + now * now);
+    const double enough = tolerance * scale > rounding ? tolerance * scale : rounding;
+    if (!(now < infinite))
+      reason = KSP_DIVERGED_NANORINF;
+    else if (!first && next < 0)
+      reason = KSP_DIVERGED_INDEFINITE_PC;
+    else if (now <= enough)
+      reason = first ? KSP_CONVERGED_ATOL : KSP_CONVERGED_RTOL;
+    else if (done >= most)
+      reason = KSP_DIVERGED_ITS;
+    go_on = reason == 0;
   }
+  /// After the product p'A p.
+  LICHTENBERG_HOST_DEVICE void set_step(double curvature) {
+    alpha = curvature > 0 ? product / curvature : 0.0;
+    if (!(curvature > 0)) reason = KSP_DIVERGED_INDEFINITE_MAT;
+  }
+
+ private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
 };
-
-template <class Solver>
-PetscErrorCode solve_by_conjugate_gradients(KSP ksp) {
-  Solver* solver = nullptr;
-  PetscCall(PCShellGetContext(ksp->pc, &solver));
-  DeviceIteration<Solver> iteration{ksp, *solver, ksp->work[0], ksp->work[1], ksp->work[2], ksp->work[3]};
-  solver->start(ksp->vec_rhs, ksp->vec_sol, iteration.r, iteration.q);
-  return iterate(ksp, iteration);
-}
 
 /// Registers the method under `name`; its preconditioner must be a shell whose context is a Solver.
 template <class Solver>
 void register_conjugate_gradients(const char* name) {
   parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
     PetscCall(KSPSetSupportedNorm(ksp, KSP_NORM_NATURAL, PC_LEFT, 3));
-    ksp->ops->setup = [](KSP method) -> PetscErrorCode { return KSPSetWorkVecs(method, 4); };
-    ksp->ops->solve = solve_by_conjugate_gradients<Solver>;
+    ksp->ops->setup = [](KSP) -> PetscErrorCode { return 0; };
+    ksp->ops->solve = [](KSP method) -> PetscErrorCode {
+      Solver* solver = nullptr;
+      PetscCall(PCShellGetContext(method->pc, &solver));
+      return solver->iterate(method);
+    };
     ksp->ops->destroy = KSPDestroyDefault;
     ksp->ops->buildsolution = KSPBuildSolutionDefault;
     ksp->ops->buildresidual = KSPBuildResidualDefault;

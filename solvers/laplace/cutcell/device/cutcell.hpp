@@ -2,16 +2,21 @@
 
 #include <petscksp.h>
 
-#include <array>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
+#include "solvers/laplace/cutcell/device/balance.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
+#include "solvers/laplace/cutcell/device/first_guess.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -67,27 +72,32 @@ class CutCell : public DeviceSolver {
   LaplaceSolution solve(const LaplaceProblem& problem) override {
     problem.check();
     refuse_couplings(problem, "the cut-cell solver on a device");
+    const auto start = std::chrono::steady_clock::now();
     LaplaceSolution solution;
-    auto start = std::chrono::steady_clock::now();
     prepare_grids(problem);
     problem_->upload(problem, nx_, ny_);
-    multigrid_->build(problem, problem_->view());
-    prepare_system(problem);
-    run_->wait();
-    solution.seconds.setup = since(start);
+    double before = 0;
+    do {
+      before = since(start);
+      run_->mark(*begun_);
+      multigrid_->build(problem, problem_->view());
+      prepare_system(problem);
+      run_->mark(*discretized_);
+      choose_scale();
+      right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
+      first_guess();
+      krylov_.criterion = {options_.tolerance, 0, 0, 0};
+      if (is_fused_)
+        krylov_.solve(solution);
+      else
+        solve_by_petsc(solution);
+    } while (!is_settled_);  // in a scene in motion there may be more of something than last time
 
-    start = std::chrono::steady_clock::now();
-    make_right_hand_side();
-    krylov_.criterion = {options_.tolerance, first_guess(), 0, 0};
-    krylov_.solve(solution);
-    finish_potentials(problem, solution);
-    solution.seconds.solve = since(start);
-
-    start = std::chrono::steady_clock::now();
-    evaluate(problem, solution);
     keep();
-    run_->wait();
-    solution.seconds.forces = since(start);
+    take_results(problem, solution);
+    solution.seconds.setup = before + discretized_->seconds_since(*begun_);
+    solution.seconds.solve = iterated_->seconds_since(*discretized_);
+    solution.seconds.forces = std::max(0.0, since(start) - solution.seconds.setup - solution.seconds.solve);
     return solution;
   }
 
@@ -117,64 +127,89 @@ class CutCell : public DeviceSolver {
     apply_operator(*run_, problem_->view(), finest().view(), x, y, finest().partial());
   }
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
-
-  // What the fused method (conjugate_gradients.hpp) is made of.
-  void precondition_taken(::Vec z) const { multigrid_->apply(WriteAccess(z)); }
-  void start(::Vec b, ::Vec x, ::Vec r, ::Vec q) const {
-    const ReadAccess given(b), guess(x);
-    const WriteAccess image(q), residual(r);
-    multiply(guess, image);
-    subtract_from<Executor>(*run_, problem_->view(), finest().view(), given, image, residual);
-  }
-  void turn(::Vec z, double beta, ::Vec p, ::Vec q) const {
-    const ReadAccess preconditioned(z);
-    const WriteAccess direction(p), image(q);
-    turn_direction<Executor>(*run_, problem_->view(), finest().view(), preconditioned, beta, direction);
-    multiply(direction, image);
-  }
-  void step(double alpha, ::Vec p, ::Vec q, ::Vec x, ::Vec r) const {
-    const ReadAccess direction(p), image(q);
-    const WriteAccess solution(x), residual(r);
-    step_along<Executor>(*run_, problem_->view(), finest().view(), alpha, direction, image, solution, residual);
-  }
+  /// KSPSolve, and the results after it.
+  PetscErrorCode iterate(KSP ksp);
 
  private:
   struct Past {
     parallel::Array<double, Executor> cell, body;
     PastView view() const { return {cell.data(), body.data()}; }
   };
-  static constexpr int history_length = 3;
-
   static double since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
   void prepare_grids(const LaplaceProblem& problem);
+  void check_room(const LaplaceProblem& problem) const;
   void prepare_system(const LaplaceProblem& problem);
+  void make_ksp(PetscInt unknowns);
+  void set_null_space(const LaplaceProblem& problem);
   void release_vectors();
-  void make_right_hand_side();
-  double first_guess();
-  void finish_potentials(const LaplaceProblem& problem, LaplaceSolution& solution);
-  void evaluate(const LaplaceProblem& problem, LaplaceSolution& solution);
+  void choose_scale();
+  void first_guess();
+  void better_guess();
+  void turn_and_step();
+  void precondition_and_judge();
+  void solve_by_petsc(LaplaceSolution& solution);
+  void evaluate();
+  void finish();
+  void take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const;
   void keep();
-  std::vector<double> group_unknowns() const;
+  /// Records f as a graph, or does what it says where the host has a part in each cycle.
+  template <class F>
+  void run_recorded(typename Executor::Recording& recording, F f) {
+    if (multigrid_->on_device())
+      run_->run(recording, f);
+    else
+      f();
+  }
+  BasisView basis() const {
+    BasisView view{past_count_, {}, {}};
+    for (int p = 0; p < past_count_; ++p) {
+      view.vector[p] = basis_[p].data();
+      view.image[p] = image_[p].data();
+    }
+    return view;
+  }
+  BalanceView balance_view() const {
+    const int groups = problem_->view().groups;
+    double* by_group[8];
+    for (int k = 0; k < 8; ++k) by_group[k] = balance_->data() + k * groups;
+    auto [residual, shift, hold, held, hold_flux, r, p, q] = by_group;
+    return {residual, shift, hold, held, hold_flux, r, p, q, potential_.device + groups};
+  }
+  using Vector = parallel::Array<double, Executor>;
+  using Moment = typename Executor::Moment;
+  template <class T>
+  using Part = typename parallel::Parcel<Executor>::template Part<T>;
 
   CutCellOptions options_;
   std::unique_ptr<Executor> run_;
   int nx_ = 0, ny_ = 0;
   Vec2 size_;
-  std::size_t bodies_ = 0, groups_ = 0;
+  std::size_t bodies_ = 0;
   std::unique_ptr<DeviceProblem<Executor>> problem_;
   std::unique_ptr<DeviceMultigrid<Executor>> multigrid_;
+  std::unique_ptr<Moment> begun_, discretized_, iterated_;
+  int generation_ = 0;  // of the grids that the recordings are for
   Krylov krylov_;
-  ::Vec *basis_ = nullptr, *image_ = nullptr;
+  bool is_fused_ = true;                    // the KSP is iterate()
+  double *b_ = nullptr, *x_ = nullptr;      // of krylov_
+  std::vector<Vector> basis_, image_;       // of the first guess
+  std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
+  std::optional<parallel::Array<Shares, Executor>> shares_;
+  typename Executor::Recording iterating_, end_;
   double scale_ = 1;        // V: x, b and the past are in units of it
   std::vector<Past> past_;  // newest first
   int past_count_ = 0;
-  std::optional<parallel::Array<double, Executor>> group_potential_, next_potential_;
-  std::optional<parallel::Array<BodyResult, Executor>> body_result_;
-  std::optional<parallel::Array<SideResult, Executor>> side_result_;
+  // What the host is told at the end of a solve.
+  std::optional<parallel::Parcel<Executor>> report_;
+  Part<Iterations> iterations_;
+  Part<double> potential_;  // by group; then a mean or level of x
+  Part<BodyResult> body_result_;
+  Part<SideResult> side_result_;
+  bool is_settled_ = false;
 };
 
 template <class Executor>
@@ -190,25 +225,50 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   forget();
   multigrid_.reset();
   past_.clear();
-  // In double: x, b, the basis and its image, four of CG, and the past; the grids' cover, diagonals, v and f.
-  run_->check_room(static_cast<std::size_t>(nx_) * ny_ * ((6 + 3 * history_length) * sizeof(double) + 20));
+  check_room(problem);
   const Executor& run = *run_;
   problem_ = std::make_unique<DeviceProblem<Executor>>(run);
   multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, nx_, ny_, options_.links);
-  for (int k = 0; k < history_length; ++k)
-    past_.push_back({parallel::Array<double, Executor>(run), parallel::Array<double, Executor>(run)});
-  group_potential_.emplace(run);
-  next_potential_.emplace(run);
-  body_result_.emplace(run);
-  side_result_.emplace(run);
+  generation_ = 0;
+  for (auto* moment : {&begun_, &discretized_, &iterated_}) *moment = std::make_unique<Moment>();
+  for (int k = 0; k < history_length; ++k) past_.push_back({Vector(run), Vector(run)});
+  for (auto* vectors : {&basis_, &image_}) {
+    vectors->clear();
+    for (int k = 0; k < history_length; ++k) vectors->emplace_back(run);
+  }
+  for (auto* vector : {&r_, &z_, &p_, &q_, &next_potential_, &balance_}) vector->emplace(run);
+  shares_.emplace(run);
+  shares_->resize(1);
+  report_.emplace(run);
   size_ = problem.size;
+}
+
+/// Throws Failure if the device has no room for the grids, their links and vectors: about what they take.
+template <class Executor>
+void CutCell<Executor>::check_room(const LaplaceProblem& problem) const {
+  // In double: x, b, four of CG, the basis, its image and the past; the grids' cover, diagonals, v, f and media.
+  constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
+  // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
+  // together as the finest's; a quarter to spare.
+  constexpr double a_link = 56, a_boundary_cell = 28, a_covered_cell = 8, spare = 1.25;
+  double bytes = a_cell * nx_ * ny_;
+  const double h = problem.size.x / nx_;
+  for (const Body& body : problem.bodies) {
+    const Outline outline = outline_in_cells(body.shape, h);
+    const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
+    bytes += spare * (2 * (8 * a_link + 5.7 * a_boundary_cell) * radius + 4.2 * a_covered_cell * radius * radius);
+  }
+  const double room = static_cast<double>(run_->room());
+  if (bytes <= room) return;
+  const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
+  throw Failure("the field on " + std::to_string(nx_) + " x " + std::to_string(ny_) + " cells around " +
+                std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
+                " of the device's memory, of which " + in_mib(room) + " are free");
 }
 
 template <class Executor>
 void CutCell<Executor>::release_vectors() {
   if (!parallel::petsc_started()) return;
-  if (basis_) VecDestroyVecs(history_length, &basis_);
-  if (image_) VecDestroyVecs(history_length, &image_);
   krylov_.release();
 }
 
@@ -240,46 +300,71 @@ PetscErrorCode precondition(PC pc, ::Vec r, ::Vec z) {
   return 0;
 }
 
+/// Vectors for as many groups as there is room for, and the KSP on them.
 template <class Executor>
 void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
-  const auto n =
-      static_cast<PetscInt>(finest().view().layout.size() + static_cast<std::ptrdiff_t>(problem.groups.size()));
+  const int groups = problem_->view().groups;
+  const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
   PetscInt have = -1;
   if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
-  groups_ = problem.groups.size();
-  if (have != n) {
-    release_vectors();
-    parallel::check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
-    parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
-    parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
-    parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    parallel::check_petsc(VecDuplicateVecs(krylov_.x, history_length, &basis_));
-    parallel::check_petsc(VecDuplicateVecs(krylov_.x, history_length, &image_));
-    parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, this, &krylov_.matrix));
-    parallel::check_petsc(MatShellSetVecType(krylov_.matrix, PetscSide<Executor>::vector_type));
-    parallel::check_petsc(
-        MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)(void)>(device::multiply<Executor>)));
-    parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
-    PC pc = nullptr;
-    parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
-    parallel::check_petsc(PCSetType(pc, PCSHELL));
-    parallel::check_petsc(PCShellSetApply(pc, device::precondition<Executor>));
-    parallel::check_petsc(PCShellSetContext(pc, this));
-    parallel::check_petsc(PCShellSetName(pc, "cut-cell multigrid on the device"));
-    const char* method = PetscSide<Executor>::method;
-    register_conjugate_gradients<CutCell>(method);
-    krylov_.set_options(options_.tolerance, method);
-    krylov_.require_shell();
-    PetscBool has_multigrid = PETSC_FALSE, is_fused = PETSC_FALSE;
-    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCSHELL, &has_multigrid));
-    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), method, &is_fused));
-    if (is_fused && !has_multigrid) parallel::check_petsc(KSPSetType(krylov_.ksp, KSPCG));
-    PetscBool is_cpus = PETSC_FALSE;
-    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.ksp), fused_cg, &is_cpus));
-    if (is_cpus && !is_fused)
-      throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
+  if (have != n) make_ksp(n);
+  if (!is_fused_) set_null_space(problem);
+  if (generation_ == multigrid_->generation()) return;
+  generation_ = multigrid_->generation();
+  for (auto* recording : {&iterating_, &end_}) recording->clear();
+  for (auto* vectors : {&basis_, &image_})
+    for (Vector& vector : *vectors) vector.resize(n);
+  for (auto* vector : {&r_, &z_, &p_, &q_}) (*vector)->resize(n);
+  next_potential_->resize(groups);
+  balance_->resize(8 * groups);
+  std::tie(iterations_, potential_, body_result_, side_result_) =
+      report_->template divide<Iterations, double, BodyResult, SideResult>(
+          {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});
+}
+
+template <class Executor>
+void CutCell<Executor>::make_ksp(PetscInt n) {
+  release_vectors();
+  parallel::check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
+  parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
+  parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
+  parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
+  b_ = WriteAccess(krylov_.b);
+  x_ = WriteAccess(krylov_.x);
+  parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, this, &krylov_.matrix));
+  parallel::check_petsc(MatShellSetVecType(krylov_.matrix, PetscSide<Executor>::vector_type));
+  parallel::check_petsc(
+      MatShellSetOperation(krylov_.matrix, MATOP_MULT, reinterpret_cast<void (*)(void)>(device::multiply<Executor>)));
+  parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &krylov_.ksp));
+  PC pc = nullptr;
+  parallel::check_petsc(KSPGetPC(krylov_.ksp, &pc));
+  parallel::check_petsc(PCSetType(pc, PCSHELL));
+  parallel::check_petsc(PCShellSetApply(pc, device::precondition<Executor>));
+  parallel::check_petsc(PCShellSetContext(pc, this));
+  parallel::check_petsc(PCShellSetName(pc, "cut-cell multigrid on the device"));
+  const char* method = PetscSide<Executor>::method;
+  register_conjugate_gradients<CutCell>(method);
+  krylov_.set_options(options_.tolerance, method);
+  krylov_.require_shell();
+  const auto is_type = [](auto object, const char* type) {
+    PetscBool is = PETSC_FALSE;
+    parallel::check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(object), type, &is));
+    return is == PETSC_TRUE;
+  };
+  is_fused_ = is_type(krylov_.ksp, method);
+  if (is_fused_ && !is_type(pc, PCSHELL)) {
+    parallel::check_petsc(KSPSetType(krylov_.ksp, KSPCG));
+    is_fused_ = false;
   }
+  if (is_type(krylov_.ksp, fused_cg))
+    throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
+  parallel::check_petsc(KSPSetUp(krylov_.ksp));
+}
+
+/// For the methods of PETSc.
+template <class Executor>
+void CutCell<Executor>::set_null_space(const LaplaceProblem& problem) {
   MatNullSpace space = nullptr;
   if (!problem.has_ground()) {
     ::Vec ones = nullptr;
@@ -293,115 +378,146 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
     parallel::check_petsc(VecDestroy(&ones));
   }
   krylov_.set_null_space(space);
-  parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
-/// Also the unit of all potentials: single precision holds 38 decades either way, enough for any right-hand side of
-/// about 1. It is kept while it is good enough, so that past solutions need no rescaling.
+/// The unit of all potentials: single precision holds 38 decades either way, enough for any right-hand side of about 1.
+/// It is kept while it is good enough, so that past solutions need no rescaling.
 template <class Executor>
-void CutCell<Executor>::make_right_hand_side() {
-  parallel::check_petsc(VecSet(krylov_.b, 0.0));
-  {
-    const WriteAccess b(krylov_.b);
-    right_hand_side(*run_, problem_->view(), finest().view(), static_cast<double*>(b));
-  }
-  double largest = 0;
-  parallel::check_petsc(VecNorm(krylov_.b, NORM_INFINITY, &largest));
-  const double ratio = largest / scale_;
-  if (past_count_ == 0 || !(largest == 0 || (ratio > 1e-6 && ratio < 1e6))) {
-    forget();
-    scale_ = largest > 0 ? largest : 1;
-  }
-  parallel::check_petsc(VecScale(krylov_.b, 1 / scale_));
+void CutCell<Executor>::choose_scale() {
+  const double largest = problem_->largest(), ratio = largest / scale_;
+  if (past_count_ > 0 && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
+  forget();
+  const double scale = largest > 0 ? largest : 1;
+  if (scale != scale_) end_.clear();
+  scale_ = scale;
 }
 
 /// History::first_guess.
 template <class Executor>
-double CutCell<Executor>::first_guess() {
-  parallel::check_petsc(VecSet(krylov_.x, 0.0));
-  const int m = past_count_;
-  if (m == 0) return 0.0;
-  std::vector<double> gram(m * m), projection(m);
-  for (int p = 0; p < m; ++p) {
-    const WriteAccess v(basis_[p]), image(image_[p]);
-    past_on_unknowns(*run_, problem_->view(), finest().view(), past_[p == 0 ? 0 : p - 1].view(),
-                     p == 0 ? PastView{} : past_[p].view(), static_cast<double*>(v));
-    multiply(v, image);
-  }
-  for (int p = 0; p < m; ++p) parallel::check_petsc(VecMDot(image_[p], m, basis_, &gram[p * m]));
-  parallel::check_petsc(VecMDot(krylov_.b, m, basis_, projection.data()));
-  const std::vector<double> alpha = closest_combination(gram, projection);
-  parallel::check_petsc(VecMAXPY(krylov_.x, m, alpha.data(), basis_));
-  double norm2 = 0;
-  for (int p = 0; p < m; ++p) norm2 += alpha[p] * projection[p];
-  return std::sqrt(std::max(0.0, norm2));
-}
-
-/// The groups' entries of x.
-template <class Executor>
-std::vector<double> CutCell<Executor>::group_unknowns() const {
-  std::vector<double> value(groups_);
-  const ReadAccess x(krylov_.x);
-  if (groups_ > 0)
-    run_->to_host(value.data(), static_cast<const double*>(x) + finest().view().layout.size(),
-                  groups_ * sizeof(double));
-  return value;
-}
-
-template <class Executor>
-void CutCell<Executor>::finish_potentials(const LaplaceProblem& problem, LaplaceSolution& solution) {
-  next_potential_->resize(groups_);
+void CutCell<Executor>::first_guess() {
+  const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
-  {
-    const ReadAccess b(krylov_.b);
-    const WriteAccess x(krylov_.x);
-    balance_groups(*run_, problem_->view(), grid, static_cast<const double*>(b), static_cast<double*>(x),
-                   finest().partial(), next_potential_->data());
+  const auto n = static_cast<long>(r_->size());
+  if (past_count_ == 0) return run_->fill(x_, 0, n * sizeof(double));
+  for (int p = 0; p < past_count_; ++p) {
+    past_on_unknowns(*run_, problem, grid, past_[p == 0 ? 0 : p - 1].view(), p == 0 ? PastView{} : past_[p].view(),
+                     basis_[p].data());
+    multiply(basis_[p].data(), image_[p].data());
   }
-  std::vector<double> unknown = group_unknowns();
-  if (!problem.has_ground()) {
-    double mean = 0;
-    for (const Body& body : problem.bodies) mean += unknown[body.group];
-    mean /= static_cast<double>(std::max<std::size_t>(problem.bodies.size(), 1));
-    {
-      const WriteAccess x(krylov_.x);
-      subtract(*run_, problem_->view(), grid, mean, static_cast<double*>(x));
-    }
-    unknown = group_unknowns();
-  }
-  solution.unknowns = finest().fluid_cells();
-  solution.group_potential.resize(groups_);
-  for (std::size_t g = 0; g < groups_; ++g) {
-    solution.unknowns += problem.groups[g].floating;
-    solution.group_potential[g] = problem.groups[g].floating ? scale_ * unknown[g] : problem.groups[g].potential;
-  }
-  group_potential_->upload(solution.group_potential);
+  find_shares(*run_, n, basis(), b_, shares_->data());
+  combine(*run_, n, basis(), shares_->data(), x_);
+}
+
+/// The guess made better where it is worst, and its residual.
+template <class Executor>
+void CutCell<Executor>::better_guess() {
+  constexpr int sweeps = 4;  // as on the CPU
+  const ProblemView& problem = problem_->view();
+  const GridView& grid = finest().view();
+  relax_edges(*run_, problem, grid, b_, x_, finest().partial(), next_potential_->data(), sweeps);
+  multiply(x_, q_->data());
+  take_guess(*run_, problem, grid, b_, q_->data(), x_, r_->data(), iterations_.device);
 }
 
 template <class Executor>
-void CutCell<Executor>::evaluate(const LaplaceProblem& problem, LaplaceSolution& solution) {
-  body_result_->resize(bodies_);
-  side_result_->resize(4 * side_parts);
-  {
-    const ReadAccess x(krylov_.x);
-    const SolvedView solved{problem_->view(), finest().view(), x, scale_, group_potential_->data()};
-    sum_bodies(*run_, solved, body_result_->data());
-    sum_sides(*run_, solved, side_result_->data());
+void CutCell<Executor>::turn_and_step() {
+  const ProblemView& problem = problem_->view();
+  const GridView& grid = finest().view();
+  Iterations* iterations = iterations_.device;
+  turn_direction(*run_, problem, grid, z_->data(), p_->data(), iterations);
+  multiply(p_->data(), q_->data());
+  find_step(*run_, static_cast<long>(r_->size()), p_->data(), q_->data(), iterations);
+  step_along(*run_, problem, grid, p_->data(), q_->data(), x_, r_->data(), iterations);
+  precondition_and_judge();
+}
+
+template <class Executor>
+void CutCell<Executor>::precondition_and_judge() {
+  multigrid_->cycle(z_->data());
+  if (!problem_->view().grounded)
+    level_out(*run_, problem_->view(), finest().view(), z_->data(), potential_.device + problem_->view().groups);
+  judge(*run_, static_cast<long>(r_->size()), r_->data(), z_->data(), iterations_.device);
+}
+
+template <class Executor>
+PetscErrorCode CutCell<Executor>::iterate(KSP ksp) {
+  Iterations* iterations = iterations_.device;
+  begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
+  run_recorded(iterating_, [&] {
+    better_guess();
+    precondition_and_judge();
+    if (multigrid_->on_device()) run_->repeat_while(&iterations->go_on, [this] { turn_and_step(); });
+  });
+  int go_on = 0;
+  if (!multigrid_->on_device())
+    while (run_->to_host(&go_on, &iterations->go_on, sizeof go_on), go_on) turn_and_step();
+  finish();
+  const Iterations& found = *iterations_.host;
+  for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {
+    ksp->rnorm = found.norm[ksp->its];
+    PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
+    PetscCall(KSPMonitor(ksp, ksp->its, ksp->rnorm));
   }
+  ksp->its = found.done;
+  krylov_.criterion.scale = found.scale;
+  krylov_.criterion.last = found.scale > 0 ? ksp->rnorm / found.scale : 0.0;
+  ksp->reason = is_settled_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
+  return 0;
+}
+
+/// By a method that the user has asked for.
+template <class Executor>
+void CutCell<Executor>::solve_by_petsc(LaplaceSolution& solution) {
+  begin_iterations(*run_, 0, 0, iterations_.device);
+  better_guess();
+  report_->fetch();
+  krylov_.criterion.energy_norm = iterations_.host->energy_norm;
+  krylov_.criterion.rounding = iterations_.host->rounding;
+  krylov_.solve(solution);
+  finish();
+}
+
+template <class Executor>
+void CutCell<Executor>::finish() {
+  run_->mark(*iterated_);
+  run_recorded(end_, [this] { evaluate(); });
+  multigrid_->begin_to_settle();
+  report_->fetch();
+  is_settled_ = multigrid_->settle();
+}
+
+/// From x to all that is reported.
+template <class Executor>
+void CutCell<Executor>::evaluate() {
+  const ProblemView& problem = problem_->view();
+  const GridView& grid = finest().view();
+  balance_charges(*run_, problem, grid, b_, scale_, finest().partial(), balance_view(), x_);
+  if (!problem.grounded) fix_mean(*run_, problem, grid, x_, potential_.device + problem.groups);
+  group_potentials(*run_, problem, grid, x_, scale_, potential_.device);
+  const SolvedView solved{problem, grid, x_, scale_, potential_.device};
+  sum_bodies(*run_, solved, body_result_.device);
+  sum_sides(*run_, solved, side_result_.device);
+}
+
+template <class Executor>
+void CutCell<Executor>::take_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
+  solution.unknowns = multigrid_->fluid_cells();
+  for (const Group& group : problem.groups) solution.unknowns += group.floating;
+  solution.group_potential.assign(potential_.host, potential_.host + problem.groups.size());
   solution.energy = 0;
   solution.body_charge.clear();
   solution.body_force.clear();
-  for (const BodyResult& body : body_result_->download()) {
-    const std::size_t index = solution.body_charge.size();
-    solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[index].group];
+  for (std::size_t k = 0; k < bodies_; ++k) {
+    const BodyResult& body = body_result_.host[k];
+    solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
     solution.body_charge.push_back(body.charge);
     solution.body_force.push_back({body.force_x, body.force_y});
   }
-  const std::vector<SideResult> parts = side_result_->download();
+  solution.side_charge = {};
   for (int side = 0; side < 4; ++side)
     for (int part = 0; part < side_parts; ++part) {
-      solution.side_charge[side] += parts[side * side_parts + part].charge;
-      solution.energy += parts[side * side_parts + part].energy;
+      solution.side_charge[side] += side_result_.host[side * side_parts + part].charge;
+      solution.energy += side_result_.host[side * side_parts + part].energy;
     }
 }
 
@@ -410,16 +526,14 @@ void CutCell<Executor>::keep() {
   std::rotate(past_.begin(), past_.end() - 1, past_.end());
   past_[0].cell.resize(finest().view().layout.size());
   past_[0].body.resize(bodies_);
-  const ReadAccess x(krylov_.x);
-  remember(*run_, problem_->view(), finest().view(), static_cast<const double*>(x), group_potential_->data(), scale_,
-           past_[0].view());
+  remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view());
   past_count_ = std::min(past_count_ + 1, history_length);
 }
 
 template <class Executor>
 Profile CutCell<Executor>::profile(int repeats) {
   Profile profile;
-  const WriteAccess r(krylov_.b), z(basis_[0]), y(image_[0]);
+  double *r = b_, *z = z_->data(), *y = q_->data();
   const auto per_call = [&](auto f) {
     f();
     return run_->seconds([&] {

@@ -49,11 +49,9 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
                         float* phi_next) {
   run.sum_segments(
       problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.direct_link_start[problem.first_rank[g + 1]] - grid.direct_link_start[problem.first_rank[g]];
-      },
+      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t];
+        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
         return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
@@ -65,12 +63,12 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
 template <class Executor>
 void add_group_potentials(const Executor& run, GridView grid, const float* phi, bool red, bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
-  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary_slot[k];
     if (slot < colour_size ? !red : !black) return;
     float sum = grid.f[slot];
     for (int side = 0; side < 4; ++side) {
-      const int link = grid.boundary_link[side * grid.boundary + k];
+      const int link = grid.boundary_link_of(k, side);
       if (link >= 0) sum += static_cast<float>(grid.conductance[link]) * phi[grid.link_group[link]];
     }
     grid.f[slot] = sum;
@@ -197,19 +195,17 @@ void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlu
 /// finish(g, what a group's links and direct links bring).
 template <class Executor, class Finish>
 void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
-  const bool direct_links = grid.direct_links > 0;
+  const bool direct_links = grid.may_have(Of::direct_links);
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
-        if (!direct_links) return links;
-        return links + grid.direct_link_start[problem.first_rank[g + 1]] -
-               grid.direct_link_start[problem.first_rank[g]];
+        return direct_links ? links + grid.direct_links_of(problem, g) : links;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < links) return grid.partial[grid.piece_start[g] + t];
-        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t - links];
+        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t - links];
         return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
       },
       finish);
@@ -225,6 +221,7 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
       [=] LICHTENBERG_HOST_DEVICE(int p) {
         const GridView& grid = p < fine.pieces ? fine : coarse;
         const int piece = p < fine.pieces ? p : p - fine.pieces;
+        if (piece >= grid.piece_start[2 * problem.groups]) return 0;
         const bool of_links = piece < grid.piece_start[problem.groups];
         return of_links == (p < fine.pieces) ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
       },
@@ -238,15 +235,13 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
         else
           coarse.partial[p - fine.pieces] = sum;
       });
-  const bool direct_links = fine.direct_links > 0;
+  const bool direct_links = fine.may_have(Of::direct_links);
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int covered = problem.groups + g;
         const int links = fine.piece_start[g + 1] - fine.piece_start[g];
-        const int own = direct_links ? fine.direct_link_start[problem.first_rank[g + 1]] -
-                                           fine.direct_link_start[problem.first_rank[g]]
-                                     : 0;
+        const int own = direct_links ? fine.direct_links_of(problem, g) : 0;
         return links + coarse.piece_start[covered + 1] - coarse.piece_start[covered] + own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
@@ -255,7 +250,7 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
         const int first = coarse.piece_start[problem.groups + g];
         const int covered = coarse.piece_start[problem.groups + g + 1] - first;
         if (t < links + covered) return coarse.partial[first + t - links];
-        const DirectLink& link = fine.direct_link[fine.direct_link_start[problem.first_rank[g]] + t - links - covered];
+        const DirectLink& link = fine.direct_link[fine.first_direct_link(problem, g) + t - links - covered];
         return link.is_to_electrode() ? 0.0f
                                       : static_cast<float>(link.conductance) * fine.phi[problem.group_of[link.other]];
       },
@@ -291,7 +286,7 @@ void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, 
 /// An absorbed group's potential is that of the four cells around it.
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_of(run, grid, Of::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.absorbed_groups.item[m];
     const Interpolation around = interpolate(grid.layout, grid.centre[g], problem.electrode);
     float sum = 0;
@@ -302,24 +297,24 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
 
 /// v and phi of the coarsest grid's unknowns (a cell's slot, or -1 - group) from f and charge.
 template <class Executor>
-void multiply_inverse(const Executor& run, GridView grid, int unknowns, const int* unknown, const float* inverse,
-                      float* v) {
+void multiply_inverse(const Executor& run, GridView grid, const int* unknown, const float* inverse, float* v) {
+  const int* number = grid.number + Of::coarse_unknowns;
   run.sum_segments(
-      unknowns, [=] LICHTENBERG_HOST_DEVICE(int) { return unknowns; },
+      grid.room[Of::coarse_unknowns], [=] LICHTENBERG_HOST_DEVICE(int a) { return a < *number ? *number : 0; },
       [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
         const int name = unknown[b];
-        return inverse[a * unknowns + b] * (name >= 0 ? grid.f[name] : grid.charge[-1 - name]);
+        return inverse[a * *number + b] * (name >= 0 ? grid.f[name] : grid.charge[-1 - name]);
       },
       [=] LICHTENBERG_HOST_DEVICE(int a, float sum) {
-        (unknown[a] >= 0 ? v[unknown[a]] : grid.phi[-1 - unknown[a]]) = sum;
+        if (a < *number) (unknown[a] >= 0 ? v[unknown[a]] : grid.phi[-1 - unknown[a]]) = sum;
       });
 }
 
 /// Covered cells take their group's potential: bilinear interpolation reads them.
 template <class Executor>
-void fill_covered(const Executor& run, GridView grid, int covered) {
-  run.for_each(covered,
-               [=] LICHTENBERG_HOST_DEVICE(int m) { grid.v[grid.covered_slot[m]] = grid.phi[grid.covered_group[m]]; });
+void fill_covered(const Executor& run, GridView grid) {
+  for_each_of(run, grid, Of::covered,
+              [=] LICHTENBERG_HOST_DEVICE(int m) { grid.v[grid.covered_slot[m]] = grid.phi[grid.covered_group[m]]; });
 }
 
 /// The coarse potentials around coarse cell (I, J), beyond the box their mirror images.
@@ -402,16 +397,16 @@ void relax_red(const Executor& run, GridView grid, V* v) {
                });
 }
 
-/// flux: the groups' charges and what their cells bring; phi_next: their potentials from that, direct links left out.
+/// flux: the groups' charges and what their cells bring; `phi`: their potentials from that, direct links left out.
 template <class V, class Executor>
-void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v) {
+void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, float* phi) {
   sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, false});
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.piece_start[g + 1] - grid.piece_start[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.partial[grid.piece_start[g] + t]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.flux[g] = grid.charge[g] + sum;
-        grid.phi_next[g] = grid.flux[g] * grid.group_inverse_diagonal[g];
+        phi[g] = grid.flux[g] * grid.group_inverse_diagonal[g];
       });
 }
 

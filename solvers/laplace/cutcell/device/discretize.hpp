@@ -64,18 +64,53 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
+/// Takes down how many strips there are; none, if there is no room for so many.
+template <class Executor>
+void settle_strips(const Executor& run, ProblemView problem, GridView grid) {
+  run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+    const int strips = grid.strip_start[problem.bodies];
+    grid.wanted[Of::strips] = strips;
+    grid.number[Of::strips] = strips <= grid.room[Of::strips] ? strips : 0;
+    grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 0;  // make_group_diagonals
+    grid.number[Of::newly_absorbed] = grid.wanted[Of::newly_absorbed] =
+        grid.medium ? grid.absorbed_groups.start[bins_of(grid.layout)] : 0;
+  });
+}
+
+/// Likewise all that is listed by strip or by body.
+template <class Executor>
+void settle_lists(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
+  run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+    const Counts total = grid.counts[grid.number[Of::strips]];
+    const WithoutCells without = without_cells[problem.bodies];
+    grid.wanted[Of::covered] = total.covered;
+    grid.wanted[Of::links] = total.links;
+    grid.wanted[Of::boundary] = total.boundary;
+    grid.wanted[Of::direct_links] = total.direct_links + 2 * without.direct_links;
+    grid.wanted[Of::without_cells] = 2 * without.direct_links;
+    grid.wanted[Of::thin_conductors] = without.thin_conductors;
+    grid.wanted[Of::floating_thin_conductors] = without.floating_thin_conductors;
+    bool fits = true;
+    for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
+      fits = fits && grid.wanted[kind] <= grid.room[kind];
+    if (!fits) grid.number[Of::strips] = 0;
+    for (int kind = Of::covered; kind <= Of::floating_thin_conductors; ++kind)
+      grid.number[kind] = fits ? grid.wanted[kind] : 0;
+  });
+}
+
 /// Which body has which cell: the first one where they overlap; then, of the disks that have none, the first one in a
 /// cell that is still free.
 template <class Executor>
-void cover_cells(const Executor& run, ProblemView problem, GridView grid, int strips) {
-  run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
+  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     if (!grid.resolved[strip.body]) return;
     const Outline& outline = grid.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (covers(outline, i, strip.j)) claim(&grid.cover[slot_of(grid.layout, i, strip.j)], strip.body);
   });
-  run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
       if (grid.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.present[strip.body] = 1;
@@ -179,17 +214,17 @@ struct FillVisitor {
 };
 
 template <class Executor>
-void count_in_strips(const Executor& run, ProblemView problem, GridView grid, int strips) {
-  run.for_each(strips + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
+void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
+  run.for_each(grid.room[Of::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
     CountVisitor visitor{};
-    if (index < strips) visit(problem, grid, strip_at(problem, grid, index), visitor);
+    if (index < grid.number[Of::strips]) visit(problem, grid, strip_at(problem, grid, index), visitor);
     grid.counts[index] = visitor.counts;
   });
 }
 
 template <class Executor>
-void fill_strips(const Executor& run, ProblemView problem, GridView grid, int strips) {
-  run.for_each(strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
+void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
+  for_each_of(run, grid, Of::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     FillVisitor visitor{grid, strip.body, problem.group_of[strip.body], grid.counts[index]};
     visit(problem, grid, strip, visitor);
@@ -337,7 +372,7 @@ void make_permittivity(const Executor& run, ProblemView problem, GridView grid) 
 /// Every link's conductance, on the finest grid with its derivatives.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_of(run, grid, Of::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int slot = grid.link_slot[m];
     const LinkEnd end = grid.link_end[m];
     if (end.is_thin_conductor()) {
@@ -368,7 +403,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.conductance[m] = grid.medium ? c.value * grid.permittivity[slot] : c.value;
     const int k = grid.cover[slot].boundary_number();
-    grid.boundary_link[side * grid.boundary + k] = m;
+    grid.boundary_link[side * grid.room[Of::boundary] + k] = m;
     if (!grid.finest) return;
     grid.gradient[m] = c.gradient;
     grid.partner_group[m] = partner;
@@ -397,7 +432,7 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
   make_faces(run, grid);
   // f is the sum over the thin conductors around a cell for now.
   run.fill(grid.f, 0, grid.layout.size() * sizeof(float));
-  if (grid.thin_conductors > 0)
+  if (grid.may_have(Of::thin_conductors))
     sum_thin_conductors(
         run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int, float c) { return c; },
         [=] LICHTENBERG_HOST_DEVICE(int slot, float sum) { grid.f[slot] = sum; });
@@ -414,7 +449,7 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
         if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
           sum += 2 * grid.permittivity[slot];
         const int link =
-            cover.is_boundary_cell() ? grid.boundary_link[side * grid.boundary + cover.boundary_number()] : -1;
+            cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
         if (link >= 0) sum += grid.conductance[link];
       }
     }
@@ -449,12 +484,12 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
     }
     grid.inverse_diagonal[slot] = inverse;
   });
-  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary_slot[k];
     const CellIndex cell = cell_of(grid.layout, slot);
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
-      const int link = grid.boundary_link[side * grid.boundary + k];
+      const int link = grid.boundary_link_of(k, side);
       if (link >= 0)
         sum += grid.conductance[link];
       else if (inside(grid.layout, cell.i + step_i(side), cell.j + step_j(side)))
@@ -496,12 +531,12 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Lists the direct links of bodies without cells behind those of the strips; `number`: how many before each body.
+/// Lists the direct links of bodies without cells behind those of the strips; `before`: how many before each body.
 template <class Executor>
-void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* number,
-                        int from_strips) {
+void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    int at = from_strips + 2 * number[body].direct_links;
+    if (grid.number[Of::without_cells] == 0) return;
+    int at = grid.number[Of::direct_links] - grid.number[Of::without_cells] + 2 * before[body].direct_links;
     for_each_owner(problem, grid, body, [&](int owner, DirectLink::Kind kind, int corner) {
       const auto k = static_cast<std::uint8_t>(corner);
       grid.direct_link[at++] = {.own = body, .other = owner, .kind = kind, .corner = k, .own_has_cell = false};
@@ -512,7 +547,7 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
 
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
-  run.for_each(grid.direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+  for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     DirectLink& link = grid.direct_link[m];
     const Outline& own = grid.outline[link.own];
     if (link.kind != DirectLink::Kind::face) {
@@ -547,18 +582,19 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
   });
 }
 
-/// By the own body's rank, for sorting.
+/// By the own body's rank, for sorting; behind them what there is room for.
 template <class Executor>
 void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
-  run.for_each(grid.direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    key[m] = problem.rank_of[grid.direct_link[m].own];
+  run.for_each(grid.room[Of::direct_links], [=] LICHTENBERG_HOST_DEVICE(int m) {
+    key[m] = m < grid.number[Of::direct_links] ? problem.rank_of[grid.direct_link[m].own] : problem.bodies;
     index[m] = m;
   });
 }
 
 template <class Executor>
 void sort_direct_links(const Executor& run, GridView grid, const int* index, DirectLink* sorted) {
-  run.for_each(grid.direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.direct_link[index[m]]; });
+  for_each_of(run, grid, Of::direct_links,
+              [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.direct_link[index[m]]; });
 }
 
 }  // namespace lichtenberg::laplace::device

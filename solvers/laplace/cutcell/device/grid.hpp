@@ -14,10 +14,12 @@ namespace lichtenberg::laplace::device {
 /// Electrode side faces, and what else a grid shares with all others. Bodies are sorted by group ("rank"), so that
 /// what belongs to a body or a group is contiguous.
 struct ProblemView {
-  int bodies, groups;
+  int bodies;
+  int groups;  ///< what there is room for: those behind the problem's own have no bodies, and a given potential
   Vec2 size;
   double permittivity;
   bool electrode[4];
+  bool grounded;
   int faces;                     ///< entries of `side_potential` a side
   const double* side_potential;  ///< V, on the finest grid's faces, by side and face
   const Outline* shape;          ///< by body, in metres
@@ -28,7 +30,29 @@ struct ProblemView {
   const int* floating;           ///< by group
   const double* charge;          ///< C/m, by group
   const double* potential;       ///< V, by group, of fixed ones
+
+  bool operator==(const ProblemView&) const = default;
 };
+
+/// What a grid holds some of. The device counts them, and the host does not ask how many there are: it knows how many
+/// there is room for.
+struct Of {
+  enum Kind {
+    strips,
+    covered,
+    links,
+    boundary,
+    direct_links,
+    without_cells,  ///< direct links of bodies without cells
+    newly_absorbed,
+    thin_conductors,
+    floating_thin_conductors,
+    unknown_groups,   ///< 1 if there is any group with a potential of its own
+    coarse_unknowns,  ///< of the coarsest grid
+    kinds
+  };
+};
+using Numbers = std::array<int, Of::kinds>;
 
 /// Numbers of what a strip of cells holds.
 struct Counts {
@@ -111,6 +135,10 @@ struct GridView {
   bool finest;
   bool medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
 
+  Numbers room;  ///< how many there is room for
+  int* number;   ///< by Of::Kind; of the lists none at all if there is no room for one of them
+  int* wanted;   ///< by Of::Kind: how many there are to have room for
+
   Outline* outline;  ///< by body
   int* present;      ///< by body: covers a cell
   int* cell_owner;   ///< by body: of one that covers no cell's centre the body that has the cell it is in, or -1
@@ -118,9 +146,8 @@ struct GridView {
 
   // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
   // of the groups those that the finer grid still has.
-  int* absorbed;                                                  ///< by group
-  Vec2* centre;                                                   ///< by group
-  int newly_absorbed, thin_conductors, floating_thin_conductors;  ///< numbers
+  int* absorbed;  ///< by group
+  Vec2* centre;   ///< by group
   Bins smeared_bodies, absorbed_groups;
   float* permittivity;  ///< by slot
   float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
@@ -138,7 +165,6 @@ struct GridView {
   int* covered_group;
 
   // Links of a body to a fluid cell, sorted by body.
-  int links;
   int* link_slot;
   LinkEnd* link_end;
   int* link_group;
@@ -147,25 +173,22 @@ struct GridView {
   int* partner_group;      ///< of the body that squeezes the cell from the other side, or -1
   Vec2* partner_gradient;  ///< of that body's link with respect to this link's body
 
-  // Boundary cells: their links by side (side * boundary + k), -1: none.
-  int boundary;
+  // Boundary cells: their links by side (side * room[Of::boundary] + k), -1: none.
   int* boundary_slot;
   int* boundary_link;
   double* boundary_diagonal;
 
   // Contacts, sorted by body.
-  int direct_links;
   DirectLink* direct_link;
   int* direct_link_start;  ///< by rank
 
   // Pieces of a group's links and, behind those of all groups, of its covered cells: partial sums run over pieces, so
   // that a large group is no long serial sum.
-  int pieces;
+  int pieces;        ///< more than there are
   int* piece_start;  ///< 2 groups + 1
   int* piece_begin;
   int* piece_end;
 
-  int unknown_groups;             ///< number of groups with a potential of their own
   double* group_diagonal;         ///< 0: fixed, or a group without any link
   float* group_inverse_diagonal;  ///< likewise
 
@@ -175,9 +198,33 @@ struct GridView {
   float *phi, *phi_next, *charge, *flux;  ///< by group
   float* partial;                         ///< by piece
 
-  LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return counts[strip_start[rank]].links; }
-  LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return counts[strip_start[rank]].covered; }
+  LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
+    const int start = strip_start[rank], end = number[Of::strips];
+    return counts[start < end ? start : end];
+  }
+  LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
+  LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
+  LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
+    return boundary_link[side * room[Of::boundary] + k];
+  }
+  /// A group's direct links.
+  LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
+    return direct_link_start[problem.first_rank[g]];
+  }
+  LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
+    return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
+  }
+  bool may_have(Of::Kind kind) const { return room[kind] > 0; }
 };
+
+/// f(k) for each of what a grid has of a kind.
+template <class Executor, class F>
+void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
+  const int* number = grid.number + kind;
+  run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (k < *number) f(k);
+  });
+}
 
 constexpr int strip_width = 32;
 constexpr int piece_length = 128;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "solvers/laplace/cutcell/device/discretize.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
@@ -44,10 +46,9 @@ class DeviceGrid {
         boundary_link_(run),
         boundary_diagonal_(run),
         direct_link_(run),
-        sorted_direct_link_(run),
+        unsorted_direct_link_(run),
         direct_link_index_(run),
         direct_link_start_(run),
-        unknown_groups_(run),
         piece_start_(run),
         piece_begin_(run),
         piece_end_(run),
@@ -81,20 +82,51 @@ class DeviceGrid {
   }
 
   const GridView& view() const { return view_; }
-  int covered() const { return covered_; }
-  long fluid_cells() const { return static_cast<long>(view_.layout.nx) * view_.layout.ny - covered_; }
+  /// Of so many that are covered.
+  long fluid_cells(const Numbers& numbers) const {
+    return static_cast<long>(view_.layout.nx) * view_.layout.ny - numbers[Of::covered];
+  }
   /// Sums by piece, in double precision.
   double* partial() const { return partial_double_.data(); }
 
-  /// `medium`: some bodies are smaller than this grid resolves; `finer`: the next finer grid, null for the finest.
-  void build(const ProblemView& problem, bool medium, const GridView* finer) {
+  /// What the host may know of a grid: how many of each kind there is room for. `number`, `wanted`: on the device.
+  /// `medium`: some bodies are smaller than this grid resolves. Arrays may move.
+  void make_room(const ProblemView& problem, bool medium, int* number, int* wanted) {
     view_.medium = medium;
-    outline(problem, finer);
-    const int strips = cover(problem);
-    count(problem, strips);
-    fill_strips(run_, problem, view_, strips);
+    view_.number = number;
+    view_.wanted = wanted;
+    make_room_for_bodies(problem);
+    if (medium) make_room_for_medium(problem);
+    make_room_for_lists(problem);
+    make_room_for_groups(problem);
+  }
+  bool fits(const Numbers& wanted) const {
+    for (int kind = 0; kind < Of::kinds; ++kind)
+      if (wanted[kind] > view_.room[kind]) return false;
+    return true;
+  }
+  /// For make_room(): so many and, in a scene in motion, some more.
+  void enlarge(const Numbers& wanted) {
+    for (int kind = 0; kind < Of::kinds; ++kind)
+      if (wanted[kind] > view_.room[kind]) view_.room[kind] = wanted[kind] + wanted[kind] / 4;
+  }
+
+  /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
+  void outline(const ProblemView& problem, const GridView* finer) {
+    outline_bodies(run_, problem, view_);
+    if (view_.medium)
+      absorb_groups(run_, problem, view_, finer && finer->medium ? finer->absorbed : nullptr, sort_key_.data(),
+                    view_.absorbed_groups.item);
+  }
+
+  /// The rest, for which all outlines have been made.
+  void build(const ProblemView& problem) {
+    if (view_.medium) smear(problem);
+    cover(problem);
+    count(problem);
+    fill_strips(run_, problem, filled());
     run_.fill(boundary_link_.data(), 0xff, boundary_link_.size() * sizeof(int));
-    if (medium) make_permittivity(run_, problem, view_);
+    if (view_.medium) make_permittivity(run_, problem, view_);
     make_links(run_, problem, view_);
     make_diagonals(run_, problem, view_);
     build_direct_links(problem);
@@ -102,18 +134,18 @@ class DeviceGrid {
   }
 
  private:
-  void outline(const ProblemView& problem, const GridView* finer) {
+  void make_room_for_bodies(const ProblemView& problem) {
     view_.outline = sized(outline_, problem.bodies);
     view_.present = sized(present_, problem.bodies);
     view_.cell_owner = sized(cell_owner_, problem.bodies);
     view_.resolved = sized(resolved_, problem.bodies);
-    view_.thin_conductors = view_.newly_absorbed = 0;
-    outline_bodies(run_, problem, view_);
-    if (view_.medium) smear(problem, finer && finer->medium ? finer->absorbed : nullptr);
+    view_.strip_start = sized(strip_start_, problem.bodies + 1);
+    view_.direct_link_start = sized(direct_link_start_, problem.bodies + 1);
+    sized(without_cells_number_, problem.bodies + 1);
+    sized(sort_key_, std::max({problem.groups, problem.bodies, view_.room[Of::direct_links]}));
   }
 
-  /// Sorts what is smeared out by where it is.
-  void smear(const ProblemView& problem, const int* finer_absorbed) {
+  void make_room_for_medium(const ProblemView& problem) {
     const std::size_t size = view_.layout.size();
     if (permittivity_.size() == 0)
       for (auto* array : {&permittivity_, &east_, &north_}) {
@@ -126,100 +158,105 @@ class DeviceGrid {
     view_.absorbed = sized(absorbed_, problem.groups);
     view_.centre = sized(centre_, problem.groups);
     const int bins = bins_of(view_.layout);
-    int* key = sized(sort_key_, std::max(problem.groups, problem.bodies));
     view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups)};
-    absorb_groups(run_, problem, view_, finer_absorbed, key, view_.absorbed_groups.item);
-    run_.sort(key, view_.absorbed_groups.item, problem.groups);
-    start_segments(run_, key, problem.groups, bins, view_.absorbed_groups.start);
-    run_.to_host(&view_.newly_absorbed, view_.absorbed_groups.start + bins, sizeof(int));
     view_.smeared_bodies = {sized(body_bin_start_, bins + 1), sized(body_in_bin_, problem.bodies)};
-    smeared_keys(run_, problem, view_, key, view_.smeared_bodies.item);
-    run_.sort(key, view_.smeared_bodies.item, problem.bodies);
-    start_segments(run_, key, problem.bodies, bins, view_.smeared_bodies.start);
   }
 
-  /// Returns the number of strips.
-  int cover(const ProblemView& problem) {
-    view_.strip_start = sized(strip_start_, problem.bodies + 1);
-    count_strips(run_, problem, view_);
-    run_.exclusive_scan(view_.strip_start, problem.bodies + 1);
-    int strips = 0;
-    run_.to_host(&strips, view_.strip_start + problem.bodies, sizeof strips);
-    run_.fill(cover_.data(), 0xff, cover_.size() * sizeof(Cover));  // fluid
-    cover_cells(run_, problem, view_, strips);
-    return strips;
-  }
-
-  void count(const ProblemView& problem, int strips) {
-    view_.counts = sized(counts_, strips + 1);
-    count_in_strips(run_, problem, view_, strips);
-    run_.exclusive_scan(view_.counts, strips + 1);
-    count_without_cells(run_, problem, view_, sized(without_cells_number_, problem.bodies + 1));
-    run_.exclusive_scan(without_cells_number_.data(), problem.bodies + 1);
-    Counts total;
-    WithoutCells without_cells;
-    run_.to_host(&total, view_.counts + strips, sizeof total);
-    run_.to_host(&without_cells, without_cells_number_.data() + problem.bodies, sizeof without_cells);
-    from_without_cells_ = without_cells.direct_links;
-    view_.thin_conductors = without_cells.thin_conductors;
-    view_.floating_thin_conductors = without_cells.floating_thin_conductors;
-    covered_ = total.covered;
-    from_strips_ = total.direct_links;
-    view_.links = total.links;
-    view_.boundary = total.boundary;
-    view_.direct_links = total.direct_links + 2 * from_without_cells_;
-    view_.covered_slot = sized(covered_slot_, total.covered);
-    view_.covered_group = sized(covered_group_, total.covered);
-    view_.link_slot = sized(link_slot_, total.links);
-    view_.link_end = sized(link_end_, total.links);
-    view_.link_group = sized(link_group_, total.links);
-    view_.conductance = sized(conductance_, total.links);
+  void make_room_for_lists(const ProblemView& problem) {
+    const Numbers& room = view_.room;
+    view_.counts = sized(counts_, room[Of::strips] + 1);
+    view_.covered_slot = sized(covered_slot_, room[Of::covered]);
+    view_.covered_group = sized(covered_group_, room[Of::covered]);
+    view_.link_slot = sized(link_slot_, room[Of::links]);
+    view_.link_end = sized(link_end_, room[Of::links]);
+    view_.link_group = sized(link_group_, room[Of::links]);
+    view_.conductance = sized(conductance_, room[Of::links]);
     if (view_.finest) {
-      view_.gradient = sized(gradient_, total.links);
-      view_.partner_group = sized(partner_group_, total.links);
-      view_.partner_gradient = sized(partner_gradient_, total.links);
+      view_.gradient = sized(gradient_, room[Of::links]);
+      view_.partner_group = sized(partner_group_, room[Of::links]);
+      view_.partner_gradient = sized(partner_gradient_, room[Of::links]);
     }
-    view_.boundary_slot = sized(boundary_slot_, total.boundary);
-    view_.boundary_link = sized(boundary_link_, 4 * total.boundary);
-    view_.boundary_diagonal = sized(boundary_diagonal_, total.boundary);
-    view_.direct_link = sized(direct_link_, view_.direct_links);
-    view_.direct_link_start = sized(direct_link_start_, problem.bodies + 1);
+    view_.boundary_slot = sized(boundary_slot_, room[Of::boundary]);
+    view_.boundary_link = sized(boundary_link_, 4L * room[Of::boundary]);
+    view_.boundary_diagonal = sized(boundary_diagonal_, room[Of::boundary]);
+    view_.direct_link = sized(direct_link_, room[Of::direct_links]);
+    if (view_.may_have(Of::without_cells)) sized(unsorted_direct_link_, room[Of::direct_links]);
+    sized(direct_link_index_, room[Of::direct_links]);
+    view_.pieces = (room[Of::links] + room[Of::covered]) / piece_length + 2 * problem.groups;
   }
 
-  void build_direct_links(const ProblemView& problem) {
-    if (from_without_cells_ > 0) list_without_cells(run_, problem, view_, without_cells_number_.data(), from_strips_);
-    make_direct_links(run_, problem, view_);
-    int* key = sized(sort_key_, view_.direct_links);
-    int* index = sized(direct_link_index_, view_.direct_links);
-    direct_link_keys(run_, problem, view_, key, index);
-    if (from_without_cells_ > 0) {
-      run_.sort(key, index, view_.direct_links);
-      sort_direct_links(run_, view_, index, sized(sorted_direct_link_, view_.direct_links));
-      std::swap(direct_link_, sorted_direct_link_);
-      view_.direct_link = direct_link_.data();
-    }
-    start_segments(run_, key, view_.direct_links, problem.bodies, view_.direct_link_start);
-  }
-
-  void build_groups(const ProblemView& problem) {
+  void make_room_for_groups(const ProblemView& problem) {
     view_.piece_start = sized(piece_start_, 2 * problem.groups + 1);
+    view_.piece_begin = sized(piece_begin_, view_.pieces);
+    view_.piece_end = sized(piece_end_, view_.pieces);
+    view_.partial = sized(partial_, view_.pieces);
+    sized(partial_double_, view_.pieces);
     view_.group_diagonal = sized(group_diagonal_, problem.groups);
     view_.group_inverse_diagonal = sized(group_inverse_diagonal_, problem.groups);
     view_.phi = sized(phi_, problem.groups);
     view_.phi_next = sized(phi_next_, problem.groups);
     view_.charge = sized(charge_, problem.groups);
     view_.flux = sized(flux_, problem.groups);
+  }
+
+  /// Sorts what is smeared out by where it is.
+  void smear(const ProblemView& problem) {
+    const int bins = bins_of(view_.layout);
+    int* key = sort_key_.data();
+    run_.sort(key, view_.absorbed_groups.item, problem.groups, bins);
+    start_segments(run_, key, problem.groups, bins, view_.absorbed_groups.start);
+    smeared_keys(run_, problem, view_, key, view_.smeared_bodies.item);
+    run_.sort(key, view_.smeared_bodies.item, problem.bodies, bins);
+    start_segments(run_, key, problem.bodies, bins, view_.smeared_bodies.start);
+  }
+
+  void cover(const ProblemView& problem) {
+    count_strips(run_, problem, view_);
+    run_.exclusive_scan(view_.strip_start, problem.bodies + 1);
+    settle_strips(run_, problem, view_);
+    run_.fill(cover_.data(), 0xff, cover_.size() * sizeof(Cover));  // fluid
+    cover_cells(run_, problem, view_);
+  }
+
+  void count(const ProblemView& problem) {
+    count_in_strips(run_, problem, view_);
+    run_.exclusive_scan(view_.counts, view_.room[Of::strips] + 1);
+    count_without_cells(run_, problem, view_, without_cells_number_.data());
+    run_.exclusive_scan(without_cells_number_.data(), problem.bodies + 1);
+    settle_lists(run_, problem, view_, without_cells_number_.data());
+  }
+
+  /// With the list of direct links that is filled, which may have to be sorted.
+  GridView filled() const {
+    GridView view = view_;
+    if (view_.may_have(Of::without_cells)) view.direct_link = unsorted_direct_link_.data();
+    return view;
+  }
+
+  void build_direct_links(const ProblemView& problem) {
+    const int room = view_.room[Of::direct_links];
+    if (room == 0) {
+      run_.fill(view_.direct_link_start, 0, direct_link_start_.size() * sizeof(int));
+      return;
+    }
+    const GridView list = filled();
+    int *key = sort_key_.data(), *index = direct_link_index_.data();
+    if (view_.may_have(Of::without_cells)) list_without_cells(run_, problem, list, without_cells_number_.data());
+    make_direct_links(run_, problem, list);
+    direct_link_keys(run_, problem, list, key, index);
+    if (view_.may_have(Of::without_cells)) {
+      run_.sort(key, index, room, problem.bodies);
+      sort_direct_links(run_, list, index, view_.direct_link);
+    }
+    start_segments(run_, key, room, problem.bodies, view_.direct_link_start);
+  }
+
+  void build_groups(const ProblemView& problem) {
     phi_.zero();
     count_pieces(run_, problem, view_);
     run_.exclusive_scan(view_.piece_start, 2 * problem.groups + 1);
-    run_.to_host(&view_.pieces, view_.piece_start + 2 * problem.groups, sizeof(int));
-    view_.piece_begin = sized(piece_begin_, view_.pieces);
-    view_.piece_end = sized(piece_end_, view_.pieces);
-    view_.partial = sized(partial_, view_.pieces);
     cut_pieces(run_, problem, view_);
-    make_group_diagonals(run_, problem, view_, sized(partial_double_, view_.pieces));
-    count_unknown_groups(run_, problem, view_, sized(unknown_groups_, 1));
-    run_.to_host(&view_.unknown_groups, unknown_groups_.data(), sizeof(int));
+    make_group_diagonals(run_, problem, view_, partial_double_.data());
   }
 
   template <class T>
@@ -230,7 +267,6 @@ class DeviceGrid {
 
   const Executor& run_;
   GridView view_{};
-  int covered_ = 0, from_without_cells_ = 0, from_strips_ = 0;
   parallel::Array<Outline, Executor> outline_;
   parallel::Array<int, Executor> present_, cell_owner_, resolved_, absorbed_;
   parallel::Array<Vec2, Executor> centre_;
@@ -250,8 +286,8 @@ class DeviceGrid {
   parallel::Array<Vec2, Executor> partner_gradient_;
   parallel::Array<int, Executor> boundary_slot_, boundary_link_;
   parallel::Array<double, Executor> boundary_diagonal_;
-  parallel::Array<DirectLink, Executor> direct_link_, sorted_direct_link_;
-  parallel::Array<int, Executor> direct_link_index_, direct_link_start_, unknown_groups_;
+  parallel::Array<DirectLink, Executor> direct_link_, unsorted_direct_link_;
+  parallel::Array<int, Executor> direct_link_index_, direct_link_start_;
   parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_;
   parallel::Array<double, Executor> group_diagonal_;
   parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <map>
-#include <memory>
+#include <tuple>
+#include <variant>
+#include <vector>
 
+#include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/device/coarsest.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
@@ -11,35 +16,92 @@
 
 namespace lichtenberg::laplace::device {
 
+/// The smallest disks of a problem, which say whether a grid resolves all.
+class SmallestDisks {
+ public:
+  explicit SmallestDisks(const LaplaceProblem& problem) {
+    std::vector<int> members(problem.groups.size(), 0);
+    for (const Body& body : problem.bodies) ++members[body.group];
+    for (const Body& body : problem.bodies)
+      if (const Disk* disk = std::get_if<Disk>(&body.shape)) {
+        const bool alone = problem.groups[body.group].floating && members[body.group] == 1;
+        radius_[alone] = std::min(radius_[alone], disk->radius);
+      }
+  }
+  /// Whether a grid of cells of size h does not resolve one.
+  bool unresolved(double h) const {
+    for (const bool alone : {false, true})
+      if (radius_[alone] < infinite &&
+          !is_resolved({.kind = Outline::Kind::disk, .centre = {}, .end = {}, .size = radius_[alone] / h}, alone))
+        return true;
+    return false;
+  }
+
+ private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
+  double radius_[2] = {infinite, infinite};  // in groups; alone
+};
+
 /// The grids and the V-cycle on them (../multigrid.hpp). Where groups are coupled directly, each sweep over conductors
 /// is two Jacobi sweeps in place of one of Gauss-Seidel.
 template <class Executor>
 class DeviceMultigrid {
  public:
   DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
-      : run_(run), coarsest_(run) {
+      : run_(run), coarsest_(run), numbers_(run) {
     for (const GridSize& size : grid_sizes(nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
+    medium_.assign(grids_.size(), false);
+    if (levels() > 1) return;
+    only_.resize(grids_[0].view().layout.size());
+    only_.zero();
   }
 
+  /// Discretizes on all grids. Whether there was room for all of it, the device knows; settle() asks.
   void build(const LaplaceProblem& problem, const ProblemView& view) {
-    recordings_.clear();
-    if (levels() == 1) {
-      only_.resize(grids_[0].view().layout.size());
-      only_.zero();
+    prepare(problem, view);
+    if (fits_) {
+      run_.run(building_, [&] { build_all(); });
+    } else {
+      do {
+        build_all();
+        numbers_.fetch();
+      } while (enlarge());
+      fits_ = true;
     }
-    problem_ = view;
-    const GridView* finer = nullptr;
-    for (DeviceGrid<Executor>& grid : grids_) {
-      grid.build(view, finer && unresolved(problem, grid.view().h), finer);
-      finer = &grid.view();
+    if (coarsest_.on_device()) return;
+    numbers_.fetch();
+    if (!lacking()) coarsest_.factorize(problem, grids_.back().view(), wanted(levels() - 1));
+  }
+
+  /// For settle(), before which the executor must have waited.
+  void begin_to_settle() { numbers_.begin_fetch(); }
+  /// Returns whether all that build() has made is there; if not, building again makes it. Throws Failure if the coarsest
+  /// grid's system is singular.
+  bool settle() {
+    if (lacking()) {
+      enlarge();
+      return false;
     }
-    coarsest_.build(problem, grids_.back().view());
+    if (coarsest_.on_device() && *singular_.host)
+      throw Failure(
+          "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
+    return true;
+  }
+  /// Changes whenever arrays have moved.
+  int generation() const { return generation_; }
+  bool on_device() const { return coarsest_.on_device(); }
+  long fluid_cells() const { return finest().fluid_cells(wanted(0)); }
+  /// Of what a grid holds, as settle() found it.
+  Numbers wanted(int level) const {
+    Numbers numbers;
+    std::copy_n(wanted_.host + level * Of::kinds, Of::kinds, numbers.begin());
+    return numbers;
   }
 
   const DeviceGrid<Executor>& finest() const { return grids_.front(); }
   int levels() const { return static_cast<int>(grids_.size()); }
-  long coarse_unknowns() const { return coarsest_.unknowns(); }
+  long coarse_unknowns() const { return wanted(levels() - 1)[Of::coarse_unknowns]; }
 
   /// z = M r
   void apply(const double* r, double* z) {
@@ -49,25 +111,23 @@ class DeviceMultigrid {
 
   /// z = M r with the residual r that has been taken (TakeResidual).
   void apply(double* z) {
-    Recordings& recordings = recordings_[z];
-    if (coarsest_.on_device()) {
-      run_.run(recordings.first, [&] {
-        go_down(z);
-        solve_coarsest(z);
-        go_up(z);
-      });
-      return;
-    }
-    run_.run(recordings.first, [&] { go_down(z); });
+    if (on_device())
+      run_.run(recordings_[z], [&] { cycle(z); });
+    else
+      cycle(z);
+  }
+  /// The same, kernel by kernel.
+  void cycle(double* z) {
+    go_down(z);
     solve_coarsest(z);
-    run_.run(recordings.second, [&] { go_up(z); });
+    go_up(z);
   }
 
   template <class V>
   void down(int l, V* v) {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     // Conductors first: a conductor's charge spreads into its potential before the cells see it.
-    if (grid.direct_links > 0) {
+    if (grid.may_have(Of::direct_links)) {
       relax_direct_links(run_, problem_, grid, grid.charge, grid.phi, grid.phi_next);
       run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
     }
@@ -75,38 +135,85 @@ class DeviceMultigrid {
     sweep_from_zero(run_, grid, v);
     leave_residual(run_, grid, static_cast<const V*>(v), residual_of(v));
     restrict_residual(run_, problem_, grid, coarse, residual_of(v));
-    if (coarse.newly_absorbed > 0) {
+    if (coarse.may_have(Of::newly_absorbed)) {
       leave_group_residual(run_, problem_, grid, static_cast<const V*>(v));
       restrict_absorbed(run_, problem_, coarse, grid.flux);
     }
-    if (coarse.unknown_groups > 0) restrict_groups(run_, problem_, grid, coarse, static_cast<const V*>(v));
+    if (coarse.may_have(Of::unknown_groups)) restrict_groups(run_, problem_, grid, coarse, static_cast<const V*>(v));
   }
 
   /// The mirror image of `down`: black, red, conductors.
   template <class V>
   void up(int l, V* v) {
     const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
-    fill_covered(run_, coarse, grids_[l + 1].covered());
-    if (coarse.newly_absorbed > 0) interpolate_absorbed(run_, problem_, coarse);
+    fill_covered(run_, coarse);
+    if (coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
     add_potentials(grid, coarse.phi, false, true);
     prolongate_and_relax_black(run_, problem_, grid, coarse, v);
     add_potentials(grid, coarse.phi, true, false);
     relax_red(run_, grid, v);
-    if (grid.unknown_groups == 0) return;
-    relax_groups(run_, problem_, grid, static_cast<const V*>(v));
-    if (grid.direct_links == 0) {
-      run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
-      return;
-    }
+    if (!grid.may_have(Of::unknown_groups)) return;
+    if (!grid.may_have(Of::direct_links)) return relax_groups(run_, problem_, grid, static_cast<const V*>(v), grid.phi);
+    relax_groups(run_, problem_, grid, static_cast<const V*>(v), grid.phi_next);
     add(run_, problem_.groups, coarse.phi, grid.phi);
     relax_direct_links(run_, problem_, grid, grid.flux, grid.phi, grid.phi_next);
     relax_direct_links(run_, problem_, grid, grid.flux, grid.phi_next, grid.phi);
   }
 
  private:
-  struct Recordings {
-    typename Executor::Recording first, second;
-  };
+  /// Takes note of what has changed since the last build, and makes room for it.
+  void prepare(const LaplaceProblem& problem, const ProblemView& view) {
+    const SmallestDisks disks(problem);
+    std::vector<bool> medium;
+    for (const DeviceGrid<Executor>& grid : grids_)
+      medium.push_back(!medium.empty() && disks.unresolved(grid.view().h));
+    if (generation_ > 0 && problem_ == view && medium_ == medium) return;
+    problem_ = view;
+    medium_ = medium;
+    fits_ = false;
+    const std::size_t numbers = grids_.size() * Of::kinds;
+    std::tie(wanted_, singular_) = numbers_.template divide<int, int>({numbers, 1});
+    number_.resize(numbers);
+    run_.fill(number_.data(), 0, numbers * sizeof(int));
+    run_.fill(wanted_.device, 0, numbers * sizeof(int));
+    make_room();
+  }
+
+  void make_room() {
+    for (int l = 0; l < levels(); ++l)
+      grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds);
+    coarsest_.make_room(problem_, grids_.back().view());
+    recordings_.clear();
+    building_.clear();
+    ++generation_;
+  }
+
+  bool lacking() const {
+    for (int l = 0; l < levels(); ++l)
+      if (!grids_[l].fits(wanted(l))) return true;
+    return false;
+  }
+  /// Returns whether anything had no room.
+  bool enlarge() {
+    if (!lacking()) return false;
+    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(wanted(l));
+    make_room();
+    fits_ = false;
+    return true;
+  }
+
+  void build_all() {
+    const GridView* finer = nullptr;
+    for (DeviceGrid<Executor>& grid : grids_) {
+      grid.outline(problem_, finer);
+      finer = &grid.view();
+    }
+    run_.side_by_side(levels(), [&](int l) {
+      grids_[l].build(problem_);
+      if (l + 1 == levels()) coarsest_.build(problem_, grids_[l].view());
+    });
+    run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
+  }
 
   void go_down(double* z) {
     if (levels() > 1) down(0, z);
@@ -120,20 +227,9 @@ class DeviceMultigrid {
   }
 
   void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
-    if (grid.unknown_groups == 0) return;
+    if (!grid.may_have(Of::unknown_groups)) return;
     add_group_potentials(run_, grid, phi, red, black);
-    if (grid.floating_thin_conductors > 0) add_thin_conductor_potentials(run_, problem_, grid, phi, red, black);
-  }
-
-  /// Whether a grid of cells of size h leaves a disk unresolved.
-  static bool unresolved(const LaplaceProblem& problem, double h) {
-    std::vector<int> members(problem.groups.size(), 0);
-    for (const Body& body : problem.bodies) ++members[body.group];
-    for (const Body& body : problem.bodies)
-      if (!is_resolved(outline_in_cells(body.shape, h),
-                       problem.groups[body.group].floating && members[body.group] == 1))
-        return true;
-    return false;
+    if (grid.may_have(Of::floating_thin_conductors)) add_thin_conductor_potentials(run_, problem_, grid, phi, red, black);
   }
 
   void solve_coarsest(double* z) {
@@ -149,9 +245,16 @@ class DeviceMultigrid {
 
   const Executor& run_;
   std::vector<DeviceGrid<Executor>> grids_;
+  std::vector<bool> medium_;  // by grid
   ProblemView problem_{};
   Coarsest<Executor> coarsest_;
-  std::map<double*, Recordings> recordings_;  // by z
+  parallel::Array<int, Executor> number_{run_};
+  parallel::Parcel<Executor> numbers_;
+  typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;
+  bool fits_ = false;  // as far as is known
+  int generation_ = 0;
+  typename Executor::Recording building_;
+  std::map<double*, typename Executor::Recording> recordings_;  // by z
   parallel::Array<float, Executor> only_{run_};
 };
 

@@ -2,6 +2,9 @@
 
 // The finest grid's system in double precision: operator.cpp's, and the first guess.
 
+#include <cmath>
+
+#include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 
 namespace lichtenberg::laplace::device {
@@ -26,19 +29,17 @@ template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* partial,
                   Finish finish) {
   const int cells = static_cast<int>(grid.layout.size());
-  const bool direct_links = grid.direct_links > 0;
+  const bool direct_links = grid.may_have(Of::direct_links);
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
-        if (!direct_links) return links;
-        return links + grid.direct_link_start[problem.first_rank[g + 1]] -
-               grid.direct_link_start[problem.first_rank[g]];
+        return direct_links ? links + grid.direct_links_of(problem, g) : links;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < links) return partial[grid.piece_start[g] + t];
-        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t - links];
+        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t - links];
         if (link.is_to_electrode()) return 0.0;
         const int other = problem.group_of[link.other];
         return problem.floating[other] ? link.conductance * x[cells + other] : 0.0;
@@ -68,12 +69,12 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
                  y[slot] = value;
                  clear_end(at, colour, row, column, y);
                });
-  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary_slot[k];
     const Neighbours n = neighbours(grid.layout, slot);
     double value = grid.boundary_diagonal[k] * x[slot] - (x[n.west] + x[n.east] + x[n.south] + x[n.north]);
     for (int side = 0; side < 4; ++side) {
-      const int link = grid.boundary_link[side * grid.boundary + k];
+      const int link = grid.boundary_link_of(k, side);
       if (link >= 0) value -= grid.conductance[link] * x[cells + grid.link_group[link]];
     }
     y[slot] = value;
@@ -85,36 +86,79 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
   });
 }
 
-/// r = b - q, taken for the V-cycle.
+/// For the first guess x and q = A x: how it is to be stretched (Iterations::take_guess).
+struct GuessSums {
+  double product = 0, energy = 0, largest = 0;
+  LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
+    product += other.product;
+    energy += other.energy;
+    largest = other.largest > largest ? other.largest : largest;
+    return *this;
+  }
+};
+
+/// Stretches the guess x, of which q is the image; r = b - A x, taken for the V-cycle.
 template <class Executor>
-void subtract_from(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* q,
-                   double* r) {
+void take_guess(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* q, double* x,
+                double* r, Iterations* iterations) {
+  const long n = static_cast<long>(grid.layout.size()) + problem.groups;
+  run.sum(
+      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return GuessSums{b[k] * x[k], x[k] * q[k], std::abs(x[k])}; },
+      [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
+        iterations->take_guess(sums.product, sums.energy, sums.largest, static_cast<double>(n));
+      });
   const TakeResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const double residual = b[k] - q[k];
-    r[k] = residual;
-    take(k, residual);
+  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double factor = iterations->factor;
+    x[k] *= factor;
+    r[k] = b[k] - factor * q[k];
+    take(k, r[k]);
   });
 }
 
 /// p = z + beta p; without reading p if beta is 0.
 template <class Executor>
-void turn_direction(const Executor& run, ProblemView problem, GridView grid, const double* z, double beta, double* p) {
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
-               [=] LICHTENBERG_HOST_DEVICE(int k) { p[k] = beta == 0 ? z[k] : z[k] + beta * p[k]; });
+void turn_direction(const Executor& run, ProblemView problem, GridView grid, const double* z, double* p,
+                    const Iterations* iterations) {
+  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double beta = iterations->beta;
+    p[k] = beta == 0 ? z[k] : z[k] + beta * p[k];
+  });
 }
 
 /// x += alpha p, r -= alpha q, taken for the V-cycle.
 template <class Executor>
-void step_along(const Executor& run, ProblemView problem, GridView grid, double alpha, const double* p, const double* q,
-                double* x, double* r) {
+void step_along(const Executor& run, ProblemView problem, GridView grid, const double* p, const double* q, double* x,
+                double* r, const Iterations* iterations) {
   const TakeResidual take{grid};
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double alpha = iterations->alpha;
     x[k] += alpha * p[k];
     const double residual = r[k] - alpha * q[k];
     r[k] = residual;
     take(k, residual);
   });
+}
+
+template <class Executor>
+void begin_iterations(const Executor& run, double tolerance, int most, Iterations* iterations) {
+  run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
+}
+
+/// How far to go along p, of which q is the image.
+template <class Executor>
+void find_step(const Executor& run, long n, const double* p, const double* q, Iterations* iterations) {
+  run.sum(
+      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return p[k] * q[k]; },
+      [=] LICHTENBERG_HOST_DEVICE(double curvature) { iterations->set_step(curvature); });
+}
+
+/// Whether the residual r, z preconditioned, is small enough, and how the next direction turns.
+template <class Executor>
+void judge(const Executor& run, long n, const double* r, const double* z, Iterations* iterations) {
+  run.sum(
+      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return r[k] * z[k]; },
+      [=] LICHTENBERG_HOST_DEVICE(double product) { iterations->judge(product); });
 }
 
 /// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group.
@@ -130,18 +174,19 @@ void balance_groups(const Executor& run, ProblemView problem, GridView grid, con
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 
-/// b, which is zero before: charges, and what groups and sides of given potential bring.
+/// b: charges, and what groups and sides of given potential bring, potentials in units of `unit`, V.
 template <class Executor>
-void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b) {
+void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b, double unit = 1) {
+  run.fill(b, 0, (grid.layout.size() + problem.groups) * sizeof(double));
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(grid.boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     double sum = 0;
     for (int side = 0; side < 4; ++side) {
-      const int link = grid.boundary_link[side * grid.boundary + k];
+      const int link = grid.boundary_link_of(k, side);
       if (link < 0 || problem.floating[grid.link_group[link]]) continue;
       sum += grid.conductance[link] * problem.potential[grid.link_group[link]];
     }
-    b[grid.boundary_slot[k]] = sum;
+    b[grid.boundary_slot[k]] = sum / unit;
   });
   // The sides left and right, then bottom and top: a corner has one of either.
   for (int first = 0; first < 4; first += 2)
@@ -151,21 +196,19 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return;
       const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
       const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
-      if (grid.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face];
+      if (grid.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
     });
   run.sum_segments(
       problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.direct_link_start[problem.first_rank[g + 1]] - grid.direct_link_start[problem.first_rank[g]];
-      },
+      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const DirectLink& link = grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t];
+        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
         if (link.is_to_electrode()) return link.conductance * problem.side_potential[link.face()];
         const int other = problem.group_of[link.other];
         return problem.floating[other] ? 0.0 : link.conductance * problem.potential[other];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-        b[cells + g] = problem.floating[g] ? problem.charge[g] / problem.permittivity + sum : 0.0;
+        b[cells + g] = problem.floating[g] ? (problem.charge[g] / problem.permittivity + sum) / unit : 0.0;
       });
 }
 
@@ -178,15 +221,57 @@ void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, doub
                [=] LICHTENBERG_HOST_DEVICE(int g) { v[cells + g] = grid.group_diagonal[g] > 0 ? 1.0 : 0.0; });
 }
 
+/// A sum and how many it is of.
+struct Mean {
+  double sum = 0, count = 0;
+  LICHTENBERG_HOST_DEVICE Mean& operator+=(const Mean& other) {
+    sum += other.sum;
+    count += other.count;
+    return *this;
+  }
+  LICHTENBERG_HOST_DEVICE double value() const { return count > 0 ? sum / count : 0.0; }
+};
+
 /// x - mean on every unknown.
 template <class Executor>
-void subtract(const Executor& run, ProblemView problem, GridView grid, double mean, double* x) {
+void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    if (grid.inverse_diagonal[slot] > 0) x[slot] -= mean;
+  run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (k < cells ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - cells] > 0) x[k] -= *mean;
   });
+}
+
+/// Takes from z, where nothing is grounded, what the operator takes to zero: its mean over all unknowns.
+template <class Executor>
+void level_out(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.sum(
+      static_cast<long>(cells) + problem.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int k) {
+        const bool unknown = k < cells ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - cells] > 0;
+        return unknown ? Mean{z[k], 1} : Mean{};
+      },
+      [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
+  subtract(run, problem, grid, mean, z);
+}
+
+/// Where nothing is grounded the bodies' mean potential is zero.
+template <class Executor>
+void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x, double* mean) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.sum(
+      problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) { return Mean{x[cells + problem.group_of[body]], 1}; },
+      [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
+  subtract(run, problem, grid, mean, x);
+}
+
+/// Of all groups, V.
+template <class Executor>
+void group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
+                      double* potential) {
+  const int cells = static_cast<int>(grid.layout.size());
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
-    if (grid.group_diagonal[g] > 0) x[cells + g] -= mean;
+    potential[g] = problem.floating[g] ? unit * x[cells + g] : problem.potential[g];
   });
 }
 

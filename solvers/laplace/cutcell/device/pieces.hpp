@@ -29,6 +29,7 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.pieces, [=] LICHTENBERG_HOST_DEVICE(int piece) {
+    if (piece >= grid.piece_start[2 * problem.groups]) return;
     const int segment = segment_of(grid.piece_start, 2 * problem.groups, piece);
     const int begin = piece_segment(problem, grid, segment) + (piece - grid.piece_start[segment]) * piece_length;
     const int end = piece_segment_end(problem, grid, segment);
@@ -50,28 +51,19 @@ void make_group_diagonals(const Executor& run, ProblemView problem, GridView gri
   run.sum_segments(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        const int direct_links =
-            grid.direct_link_start[problem.first_rank[g + 1]] - grid.direct_link_start[problem.first_rank[g]];
-        return grid.piece_start[g + 1] - grid.piece_start[g] + direct_links;
+        return grid.piece_start[g + 1] - grid.piece_start[g] + grid.direct_links_of(problem, g);
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const int own_pieces = grid.piece_start[g + 1] - grid.piece_start[g];
         if (t < own_pieces) return partial[grid.piece_start[g] + t];
-        return grid.direct_link[grid.direct_link_start[problem.first_rank[g]] + t - own_pieces].conductance;
+        return grid.direct_link[grid.first_direct_link(problem, g) + t - own_pieces].conductance;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const bool unknown = problem.floating[g] && sum > 0;
         grid.group_diagonal[g] = unknown ? sum : 0.0;
         grid.group_inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
+        if (unknown) grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 1;  // all write the same
       });
-}
-
-template <class Executor>
-void count_unknown_groups(const Executor& run, ProblemView problem, GridView grid, int* number) {
-  run.sum_segments(
-      1, [=] LICHTENBERG_HOST_DEVICE(int) { return problem.groups; },
-      [=] LICHTENBERG_HOST_DEVICE(int, int g) { return static_cast<int>(grid.group_diagonal[g] > 0); },
-      [=] LICHTENBERG_HOST_DEVICE(int, int sum) { *number = sum; });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -1,6 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <tuple>
 #include <vector>
 
 #include "solvers/laplace/cutcell/device/grid.hpp"
@@ -8,103 +13,118 @@
 
 namespace lichtenberg::laplace::device {
 
-/// A problem's bodies, groups and sides on the device.
+/// A problem's bodies, groups and sides on the device. What is there moves only when there is more of it.
 template <class Executor>
 class DeviceProblem {
  public:
-  explicit DeviceProblem(const Executor& run)
-      : side_potential_(run),
-        shape_(run),
-        group_of_(run),
-        body_at_(run),
-        rank_of_(run),
-        first_rank_(run),
-        floating_(run),
-        charge_(run),
-        potential_(run) {}
+  explicit DeviceProblem(const Executor& run) : parcel_(run), side_potential_(run) {}
 
   /// nx, ny: the finest grid's, on whose faces the sides' potentials are taken.
   void upload(const LaplaceProblem& problem, int nx, int ny) {
-    upload_bodies(problem);
-    upload_groups(problem);
-    upload_sides(problem, nx, ny);
+    make_room(problem);
+    send_sides(problem, nx, ny);
+    write_bodies(problem);
+    write_groups(problem);
+    parcel_.send();
   }
 
-  ProblemView view() const {
-    ProblemView view = view_;
-    view.side_potential = side_potential_.data();
-    view.shape = shape_.data();
-    view.group_of = group_of_.data();
-    view.body_at = body_at_.data();
-    view.rank_of = rank_of_.data();
-    view.first_rank = first_rank_.data();
-    view.floating = floating_.data();
-    view.charge = charge_.data();
-    view.potential = potential_.data();
-    return view;
-  }
+  const ProblemView& view() const { return view_; }
+  /// Largest charge / permittivity or potential given, V.
+  double largest() const { return std::max(largest_of_groups_, largest_of_sides_); }
 
  private:
-  void upload_bodies(const LaplaceProblem& problem) {
-    const int bodies = static_cast<int>(problem.bodies.size()), groups = static_cast<int>(problem.groups.size());
-    std::vector<Outline> shape;
-    std::vector<int> group_of, body_at(bodies), rank_of(bodies), first_rank(groups + 1, 0);
-    for (const Body& body : problem.bodies) {
-      shape.push_back(outline_in_cells(body.shape, 1.0));
-      group_of.push_back(body.group);
-      ++first_rank[body.group + 1];
-    }
-    for (int g = 0; g < groups; ++g) first_rank[g + 1] += first_rank[g];
-    std::vector<int> next(first_rank.begin(), first_rank.end() - 1);
-    for (int body = 0; body < bodies; ++body) {
-      rank_of[body] = next[group_of[body]]++;
-      body_at[rank_of[body]] = body;
-    }
-    shape_.upload(shape);
-    group_of_.upload(group_of);
-    body_at_.upload(body_at);
-    rank_of_.upload(rank_of);
-    first_rank_.upload(first_rank);
-    view_.bodies = bodies;
-    view_.groups = groups;
+  template <class T>
+  using Part = typename parallel::Parcel<Executor>::template Part<T>;
+
+  void make_room(const LaplaceProblem& problem) {
+    const std::size_t bodies = problem.bodies.size(), groups = problem.groups.size();
     view_.size = problem.size;
     view_.permittivity = problem.permittivity;
+    view_.grounded = problem.has_ground();
+    if (view_.shape && static_cast<int>(bodies) == view_.bodies && static_cast<int>(groups) <= view_.groups) return;
+    const std::size_t room = view_.shape ? groups + groups / 4 : groups;  // in motion they become more by and by
+    view_.bodies = static_cast<int>(bodies);
+    view_.groups = static_cast<int>(room);
+    std::tie(shape_, group_of_, body_at_, rank_of_, first_rank_, floating_, charge_, potential_) =
+        parcel_.template divide<Outline, int, int, int, int, int, double, double>(
+            {bodies, bodies, bodies, bodies, room + 1, room, room, room});
+    view_.shape = shape_.device;
+    view_.group_of = group_of_.device;
+    view_.body_at = body_at_.device;
+    view_.rank_of = rank_of_.device;
+    view_.first_rank = first_rank_.device;
+    view_.floating = floating_.device;
+    view_.charge = charge_.device;
+    view_.potential = potential_.device;
   }
 
-  void upload_groups(const LaplaceProblem& problem) {
-    std::vector<int> floating;
-    std::vector<double> charge, potential;
-    for (const Group& group : problem.groups) {
-      floating.push_back(group.floating);
-      charge.push_back(group.floating ? group.charge : 0.0);
-      potential.push_back(group.floating ? 0.0 : group.potential);
+  void write_bodies(const LaplaceProblem& problem) {
+    const int bodies = view_.bodies, groups = view_.groups;
+    int* first_rank = first_rank_.host;
+    std::fill(first_rank, first_rank + groups + 1, 0);
+    for (int body = 0; body < bodies; ++body) {
+      new (shape_.host + body) Outline(outline_in_cells(problem.bodies[body].shape, 1.0));
+      group_of_.host[body] = problem.bodies[body].group;
+      ++first_rank[problem.bodies[body].group + 1];
     }
-    floating_.upload(floating);
-    charge_.upload(charge);
-    potential_.upload(potential);
+    for (int g = 0; g < groups; ++g) first_rank[g + 1] += first_rank[g];
+    next_.assign(first_rank, first_rank + groups);
+    for (int body = 0; body < bodies; ++body) {
+      rank_of_.host[body] = next_[group_of_.host[body]]++;
+      body_at_.host[rank_of_.host[body]] = body;
+    }
   }
 
-  void upload_sides(const LaplaceProblem& problem, int nx, int ny) {
-    const double h = problem.size.x / nx;
-    view_.faces = std::max(nx, ny);
-    std::vector<double> potential(4 * static_cast<std::size_t>(view_.faces), 0.0);
+  void write_groups(const LaplaceProblem& problem) {
+    largest_of_groups_ = 0;
+    for (int g = 0; g < view_.groups; ++g) {
+      const Group group = g < static_cast<int>(problem.groups.size()) ? problem.groups[g] : Group{.floating = false};
+      floating_.host[g] = group.floating;
+      charge_.host[g] = group.floating ? group.charge : 0.0;
+      potential_.host[g] = group.floating ? 0.0 : group.potential;
+      largest_of_groups_ =
+          std::max(largest_of_groups_, std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
+    }
+  }
+
+  /// Where they are what they were, they are there.
+  void send_sides(const LaplaceProblem& problem, int nx, int ny) {
+    const int faces = std::max(nx, ny);
+    bool same = view_.faces == faces;
     for (int side = 0; side < 4; ++side) {
-      view_.electrode[side] = problem.sides[side].kind == Side::Kind::electrode;
+      const Side& s = problem.sides[side];
+      same = same && !s.profile && view_.electrode[side] == (s.kind == Side::Kind::electrode) &&
+             constant_[side] == s.potential;
+      constant_[side] = s.profile ? std::numeric_limits<double>::quiet_NaN() : s.potential;
+      view_.electrode[side] = s.kind == Side::Kind::electrode;
+    }
+    if (same) return;
+    view_.faces = faces;
+    const double h = problem.size.x / nx;
+    std::vector<double> potential(4 * static_cast<std::size_t>(faces), 0.0);
+    for (int side = 0; side < 4; ++side) {
       if (!view_.electrode[side]) continue;
       for (int k = 0; k < (side < 2 ? ny : nx); ++k) {
         const int far = side == right ? nx - 1 : side == top ? ny - 1 : 0;
         const Vec2 centre = side < 2 ? cell_centre(far, k) : cell_centre(k, far);
-        potential[side * view_.faces + k] = problem.sides[side].potential_at(h * (centre + 0.5 * direction(side)));
+        potential[side * faces + k] = problem.sides[side].potential_at(h * (centre + 0.5 * direction(side)));
       }
     }
+    largest_of_sides_ = 0;
+    for (const double v : potential) largest_of_sides_ = std::max(largest_of_sides_, std::abs(v));
     side_potential_.upload(potential);
+    view_.side_potential = side_potential_.data();
   }
 
   ProblemView view_{};
+  parallel::Parcel<Executor> parcel_;
+  Part<Outline> shape_;
+  Part<int> group_of_, body_at_, rank_of_, first_rank_, floating_;
+  Part<double> charge_, potential_;
   parallel::Array<double, Executor> side_potential_;
-  parallel::Array<Outline, Executor> shape_;
-  parallel::Array<int, Executor> group_of_, body_at_, rank_of_, first_rank_, floating_;
-  parallel::Array<double, Executor> charge_, potential_;
+  std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies
+  double largest_of_groups_ = 0, largest_of_sides_ = 0;
+  std::vector<int> next_;
 };
 
 }  // namespace lichtenberg::laplace::device

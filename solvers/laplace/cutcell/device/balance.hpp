@@ -1,0 +1,188 @@
+#pragma once
+
+// Charges made exact (CutCellOperator::balance): each group's potential is shifted, and the level of all potentials
+// together, until every group's charge and the sum of all charges are right to rounding.
+
+#include "solvers/laplace/cutcell/device/operator.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// By group; `level`: one value.
+struct BalanceView {
+  double *residual, *shift;  ///< of the groups' equations; what takes it away
+  double *hold, *held;       ///< direct links' conductances to given potentials; the shift that these would make
+  double* hold_flux;         ///< what such links bring
+  double *r, *p, *q;         ///< for the elimination
+  double* level;
+};
+
+/// What links of floating groups and cells to given potentials bring and conduct.
+struct GroundSums {
+  double flux = 0, conductance = 0;
+  LICHTENBERG_HOST_DEVICE GroundSums& operator+=(const GroundSums& other) {
+    flux += other.flux;
+    conductance += other.conductance;
+    return *this;
+  }
+};
+
+/// The groups' equations for given cells, two right-hand sides, by conjugate gradients in one block: they are coupled by
+/// direct links alone, mostly in pairs and short chains, which takes few iterations.
+struct SolveGroups {
+  ProblemView problem;
+  GridView grid;
+  BalanceView balance;
+
+  static constexpr int threads = 1024, most = 400;
+  static constexpr double enough = 1e-24;  // of the residual's norm squared: of what is a correction of the tolerance
+  static constexpr std::size_t bytes = (threads + 4) * sizeof(double);
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
+    solve(block, balance.residual, balance.shift);
+    solve(block, balance.hold, balance.held);
+  }
+
+ private:
+  /// The sum of value(g) over all groups, in memory[0] of the block's.
+  template <class Block, class Value>
+  LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
+    double* part = block.template memory<double>();
+    block.each(threads, [&](int t) {
+      double own = 0;
+      for (int g = t; g < problem.groups; g += threads) own += value(g);
+      part[t] = own;
+    });
+    for (int half = threads / 2; half > 0; half /= 2) block.each(half, [&](int t) { part[t] += part[t + half]; });
+    const double all = part[0];
+    block.each(1, [](int) {});  // before it is written again
+    return all;
+  }
+  LICHTENBERG_HOST_DEVICE double product(const double* x, int g) const {
+    double sum = grid.group_diagonal[g] * x[g];
+    for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
+      const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + k];
+      if (link.is_to_electrode()) continue;
+      const int other = problem.group_of[link.other];
+      if (grid.group_diagonal[other] > 0) sum -= link.conductance * x[other];
+    }
+    return sum;
+  }
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
+    double *r = balance.r, *p = balance.p, *q = balance.q;
+    const auto unknown = [&](int g) { return grid.group_diagonal[g] > 0; };
+    const auto squared = [&](int g) { return unknown(g) ? r[g] * r[g] / grid.group_diagonal[g] : 0.0; };
+    block.each(problem.groups, [&](int g) {
+      x[g] = 0;
+      r[g] = unknown(g) ? rhs[g] : 0.0;
+      p[g] = unknown(g) ? r[g] / grid.group_diagonal[g] : 0.0;
+    });
+    const double first = sum(block, squared);
+    double now = first;
+    for (int step = 0; step < most && now > enough * first; ++step) {
+      block.each(problem.groups, [&](int g) { q[g] = unknown(g) ? product(p, g) : 0.0; });
+      const double curvature = sum(block, [&](int g) { return p[g] * q[g]; });
+      if (!(curvature > 0)) return;
+      const double alpha = now / curvature;
+      block.each(problem.groups, [&](int g) {
+        x[g] += alpha * p[g];
+        r[g] -= alpha * q[g];
+      });
+      const double last = now;
+      now = sum(block, squared);
+      const double beta = now / last;
+      block.each(problem.groups, [&](int g) {
+        if (unknown(g)) p[g] = r[g] / grid.group_diagonal[g] + beta * p[g];
+      });
+    }
+  }
+};
+
+/// What each group lacks, and what its direct links to given potentials bring and conduct.
+template <class Executor>
+void find_imbalance(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
+                    double unit, double* partial, BalanceView balance) {
+  const int cells = static_cast<int>(grid.layout.size());
+  link_fluxes(run, problem, grid, x, partial);
+  group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+    const double diagonal = grid.group_diagonal[g];
+    balance.residual[g] = diagonal > 0 ? b[cells + g] + sum - diagonal * x[cells + g] : 0.0;
+    if (!grid.may_have(Of::direct_links)) balance.shift[g] = diagonal > 0 ? balance.residual[g] / diagonal : 0.0;
+  });
+  if (!grid.may_have(Of::direct_links)) return;
+  run.sum_segments(
+      problem.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.group_diagonal[g] > 0 ? grid.direct_links_of(problem, g) : 0; },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+        const int other = link.is_to_electrode() ? -1 : problem.group_of[link.other];
+        if (other >= 0 && problem.floating[other]) return GroundSums{};
+        const double given = other < 0 ? problem.side_potential[link.face()] : problem.potential[other];
+        return GroundSums{link.conductance * (given / unit - x[cells + g]), link.conductance};
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
+        balance.hold[g] = sums.conductance;
+        balance.hold_flux[g] = sums.flux;
+      });
+}
+
+/// From the sum of all equations, in which only links to given potentials are left, the level of all potentials.
+template <class Executor>
+void find_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
+                BalanceView balance) {
+  const int links = grid.room[Of::links], faces = 4 * problem.faces;
+  const bool direct_links = grid.may_have(Of::direct_links);
+  run.sum(
+      static_cast<long>(links) + faces + problem.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int k) {
+        if (k < links) {
+          if (k >= grid.number[Of::links] || problem.floating[grid.link_group[k]]) return GroundSums{};
+          const double c = grid.conductance[k], given = problem.potential[grid.link_group[k]] / unit;
+          return GroundSums{c * (given - x[grid.link_slot[k]]), c};
+        }
+        if (k < links + faces) {
+          const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
+          const Layout& at = grid.layout;
+          if (!problem.electrode[side] || face >= (side < 2 ? at.ny : at.nx)) return GroundSums{};
+          const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
+          const int slot = side < 2 ? slot_of(at, far, face) : slot_of(at, face, far);
+          if (!grid.cover[slot].is_fluid()) return GroundSums{};
+          return GroundSums{2 * (problem.side_potential[k - links] / unit - x[slot]), 2};
+        }
+        const int g = k - links - faces;
+        GroundSums sums{problem.charge[g] / problem.permittivity / unit, 0};
+        if (direct_links) {
+          sums.flux += balance.hold_flux[g] - balance.hold[g] * balance.shift[g];
+          sums.conductance += balance.hold[g] * (1 - balance.held[g]);
+        }
+        return sums;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(const GroundSums& sums) {
+        *balance.level = sums.conductance > 0 ? sums.flux / sums.conductance : 0.0;
+      });
+}
+
+/// Makes the charges exact; potentials in units of `unit`, V.
+template <class Executor>
+void balance_charges(const Executor& run, ProblemView problem, GridView grid, const double* b, double unit,
+                     double* partial, BalanceView balance, double* x) {
+  find_imbalance(run, problem, grid, b, x, unit, partial, balance);
+  const bool direct_links = grid.may_have(Of::direct_links);
+  if (direct_links)
+    run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, balance});
+  find_level(run, problem, grid, x, unit, balance);
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(static_cast<long>(cells) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const double level = *balance.level;
+    if (k < cells) {
+      if (level != 0 && grid.inverse_diagonal[k] > 0) x[k] += level;
+      return;
+    }
+    const int g = k - cells;
+    if (grid.group_diagonal[g] > 0)
+      x[k] += balance.shift[g] + level * (direct_links ? 1 - balance.held[g] : 1.0);
+  });
+}
+
+}  // namespace lichtenberg::laplace::device

@@ -1,0 +1,126 @@
+#pragma once
+
+// First guesses from past solutions: ../history.hpp's, with the operator applied everywhere.
+
+#include <cmath>
+
+#include "solvers/laplace/cutcell/device/operator.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// How many past solutions are kept.
+constexpr int history_length = 3;
+
+/// Basis vectors, and what the operator makes of them.
+struct BasisView {
+  int size;
+  const double *vector[history_length], *image[history_length];
+};
+
+/// Their Gram matrix in the operator (lower triangle) and their products with the right-hand side.
+struct GuessProducts {
+  double gram[history_length][history_length] = {}, rhs[history_length] = {};
+  LICHTENBERG_HOST_DEVICE GuessProducts& operator+=(const GuessProducts& other) {
+    for (int p = 0; p < history_length; ++p) {
+      rhs[p] += other.rhs[p];
+      for (int q = 0; q <= p; ++q) gram[p][q] += other.gram[p][q];
+    }
+    return *this;
+  }
+};
+
+struct Shares {
+  double of[history_length];
+};
+
+/// The combination of m basis vectors that is closest to the solution in the energy norm (closest_combination): Cholesky
+/// elimination of the Gram matrix, scaled to unit diagonal, the largest pivot first; a direction that all but depends
+/// on the others is left out.
+LICHTENBERG_HOST_DEVICE inline Shares closest_shares(const GuessProducts& products, int m) {
+  constexpr double dependent = 1e-10;
+  double a[history_length][history_length], b[history_length], unit[history_length];
+  for (int p = 0; p < m; ++p)
+    unit[p] = products.gram[p][p] > 1e-300 ? 1 / std::sqrt(products.gram[p][p]) : 0.0;
+  for (int p = 0; p < m; ++p) {
+    b[p] = unit[p] * products.rhs[p];
+    for (int q = 0; q < m; ++q) a[p][q] = unit[p] * unit[q] * (p > q ? products.gram[p][q] : products.gram[q][p]);
+  }
+  int pivot[history_length], pivots = 0;
+  bool eliminated[history_length] = {};
+  for (; pivots < m; ++pivots) {
+    int k = -1;
+    for (int p = 0; p < m; ++p)
+      if (!eliminated[p] && a[p][p] > dependent && (k < 0 || a[p][p] > a[k][k])) k = p;
+    if (k < 0) break;
+    pivot[pivots] = k;
+    eliminated[k] = true;
+    for (int p = 0; p < m; ++p) {
+      if (eliminated[p]) continue;
+      const double ratio = a[p][k] / a[k][k];
+      b[p] -= ratio * b[k];
+      for (int q = 0; q < m; ++q)
+        if (!eliminated[q]) a[p][q] -= ratio * a[k][q];
+    }
+  }
+  Shares share{};
+  for (int s = pivots - 1; s >= 0; --s) {
+    const int k = pivot[s];
+    double sum = b[k];
+    for (int t = s + 1; t < pivots; ++t) sum -= a[k][pivot[t]] * share.of[pivot[t]];
+    share.of[k] = sum / a[k][k];
+  }
+  for (int p = 0; p < m; ++p) share.of[p] *= unit[p];
+  return share;
+}
+
+template <class Executor>
+void find_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {
+  const int m = basis.size;
+  run.sum(
+      n,
+      [=] LICHTENBERG_HOST_DEVICE(int k) {
+        GuessProducts products;
+        for (int p = 0; p < m; ++p) {
+          const double image = basis.image[p][k];
+          products.rhs[p] = basis.vector[p][k] * b[k];
+          for (int q = 0; q <= p; ++q) products.gram[p][q] = image * basis.vector[q][k];
+        }
+        return products;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(const GuessProducts& products) { *shares = closest_shares(products, m); });
+}
+
+template <class Executor>
+void combine(const Executor& run, long n, BasisView basis, const Shares* shares, double* x) {
+  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    double sum = 0;
+    for (int p = 0; p < basis.size; ++p) sum += shares->of[p] * basis.vector[p][k];
+    x[k] = sum;
+  });
+}
+
+/// A few sweeps over the cells beside conductors: there a guess's largest errors are, and they are gone at once
+/// (CutCellOperator::relax_edges). `next`: one a group.
+template <class Executor>
+void relax_edges(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x, double* partial,
+                 double* next, int sweeps) {
+  const int cells = static_cast<int>(grid.layout.size()), colour_size = static_cast<int>(grid.layout.colour_size());
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    balance_groups(run, problem, grid, b, x, partial, next);
+    for (int colour = 0; colour < 2; ++colour)
+      for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+        const int slot = grid.boundary_slot[k];
+        if ((slot >= colour_size) != (colour == 1)) return;
+        const Neighbours n = neighbours(grid.layout, slot);
+        double sum = b[slot] + x[n.west] + x[n.east] + x[n.south] + x[n.north];
+        for (int side = 0; side < 4; ++side) {
+          const int link = grid.boundary_link_of(k, side);
+          if (link >= 0) sum += grid.conductance[link] * x[cells + grid.link_group[link]];
+        }
+        x[slot] = sum / grid.boundary_diagonal[k];
+      });
+  }
+  balance_groups(run, problem, grid, b, x, partial, next);
+}
+
+}  // namespace lichtenberg::laplace::device

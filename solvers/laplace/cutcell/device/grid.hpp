@@ -214,7 +214,7 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  bool may_have(Of::Kind kind) const { return room[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
 };
 
 /// f(k) for each of what a grid has of a kind.

@@ -185,11 +185,13 @@ TEST_CASE("the device covers the same cells and makes the same links as the CPU"
       // Each pair is a direct link of either body, each side link of a body one.
       std::size_t side_links = 0;
       for (const SideLink& link : level.side_links) side_links += link.body >= 0;
-      CHECK(static_cast<std::size_t>(device.number_of(device::Of::direct_links)) == 2 * level.pairs.size() + side_links);
+      CHECK(static_cast<std::size_t>(device.number_of(device::Of::direct_links)) ==
+            2 * level.pairs.size() + side_links);
       double sum = 0, device_sum = 0;
       for (const PairLink& pair : level.pairs) sum += 2 * pair.conductance;
       for (const SideLink& link : level.side_links) sum += link.body >= 0 ? link.conductance : 0;
-      for (int m = 0; m < device.number_of(device::Of::direct_links); ++m) device_sum += view.direct_link[m].conductance;
+      for (int m = 0; m < device.number_of(device::Of::direct_links); ++m)
+        device_sum += view.direct_link[m].conductance;
       CHECK(device_sum == doctest::Approx(sum).epsilon(1e-13));  // rounding of a sum of some 100 terms
     }
 }
@@ -349,8 +351,10 @@ TEST_CASE("whatever the tolerance, the device's charges are exact, and so is the
 
 TEST_CASE("where a scene in motion comes to have more links, direct links or groups, the device makes room for them") {
   LaplaceProblem small = crowd(30, 2), large = small;
-  for (std::size_t body = 1; body < large.bodies.size(); ++body)
+  for (std::size_t body = 1; body < large.bodies.size(); ++body) {
+    std::get<Disk>(small.bodies[body].shape).radius *= 0.3;   // a quarter of the links
     std::get<Disk>(large.bodies[body].shape).radius += 0.98;  // gaps of a twenty-fifth of a cell and more
+  }
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-10;

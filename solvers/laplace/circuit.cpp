@@ -41,6 +41,7 @@ void CircuitNodes::set_potentials(std::vector<double>& potential) const {
 /// capacitance * (V_a - V_b) first, then what is left of the balances, sent through the same network. Each group has
 /// eps to ground in it, about what it has in the field, so that rounding goes there and not through weak couplings.
 std::vector<double> coupling_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+  if (problem.couplings.empty()) return {};
   std::vector<double> flowed;
   std::vector<NetworkLink> links;
   std::vector<double> ground(problem.groups.size());

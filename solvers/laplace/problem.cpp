@@ -35,21 +35,20 @@ void check_bodies(const LaplaceProblem& problem) {
   const int groups = static_cast<int>(problem.groups.size());
   for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
     const Body& body = problem.bodies[b];
-    const std::string name = "body " + std::to_string(b);
+    const auto name = [&] { return "body " + std::to_string(b); };
     if (body.group < 0 || body.group >= groups)
-      throw InputError(name + " names group " + std::to_string(body.group) + ", but there are groups 0 to " +
+      throw InputError(name() + " names group " + std::to_string(body.group) + ", but there are groups 0 to " +
                        std::to_string(groups - 1) + " only");
     if (!std::visit([](const auto& shape) { return well_formed(shape); }, body.shape))
-      throw InputError(name + " must have a finite position and a positive size");
+      throw InputError(name() + " must have a finite position and a positive size");
   }
 }
 
 void check_groups(const LaplaceProblem& problem) {
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
     const Group& group = problem.groups[g];
-    const std::string name = "group " + std::to_string(g);
     if (!std::isfinite(group.floating ? group.charge : group.potential))
-      throw InputError(name + " must have a finite charge or potential");
+      throw InputError("group " + std::to_string(g) + " must have a finite charge or potential");
   }
 }
 

@@ -96,7 +96,8 @@ template <int threads, class Sum, class Value, class Finish>
 __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* of_block, int* done) {
   __shared__ bool last;
   Sum sum{};
-  for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n; k += gridDim.x * static_cast<long>(threads))
+  for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n;
+       k += gridDim.x * static_cast<long>(threads))
     sum += value(static_cast<int>(k));
   sum = sum_of_block<threads>(sum);
   if (threadIdx.x == 0) {

@@ -8,12 +8,19 @@
 #include "src/effects/field_choice.hpp"
 
 namespace lichtenberg {
+
+bool runs_on_device(const FieldOptions& options) {
+  return options.device == FieldDevice::cuda && options.method == FieldMethod::cut_cell &&
+         options.linear_solver == FieldLinearSolver::multigrid;
+}
+
 namespace {
 
 laplace::Price price_of(const FieldOptions& options) {
   // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
   if (options.method == FieldMethod::relaxation) return {16, 0, 3.5e-10 * options.cells, 60};
   if (options.method == FieldMethod::multipole) return laplace::multipole_price;
+  if (runs_on_device(options)) return laplace::cut_cell_price_on_device;
   return options.linear_solver == FieldLinearSolver::assembled ? laplace::assembled_price : laplace::cut_cell_price;
 }
 

@@ -6,10 +6,13 @@
 
 namespace lichtenberg {
 
-/// What a field solve will cost on one core, from measured figures an unknown (README.md of this folder). An estimate:
-/// machines differ by factors of two and more.
+/// Whether a device computes what costs something; else a core.
+bool runs_on_device(const FieldOptions& options);
+
+/// What a field solve will cost on one core or that device, from measured figures an unknown (README.md of this
+/// folder). An estimate: machines differ by factors of two and more.
 struct FieldCost {
-  double bytes = 0;           ///< of memory, the program's own start included
+  double bytes = 0;           ///< of memory, its own or the device's, the program's own start included
   double single_seconds = 0;  ///< a solve on its own, at field.tolerance
   double moving_seconds = 0;  ///< a solve in a moving scene, at field.moving_tolerance
 };

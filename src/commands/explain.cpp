@@ -181,7 +181,8 @@ std::string refusal_of_run(const Scene& scene) {
 }
 
 /// `solves`: those of a run, on whichever grid.
-void explain_solves(const Scene& scene, const FieldCost& cost, double solves) {
+/// `size`: cells of the field's grid.
+void explain_solves(const Scene& scene, double size, const FieldCost& cost, double solves) {
   const int cells = effects::predictor_cells(scene);
   if (cells == 0) {
     fmt::print("  a run                {}: some {:.2g} field solves\n", duration(solves * cost.moving_seconds), solves);
@@ -189,18 +190,19 @@ void explain_solves(const Scene& scene, const FieldCost& cost, double solves) {
   }
   constexpr double share = 1.0 / 6;  // of field solves among them: a tenth to a quarter (README.md of this folder)
   const double coarsening = static_cast<double>(scene.field().cells) / cells;
-  const double seconds = solves * cost.moving_seconds * (share + (1 - share) / (coarsening * coarsening));
+  const FieldCost prediction = estimate_field_cost(scene.field(), size / (coarsening * coarsening));
+  const double seconds = solves * (share * cost.moving_seconds + (1 - share) * prediction.moving_seconds);
   fmt::print("  a run                {}: some {:.2g} field solves, and {:.2g} on {} cells between them\n",
              duration(seconds), share * solves, (1 - share) * solves, cells);
 }
 
-void explain_run(const Scene& scene, const FieldCost& cost, const std::string& refusal) {
+void explain_run(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {
   if (scene.conductors.empty())
     fmt::print("  a run                none: without conductors nothing moves\n");
   else if (!refusal.empty())
     fmt::print("  a run                refused: {}\n", refusal);
   else if (const std::optional<double> solves = estimate_field_solves(scene))
-    explain_solves(scene, cost, *solves);
+    explain_solves(scene, size, cost, *solves);
   else
     fmt::print(
         "  a run                no estimate: how many field solves it takes is known of conductors that are fed, "
@@ -209,11 +211,12 @@ void explain_run(const Scene& scene, const FieldCost& cost, const std::string& r
 
 void explain_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
   const FieldCost cost = estimate_field_cost(scene.field(), size);
-  fmt::print("\ncost: an estimate, from figures measured on one core\n");
+  fmt::print("\ncost: an estimate, from figures measured on {}\n",
+             runs_on_device(scene.field()) ? "an H200" : "one core");
   fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
   fmt::print("  a field solve        {} on its own, {} in a moving scene\n", duration(cost.single_seconds),
              duration(cost.moving_seconds));
-  explain_run(scene, cost, refusal_of_run);
+  explain_run(scene, size, cost, refusal_of_run);
 }
 
 bool is_for_a_run(const Scene& scene) {

@@ -4,21 +4,25 @@
 
 namespace lichtenberg::laplace {
 
-/// What a solve costs on one core, an unknown (of a grid: a cell, those under conductors included). Measured; where and
-/// on what, src/commands/README.md says. Machines differ by factors of two and more.
+/// What a solve costs on one core or on a device, an unknown (of a grid: a cell, those under conductors included).
+/// Measured; where and on what, src/commands/README.md says. Machines differ by factors of two and more.
 struct Price {
   double bytes = 0;
   double setup = 0;                ///< s
   double iteration = 0;            ///< s
   double iterations_a_decade = 0;  ///< of the tolerance
+  double start = 0;                ///< s, of a solve, however small
+  double start_of_iteration = 0;   ///< s
 
   /// s, of a solve with so many unknowns.
   double seconds(double unknowns, double tolerance, double share_of_iterations = 1) const {
-    return unknowns * (setup + share_of_iterations * iterations_a_decade * -std::log10(tolerance) * iteration);
+    const double iterations = share_of_iterations * iterations_a_decade * -std::log10(tolerance);
+    return start + unknowns * setup + iterations * (start_of_iteration + unknowns * iteration);
   }
 };
 
 constexpr Price cut_cell_price{100, 2.5e-8, 8.5e-9, 1.25};
+constexpr Price cut_cell_price_on_device{200, 1.3e-10, 9e-11, 1.5, 6e-4, 2e-4};
 constexpr Price assembled_price{373, 1.3e-6, 4.5e-8, 2.25};
 constexpr Price multipole_price{2000, 1.5e-6, 1.8e-7, 3};
 

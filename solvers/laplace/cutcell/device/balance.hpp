@@ -26,8 +26,8 @@ struct GroundSums {
   }
 };
 
-/// The groups' equations for given cells, two right-hand sides, by conjugate gradients in one block: they are coupled by
-/// direct links alone, mostly in pairs and short chains, which takes few iterations.
+/// The groups' equations for given cells, two right-hand sides, by conjugate gradients in one block: they are coupled
+/// by direct links alone, mostly in pairs and short chains, which takes few iterations.
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
@@ -180,8 +180,7 @@ void balance_charges(const Executor& run, ProblemView problem, GridView grid, co
       return;
     }
     const int g = k - cells;
-    if (grid.group_diagonal[g] > 0)
-      x[k] += balance.shift[g] + level * (direct_links ? 1 - balance.held[g] : 1.0);
+    if (grid.group_diagonal[g] > 0) x[k] += balance.shift[g] + level * (direct_links ? 1 - balance.held[g] : 1.0);
   });
 }
 

@@ -22,9 +22,7 @@ template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
   run.for_each(all + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    coarsest.index[k] = k == all    ? 0
-                        : k < slots ? grid.inverse_diagonal[k] > 0
-                                    : grid.group_diagonal[k - slots] > 0;
+    coarsest.index[k] = k == all ? 0 : k < slots ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - slots] > 0;
   });
   run.exclusive_scan(coarsest.index, all + 1);
   run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -117,8 +115,8 @@ struct InvertCoarsest {
   }
 };
 
-/// The coarsest grid's solve. A small system's inverse is made and multiplied with on the device; a large one (a grid of
-/// an odd number of cells) is factorized on the host: right-hand side down, solution up.
+/// The coarsest grid's solve. A small system's inverse is made and multiplied with on the device; a large one (a grid
+/// of an odd number of cells) is factorized on the host: right-hand side down, solution up.
 template <class Executor>
 class Coarsest {
  public:

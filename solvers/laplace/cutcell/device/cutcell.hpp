@@ -20,28 +20,12 @@
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
-#include "solvers/laplace/cutcell/history.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
 #include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace::device {
 
 /// Vec's memory on the device for as long as this lives.
-class ReadAccess {
- public:
-  explicit ReadAccess(::Vec vector) : vector_(vector) {
-    parallel::check_petsc(VecGetArrayReadAndMemType(vector_, &data_, nullptr));
-  }
-  ReadAccess(const ReadAccess&) = delete;
-  ReadAccess& operator=(const ReadAccess&) = delete;
-  ~ReadAccess() { VecRestoreArrayReadAndMemType(vector_, &data_); }
-  operator const double*() const { return data_; }
-
- private:
-  ::Vec vector_;
-  const PetscScalar* data_ = nullptr;
-};
-
 class WriteAccess {
  public:
   explicit WriteAccess(::Vec vector) : vector_(vector) {
@@ -194,9 +178,9 @@ class CutCell : public DeviceSolver {
   std::unique_ptr<Moment> begun_, discretized_, iterated_;
   int generation_ = 0;  // of the grids that the recordings are for
   Krylov krylov_;
-  bool is_fused_ = true;                    // the KSP is iterate()
-  double *b_ = nullptr, *x_ = nullptr;      // of krylov_
-  std::vector<Vector> basis_, image_;       // of the first guess
+  bool is_fused_ = true;                // the KSP is iterate()
+  double *b_ = nullptr, *x_ = nullptr;  // of krylov_
+  std::vector<Vector> basis_, image_;   // of the first guess
   std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
   std::optional<parallel::Array<Shares, Executor>> shares_;
   typename Executor::Recording iterating_, end_;

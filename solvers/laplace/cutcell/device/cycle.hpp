@@ -48,8 +48,7 @@ template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         float* phi_next) {
   run.sum_segments(
-      problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
         return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];

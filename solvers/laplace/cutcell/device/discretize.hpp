@@ -448,8 +448,7 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
       for (int side = 0; side < 4; ++side) {
         if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
           sum += 2 * grid.permittivity[slot];
-        const int link =
-            cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
+        const int link = cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
         if (link >= 0) sum += grid.conductance[link];
       }
     }

@@ -33,14 +33,13 @@ struct Shares {
   double of[history_length];
 };
 
-/// The combination of m basis vectors that is closest to the solution in the energy norm (closest_combination): Cholesky
-/// elimination of the Gram matrix, scaled to unit diagonal, the largest pivot first; a direction that all but depends
-/// on the others is left out.
+/// The combination of m basis vectors that is closest to the solution in the energy norm (closest_combination):
+/// Cholesky elimination of the Gram matrix, scaled to unit diagonal, the largest pivot first; a direction that all but
+/// depends on the others is left out.
 LICHTENBERG_HOST_DEVICE inline Shares closest_shares(const GuessProducts& products, int m) {
   constexpr double dependent = 1e-10;
   double a[history_length][history_length], b[history_length], unit[history_length];
-  for (int p = 0; p < m; ++p)
-    unit[p] = products.gram[p][p] > 1e-300 ? 1 / std::sqrt(products.gram[p][p]) : 0.0;
+  for (int p = 0; p < m; ++p) unit[p] = products.gram[p][p] > 1e-300 ? 1 / std::sqrt(products.gram[p][p]) : 0.0;
   for (int p = 0; p < m; ++p) {
     b[p] = unit[p] * products.rhs[p];
     for (int q = 0; q < m; ++q) a[p][q] = unit[p] * unit[q] * (p > q ? products.gram[p][q] : products.gram[q][p]);

@@ -105,10 +105,14 @@ class DeviceGrid {
       if (wanted[kind] > view_.room[kind]) return false;
     return true;
   }
-  /// For make_room(): so many and, in a scene in motion, some more.
+  /// For make_room(): so many and, in a scene in motion, half as many more, of all that may soon be too many: growing
+  /// costs as much as ten solves. The coarsest grid's matrix is to stay small, and changes by groups alone.
   void enlarge(const Numbers& wanted) {
-    for (int kind = 0; kind < Of::kinds; ++kind)
-      if (wanted[kind] > view_.room[kind]) view_.room[kind] = wanted[kind] + wanted[kind] / 4;
+    for (int kind = 0; kind < Of::kinds; ++kind) {
+      const bool is_near = wanted[kind] + wanted[kind] / 8 > view_.room[kind];
+      const int spare = kind == Of::coarse_unknowns ? 16 : wanted[kind] / 2 + 256;
+      if (wanted[kind] > 0 && is_near) view_.room[kind] = wanted[kind] + spare;
+    }
   }
 
   /// `finer`: the next finer grid, whose outlines have been made; null for the finest.

@@ -76,8 +76,8 @@ class DeviceMultigrid {
 
   /// For settle(), before which the executor must have waited.
   void begin_to_settle() { numbers_.begin_fetch(); }
-  /// Returns whether all that build() has made is there; if not, building again makes it. Throws Failure if the coarsest
-  /// grid's system is singular.
+  /// Returns whether all that build() has made is there; if not, building again makes it. Throws Failure if the
+  /// coarsest grid's system is singular.
   bool settle() {
     if (lacking()) {
       enlarge();
@@ -229,7 +229,8 @@ class DeviceMultigrid {
   void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
     if (!grid.may_have(Of::unknown_groups)) return;
     add_group_potentials(run_, grid, phi, red, black);
-    if (grid.may_have(Of::floating_thin_conductors)) add_thin_conductor_potentials(run_, problem_, grid, phi, red, black);
+    if (grid.may_have(Of::floating_thin_conductors))
+      add_thin_conductor_potentials(run_, problem_, grid, phi, red, black);
   }
 
   void solve_coarsest(double* z) {

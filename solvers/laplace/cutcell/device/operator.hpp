@@ -103,7 +103,10 @@ void take_guess(const Executor& run, ProblemView problem, GridView grid, const d
                 double* r, Iterations* iterations) {
   const long n = static_cast<long>(grid.layout.size()) + problem.groups;
   run.sum(
-      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return GuessSums{b[k] * x[k], x[k] * q[k], std::abs(x[k])}; },
+      n,
+      [=] LICHTENBERG_HOST_DEVICE(int k) {
+        return GuessSums{b[k] * x[k], x[k] * q[k], std::abs(x[k])};
+      },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
         iterations->take_guess(sums.product, sums.energy, sums.largest, static_cast<double>(n));
       });
@@ -199,8 +202,7 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       if (grid.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
     });
   run.sum_segments(
-      problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
         if (link.is_to_electrode()) return link.conductance * problem.side_potential[link.face()];
@@ -260,7 +262,10 @@ template <class Executor>
 void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x, double* mean) {
   const int cells = static_cast<int>(grid.layout.size());
   run.sum(
-      problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) { return Mean{x[cells + problem.group_of[body]], 1}; },
+      problem.bodies,
+      [=] LICHTENBERG_HOST_DEVICE(int body) {
+        return Mean{x[cells + problem.group_of[body]], 1};
+      },
       [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
   subtract(run, problem, grid, mean, x);
 }

@@ -82,8 +82,8 @@ class DeviceProblem {
       floating_.host[g] = group.floating;
       charge_.host[g] = group.floating ? group.charge : 0.0;
       potential_.host[g] = group.floating ? 0.0 : group.potential;
-      largest_of_groups_ =
-          std::max(largest_of_groups_, std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
+      largest_of_groups_ = std::max(largest_of_groups_,
+                                    std::abs(group.floating ? group.charge / problem.permittivity : group.potential));
     }
   }
 

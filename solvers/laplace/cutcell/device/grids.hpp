@@ -93,6 +93,9 @@ class DeviceGrid {
   /// `medium`: some bodies are smaller than this grid resolves. Arrays may move.
   void make_room(const ProblemView& problem, bool medium, int* number, int* wanted) {
     view_.medium = medium;
+    if (!medium)  // what was smeared out before is in the bins still
+      for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
+        view_.room[kind] = 0;
     view_.number = number;
     view_.wanted = wanted;
     make_room_for_bodies(problem);

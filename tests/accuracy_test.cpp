@@ -121,6 +121,16 @@ TEST_CASE("the realised error is below the accuracy asked for, with either metho
     }
 }
 
+TEST_CASE("what is asked for is kept where all potentials are far from 0 and near to each other") {
+  LaplaceProblem problem = three_disks();
+  constexpr double level = 1e4;  // of potentials that differ by about 1
+  for (Side& side : problem.sides) side.potential += level;
+  for (Group& group : problem.groups) group.potential += level;
+  const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
+  const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = 3e-3, .method = Method::cut_cell});
+  CHECK(largest_error(problem, found.solution, exact, scales_of(problem, exact)) <= 3e-3);
+}
+
 TEST_CASE("a choice for a run stands until bodies are as close as they may come") {
   AccuracyRequest request{.accuracy = 1e-2, .method = Method::cut_cell};
   const int now = solve_to_accuracy(three_disks(), request).choice.cells;

@@ -20,9 +20,10 @@ namespace {
 
 /// CG's error in the energy norm, in units of the accuracy: in potentials and forces it can be 100 times as large.
 constexpr double linear_share = 1e-4;
-/// The multipole method's error is mostly a tenth of its tolerance, but up to 20 times that where potentials are all
-/// but equal. Two tolerances a factor 100 apart tell: the finer's error is at most this share of their difference.
-constexpr double multipole_share = 0.1, coarser = 100, share_of_difference = 0.2, tolerances = 3;
+/// The multipole method's error is mostly a thirtieth of its tolerance, but up to four times that where forces are
+/// small by cancellation. Two tolerances a factor 10 apart tell: the finer's error is at most this share of their
+/// difference.
+constexpr double coarser = 10, share_of_difference = 1, tolerances = 0.3;
 
 constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
 
@@ -160,7 +161,7 @@ Choice foresee_multipole(const LaplaceProblem& problem, const AccuracyRequest& r
   constexpr int usual_cells = 512;  // of `field()`
   const Grids grids(problem.size);
   const int cells = std::min(grids.at_least(usual_cells), grids.at_most(request.most_cells));
-  return {Method::multipole, cells, std::max(multipole_share * request.accuracy, finest_tolerance), request.accuracy};
+  return {Method::multipole, cells, std::max(request.accuracy, finest_tolerance), request.accuracy};
 }
 
 /// What is foreseen may be wrong by a factor of five, what can be promised is that much more.
@@ -183,13 +184,16 @@ bool multipole_is_cheaper(const LaplaceProblem& problem, long unknowns, const Ch
 }
 
 AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const AccuracyRequest& request, Choice choice) {
-  for (double least = INFINITY;; choice.tolerance = std::max(choice.tolerance / coarser, finest_tolerance)) {
+  constexpr double margin = 0.8, most_finer = 1e-2;
+  for (double least = INFINITY, finer = 1;;) {
+    choice.tolerance = std::max(finer * choice.tolerance, finest_tolerance);
     MultipoleAttempt attempt = try_multipoles(problem, choice.tolerance, choice.cells);
     choice.estimate = attempt.estimate;
     if (attempt.estimate <= request.accuracy) return {choice, std::move(attempt.solver), std::move(attempt.solution)};
     least = std::min(least, attempt.estimate);
     if (choice.tolerance == finest_tolerance)
       refuse(request.accuracy, "rounding ends the multipole method's digits here, and", least);
+    finer = std::max(margin * request.accuracy / attempt.estimate, most_finer);  // errors go with the tolerance
   }
 }
 
@@ -202,18 +206,31 @@ int next_grid(const Grids& grids, int cells, int most, double excess, double ord
   return std::min(grids.at_least(static_cast<int>(cells * std::clamp(growth, least_growth, most_growth))), most);
 }
 
+/// Conjugate gradients stop at a share of the potentials, and what counts is how these differ: less, where all are far
+/// from 0 and near to each other.
+double differences_over_level(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+  double level = 0;
+  for (const double potential : solution.group_potential) level = std::max(level, std::abs(potential));
+  for (const Side& side : problem.sides)
+    if (side.kind == Side::Kind::electrode) level = std::max(level, std::abs(side.potential));
+  const double differences = scales_of(problem, solution).potential;
+  return differences < level ? differences / level : 1;
+}
+
 AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyRequest& request, Choice choice) {
   const Grids grids(problem.size);
   const int most = grids.at_most(request.most_cells);
   CutCellOptions options = request.cut_cell;
+  // What comes after a cheap grid can be said with more confidence than what experience makes likely.
+  constexpr int cheap = 1024;
+  choice.cells = std::min({choice.cells, most, grids.at_least(cheap)});
+  const LaplaceSolution rough = GridSolutions(problem, options).on(choice.cells / 16 * 4);
+  choice.tolerance = std::max(choice.tolerance * differences_over_level(problem, rough), finest_tolerance);
   options.tolerance = choice.tolerance;
   GridSolutions solutions(problem, options);
   const double order = order_of(problem);
   const double harder = hardest(problem, request.least_gap);
   const double gap = narrowest(problem).gap / std::max(problem.size.x, problem.size.y);
-  // What comes after a cheap grid can be said with more confidence than what experience makes likely.
-  constexpr int cheap = 1024;
-  choice.cells = std::min({choice.cells, most, grids.at_least(cheap)});
   while ((choice.estimate = harder * solutions.error(choice.cells)) > request.accuracy) {
     const bool regular = gap * choice.cells > regular_from;
     const int next = next_grid(grids, choice.cells, most, choice.estimate / request.accuracy, order, regular);

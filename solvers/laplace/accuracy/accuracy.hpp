@@ -36,7 +36,7 @@ struct Choice {
 Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 /// Upper estimate of the error of what the choice's method, cells and tolerance give, by coarser solutions: five grids
-/// of S/4 to S/2 cells, or a hundred times the tolerance.
+/// of S/4 to S/2 cells, or ten times the tolerance.
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell);
 
 struct AccurateSolution {

@@ -1,0 +1,173 @@
+"""Every whole command of the README's table, as it stands there and in its order, on small scenes of the same names."""
+import json
+import os
+import re
+import shutil
+import subprocess
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import runs
+from lichtenberg import load
+
+SMALLER = {  # what is replaced in a scene
+    "dendrite": {"count = 324": "count = 12", "cells = 512": "cells = 128", "time = 120.0": "time = 1.2"},
+    "seedling": {"time = 120.0": "time = 0.02"},
+    "two-disks": {},
+    "packing": {"count = 400": "count = 40", "[20e-3, 20e-3]": "[6.4e-3, 6.4e-3]"},
+    "packing-spheres": {"count = 750": "count = 40", "[10e-3, 10e-3, 10e-3]": "[3.8e-3, 3.8e-3, 3.8e-3]"},
+    "granular-gas": {"count = 8516": "count = 60", "[38.8, 38.8, 38.8]": "[7.4, 7.4, 7.4]", "time = 155": "time = 8", "every = 5": "every = 1"},
+}
+
+
+def picture(path):
+    """[h, w, 4] between 0 and 1."""
+    import matplotlib.image
+
+    return matplotlib.image.imread(path)
+
+
+def coloured(path):
+    """Share of a picture's pixels that are neither grey nor white nor black."""
+    pixels = picture(path)[..., :3]
+    return (np.ptp(pixels, axis=2) > 0.15).mean()
+
+
+class Table(unittest.TestCase):
+    """What each command leaves or prints; `said` is its output."""
+
+    def run_first(self, said):
+        self.assertEqual(len(load("dendrite.h5")), 13)
+
+    def run_from(self, said):
+        with load("other.h5") as other, load("dendrite.h5") as before:
+            np.testing.assert_array_equal(other.frame(0)["position"], before.frame(10)["position"])
+            self.assertIn("viscosity", str(other.provenance[0]["command_line"]))
+
+    def explain(self, said):
+        self.assertRegex(said, r"conductors +12\n")
+
+    def solve(self, said):
+        self.assertIn("652.1", said)
+        self.assertIn("capacitance matrix", said)
+
+    def work_precision(self, said):
+        self.assertIn("multipole", said)
+        self.assertGreater(picture("dendrite-snapshot-work-precision.png").shape[0], 300)
+
+    def ensemble(self, said):
+        table = json.loads(Path("seedling-ensemble/ensemble.json").read_text())
+        self.assertEqual([member["state"] for member in table["members"]], ["finished"] * 24)
+        self.assertIn("95 %", said)
+
+    def analyse(self, said):
+        self.assertIn("Strahler", said)
+
+    def gas(self, said):
+        with load("granular-gas.h5") as result:
+            self.assertEqual(result.count, 60)
+            self.assertGreater(result.tables["gas"]["collisions"][-1], 0)
+
+    def analyse_gas(self, said):
+        with load("granular-gas.h5") as result:
+            self.assertIn("analysis", result.tables)
+
+    def theory(self, said):
+        self.assertTrue([name for name in os.listdir() if "kinetic" in name and name.endswith(".png")])
+
+    def packing(self, said):
+        with load("packing.h5") as result:
+            self.assertEqual(result.dimension, 2)
+            self.assertLess(result.tables["relaxation"]["largest_force"][-1], result.tables["relaxation"]["largest_force"][0])
+
+    def network(self, said):
+        self.assertRegex(said, r"resistance +[0-9.e+-]+")
+
+    def plot(self, said):
+        self.assertIn("dendrite-frame-10-potential.png shows frame 10 by potential", said)
+        self.assertGreater(coloured("dendrite-frame-10-potential.png"), 0.3)
+
+    def film(self, said):
+        self.assertIn("13 frames", said)
+        self.assertEqual(Path("dendrite.mp4").read_bytes()[4:8], b"ftyp")
+
+    def series(self, said):
+        self.assertGreater(coloured("dendrite-series.png"), 0.001)
+
+    def view(self, said):
+        self.assertIn("<canvas", Path("dendrite.html").read_text())
+
+    def vtk(self, said):
+        self.assertLessEqual({"particles.pvd", "tree.pvd", "contacts.pvd", "field.vti"}, set(os.listdir("dendrite-vtk")))
+
+    def xyz(self, said):
+        self.assertEqual(Path("dendrite.xyz").read_text()[:3], "12\n")
+
+    def csv(self, said):
+        self.assertEqual(len(Path("dendrite-csv/particles.csv").read_text().splitlines()), 1 + 13 * 12)
+
+    def help_scene(self, said):
+        self.assertIn("effects.contact_discharge", said)
+
+    def manual(self, said):
+        self.assertIn(".SS film FILE", Path("lichtenberg.1").read_text())
+
+    CHECKS = {
+        "run --resume scenes/dendrite.toml": run_first,
+        "run scenes/dendrite.toml --from dendrite.h5 --frame 10 --out other.h5 --set medium.viscosity=1.4": run_from,
+        "explain scenes/dendrite.toml": explain,
+        "solve scenes/two-disks.toml --capacitance": solve,
+        "work-precision scenes/dendrite-snapshot.toml": work_precision,
+        "ensemble scenes/seedling.toml --conductors 16,25,36 --seeds 8": ensemble,
+        "analyse dendrite.h5": analyse,
+        "run scenes/granular-gas.toml": gas,
+        "theory kinetic --scene scenes/granular-gas.toml --plot": theory,
+        "analyse granular-gas.h5": analyse_gas,
+        "run scenes/packing.toml": packing,
+        "network packing.h5": network,
+        "plot dendrite.h5 --frame 10": plot,
+        "film dendrite.h5": film,
+        "plot --series dendrite.h5": series,
+        "view dendrite.h5": view,
+        "export dendrite.h5 --to vtk": vtk,
+        "export dendrite.h5 --to xyz": xyz,
+        "export dendrite.h5 --to csv": csv,
+        "help scene": help_scene,
+        "help man >lichtenberg.1": manual,
+    }
+
+    def make_scenes(self):
+        os.makedirs("scenes")
+        for name, changes in SMALLER.items():
+            text = (runs.HOME / f"scenes/{name}.toml").read_text()
+            for old, new in changes.items():
+                self.assertIn(old, text)
+                text = text.replace(old, new)
+            Path(f"scenes/{name}.toml").write_text(text)
+        shutil.copy("scenes/two-disks.toml", "scenes/dendrite-snapshot.toml")
+
+    def call(self, command):
+        ended = subprocess.run(f"'{runs.PROGRAM}' {command}", shell=True, capture_output=True, text=True, check=False)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return ended.stdout
+
+    def test_each_command(self):
+        readme = (runs.HOME / "README.md").read_text()
+        table = readme[readme.index("## Where to go from there") : readme.index("## In your own program")]
+        commands = [command for command in re.findall(r"`\./lichtenberg ([^`]*)`", table) if "..." not in command]
+        self.assertEqual(commands, list(self.CHECKS))
+        before = os.getcwd()
+        os.makedirs(runs.FOLDER / "readme")
+        os.chdir(runs.FOLDER / "readme")
+        self.addCleanup(os.chdir, before)
+        self.make_scenes()
+        self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")  # which --resume goes on from
+        for command, check in self.CHECKS.items():
+            with self.subTest(command):
+                check(self, self.call(command))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -95,7 +95,7 @@ class Range:
 
 def run_range(quantity, values, always=()):
     """That of all values of a run, by the rule of lichtenberg/ranges.py; `always` are within it."""
-    values = values[np.isfinite(values)]
+    values = np.asarray(values[np.isfinite(values)], float)
     always = np.asarray(always, float)
     if quantity.kind == "order":
         return Range(1, max(values.max(initial=1), 2))

@@ -119,7 +119,10 @@ void declare(CLI::App& program) {
   const Version version = lichtenberg_version();
   program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
   program.require_subcommand(1);
-  program.footer("Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
+  program.footer(
+      "To begin: write a scene from what `lichtenberg help scene` lists, or take one from scenes/ of the source\n"
+      "(share/lichtenberg/scenes where it is installed); then explain, run or solve it.\n"
+      "Everything after --petsc goes to PETSc, as in --petsc -field_ksp_view.");
   for (const Command& command : all_commands()) declare(program, command);
   declare(program, help_command(program));
 }

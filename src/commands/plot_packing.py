@@ -130,7 +130,7 @@ def mean_width(axes, packing):
 def force_mark(axes, packing):
     """A line with the force that it stands for."""
     factor, prefix = drawing.prefixed(packing.force.mean())
-    label = f"force, so wide: {factor * packing.force.mean():.2g} {prefix}N"
+    label = f"force, this wide: {factor * packing.force.mean():.2g} {prefix}N"
     return Line2D([], [], color=FORCE, linewidth=mean_width(axes, packing), label=label)
 
 

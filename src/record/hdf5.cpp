@@ -74,6 +74,11 @@ herr_t keep_first_message(unsigned, const H5E_error2_t* entry, void* message) {
   return 0;
 }
 
+Handle open_dataset(hid_t parent, const std::string& name) {
+  if (!exists(parent, name)) throw Error(name + " is missing");
+  return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
+}
+
 Shape dataset_shape(hid_t dataset) {
   const Handle space(H5Dget_space(dataset));
   Shape result(static_cast<size_t>(check(H5Sget_simple_extent_ndims(space))));
@@ -248,7 +253,7 @@ void put_text(hid_t parent, const std::string& name, const std::string& text) {
 
 template <class Number>
 std::vector<Number> get(hid_t parent, const std::string& name) {
-  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
+  const Handle dataset = open_dataset(parent, name);
   std::vector<Number> numbers(product(dataset_shape(dataset)));
   check(H5Dread(dataset, native<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()));
   return numbers;
@@ -256,7 +261,7 @@ std::vector<Number> get(hid_t parent, const std::string& name) {
 
 template <class Number>
 std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count) {
-  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT));
+  const Handle dataset = open_dataset(parent, name);
   Shape wanted = dataset_shape(dataset), start(wanted.size(), 0);
   if (wanted.empty() || first + count > wanted[0])
     throw Error(name + (!wanted.empty() && wanted[0] == 0 ? " is empty" : " has fewer rows than frames"));
@@ -270,7 +275,7 @@ std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t firs
 }
 
 std::string get_text(hid_t parent, const std::string& name) {
-  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)), type = text_type(H5T_VARIABLE);
+  const Handle dataset = open_dataset(parent, name), type = text_type(H5T_VARIABLE);
   char* value = nullptr;
   check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value));
   std::string text = value == nullptr ? "" : value;
@@ -278,9 +283,7 @@ std::string get_text(hid_t parent, const std::string& name) {
   return text;
 }
 
-Shape shape(hid_t parent, const std::string& name) {
-  return dataset_shape(Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT)));
-}
+Shape shape(hid_t parent, const std::string& name) { return dataset_shape(open_dataset(parent, name)); }
 
 #define FOR_NUMBER(Number)                                                                                            \
   template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                      \

@@ -11,6 +11,7 @@ import runs
 
 os.environ["LICHTENBERG"] = runs.PROGRAM
 import lichtenberg
+from lichtenberg import InputError, load
 
 
 class ResultTest(unittest.TestCase):
@@ -164,6 +165,35 @@ class SolveTest(unittest.TestCase):
         with lichtenberg.run(moving, runs.FOLDER / "moving.h5") as result:
             self.assertEqual(result.count, 2)
             self.assertAlmostEqual(result.frame().time, 1e-3, places=12)
+
+
+class RefusedTest(unittest.TestCase):
+    def test_what_cannot_be_read_is_one_sentence(self):
+        with load(runs.seedling()) as result:
+            for index in (1.5, "1", None, True):
+                with self.assertRaisesRegex(InputError, "is no whole number: .* has frames 0 to 3"):
+                    result.frame(index)
+        with self.assertRaisesRegex(InputError, "has been closed"):
+            result.frame(0)["position"]
+        with self.assertRaisesRegex(InputError, "is no path"):
+            load(3)
+        with self.assertRaisesRegex(InputError, "positions of conductors are"):
+            lichtenberg.conductors([1, 2])
+        with self.assertRaisesRegex(InputError, "radius has the shape"):
+            lichtenberg.conductors([[1, 2], [3, 4]], radius=[1, 2, 3])
+
+    def test_a_file_without_a_scene_is_incomplete_to_all(self):
+        path = runs.FOLDER / "bare.h5"
+        shutil.copy(runs.seedling(), path)
+        with h5py.File(path, "a") as file:
+            del file["scene"]
+        with self.assertRaisesRegex(InputError, "/scene is missing"):
+            load(path)
+        for command in (["plot"], ["plot", "--series"], ["view"], ["export", "--to", "csv"], ["film"], ["analyse"], ["network"]):
+            status, _, complaint = runs.program(*command, path)
+            self.assertEqual(status, 2, complaint)
+            self.assertRegex(complaint, "scene.* is missing", command)
+            self.assertNotRegex(complaint, "Error|component|Traceback")
 
 
 if __name__ == "__main__":

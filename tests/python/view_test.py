@@ -54,6 +54,8 @@ class ArraysTest(unittest.TestCase):
             np.testing.assert_allclose(bits.view(np.float32), result["charge"], rtol=2**-13 + 2**-24)
             groups = unpacked(arrays["column group"], 4, 36).view(np.int32)
             np.testing.assert_array_equal(groups, result["group"])
+            charge = next(column for column in about["columns"] if column["name"] == "charge")
+            self.assertEqual((charge["low"], charge["high"]), result.colour_range("charge"))
         names = [column["name"] for column in about["columns"]]
         for name in ("potential", "charge", "speed", "|force|", "group", "connected", "first joined the tree at", "radius"):
             self.assertIn(name, names)

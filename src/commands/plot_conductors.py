@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 
 import drawing
 import plot_space
-from colours import Quantity, Range, draw_legend, run_range
+from colours import Quantity, Range, bar_norm, draw_legend, run_range
 from drawing import INK, MM, UNCONNECTED
 from lichtenberg.result import field_of, text_of
 
@@ -123,7 +123,8 @@ class Conductors:
         drawing.set_frame(axes, snapshot)
         if field is not None:
             extent = (0, snapshot.size[0], 0, snapshot.size[1])
-            style = {"cmap": scale.cmap, "norm": scale.norm, "interpolation": "bilinear", "aspect": "auto"}
+            # A norm of its own: many images that come and go with one leave it callbacks that are gone.
+            style = {"cmap": scale.cmap, "norm": bar_norm(scale, 1), "interpolation": "bilinear", "aspect": "auto"}
             axes.imshow(field, origin="lower", extent=extent, **style)
         faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(snapshot.radius), 1))
         drawing.draw_disks(axes, snapshot, slice(None), facecolor=faces)

@@ -18,6 +18,7 @@ HERE = Path(__file__).resolve().parent
 PROGRAM = os.environ.get("LICHTENBERG", str(HERE.parent / "build/lichtenberg"))
 SHORTER = {  # what a scene is set to here, so that the page is there within an hour of one core
     "large-dendrite": ["population.count=600", "stop.time=1"],
+    "huge-dendrite": ["population.count=600", "field.cells=1024", "stop.time=0.5"],
     "granular-gas-full": ["stop.time=8"],
     "neutral-gas": ["stop.time=30"],
 }
@@ -45,7 +46,7 @@ FIGURE = """<figure><a href="{picture}"><img src="{picture}" alt="{name}"></a>
 def rows():
     """[(name, what it shows)] of the README's table."""
     table = (HERE / "README.md").read_text()
-    return re.findall(r"^\| `([a-z-]+)\.toml` \| `[^`]*` \| (.*) \|$", table, re.MULTILINE)
+    return re.findall(r"^\| `([a-z0-9-]+)\.toml` \| `[^`]*` \| (.*) \|$", table, re.MULTILINE)
 
 
 def call(*words):

@@ -32,6 +32,15 @@ void damage(const Folder& folder, const std::string& file, const std::string& da
   damage_by(folder, file, fmt::format("del f['{0}']; f['{0}'] = 'none'", dataset));
 }
 
+/// Whatever of a frame is no number, in lists too, has its reason.
+void check_reasons(const json& found) {
+  for (const json& frame : found["frames"])
+    for (const auto& [name, value] : frame.items()) {
+      const bool missing = value.is_null() || (value.is_array() && std::ranges::count(value, json()) > 0);
+      if (missing) CHECK_MESSAGE(found["null"].contains(name), name);
+    }
+}
+
 }  // namespace
 
 TEST_CASE("a gas is run, analysed and drawn") {
@@ -47,6 +56,7 @@ TEST_CASE("a gas is run, analysed and drawn") {
   const Ended analysed = run_program(folder, "analyse gas.h5 --json --csv gas.csv");
   REQUIRE_MESSAGE(analysed.status == 0, analysed.err);
   const json found = json::parse(analysed.out);
+  check_reasons(found);
   CHECK(found["grains"] == 60);
   CHECK(found["units"]["local_temperature"] == "m0 v0^2");
   REQUIRE(found["frames"].size() == 5);
@@ -101,6 +111,7 @@ TEST_CASE("what a gas without charges cannot have, it has not") {
   const Ended analysed = run_program(folder, "analyse gas.h5 --json");
   REQUIRE_MESSAGE(analysed.status == 0, analysed.err);
   const json found = json::parse(analysed.out), last = found["frames"].back();
+  check_reasons(found);
   CHECK(last["charge_speed_correlation"].is_null());
   CHECK(last["charge_kurtosis"].is_null());
   for (const char* name : {"charge_density", "charge_dipole", "charge_structure", "charge_by_speed"}) {

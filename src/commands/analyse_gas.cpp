@@ -211,32 +211,53 @@ std::optional<GasCourse> course_in(const std::string& path) {
   }
 }
 
+/// Of clusters of this kind, whose columns have it in their names.
+void add_reasons(nlohmann::ordered_json& json, const std::string& kind) {
+  for (const char* part : {"", "_error", "_from", "_to"})
+    json[kind + "fractal_dimension" + part] =
+        "fewer than five clusters of six grains and more that do not reach around the box, or all of one size";
+  for (const char* part : {"", "_error"})
+    json[kind + "cluster_exponent" + part] = "fewer than ten clusters, or all of the least size";
+  for (const char* what : {"shape_gyration", "shape_charge_dipole"})
+    json[kind + what] = "the cluster reaches around the box";
+  json[kind + "bjerrum"] = "no forces between charges, or no two clusters in any cell";
+  json[kind + "cluster_local_temperature"] = "no two clusters in any cell";
+  json["mean_" + kind + "aggregate"] = "no two grains in contact";
+}
+
 /// Why columns are not there, or have no number.
 nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
-  nlohmann::ordered_json json{{"fractal_dimension",
-                               "fewer than five clusters of six grains and more that do not reach around the box, or "
-                               "all of one size"},
-                              {"shape_gyration", "the cluster reaches around the box"},
-                              {"cluster_exponent", "fewer than ten clusters, or all of the least size"},
-                              {"bjerrum", "no forces between charges, or no two clusters in any cell"},
-                              {"mach_number", "no two grains in any cell, or none that moves"},
-                              {"mean_aggregate", "no two grains in contact"},
-                              {"density_cluster_size", "no dense cell"},
-                              {"contact_persistence", "the first frame, or no contacts in the frame before"},
-                              {"aggregate_local_slope", "no aggregates at half the time"},
-                              {"kinetic_energy", "the run noted nothing at that instant"}};
+  nlohmann::ordered_json json;
+  add_reasons(json, "");
+  if (run.coulomb)
+    add_reasons(json, "bound_");
+  else
+    json["bound_clusters"] = "no forces between charges";
+  for (const char* part : {"", "_error"})
+    json[std::string("density_cluster_exponent") + part] = "fewer than ten clusters of cells, or all of one cell";
+  json["local_temperature"] = "no two grains in any cell";
+  json["sonine"] = "no grain moves";
+  for (const char* name : {"mach_number", "mach_number_of_flow"})
+    json[name] = "no two grains in any cell, or none that moves";
+  json["density_cluster_size"] = "no dense cell";
+  json["contact_persistence"] = "the first frame, or no contacts in the frame before";
+  json["aggregate_local_slope"] = "no aggregates at half the time, or one frame alone";
+  json["density_local_slope"] = "no dense cell at half the time, or one frame alone";
+  for (const char* name : energy_names) json[name] = "the run noted nothing at that instant";
   if (run.charged) {
     json["charge_by_speed"] = "no grain so fast, or all charges equal";
     json["charge_kurtosis"] = "all charges equal";
-    json["charge_dipole"] = "no cluster of so many grains, or only such as reach around the box";
+    for (const char* name : {"charge_dipole", "bound_charge_dipole"})
+      json[name] = "no cluster of so many grains, or only such as reach around the box";
+    json["charge_speed_correlation"] = "all charges equal, or all speeds";
+    json["charge_structure"] = "no grain is charged then";
   } else {
     for (const char* name : {"charge_by_speed", "charge_kurtosis", "charge_speed_correlation", "charge_structure",
                              "charge_density", "charge_dipole"})
       json[name] = "no grain is charged";
   }
-  json["induced_dipole"] =
-      run.polarized ? "no cluster of so many grains" : "the scene is without [effects.induced_dipoles]";
-  if (!run.coulomb) json["bound_clusters"] = "no forces between charges";
+  for (const char* name : {"induced_dipole", "bound_induced_dipole"})
+    json[name] = run.polarized ? "no cluster of so many grains" : "the scene is without [effects.induced_dipoles]";
   return json;
 }
 

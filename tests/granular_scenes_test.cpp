@@ -238,7 +238,7 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {box + few + contact + coulomb + "accuracy = 1e-13\n", "at least 1e-12 and at most 0.1"},
       {box + few + contact + "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n", "would do"},
       {box + few + contact + "[mechanics]\nintegrator = \"gear\"\nstep = 0.1\n", "would do"},
-      {box + fast + contact + "[stop]\ntime = 1\n", "fly through each other"},
+      {box + fast + contact + "[stop]\ntime = 1\n", "times its stiffness would hold"},
       {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\nstrength = 1\n",
        "effects.charge_exchange.strength is not allowed with effects.charge_exchange.model = \"none\""},
       {box + few + contact + "elastic = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},

@@ -47,11 +47,11 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
 
 void refuse_flight_through(const GrainContact& contact, double stiffer) {
   constexpr double margin = 1.1;  // so that they stop before that
-  const std::string how = stiffer > 0 ? fmt::format(", about {:.1f} times this one", margin * stiffer) : "";
+  const std::string how = stiffer > 0 ? fmt::format("about {:.1f} times its stiffness would hold", margin * stiffer)
+                                      : std::string("a larger stiffness is needed");
   throw Failure(fmt::format(
-      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it and for "
-      "what else presses them together, charges above all; a larger stiffness{}, of a stage its stage.stiffness, or a "
-      "lower temperature is needed",
+      "grains {} and {} fly through each other after an impact at speed {:.3g}: the contact is too soft for it "
+      "and for what else presses them together; {} (of a stage: stage.stiffness), or a lower temperature",
       contact.pair.i, contact.pair.j, contact.impact_speed, how));
 }
 

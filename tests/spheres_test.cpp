@@ -147,10 +147,12 @@ TEST_CASE(
     }
   // In the middle of a gap between curved surfaces the field is the difference over the gap, but for gap / R.
   const Vec3 middle = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.2 + 0.5 * gap);
-  const PointField between = solver.field(std::vector<Vec3>{middle})[0];
+  SphereSolver rough({.accuracy = 1e-3});  // of low degree, so that the field there is the tails'
+  rough.solve(problem);
+  const PointField between = rough.field(std::vector<Vec3>{middle})[0];
   CHECK(dot(between.field, {0.6, -0.48, 0.64}) == doctest::Approx(1.3 / gap).epsilon(0.02));
   CHECK(between.potential == doctest::Approx(-0.35).epsilon(0.02));
-  const PointField below = solver.field(std::vector<Vec3>{{0.1, 0.3, 0.5 * gap}})[0];
+  const PointField below = rough.field(std::vector<Vec3>{{0.1, 0.3, 0.5 * gap}})[0];
   CHECK(below.field.z == doctest::Approx((1 - found.group_potential[0]) / gap).epsilon(0.02));
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 void compare(Report& report, const SphereReference& reference, double accuracy) {
   const SphereErrors e = errors_of(reference, accuracy);
-  const std::string note = fmt::format("degree {}, {} iterations, {:.2f} s", e.degree, e.iterations,
+  const std::string note = fmt::format("degree {}, {} iterations, {:.4f} s", e.degree, e.iterations,
                                        e.seconds.setup + e.seconds.solve + e.seconds.forces);
   report.section(fmt::format("{}: {}", reference.name, note));
   report.at_most("potentials", e.potential, accuracy);

@@ -284,7 +284,8 @@ class Motion final : public ContactMotion {
   void close() {
     int p = 0;
     std::erase_if(open_, [&](const Open&) { return !(age_[p++] >= 0); });
-    sort_pairs([](const Open& one) { return one.contact.pair; });
+    const auto pair = [](const Open& one) { return one.contact.pair; };
+    if (!std::ranges::is_sorted(open_, {}, pair)) sort_pairs(pair);
   }
   /// By counting: there are as many as grains.
   template <class Of>
@@ -440,9 +441,10 @@ class Motion final : public ContactMotion {
     for_each_row(0, touching_, team, [&](Row row) {
       see<false>(row, 0);
       const Several since([&](int lane) { return open_[std::min(row[lane], touching_ - 1)].contact.since; });
-      // One that touched at the end of the step before may, by rounding, have done so later than now.
+      // One that touched at the end of the step before may, by rounding, have done so later than now, or not yet.
       const Several age = not_below<Several>(time - since, 0);
-      age_.put(row, all_touch ? age : chosen<Several>(overlap_.at(row) > 0, age, -1));
+      const auto touching = overlap_.at(row) > 0 || age <= rounding * dt_;
+      age_.put(row, all_touch ? age : chosen<Several>(touching, age, -1));
       push(row);
     });
   }
@@ -488,7 +490,7 @@ class Motion final : public ContactMotion {
       // What is still to be stored if they are to stop here, over what is.
       if (sum - overlap < too_close * sum)
         refuse_flight_through(contact, 1 + mass_[p] * closing(now) * closing(now) / 2 / stored_[p]);
-      if (overlap > 0) continue;
+      if (age_[p] >= 0) continue;
       record.ended.push_back({contact, -closing(now), time, speed_across(now)});
       --felt_[slots.i].touches, --felt_[slots.j].touches;
     }

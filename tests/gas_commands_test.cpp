@@ -188,6 +188,8 @@ TEST_CASE("explain says what a gas starts with, and how warm polarized grains ma
   REQUIRE_MESSAGE(ended.status == 0, ended.err);
   CHECK_MESSAGE(contains(ended.out, "charges              0 q0 in all, rms "), ended.out);
   CHECK_MESSAGE(contains(ended.out, "m0 v0 in all"), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "held forces          for "), ended.out);
+  CHECK_MESSAGE(contains(ended.out, " t0: mechanics.step\n"), ended.out);
   // sqrt(4 * .4 * 278.6) .4687^(5/4) = 8.19, and that squared over 4 ln 60: 4.1.
   CHECK_MESSAGE(contains(ended.out, "closer than 0.53 d0, which impacts at 8.19 v0"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "safe below T = 4.1"), ended.out);
@@ -278,6 +280,11 @@ TEST_CASE("what cannot be done with grains is refused with a sentence") {
   folder.write("large.toml", replaced(scene, "count = 60", "count = 1\nradius = 1.6"));
   refused("run large.toml",
           "large.toml:5: domain.size = 6 d0 along its shortest side is not allowed with a grain of diameter 3.2 d0");
+  // K q^2 = 4: a quarter of 2 pi sqrt(.5 / (1.5 * 278.6^(2/3) 4^(1/3))) is .110.
+  folder.write("held.toml", replaced(replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2"), "[output]",
+                                     "[mechanics]\nstep = 0.2\n[output]"));
+  for (const std::string command : {"run", "explain"})
+    refused(command + " held.toml", "mechanics.step = 0.2 is too long: forces that are held so long would drive the");
   refused("solve gas.toml", "no table [effects.floating_conductors]");
   const auto with_sum = [&](const std::string& keys) {
     folder.write("by-hand.toml", replaced(scene, "sum = \"minimum-image\"", keys));

@@ -13,6 +13,7 @@
 #include "src/effects/effects.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
+#include "src/granular/integrator.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
 
@@ -133,6 +134,19 @@ Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen
   return steps;
 }
 
+/// As a run begins. Throws InputError for a step that a run refuses.
+void explain_integrator(const Scene& scene) {
+  const granular::Gas gas(scene);
+  const double asked = scene.mechanics.step;
+  const double step = granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);
+  fmt::print("  integrator           {}, steps of at most {:g} t0\n", name_of(scene.mechanics.integrator), asked);
+  if (scene.mechanics.integrator != Integrator::multirate || !gas.has_smooth_forces()) return;
+  const double contact = shortest_contact(gas.law(), gas.fastest_impact()) / scene.mechanics.contact_steps;
+  fmt::print("  held forces          for {:.0f} steps of contacts at the start, {:.2g} t0: {}\n",
+             std::max(1.0, std::ceil(step / contact)), step,
+             step < asked ? "the fastest grain flies 0.2 d0" : "mechanics.step");
+}
+
 void explain_stages(const Scene& scene) {
   for (const Stage& stage : scene.stages)
     fmt::print("  stage                {:g} t0{}{}\n", stage.duration,
@@ -166,8 +180,7 @@ void explain_grains(const Scene& scene) {
   fmt::print("  filling              {:.4f} of the box\n", filling(scene));
   explain_sums(scene);
   explain_stages(scene);
-  fmt::print("  integrator           {}, steps of at most {:g} t0\n", name_of(scene.mechanics.integrator),
-             scene.mechanics.step);
+  explain_integrator(scene);
   if (is_for_cuda(scene)) {
     granular::device::check_scene(scene);
     fmt::print("  device               cuda: some {:.0f} MiB of its memory\n",

@@ -32,7 +32,7 @@ def main():
         draw_mean(panels["b"], found[gas.name], "local_temperature", colour, f"z = {z}", notes=True, first=0.4)
         shells = np.array([late(course, "density_structure") for course in found[gas.name]])
         middle, half = mean(shells)
-        panels["c"].errorbar(np.arange(1, 1 + len(middle)), middle, yerr=half, color=colour, marker="o", markersize=3,
+        panels["c"].errorbar(np.arange(1, 1 + len(middle)), middle, yerr=np.where(np.isfinite(half), half, 0), color=colour, marker="o", markersize=3,
                              linewidth=0.8, label=f"z = {z}")
         for key, time in zip(("048"[WIDTHS.index(z)], "xyz"[WIDTHS.index(z)]), (1, 100)):
             grains = Grains(found[gas.name][0].result, gas.warm, time)

@@ -170,7 +170,7 @@ class ConductorsInSpace(Conductors):
         faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.held_at), 1))])
         plot_space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut)
         marks = scale.legend(values) if scale else []
-        if snapshot.successor is not None and not self.cut:
+        if snapshot.connected.any() and not self.cut:
             self.draw_ways(axes, position, snapshot.successor)
             marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"way to {self.all_supplies}"))
         draw_legend(axes, marks)

@@ -36,6 +36,12 @@ Scene charged_gas(int count, double edge, double temperature) {
   return scene;
 }
 
+Scene polarized_gas() {
+  Scene scene = charged_gas(100, 8, 1);
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.02, .tolerance = 1e-6});
+  return scene;
+}
+
 /// The device's state as a gas.
 Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoint) {
   device.store(checkpoint);
@@ -173,6 +179,113 @@ TEST_CASE("a step of a charged gas on the device is the CPU's to the precision o
   CHECK(cpu.gas.energy().total() - energy == doctest::Approx(off).epsilon(1e-2));
 }
 
+TEST_CASE("steps that the host asks for one by one have the same bits as many that it does not ask for") {
+  const Scene scene = charged_gas(60, 7, 3);
+  const grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto one = granular::device::make_host_gas(scene), many = granular::device::make_host_gas(scene);
+  for (const auto& device : {one.get(), many.get()}) device->load(start, cpu.gas.law(), false);
+  for (int n = 0; n < 60; ++n) one->step(10);
+  for (const int n : {1, 7, 40, 12}) many->step(10, n);
+  CHECK(one->counts().steps == 60);
+  CHECK(many->counts().contact_steps == one->counts().contact_steps);
+  const Checkpoint a = stored(*one, start), b = stored(*many, start);
+  CHECK(a.reals == b.reals);
+  CHECK(a.integers == b.integers);
+}
+
+TEST_CASE("on a device, too, forces are held for a quarter of the swing of bound pairs at most") {
+  Scene scene = charged_gas(60, 7, 0.01);
+  scene.effects.remove("charge_exchange");
+  scene.mechanics.step = 0.3;  // a pair of charges +1 and -1 swings in .55
+  grains::Run cpu(scene);
+  cpu.gas.steps = 1;  // a gas that has just begun would refuse it
+  const auto device = granular::device::make_host_gas(scene);
+  device->load(cpu.gas.save(), cpu.gas.law(), false);
+  cpu.step(10);
+  device->step(10);
+  CHECK(cpu.gas.time() < 0.15);
+  CHECK(device->time() == cpu.gas.time());
+}
+
+TEST_CASE("a device knows the energy of charges that none exchange") {
+  Scene scene = charged_gas(60, 7, 3);
+  scene.effects.remove("charge_exchange");
+  grains::Run cpu(scene);
+  const auto device = granular::device::make_host_gas(scene);
+  device->load(cpu.gas.save(), cpu.gas.law(), false);
+  for (int n = 0; n < 5; ++n) cpu.step(10), device->step(10);
+  const double energy = cpu.gas.energy().potential;
+  // single precision of sixty energies
+  CHECK(device->potential_energy() == doctest::Approx(energy).epsilon(1e-5));
+}
+
+TEST_CASE("a gas whose charges polarize each other is on the device what it is on the CPU") {
+  const Scene scene = polarized_gas();
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto device = granular::device::make_host_gas(scene);
+  device->load(start, cpu.gas.law(), false);
+  CHECK(device->potential_energy() == doctest::Approx(cpu.gas.energy().potential).epsilon(1e-5));
+  for (int n = 0; n < 40; ++n) cpu.step(10), device->step(10);
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  REQUIRE(cpu.gas.collisions > 20);
+  CHECK(found.integers.at("counters")[2] == expected.integers.at("counters")[2]);
+  // Forces of about 1, each to 1e-6 of the exact ones, over 2; collisions make some ten times more of it.
+  CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-4);
+  CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < 1e-4);
+  CHECK(largest_difference(found.reals.at("effects.coulomb.dipole"), expected.reals.at("effects.coulomb.dipole")) <
+        1e-5);
+  CHECK(largest_difference(found.reals.at("effects.coulomb.force"), expected.reals.at("effects.coulomb.force")) < 1e-4);
+  CHECK(found.reals.at("effects.coulomb.energy")[0] ==
+        doctest::Approx(expected.reals.at("effects.coulomb.energy")[0]).epsilon(1e-4));
+  CHECK(found.reals.at("effects.coulomb.dipole_3").size() == 300);
+  // The CPU takes the dipoles and what they do as they are.
+  const std::int64_t evaluations = found.integers.at("effects.coulomb.counters")[0];
+  cpu.gas.restore(found);
+  CHECK(cpu.gas.energy().potential == doctest::Approx(device->potential_energy()).epsilon(1e-12));
+  CHECK(cpu.gas.save().integers.at("effects.coulomb.counters")[0] == evaluations);
+}
+
+TEST_CASE("a gas with dipoles goes on bit for bit from a device's checkpoint") {
+  const Scene scene = polarized_gas();
+  const grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto whole = granular::device::make_host_gas(scene), resumed = granular::device::make_host_gas(scene);
+  whole->load(start, cpu.gas.law(), false);
+  whole->step(10, 23);
+  resumed->load(stored(*whole, start), cpu.gas.law(), false);
+  whole->step(10, 27);
+  resumed->step(10, 27);
+  const Checkpoint a = stored(*whole, start), b = stored(*resumed, start);
+  CHECK(a.reals == b.reals);
+  CHECK(a.integers == b.integers);
+}
+
+TEST_CASE("grains that polarize each other without end stop a device's run with a sentence") {
+  Scene scene = grains::cube(10);
+  for (const double x : {4.0, 4.8}) grains::add(scene, {x, 5, 5}, {4.4 - x, 0, 0});
+  scene.conductors[0].charge = 1;
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
+  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.3});
+  const auto device = granular::device::make_host_gas(scene);
+  Checkpoint start;
+  {
+    Scene unpolarized = scene;
+    unpolarized.effects.remove("induced_dipoles");
+    grains::Run cpu(unpolarized);
+    start = cpu.gas.save();
+    try {
+      device->load(start, cpu.gas.law(), false);
+      device->step(10);
+      FAIL("went on");
+    } catch (const Failure& error) {
+      CHECK(std::string(error.what()).find("polarize each other without end") != std::string::npos);
+    }
+  }
+}
+
 TEST_CASE("a gas goes on bit for bit from a device's checkpoint, wherever it was made") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
@@ -239,8 +352,10 @@ TEST_CASE("a device says what it lacks") {
   scene = charged_gas(10, 8, 1);
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-8;
   CHECK(sentence(scene).find("single precision reaches 1e-6") != std::string::npos);
-  scene.effects.add<effects::InducedDipolesOptions>();
-  CHECK(sentence(scene).find("has no effects.induced_dipoles") != std::string::npos);
+  scene = polarized_gas();
+  CHECK(sentence(scene).empty());
+  scene.effects.find<effects::InducedDipolesOptions>()->sum = periodic::DipoleSum::minimum_image;
+  CHECK(sentence(scene).find("has no effects.induced_dipoles.sum = \"minimum-image\"") != std::string::npos);
   scene = gas(10, 8, 1);
   scene.mechanics.integrator = Integrator::verlet;
   CHECK(sentence(scene).find("mechanics.integrator = \"verlet\"") != std::string::npos);

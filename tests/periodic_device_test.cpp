@@ -10,6 +10,7 @@
 #include "solvers/neighbours/table.hpp"
 #include "solvers/parallel/host_executor.hpp"
 #include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/charge_mesh.hpp"
 #include "solvers/periodic/device/device.hpp"
 #include "solvers/periodic/device/near.hpp"
 #include "solvers/periodic/ewald.hpp"
@@ -58,7 +59,7 @@ Charges some(int count, Vec3 lengths, double ball = 0) {
   return charges;
 }
 
-Response evaluated(Sum& sum, const Sources& sources) {
+Response evaluated_near(Sum& sum, const Sources& sources) {
   Response response;
   std::vector<Pair> pairs;
   if (sum.cutoff() > 0) {
@@ -140,7 +141,7 @@ TEST_CASE("the device's sums are the CPU's to single precision") {
       const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
       ParticleMesh cpu(choice.mesh, cloud);
       const auto device = device::make_host_mesh(choice.mesh, cloud);
-      const Response expected = evaluated(cpu, charges), found = evaluated(*device, charges);
+      const Response expected = evaluated_near(cpu, charges), found = evaluated_near(*device, charges);
       // Coordinates of 2^-32 of the box, sums of a hundred terms in single precision and a mesh that is rounded at 1e-8
       // of the largest charge, four times the root mean square.
       CHECK(relative(found.field, expected.field) < 1e-6);
@@ -159,24 +160,56 @@ TEST_CASE("the device's sums are the CPU's to single precision") {
     }
 }
 
+TEST_CASE("charges with dipoles, and dipoles alone, are on the device what they are on the CPU") {
+  for (const Vec3 lengths : {Vec3{12, 12, 12}, Vec3{12, 15, 10}})
+    for (const double accuracy : {1e-2, 1e-4}) {
+      CAPTURE(accuracy);
+      Crowd crowd = random_crowd(250, lengths, 0.9, true, 2);
+      for (double& mu : crowd.dipole) mu *= 0.1;
+      const MeshChoice choice = choose_mesh(accuracy, 250, lengths, 0.9, lowest_dipole_order);
+      const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
+      ParticleMesh cpu(choice.mesh, cloud);
+      const auto device = device::make_host_mesh(choice.mesh, cloud);
+      const Response expected = evaluated_on(cpu, crowd), found = evaluated(*device, crowd);
+      // As of charges; each derivative of the splines and of the near part has an error as many times larger as its
+      // waves have 2 pi in a spacing, 3 to 7.
+      CHECK(relative(found.field, expected.field) < 3e-6);
+      CHECK(relative(found.potential, expected.potential) < 3e-6);
+      CHECK(relative(found.force, expected.force) < 1e-5);
+      CHECK(found.energy == doctest::Approx(expected.energy).epsilon(1e-5));
+      std::vector<double> field(3 * 250), there(3 * 250);
+      parallel::Team& alone = parallel::Team::single();
+      cpu.dipole_field(crowd, pairs_of(crowd, cpu.cutoff()), alone, field);
+      device->dipole_field(crowd, {}, alone, there);
+      CHECK(relative(there, field) < 3e-6);
+      Vec3 net;
+      double forces = 0;
+      for (std::size_t k = 0; k < found.force.size(); ++k) {
+        net[static_cast<int>(k % 3)] += found.force[k];
+        forces += std::abs(found.force[k]);
+      }
+      CHECK(norm(net) < 6e-8 * forces);  // each is rounded by at most so much of itself
+    }
+}
+
 TEST_CASE("the device's sums do not depend on the order of the charges by a bit, and scale with powers of two") {
   const Vec3 lengths{12, 12, 12};
   const Charges charges = some(250, lengths);
   const MeshChoice choice = choose_mesh(1e-3, 250, lengths, 0.9);
   const auto device = device::make_host_mesh(choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff));
-  const Response expected = evaluated(*device, charges);
+  const Response expected = evaluated_near(*device, charges);
   Charges turned = charges;
   for (int i = 0; i < 250; ++i) {
     turned.charge[i] = charges.charge[249 - i];
     for (int k = 0; k < 3; ++k) turned.position[3 * i + k] = charges.position[3 * (249 - i) + k];
   }
-  const Response found = evaluated(*device, turned);
+  const Response found = evaluated_near(*device, turned);
   CHECK(found.energy == expected.energy);
   for (int i = 0; i < 250; ++i)
     for (int k = 0; k < 3; ++k) REQUIRE(found.force[3 * i + k] == expected.force[3 * (249 - i) + k]);
   Charges strong = charges;
   for (double& q : strong.charge) q *= 64;
-  const Response more = evaluated(*device, strong);
+  const Response more = evaluated_near(*device, strong);
   CHECK(more.energy == 4096 * expected.energy);
   for (std::size_t k = 0; k < more.force.size(); ++k) REQUIRE(more.force[k] == 4096 * expected.force[k]);
 }

@@ -184,13 +184,6 @@ class CudaGrid {
     cooperative_groups::this_grid().sync();
 #endif
   }
-  template <class F>
-  __host__ __device__ void in_blocks(int blocks, F f) const {
-#ifdef __CUDA_ARCH__
-    for (int b = blockIdx.x; b < blocks; b += gridDim.x) f(CudaBlock{}, b);
-    cooperative_groups::this_grid().sync();
-#endif
-  }
 };
 
 template <int threads, class F>
@@ -199,7 +192,8 @@ __global__ void __launch_bounds__(threads) grid_kernel(F f) {
 }
 
 /// Lets what a condition stands before in a graph be done, or done again, or not.
-inline __global__ void condition_kernel(cudaGraphConditionalHandle condition, const int* flag) {
+template <class Flag>
+__global__ void condition_kernel(cudaGraphConditionalHandle condition, const Flag* flag) {
   cudaGraphSetConditional(condition, *flag != 0);
 }
 
@@ -282,16 +276,17 @@ class CudaExecutor {
   }
 
   using Grid = CudaGrid;
-  template <int threads = 256, class F>
-  void together(std::size_t bytes, F f) const {
+  template <class F>
+  void together(F f) const {
+    constexpr int threads = 512;  // with 128 registers each: as fast as half as many with all of them
     int device = 0, processors = 0, blocks = 0;
     check_cuda(cudaGetDevice(&device));
     check_cuda(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
-    check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, bytes));
+    check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
     void* arguments[] = {&f};
     check_cuda(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&grid_kernel<threads, F>),
                                            dim3(static_cast<unsigned>(processors * blocks)), dim3(threads), arguments,
-                                           bytes, stream_));
+                                           0, stream_));
   }
 
   template <class Count, class Keep, class Put>
@@ -419,7 +414,7 @@ class CudaExecutor {
   template <class F>
   void run(Recording& recording, F f) const {
     if (!recording.graph_) {
-      check_cuda(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeThreadLocal));
+      check_cuda(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeRelaxed));
       cudaStream_t stream = std::exchange(stream_, recorder_);
       f();
       stream_ = stream;
@@ -538,16 +533,19 @@ class CudaExecutor {
     cudaGraphNode_t added = nullptr;
     check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
     check_cuda(cudaStreamUpdateCaptureDependencies(stream_, &added, nullptr, 1, cudaStreamSetCaptureDependencies));
-    cudaStream_t body = nullptr;
+    // Streams of their own: one that has been recorded on belongs to that recording until it ends.
+    cudaStream_t body = nullptr, beside = nullptr;
     check_cuda(cudaStreamCreateWithFlags(&body, cudaStreamNonBlocking));
+    check_cuda(cudaStreamCreateWithFlags(&beside, cudaStreamNonBlocking));
     cudaGraph_t graph = node.conditional.phGraph_out[0];
-    check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeThreadLocal));
-    cudaStream_t stream = std::exchange(stream_, body);
+    check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeRelaxed));
+    std::swap(stream_, body), std::swap(beside_, beside);
     f();
-    if (type == cudaGraphCondTypeWhile) condition_kernel<<<1, 1, 0, body>>>(condition, flag);
-    stream_ = stream;
+    if (type == cudaGraphCondTypeWhile) condition_kernel<<<1, 1, 0, stream_>>>(condition, flag);
+    std::swap(stream_, body), std::swap(beside_, beside);
     check_cuda(cudaStreamEndCapture(body, &graph));
     check_cuda(cudaStreamDestroy(body));
+    check_cuda(cudaStreamDestroy(beside));
   }
 
   void copy_words(void* to, const void* from, std::size_t bytes) const {
@@ -583,8 +581,8 @@ class CudaExecutor {
   }
 
   static constexpr std::size_t pinned_size = 1 << 16;
-  mutable cudaStream_t stream_ = nullptr;
-  cudaStream_t recorder_ = nullptr, beside_ = nullptr;
+  mutable cudaStream_t stream_ = nullptr, beside_ = nullptr;
+  cudaStream_t recorder_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
   void* pinned_ = nullptr;
   /// What runs at the same time has a stream and memory of its own; the first is that of what runs alone.

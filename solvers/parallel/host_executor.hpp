@@ -106,27 +106,16 @@ class HostExecutor {
   /// What all threads of a device do together, one loop after the other.
   class Grid {
    public:
-    explicit Grid(void* memory) : memory_(memory) {}
     /// f(k) for k = 0 ... n - 1, in any order; all of it is done when this returns.
     template <class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
     }
-    /// f(Block, b) for b = 0 ... blocks - 1, each with the fast memory that was asked for.
-    template <class F>
-    void in_blocks(int blocks, F f) const {
-      for (int b = 0; b < blocks; ++b) f(Block(memory_), b);
-    }
-
-   private:
-    void* memory_;
   };
-  /// f(Grid), with so many bytes of fast memory for each block: loops that follow each other without the time that a
-  /// kernel takes to start. On a device blocks have `threads` threads.
-  template <int threads = 256, class F>
-  void together(std::size_t bytes, F f) const {
-    std::vector<double> memory(bytes / sizeof(double) + 1);
-    f(Grid(memory.data()));
+  /// f(Grid): loops that follow each other without the time that a kernel takes to start.
+  template <class F>
+  void together(F f) const {
+    f(Grid());
   }
 
   /// put(place, k) for those k = 0 ... n() - 1, at most `most`, with keep(k), in any order; their places are the

@@ -35,7 +35,7 @@ using ensemble::MemberState;
 using ensemble::Variation;
 
 struct Arguments {
-  std::string scene, folder, conductors, share;
+  std::string scene, folder, conductors, share, device;
   std::vector<std::string> vary, settings;
   int seeds = 1, jobs = 0;
   bool json = false, quiet = false;
@@ -204,7 +204,7 @@ void run_ensemble(Arguments request) {
     if (member.state == MemberState::waiting) ensemble::inspect(request.folder, member);
   }
   report_failures(members);
-  ensemble::run_members(request.folder, members, jobs, request.quiet);
+  ensemble::run_members(request.folder, members, jobs, request.device, request.quiet);
   report(request, members, share);
   if (Interruption::requested()) {
     fmt::print(stderr, "lichtenberg: stopped; the same command goes on from there\n");
@@ -236,6 +236,7 @@ Command ensemble_command() {
         "folder of the result files, one a member, of their scenes and of ensemble.json (ensemble-2.json beside that "
         "of "
         "another sweep); what is finished there is not run again (default: the scene's name with -ensemble)"},
+       device_argument(request->device),
        {"--jobs", &request->jobs, "members that run at the same time (default: one a core)", {.positive = true}},
        {"--share", &request->share,
         "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work side "

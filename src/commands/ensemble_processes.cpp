@@ -30,10 +30,11 @@ using Clock = std::chrono::steady_clock;
 /// us only, and we pass it on once. If we die, the system interrupts it.
 class Process {
  public:
-  Process(const std::string& folder, Member& member) : member_(&member) {
+  Process(const std::string& folder, Member& member, const std::string& device) : member_(&member) {
     messages_ = check(memfd_create("messages", MFD_CLOEXEC));
     const std::string result = result_file(folder, member);
     std::vector<std::string> words{"lichtenberg", "run", scene_file(folder, member), "--out", result, "--quiet"};
+    if (!device.empty()) words.insert(words.end(), {"--device", device});
     if (std::filesystem::exists(result)) words.push_back("--resume");
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
@@ -179,7 +180,8 @@ void collect(std::vector<Process>& running, const std::string& folder, Progress&
 
 }  // namespace
 
-void run_members(const std::string& folder, std::vector<Member>& members, int jobs, bool quiet) {
+void run_members(const std::string& folder, std::vector<Member>& members, int jobs, const std::string& device,
+                 bool quiet) {
   std::deque<Member*> waiting;
   for (Member& member : members)
     if (member.state == MemberState::waiting) waiting.push_back(&member);
@@ -200,7 +202,7 @@ void run_members(const std::string& folder, std::vector<Member>& members, int jo
       Member& member = *waiting.front();
       waiting.pop_front();
       if (write_scene(folder, member))
-        running.emplace_back(folder, member);
+        running.emplace_back(folder, member, device);
       else
         report_failure(member);
     }

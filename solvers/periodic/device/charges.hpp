@@ -36,13 +36,47 @@ LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
 }
 
+/// A charge's terms of Totals. (A struct: nvcc mixes up lambdas that are handed on by a template in two files.)
+struct ChargeTerms {
+  const Charged* charges;
+  const Felt* felt;
+
+  LICHTENBERG_HOST_DEVICE Totals operator()(int s) const {
+    const double q = charges[s].charge;
+    const Felt f = felt[s];
+    return {on_fine_grid(q * f.x), on_fine_grid(q * f.y), on_fine_grid(q * f.z),
+            on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
+  }
+};
+
+/// Those of a charge with its dipole, which is as two charges so far apart (../mesh.cpp).
+struct MultipoleTerms {
+  const Charged* charges;
+  const Moment* moments;
+  const Felt* felt;
+  Felt* force;
+  float over_apart2;
+
+  LICHTENBERG_HOST_DEVICE Totals operator()(int s) const {
+    const double q = charges[s].charge;
+    const Moment m = moments[s];
+    const Felt f = felt[s], pushed = force[s];
+    const float strength = charges[s].charge * charges[s].charge + over_apart2 * (m.x * m.x + m.y * m.y + m.z * m.z);
+    force[s].potential = strength;
+    const double energy = q * f.potential - (static_cast<double>(m.x) * f.x + static_cast<double>(m.y) * f.y +
+                                             static_cast<double>(m.z) * f.z);
+    return {on_fine_grid(pushed.x), on_fine_grid(pushed.y), on_fine_grid(pushed.z),
+            on_fine_grid(strength), on_fine_grid(q),        on_fine_grid(0.5 * energy)};
+  }
+};
+
 /// Fields, potentials and energy of charges on an executor. Charges are sorted by cells by who has them; what is
 /// computed is of scaled charges, and its bits do not depend on how they are sorted.
 template <class Executor>
 class ChargeSums {
  public:
   ChargeSums(const Executor& run, const MeshTables& tables)
-      : run_(&run), tables_(tables), mesh_(run, tables), felt_(run), totals_(run) {
+      : run_(&run), tables_(tables), mesh_(run, tables), felt_(run), force_(run), totals_(run) {
     totals_.resize(1);
   }
 
@@ -56,6 +90,7 @@ class ChargeSums {
   void make_room(int n) {
     n_ = n;
     felt_.resize(n);
+    force_.resize(n);
   }
   /// For n charges that are sorted in cells, and move by at most `moved` before they are sorted again.
   void arrange(int n, const CellsView& cells, double moved) {
@@ -74,29 +109,57 @@ class ChargeSums {
     mesh_.gather(charges, felt_.data());
     add_up(charges);
   }
+  /// The same of charges with dipoles, and the forces on them.
+  void evaluate(const Charged* charges, const Moment* moments, const TableView& partners) {
+    totals_.zero();
+    run_->beside(
+        [&] {
+          mesh_.spread(charges, moments, true);
+          mesh_.solve();
+        },
+        [&] {
+          compute_near_force(*run_, n_, tables_.multipoles, partners, charges, moments, felt_.data(), force_.data());
+        });
+    mesh_.gather_forces(charges, moments, felt_.data(), force_.data());
+    add_up(charges, moments);
+  }
+  /// Overwrites `field` with that of the dipoles alone.
+  void dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
+    run_->beside(
+        [&] {
+          mesh_.spread(charges, moments, false);
+          mesh_.solve();
+        },
+        [&] { compute_near_field(*run_, n_, tables_.multipoles, partners, charges, moments, field); });
+    mesh_.gather_field(charges, moments, field);
+  }
   Felt* felt() const { return felt_.data(); }
+  /// Of charges with dipoles. In place of a potential stands how much of the net force is taken off each, for a whole
+  /// of Totals::square.
+  Felt* force() const { return force_.data(); }
   const Totals* totals() const { return totals_.data(); }
+  Totals* totals_to_change() const { return totals_.data(); }
   std::vector<Felt> download_felt() const { return felt_.download(); }
+  std::vector<Felt> download_force() const { return force_.download(); }
   Totals download_totals() const { return totals_.download().front(); }
 
-  /// Public, as nvcc wants all functions that have kernels.
-  void add_up(const Charged* charges) {
-    const Felt* felt = felt_.data();
+  // Public, as nvcc wants all functions that have kernels.
+
+  void add_up(const Charged* charges) { add_up_terms(ChargeTerms{charges, felt_.data()}); }
+  void add_up(const Charged* charges, const Moment* moments) {
+    const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
+    add_up_terms(MultipoleTerms{charges, moments, felt_.data(), force_.data(), over_apart2});
+  }
+  template <class Term>
+  void add_up_terms(Term term) {
     double* totals = reinterpret_cast<double*>(totals_.data());
     const int n = n_;
     run_->sum_segments((n + a_part - 1) / a_part,
                        [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-                         const int s = p * a_part + t;
-                         const double q = charges[s].charge;
-                         const Felt f = felt[s];
-                         return Totals{on_fine_grid(q * f.x), on_fine_grid(q * f.y),
-                                       on_fine_grid(q * f.z), on_fine_grid(q * q),
-                                       on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
-                       },
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return term(p * a_part + t); },
                        [=] LICHTENBERG_HOST_DEVICE(int, Totals sum) {
-                         for (const double* term : {&sum.x, &sum.y, &sum.z, &sum.square, &sum.charge, &sum.energy})
-                           parallel::add_atomically(totals + (term - &sum.x), *term);
+                         for (const double* part : {&sum.x, &sum.y, &sum.z, &sum.square, &sum.charge, &sum.energy})
+                           parallel::add_atomically(totals + (part - &sum.x), *part);
                        });
   }
 
@@ -107,7 +170,7 @@ class ChargeSums {
   MeshTables tables_;
   MeshPart<Executor> mesh_;
   int n_ = 0;
-  parallel::Array<Felt, Executor> felt_;
+  parallel::Array<Felt, Executor> felt_, force_;
   parallel::Array<Totals, Executor> totals_;
 };
 
@@ -121,15 +184,20 @@ class DeviceMeshOn final : public DeviceMesh {
         cells_(*run_, tables.mesh.lengths, cell_edges(tables, 0)),
         table_(*run_),
         unsorted_(*run_),
-        charges_(*run_) {}
+        charges_(*run_),
+        loose_(*run_),
+        moments_(*run_) {}
 
   void evaluate(const Sources& sources, std::span<const Pair>, parallel::Team&, Response& response) override {
     arrange(sources, 0);
-    sums_.evaluate(charges_.data(), table_.view(), true);
-    const std::vector<Felt> felt = sums_.download_felt();
+    const bool dipoles = !sources.dipole.empty();
+    if (dipoles)
+      sums_.evaluate(charges_.data(), moments_.data(), table_.view());
+    else
+      sums_.evaluate(charges_.data(), table_.view(), true);
+    const std::vector<Felt> felt = sums_.download_felt(), force = sums_.download_force();
     const Totals totals = sums_.download_totals();
-    std::vector<int> order(sources.size());
-    run_->to_host(order.data(), cells_.order(), order.size() * sizeof(int));
+    const std::vector<int> order = downloaded_order(sources.size());
     const double back = 1 / scale_, square = totals.square > 0 ? totals.square : 1;
     const Vec3 off{totals.x / square, totals.y / square, totals.z / square};
     const double background = sums_.background() * totals.charge;
@@ -139,16 +207,31 @@ class DeviceMeshOn final : public DeviceMesh {
     response.force.resize(3 * n);
     for (std::size_t s = 0; s < n; ++s) {
       const int i = order[s];
-      const double charge = scale_ * sources.charge[i], field[3] = {felt[s].x, felt[s].y, felt[s].z};
+      const double charge = scale_ * sources.charge[i], field[3] = {felt[s].x, felt[s].y, felt[s].z},
+                   pushed[3] = {force[s].x, force[s].y, force[s].z};
       response.potential[i] = back * (felt[s].potential + background);
       for (int k = 0; k < 3; ++k) {
         response.field[3 * i + k] = back * field[k];
-        response.force[3 * i + k] = back * back * charge * (field[k] - charge * off[k]);
+        response.force[3 * i + k] =
+            back * back * (dipoles ? pushed[k] - force[s].potential * off[k] : charge * (field[k] - charge * off[k]));
       }
     }
     response.energy = back * back * (totals.energy + 0.5 * background * totals.charge);
     if (!std::isfinite(response.energy))
       throw InputError("The energy of the charges is no finite number: two of them lie at the same place.");
+  }
+
+  void dipole_field(const Sources& sources, std::span<const Pair>, parallel::Team&, std::span<double> field) override {
+    arrange(sources, 0);
+    parallel::Array<Felt, Executor> found(*run_);
+    found.resize(sources.size());
+    sums_.dipole_field(charges_.data(), moments_.data(), table_.view(), found.data());
+    const std::vector<Felt> felt = found.download();
+    const std::vector<int> order = downloaded_order(sources.size());
+    for (std::size_t s = 0; s < order.size(); ++s) {
+      const double of[3] = {felt[s].x, felt[s].y, felt[s].z};
+      for (int k = 0; k < 3; ++k) field[3 * order[s] + k] = of[k] / scale_;
+    }
   }
 
   Profile profile(const Sources& sources, double skin, int repeats) override {
@@ -180,12 +263,38 @@ class DeviceMeshOn final : public DeviceMesh {
   /// Public, as nvcc wants all functions that have kernels.
   void arrange(const Sources& sources, double skin) {
     require_consistent(sources);
-    if (!sources.dipole.empty()) throw InputError("Dipoles are not computed on a device.");
     const Vec3 lengths = sums_.lengths();
     if (sources.lengths != lengths) throw InputError("The box is not the one that the mesh was made for.");
     const int n = sources.size();
+    upload(sources);
+    charges_.resize(n);
+    const Charged* from = unsorted_.data();
+    const Moment* loose = sources.dipole.empty() ? nullptr : loose_.data();
+    if (loose) moments_.resize(n);
+    Charged* to = charges_.data();
+    Moment* moments = moments_.data();
+    cells_.sort(n, [=] LICHTENBERG_HOST_DEVICE(int i) { return from[i].at; });
+    const int* order = cells_.order();
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      to[s] = from[order[s]];
+      if (loose) moments[s] = loose[order[s]];
+    });
+    const double half = 0.5 * sources.shortest_length();
+    table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
+    sums_.arrange(n, cells_.view(), skin / 2);
+  }
+
+ private:
+  /// Scaled by a power of two: no charge, nor dipole over a length of 1, is then above 1.
+  void upload(const Sources& sources) {
+    if (!sources.dipole.empty() && sums_.tables().multipoles.charges.terms == 0)
+      throw InputError("Dipoles on a device need splines of order 5 at least, and an accuracy of 1e-6 at most.");
+    const int n = sources.size();
+    const Vec3 lengths = sums_.lengths();
     double largest = 0;
     for (const double q : sources.charge) largest = std::max(largest, std::abs(q));
+    for (const double m : sources.dipole) largest = std::max(largest, std::abs(m));
     scale_ = charge_scale(largest);
     std::vector<Charged> charged(n);
     for (int i = 0; i < n; ++i)
@@ -194,24 +303,24 @@ class DeviceMeshOn final : public DeviceMesh {
                      turns(sources.position[3 * i + 2], whole_turn / lengths.z)},
                     static_cast<float>(scale_ * sources.charge[i])};
     unsorted_.upload(charged);
-    charges_.resize(n);
-    const Charged* from = unsorted_.data();
-    Charged* to = charges_.data();
-    cells_.sort(n, [=] LICHTENBERG_HOST_DEVICE(int i) { return from[i].at; });
-    const int* order = cells_.order();
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = from[order[s]]; });
-    const double half = 0.5 * sources.shortest_length();
-    table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
-                 [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
-    sums_.arrange(n, cells_.view(), skin / 2);
+    if (sources.dipole.empty()) return;
+    std::vector<Moment> moments(n);
+    const auto scaled = [&](int k) { return static_cast<float>(scale_ * sources.dipole[k]); };
+    for (int i = 0; i < n; ++i) moments[i] = {scaled(3 * i), scaled(3 * i + 1), scaled(3 * i + 2)};
+    loose_.upload(moments);
+  }
+  std::vector<int> downloaded_order(int n) const {
+    std::vector<int> order(n);
+    run_->to_host(order.data(), cells_.order(), order.size() * sizeof(int));
+    return order;
   }
 
- private:
   std::unique_ptr<Executor> run_;
   ChargeSums<Executor> sums_;
   CellGrid<Executor> cells_;
   NeighbourTable<Executor> table_;
   parallel::Array<Charged, Executor> unsorted_, charges_;
+  parallel::Array<Moment, Executor> loose_, moments_;
   double scale_ = 1;
 };
 

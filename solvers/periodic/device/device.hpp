@@ -16,7 +16,7 @@ struct Profile {
   double partners = 0;                     ///< in the lists, of a charge
 };
 
-/// ParticleMesh on a device. It finds its pairs itself; dipoles it has none.
+/// ParticleMesh on a device. It finds its pairs itself.
 class DeviceMesh : public Sum {
  public:
   double cutoff() const override { return 0; }

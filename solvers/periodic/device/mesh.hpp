@@ -36,6 +36,21 @@ struct Window {
   }
 };
 
+/// Second derivatives of these weights.
+template <int order>
+LICHTENBERG_HOST_DEVICE void curvatures(const Window<order>& window, float t, float* curvature) {
+  LICHTENBERG_UNROLL(8)
+  for (int c = 0; c < order; ++c) {
+    float value = 0;
+    LICHTENBERG_UNROLL(8)
+    for (int d = order - 1; d >= 2; --d) value = value * t + static_cast<float>(d * (d - 1)) * window.term[d][c];
+    curvature[c] = value;
+  }
+}
+
+/// What is spread and gathered: as Kind of the CPU's.
+enum class Sought { of_charges, of_dipoles, forces };
+
 /// A place on the mesh along one axis: the point before it, and how far behind that it lies.
 struct OnMesh {
   int point = 0;
@@ -132,8 +147,9 @@ struct Tiles {
   }
 };
 
-/// Adds charges to a mesh of whole numbers, `unit` of them a charge. A block a tile.
-template <int order>
+/// Adds charges, dipoles or both to a mesh of whole numbers, `unit` of them a charge. A block a tile. A dipole's
+/// potential is mu.grad of a charge's by its own place, so it is spread with mu.grad of the weights.
+template <int order, Sought sought = Sought::of_charges>
 struct Spread {
   static constexpr int batch = 256;  ///< charges whose weights are kept
   Tiles tiles;
@@ -141,11 +157,16 @@ struct Spread {
   const Charged* charges;
   int* mesh;
   float unit;
+  const Moment* moments = nullptr;
+  float over_spacing[3] = {};
 
+  static constexpr bool dipoles = sought != Sought::of_charges;
   static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
   struct Weights {
     float weight[3][order];
+    float slope[dipoles ? 3 : 1][dipoles ? order : 1];  ///< times the dipole
     int at[3];
+    float charge;
   };
 
   template <class Block>
@@ -157,7 +178,7 @@ struct Spread {
     const int end = tiles.begin(tile + 1);
     for (int first = tiles.begin(tile); first < end; first += batch) {
       const int now = end - first < batch ? end - first : batch;
-      block.each(3 * now, [&](int k) { weigh(weights[k / 3], k % 3, charges[tiles.charge[first + k / 3]], from); });
+      block.each(3 * now, [&](int k) { weigh(weights[k / 3], k % 3, tiles.charge[first + k / 3], from); });
       block.each(now * order, [&](int k) { spread(weights[k / order], k % order, local); });
     }
     block.template each<8>(tiles.region(), [&](int k) {
@@ -166,13 +187,24 @@ struct Spread {
   }
 
  private:
-  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
+  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, int s, const int* from) const {
+    const Charged of = charges[s];
     const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
     float weight[order];
-    window.weights(at.behind, weight);
-    const float factor = axis == 0 ? unit * of.charge : 1;
-    LICHTENBERG_UNROLL(8)
-    for (int c = 0; c < order; ++c) to.weight[axis][c] = factor * weight[c];
+    if constexpr (dipoles) {
+      float slope[order];
+      window.weights(at.behind, weight, slope);
+      const Moment m = moments[s];
+      const float factor = over_spacing[axis] * (axis == 0 ? m.x : axis == 1 ? m.y : m.z);
+      LICHTENBERG_UNROLL(8)
+      for (int c = 0; c < order; ++c) to.weight[axis][c] = weight[c], to.slope[axis][c] = factor * slope[c];
+      if (axis == 0) to.charge = sought == Sought::forces ? of.charge : 0;
+    } else {
+      window.weights(at.behind, weight);
+      const float factor = axis == 0 ? unit * of.charge : 1;
+      LICHTENBERG_UNROLL(8)
+      for (int c = 0; c < order; ++c) to.weight[axis][c] = factor * weight[c];
+    }
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
   /// The a-th plane of a charge's points.
@@ -181,6 +213,15 @@ struct Spread {
     float y[order], z[order];  // what is added to might lie where the weights do, for all that a compiler knows
     LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) y[c] = of.weight[0][a] * of.weight[1][c], z[c] = of.weight[2][c];
+    float moved[dipoles ? order : 1], also[dipoles ? order : 1];
+    if constexpr (dipoles) {
+      LICHTENBERG_UNROLL(8)
+      for (int c = 0; c < order; ++c) {
+        moved[c] = of.slope[0][a] * of.weight[1][c] + of.weight[0][a] * of.slope[1][c];
+        also[c] = unit * z[c];
+        z[c] = unit * (of.charge * z[c] + of.slope[2][c]);
+      }
+    }
     const int j = of.at[1], l = of.at[2];
     const bool wraps = l + order > tiles.points[2];
     LICHTENBERG_UNROLL(8)
@@ -188,7 +229,9 @@ struct Spread {
       int* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
       LICHTENBERG_UNROLL(8)
       for (int c = 0; c < order; ++c)
-        parallel::add_atomically(&row[wraps ? tiles.wrapped(l + c, 2) : l + c], whole(y[b] * z[c]));
+        parallel::add_atomically(
+            &row[wraps ? tiles.wrapped(l + c, 2) : l + c],
+            whole(dipoles ? y[b] * z[c] + moved[dipoles ? b : 0] * also[dipoles ? c : 0] : y[b] * z[c]));
     }
   }
 };
@@ -204,6 +247,8 @@ struct Gather {
   const float* mesh;
   Felt* felt;
   float over_spacing[3], self, wave[2][3];
+  const Moment* moments = nullptr;  ///< of the dipoles alone, without charges; null: of charges
+  float self_field = 0;
 
   struct Weights {
     float weight[3][order], slope[3][order];
@@ -234,9 +279,30 @@ struct Gather {
           const Felt part = parts[k * order + a];
           all.x += part.x, all.y += part.y, all.z += part.z, all.potential += part.potential;
         }
-        add(felt[s], charges[s], all);
+        if (moments) {
+          const Moment m = moments[s];
+          felt[s].x += self_field * m.x - all.x * over_spacing[0];
+          felt[s].y += self_field * m.y - all.y * over_spacing[1];
+          felt[s].z += self_field * m.z - all.z * over_spacing[2];
+        } else {
+          float half[3], bend[3];
+          add(felt[s], charges[s], all, half, bend);
+        }
       });
     }
+  }
+
+  /// `sum`: over all planes. Half the slope and the curvature of its own cloud's potential come back.
+  LICHTENBERG_HOST_DEVICE void add(Felt& to, const Charged& of, const Felt& sum, float* half, float* bend) const {
+    const OnMesh x(of.at.x, tiles.points[0]), y(of.at.y, tiles.points[1]), z(of.at.z, tiles.points[2]);
+    float own = self;
+    own += own_wave(x.behind - 0.5f, 0, half[0], bend[0]);
+    own += own_wave(y.behind - 0.5f, 1, half[1], bend[1]);
+    own += own_wave(z.behind - 0.5f, 2, half[2], bend[2]);
+    to.x += of.charge * half[0] - sum.x * over_spacing[0];
+    to.y += of.charge * half[1] - sum.y * over_spacing[1];
+    to.z += of.charge * half[2] - sum.z * over_spacing[2];
+    to.potential += sum.potential - of.charge * own;
   }
 
  private:
@@ -269,21 +335,9 @@ struct Gather {
     }
     return {of.slope[0][a] * here, of.weight[0][a] * slope_y, of.weight[0][a] * slope_z, of.weight[0][a] * here};
   }
-  /// `sum`: over all planes.
-  LICHTENBERG_HOST_DEVICE void add(Felt& to, const Charged& of, const Felt& sum) const {
-    const OnMesh x(of.at.x, tiles.points[0]), y(of.at.y, tiles.points[1]), z(of.at.z, tiles.points[2]);
-    float own = self, off[3];
-    own += own_wave(x.behind - 0.5f, 0, off[0]);
-    own += own_wave(y.behind - 0.5f, 1, off[1]);
-    own += own_wave(z.behind - 0.5f, 2, off[2]);
-    to.x += of.charge * off[0] - sum.x * over_spacing[0];
-    to.y += of.charge * off[1] - sum.y * over_spacing[1];
-    to.z += of.charge * off[2] - sum.z * over_spacing[2];
-    to.potential += sum.potential - of.charge * own;
-  }
-  /// What splines make a unit charge see of its own cloud beyond the mean, u from the middle between two points, and
-  /// half its slope: half, for the cloud moves with the charge.
-  LICHTENBERG_HOST_DEVICE float own_wave(float u, int axis, float& half_slope) const {
+  /// What splines make a unit charge see of its own cloud beyond the mean, u from the middle between two points, half
+  /// its slope (half, for the cloud moves with the charge) and its curvature.
+  LICHTENBERG_HOST_DEVICE float own_wave(float u, int axis, float& half_slope, float& curvature) const {
     constexpr float pi = 3.14159265f;
     float sine = 0, cosine = 0;
 #ifdef __CUDA_ARCH__
@@ -291,9 +345,108 @@ struct Gather {
 #else
     sine = std::sin(2 * pi * u), cosine = std::cos(2 * pi * u);
 #endif
-    const float twice = 2 * cosine * cosine - 1;
-    half_slope = -pi * sine * (wave[0][axis] + 4 * wave[1][axis] * cosine) * over_spacing[axis];
+    const float twice = 2 * cosine * cosine - 1, h = over_spacing[axis];
+    half_slope = -pi * sine * (wave[0][axis] + 4 * wave[1][axis] * cosine) * h;
+    curvature = -4 * pi * pi * (wave[0][axis] * cosine + 4 * wave[1][axis] * twice) * h * h;
     return wave[0][axis] * cosine + wave[1][axis] * twice;
+  }
+};
+
+/// Potential and its derivatives by mesh points.
+struct Derivatives {
+  float value = 0, x = 0, y = 0, z = 0, xx = 0, yy = 0, zz = 0, yz = 0, zx = 0, xy = 0;
+
+  LICHTENBERG_HOST_DEVICE Derivatives& operator+=(const Derivatives& o) {
+    value += o.value, x += o.x, y += o.y, z += o.z;
+    xx += o.xx, yy += o.yy, zz += o.zz, yz += o.yz, zx += o.zx, xy += o.xy;
+    return *this;
+  }
+};
+
+/// The same of charges with dipoles, and the forces on them. A block a tile, a thread a plane of a charge's points.
+template <int order>
+struct GatherForces {
+  static constexpr int batch = 512 / order;  ///< charges whose weights are kept
+  Gather<order> of_charges;
+  const Moment* moments;
+  Felt* force;
+  float self_field;
+
+  struct Weights {
+    float weight[3][order], slope[3][order], curvature[3][order];
+    int at[3];
+  };
+  static std::size_t bytes(const Tiles& tiles) {
+    return sizeof(float) * tiles.region() + batch * (sizeof(Weights) + order * sizeof(Derivatives)) + alignof(Felt);
+  }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int tile) const {
+    const Tiles& tiles = of_charges.tiles;
+    Derivatives* parts = block.template memory<Derivatives>();
+    Weights* weights = reinterpret_cast<Weights*>(parts + batch * order);
+    float* local = reinterpret_cast<float*>(weights + batch);
+    const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
+    const int begin = tiles.begin(tile), end = tiles.begin(tile + 1);
+    if (begin == end) return;
+    block.template each<8>(tiles.region(), [&](int k) { local[k] = of_charges.mesh[tiles.global(from, k)]; });
+    for (int first = begin; first < end; first += batch) {
+      const int now = end - first < batch ? end - first : batch;
+      block.each(3 * now,
+                 [&](int k) { weigh(weights[k / 3], k % 3, of_charges.charges[tiles.charge[first + k / 3]], from); });
+      block.each(now * order, [&](int k) { parts[k] = plane(weights[k / order], k % order, local); });
+      block.each(now, [&](int k) {
+        Derivatives all;
+        LICHTENBERG_UNROLL(8)
+        for (int a = 0; a < order; ++a) all += parts[k * order + a];
+        add(tiles.charge[first + k], all);
+      });
+    }
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
+    const Tiles& tiles = of_charges.tiles;
+    const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
+    of_charges.window.weights(at.behind, to.weight[axis], to.slope[axis]);
+    curvatures(of_charges.window, at.behind, to.curvature[axis]);
+    to.at[axis] = tiles.local(at.point, from[axis], axis);
+  }
+  LICHTENBERG_HOST_DEVICE Derivatives plane(const Weights& of, int a, const float* local) const {
+    const Tiles& tiles = of_charges.tiles;
+    const int from = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1], j = of.at[1], l = of.at[2];
+    float here = 0, y = 0, z = 0, yy = 0, zz = 0, yz = 0;
+    LICHTENBERG_UNROLL(8)
+    for (int b = 0; b < order; ++b) {
+      const float* row = local + (from + tiles.wrapped(j + b, 1)) * tiles.size[2];
+      float value = 0, slope = 0, curvature = 0;
+      LICHTENBERG_UNROLL(8)
+      for (int c = 0; c < order; ++c) {
+        const float point = row[tiles.wrapped(l + c, 2)];
+        value += of.weight[2][c] * point, slope += of.slope[2][c] * point, curvature += of.curvature[2][c] * point;
+      }
+      const float w = of.weight[1][b], s = of.slope[1][b];
+      here += w * value, y += s * value, z += w * slope;
+      yy += of.curvature[1][b] * value, zz += w * curvature, yz += s * slope;
+    }
+    const float w = of.weight[0][a], s = of.slope[0][a];
+    return {w * here, s * here, w * y, w * z, of.curvature[0][a] * here, w * yy, w * zz, w * yz, s * z, s * y};
+  }
+  /// -(q grad + mu.grad grad) of the potential, without what the charge and its dipole do to themselves
+  /// (ChargeMesh::take_multipole_off).
+  LICHTENBERG_HOST_DEVICE void add(int s, const Derivatives& d) const {
+    const float* h = of_charges.over_spacing;
+    const Charged of = of_charges.charges[s];
+    const Moment m = moments[s];
+    const float mx = m.x * h[0], my = m.y * h[1], mz = m.z * h[2], q = of.charge;
+    Felt& to = of_charges.felt[s];
+    float half[3], bend[3];
+    of_charges.add(to, of, {d.x, d.y, d.z, d.value}, half, bend);
+    to.x += self_field * m.x, to.y += self_field * m.y, to.z += self_field * m.z;
+    to.potential -= m.x * half[0] + m.y * half[1] + m.z * half[2];
+    force[s].x += q * (q * half[0] + 0.5f * bend[0] * m.x) - (q * d.x + d.xx * mx + d.xy * my + d.zx * mz) * h[0];
+    force[s].y += q * (q * half[1] + 0.5f * bend[1] * m.y) - (q * d.y + d.xy * mx + d.yy * my + d.yz * mz) * h[1];
+    force[s].z += q * (q * half[2] + 0.5f * bend[2] * m.z) - (q * d.z + d.zx * mx + d.yz * my + d.zz * mz) * h[2];
   }
 };
 
@@ -319,7 +472,7 @@ class MeshPart {
     modes_.resize(2 * tables.factor.size());
     whole_.zero();
     // No more charge comes to a point than touching grains have: at most 1.5 in unit volume, of charge 1, with room to
-    // spare. What is rounded off is 1e-8 of that.
+    // spare, and for their dipoles. What is rounded off is 1e-8 of that.
     const Vec3 h = tables.mesh.spacing();
     unit_ = static_cast<float>(std::exp2(30 - std::ceil(std::log2(8 + 6 * h.x * h.y * h.z))));
   }
@@ -382,6 +535,13 @@ class MeshPart {
                                          Spread<order>{tiles_, window, charges, whole_.data(), unit_});
     });
   }
+  /// Of dipoles alone, or of charges with dipoles.
+  void spread(const Charged* charges, const Moment* moments, bool with_charges) {
+    with_window([&]<int order>(const Window<order>& window) {
+      with_charges ? spread_with<order, Sought::forces>(window, charges, moments)
+                   : spread_with<order, Sought::of_dipoles>(window, charges, moments);
+    });
+  }
   void solve() {
     int* whole = whole_.data();
     float *real = real_.data(), *modes = modes_.data();
@@ -400,16 +560,43 @@ class MeshPart {
   /// Adds to what the charges feel. The mesh's background is not in the potential.
   void gather(const Charged* charges, Felt* felt) {
     with_window([&]<int order>(const Window<order>& window) {
-      Gather<order> gather{tiles_, window, charges, real_.data(), felt, {}, tables_.self, {}};
-      for (int k = 0; k < 3; ++k) {
-        gather.over_spacing[k] = tables_.over_spacing[k];
-        gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
-      }
+      run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_),
+                                         gather_of(window, charges, felt));
+    });
+  }
+  /// Adds the field of dipoles alone.
+  void gather_field(const Charged* charges, const Moment* moments, Felt* field) {
+    with_window([&]<int order>(const Window<order>& window) {
+      Gather<order> gather = gather_of(window, charges, field);
+      gather.moments = moments, gather.self_field = tables_.self_field;
       run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_), gather);
+    });
+  }
+  /// Adds to what charges with dipoles feel, and to the forces on them.
+  void gather_forces(const Charged* charges, const Moment* moments, Felt* felt, Felt* force) {
+    with_window([&]<int order>(const Window<order>& window) {
+      run_->template for_each_block<512>(
+          tiles_.count(), GatherForces<order>::bytes(tiles_),
+          GatherForces<order>{gather_of(window, charges, felt), moments, force, tables_.self_field});
     });
   }
 
  private:
+  template <int order, Sought sought>
+  void spread_with(const Window<order>& window, const Charged* charges, const Moment* moments) {
+    Spread<order, sought> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
+    for (int k = 0; k < 3; ++k) spread.over_spacing[k] = tables_.over_spacing[k];
+    run_->template for_each_block<512>(tiles_.count(), Spread<order, sought>::bytes(tiles_), spread);
+  }
+  template <int order>
+  Gather<order> gather_of(const Window<order>& window, const Charged* charges, Felt* felt) const {
+    Gather<order> gather{tiles_, window, charges, real_.data(), felt, {}, tables_.self, {}};
+    for (int k = 0; k < 3; ++k) {
+      gather.over_spacing[k] = tables_.over_spacing[k];
+      gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
+    }
+    return gather;
+  }
   /// work(Window) of the mesh's order.
   template <class Work>
   void with_window(Work&& work) const {

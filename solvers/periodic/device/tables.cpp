@@ -26,14 +26,7 @@ std::vector<float> window_of(int order) {
   return window;
 }
 
-NearTable near_table(const Mesh& mesh, const Cloud& cloud) {
-  const NearPart near(mesh.lengths, cloud);
-  const std::vector<double>& value = near.coefficients(Kind::charges);
-  if (value.size() > most_terms)
-    throw InputError(
-        fmt::format("A near part of degree {} is beyond the single precision of a device, which reaches "
-                    "an accuracy of 1e-6: it has {} at most.",
-                    value.size() - 1, most_terms - 1));
+NearTable near_table(const Mesh& mesh, const Cloud& cloud, const std::vector<double>& value) {
   NearTable table;
   table.cutoff2 = static_cast<float>(cloud.cutoff * cloud.cutoff);
   const double turn = 2 / (cloud.cutoff * cloud.cutoff);
@@ -47,11 +40,31 @@ NearTable near_table(const Mesh& mesh, const Cloud& cloud) {
   return table;
 }
 
+MultipoleTable multipole_table(const Mesh& mesh, const Cloud& cloud, const std::vector<double>& value) {
+  MultipoleTable table{.charges = near_table(mesh, cloud, value)};
+  const double twice = 4 / (cloud.cutoff * cloud.cutoff);
+  for (int n = 2; n < table.charges.terms; ++n) {
+    table.second[n - 2] = static_cast<float>(-twice * twice * n * (n - 1) * value[n]);
+    if (n > 2) table.third[n - 3] = static_cast<float>(twice * twice * twice * n * (n - 1) * (n - 2) * value[n]);
+  }
+  return table;
+}
+
 }  // namespace
 
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
   const ChargeMesh checked(mesh, cloud);  // refuses what it cannot do
-  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud), .window = window_of(mesh.order)};
+  const NearPart near(mesh.lengths, cloud);
+  const std::vector<double>&of_charges = near.coefficients(Kind::charges),
+        &of_dipoles = near.coefficients(Kind::dipoles);
+  if (of_charges.size() > most_terms)
+    throw InputError(
+        fmt::format("A near part of degree {} is beyond the single precision of a device, which reaches "
+                    "an accuracy of 1e-6: it has {} at most.",
+                    of_charges.size() - 1, most_terms - 1));
+  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud, of_charges), .window = window_of(mesh.order)};
+  if (mesh.order >= lowest_dipole_order && of_dipoles.size() <= most_terms)
+    tables.multipoles = multipole_table(mesh, cloud, of_dipoles);
   const Influence influence = optimal_influence(mesh, cloud);
   const auto [across, down, up] = mesh.points;
   const int deep = up / 2 + 1;
@@ -68,6 +81,8 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
     tables.wave[1][k] = static_cast<float>(influence.self_wave[k][1]);
   }
   tables.self = static_cast<float>(cloud.potential(0));
+  tables.self_field = static_cast<float>(cloud.dipole_field);
+  tables.reach = checked.reach();
   tables.cutoff = cloud.cutoff;
   tables.background = -cloud.background / mesh.volume();
   return tables;

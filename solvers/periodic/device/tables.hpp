@@ -20,14 +20,24 @@ struct NearTable {
   int terms = 0;
 };
 
+/// The same between dipoles, of their own polynomial: B_1 = r^-3 + sum slope[n] x^n and B_0 as above, B_2 = 3 r^-5 +
+/// sum second[n] x^n, B_3 = 15 r^-7 + sum third[n] x^n (../README.md).
+struct MultipoleTable {
+  NearTable charges;
+  float second[most_terms] = {}, third[most_terms] = {};
+};
+
 /// What a mesh of charges is made of, from the CPU's parameters and functions.
 struct MeshTables {
   Mesh mesh;
   NearTable near;
+  MultipoleTable multipoles;  ///< without terms: there can be no dipoles
   std::vector<float> window;  ///< of t^d in the c-th weight: [d * order + c]
   std::vector<float> factor;  ///< of mode (x * points[1] + y) * (points[2] / 2 + 1) + z
   float over_spacing[3] = {};
   float self = 0;         ///< potential of a unit charge's own cloud
+  float self_field = 0;   ///< field of a unit dipole's own cloud, against it
+  double reach = 0;       ///< ChargeMesh::reach
   float wave[2][3] = {};  ///< Influence::self_wave, seen from the middle between two points
   double cutoff = 0;
   double background = 0;  ///< potential that a unit of total charge adds everywhere

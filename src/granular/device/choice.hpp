@@ -50,6 +50,11 @@ struct Progress {
   int steps = 0, exchanges = 0;
   int unresolved = 0;  ///< 1: contacts are so short that a step would have no end
 
+  static Progress towards(double target, double time, int most, bool whole) {
+    Progress now;
+    now.time = time, now.target = target, now.left = most, now.whole = whole;
+    return now;
+  }
   LICHTENBERG_HOST_DEVICE bool wanted() const { return left > 0 && time < target; }
 };
 

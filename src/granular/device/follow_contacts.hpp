@@ -27,8 +27,6 @@ struct Landing {
 /// All steps of contacts of an outer step, and what the last has left.
 template <class Law>
 struct FollowContacts {
-  static constexpr int a_block = 256;
-  static constexpr std::size_t bytes = (a_block + 1) * sizeof(int);
   ContactSteps<Law> steps;
   Landing land;
 
@@ -36,8 +34,9 @@ struct FollowContacts {
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
     const int count = steps.parameters->steps, pairs = steps.found->pairs;
     for (int step = 0; step < count; ++step) {
-      grid.in_blocks((pairs + a_block - 1) / a_block,
-                     [&](const auto& block, int b) { find_active(block, b * a_block, pairs, step); });
+      grid.each(pairs, [&](int k) {
+        if (steps.may_matter(k, step)) steps.find_active(k);
+      });
       const int active = steps.found->active;
       grid.each(active, [&](int a) { steps.push_halfway(a); });
       grid.each(active, [&](int a) { steps.integrate(a, step); });
@@ -47,20 +46,6 @@ struct FollowContacts {
       });
     }
     grid.each(pairs, [&](int k) { parallel::enlarge_atomically(&steps.found->impact2, steps.impact2(k)); });
-  }
-
- private:
-  /// Those few that may matter are put together first.
-  template <class Block>
-  LICHTENBERG_HOST_DEVICE void find_active(const Block& block, int begin, int pairs, int step) const {
-    int* count = block.template memory<int>();
-    int* kept = count + 1;
-    const int now = pairs - begin < a_block ? pairs - begin : a_block;
-    block.each(1, [&](int) { *count = 0; });
-    block.each(now, [&](int k) {
-      if (steps.may_matter(begin + k, step)) kept[parallel::take_place(count)] = begin + k;
-    });
-    block.each(*count, [&](int a) { steps.find_active(kept[a]); });
   }
 };
 

@@ -14,6 +14,7 @@
 #include "solvers/stopwatch.hpp"
 #include "src/granular/device/choice.hpp"
 #include "src/granular/device/follow_contacts.hpp"
+#include "src/granular/device/induced.hpp"
 #include "src/granular/device/lists.hpp"
 
 namespace lichtenberg::granular::device {
@@ -27,21 +28,26 @@ class GasOn final : public DeviceGas {
   GasOn(std::unique_ptr<Executor> run, const GasOptions& options)
       : run_(std::move(run)), gas_(*run_, checked(*run_, options)), lists_(gas_) {
     if (options.tables) sums_.emplace(*run_, *options.tables);
+    if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic) override {
     gas_.load(checkpoint, law, elastic);
     steps_.clear();
     lists_.load(checkpoint);
+    if (dipoles_) load_dipoles(checkpoint, gas_.n, *dipoles_);
   }
 
   void store(Checkpoint& checkpoint) const override {
     gas_.store(checkpoint);
     lists_.store(checkpoint);
+    if (dipoles_) store_dipoles(checkpoint, gas_, *sums_, *dipoles_);
   }
 
   Snapshot snapshot() override {
-    Snapshot now{.time = gas_.time, .potential = potential_energy()};
+    Snapshot now;
+    now.time = gas_.time;
+    now.potential = potential_energy();
     now.number = gas_.number.download();
     now.place = gas_.place.download();
     now.momentum = gas_.momentum.download();
@@ -56,7 +62,7 @@ class GasOn final : public DeviceGas {
   }
   double potential_energy() override {
     if (lists_.skin() == 0) begin();
-    if (!std::exchange(energy_known_, true)) recharge(false);
+    if (!std::exchange(energy_known_, true)) recharge_once();
     return gas_.book.download().front().energy;
   }
   double time() const override { return gas_.time; }
@@ -73,7 +79,7 @@ class GasOn final : public DeviceGas {
   template <class Law>
   void steps(const Law& law, double time, int most, bool whole) {
     Progress& now = progress_.host();
-    now = {.time = gas_.time, .target = time, .left = most, .whole = whole};
+    now = Progress::towards(time, gas_.time, most, whole);
     while (now.wanted()) {
       choose_first(law);
       run_->run(steps_, [&] { record(law); });
@@ -101,7 +107,7 @@ class GasOn final : public DeviceGas {
     count.contact_steps += now.contact_steps, counts_.contact_steps += now.contact_steps;
     count.collisions += now.begun, count.transfers += now.transfers;
     if (sums_) count.evaluations += now.steps + now.exchanges, counts_.evaluations += now.steps + now.exchanges;
-    energy_known_ = gas_.options.exchanges;
+    energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
     now.contact_steps = now.begun = now.transfers = 0;
     check_found();
@@ -112,7 +118,7 @@ class GasOn final : public DeviceGas {
   template <class Law>
   void step_driven(const Law& law, double time) {
     Progress& now = progress_.host();
-    now = {.time = gas_.time, .target = time, .left = 1};
+    now = Progress::towards(time, gas_.time, 1, false);
     choose(rule(law), found_.host(), now, parameters_.host());
     const double begin = gas_.time, end = now.end, half = 0.5 * (end - begin);
     drive(begin, half);
@@ -150,7 +156,7 @@ class GasOn final : public DeviceGas {
 
   void begin() {
     arrange(0);
-    if (sums_) recharge(false);
+    if (sums_) recharge_once();
     energy_known_ = true;
     std::visit([&](const auto& law) { begin(law); }, gas_.law);
     run_->wait();
@@ -167,10 +173,16 @@ class GasOn final : public DeviceGas {
     found_.fetch();
   }
 
+  void recharge_once() {
+    typename Executor::Recording recording;
+    const bool solved = dipoles_ && dipoles_->known();
+    run_->run(recording, [&] { recharge(false, solved); });
+    run_->wait();
+  }
   void arrange(double travel) {
     const Stopwatch stopwatch(counts_.list_seconds);
     ++counts_.lists;
-    lists_.arrange(travel, sums_);
+    lists_.arrange(travel, sums_, dipoles_);
     found_.host().moved2 = 0;
     if (auto seen = lists_.kernels(); !(seen == recorded_)) {
       steps_.clear();
@@ -179,8 +191,8 @@ class GasOn final : public DeviceGas {
   }
 
   /// After charges or the order of grains have changed: what charges feel. `booked`: the change of energy is what an
-  /// exchange gave to the field.
-  void recharge(bool booked) {
+  /// exchange gave to the field; `solved`: dipoles are as they should be.
+  void recharge(bool booked, bool solved = false) {
     FieldBook* book = gas_.book.data();
     const double* charge = gas_.charge.data();
     const int n = gas_.n;
@@ -200,7 +212,12 @@ class GasOn final : public DeviceGas {
                     static_cast<float>(scale * charge[s])};
       if (s == 0) book->scale = scale;
     });
-    sums_->evaluate(charges, lists_.partners(), true);
+    if (!dipoles_)
+      sums_->evaluate(charges, lists_.partners(), true);
+    else if (!solved)
+      dipoles_->follow_charges(charges, scale(), lists_.partners());
+    else
+      dipoles_->evaluate(charges, scale(), lists_.partners());
     const ForceView force = forces();
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
       const double energy = force.energy();
@@ -218,7 +235,10 @@ class GasOn final : public DeviceGas {
     run_->repeat_while(&now->go, [&] {
       enter(law);
       follow(law);
-      if (sums_) sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
+      if (dipoles_)
+        dipoles_->follow(gas_.charges.data(), scale(), lists_.partners());
+      else if (sums_)
+        sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
       finish();
       go_on(law);
       if (sums_ && gas_.options.exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
@@ -249,9 +269,8 @@ class GasOn final : public DeviceGas {
   }
   template <class Law>
   void follow(const Law& law) {
-    using Follow = FollowContacts<Law>;
     const Landing land{gas_.box, gas_.turns_a_length(), gas_.image.data(), gas_.charges.data()};
-    run_->template together<Follow::a_block>(Follow::bytes, Follow{contact_steps(law), land});
+    run_->together(FollowContacts<Law>{contact_steps(law), land});
   }
   /// Books the step, and chooses the next.
   template <class Law>
@@ -261,8 +280,10 @@ class GasOn final : public DeviceGas {
     StepParameters* parameters = parameters_.device();
     Progress* now = progress_.device();
     const bool exchanges = sums_ && gas_.options.exchanges;
+    const int* unstable = dipoles_ ? dipoles_->unstable() : nullptr;
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
       count_step(*found, *parameters, exchanges, *now);
+      if (unstable && *unstable) now->left = 0;
       choose(by, *found, *now, *parameters);
     });
   }
@@ -295,10 +316,9 @@ class GasOn final : public DeviceGas {
                          const Vec3 path{lichtenberg::apart(turns(at.x, over.x), then.x) / over.x,
                                          lichtenberg::apart(turns(at.y, over.y), then.y) / over.y,
                                          lichtenberg::apart(turns(at.z, over.z), then.z) / over.z};
-                         Largest here{.speed2 = norm2(over_mass[s] * p),
-                                      .acceleration2 = norm2(over_mass[s] * now),
-                                      .moved2 = norm2(path),
-                                      .charge = std::abs(charge[s])};
+                         Largest here;
+                         here.speed2 = norm2(over_mass[s] * p), here.acceleration2 = norm2(over_mass[s] * now);
+                         here.moved2 = norm2(path), here.charge = std::abs(charge[s]);
                          here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
                          return here;
                        },
@@ -326,8 +346,13 @@ class GasOn final : public DeviceGas {
 
   ForceView forces() const {
     if (!sums_) return {};
-    return {gas_.charges.data(), sums_->felt(),         sums_->totals(),
-            gas_.book.data(),    gas_.options.strength, sums_->background()};
+    return {gas_.charges.data(),
+            sums_->felt(),
+            sums_->totals(),
+            gas_.book.data(),
+            gas_.options.strength,
+            sums_->background(),
+            dipoles_ ? sums_->force() : nullptr};
   }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
@@ -356,8 +381,10 @@ class GasOn final : public DeviceGas {
             gas_.options.tables ? gas_.options.strength : 0,
             lists_.skin()};
   }
+  const double* scale() const { return &gas_.book.data()->scale; }
 
   void check_found() {
+    if (dipoles_) check_dipoles(dipoles_->download(), gas_.options);
     if (const int passed = found_.host().passed; passed)
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
@@ -370,7 +397,8 @@ class GasOn final : public DeviceGas {
   std::unique_ptr<Executor> run_;
   GasState<Executor> gas_;
   GasLists<Executor> lists_;
-  std::optional<ChargeSums<Executor>> sums_;
+  typename GasLists<Executor>::Sums sums_;
+  typename GasLists<Executor>::Dipoles dipoles_;
   parallel::Mirrored<Found, Executor> found_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   parallel::Mirrored<Progress, Executor> progress_{*run_};

@@ -29,6 +29,7 @@ struct GasOptions {
   std::string path;
   std::optional<periodic::device::MeshTables> tables;  ///< of charges; empty: they do not act
   double strength = 0;                                 ///< K
+  double polarizability = 0, dipole_tolerance = 0;     ///< 0: no dipoles
   bool charged = false, exchanges = false;
   effects::ImpactExchange exchange{};
   std::optional<effects::Wind> wind;
@@ -131,16 +132,22 @@ struct FieldBook {
   double largest_charge = 0;  ///< magnitude
 };
 
-/// The forces of charges on grains.
+/// The forces of charges, or of charges with dipoles, on grains.
 struct ForceView {
   const Charged* charges = nullptr;
   const Felt* felt = nullptr;
   const Totals* totals = nullptr;
   const FieldBook* book = nullptr;
   double strength = 0, background = 0;
+  const Felt* force = nullptr;  ///< null: there are no dipoles
 
   LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
     if (!felt || totals->square == 0) return {};
+    if (force) {
+      const double share = force[s].potential / totals->square, unit = strength / (book->scale * book->scale);
+      return {unit * (force[s].x - share * totals->x), unit * (force[s].y - share * totals->y),
+              unit * (force[s].z - share * totals->z)};
+    }
     const double q = charges[s].charge, over = q / totals->square, factor = strength * q / (book->scale * book->scale);
     return {factor * (felt[s].x - over * totals->x), factor * (felt[s].y - over * totals->y),
             factor * (felt[s].z - over * totals->z)};

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "solvers/periodic/device/dipoles.hpp"
 #include "src/granular/device/state.hpp"
 
 namespace lichtenberg::granular::device {
@@ -18,6 +19,7 @@ class GasLists {
 
  public:
   using Sums = std::optional<ChargeSums<Executor>>;
+  using Dipoles = std::optional<periodic::device::InducedDipolesOn<Executor>>;
   /// What kernels were recorded with: where lists lie, and how they are cut.
   struct Kernels {
     std::vector<const void*> arrays;
@@ -44,7 +46,7 @@ class GasLists {
   long entries() const { return static_cast<long>(near_.size()); }
 
   /// Sorts the grains, and lists those that may touch and whose charges are near, with room for moves.
-  void arrange(double travel, Sums& sums) {
+  void arrange(double travel, Sums& sums, Dipoles& dipoles) {
     GasState<Executor>& gas = *state_;
     // Twice as much as is needed now may be kept: kernels that are recorded know the lists' range.
     const double skin = 5 * std::max(travel, least_travel);
@@ -53,6 +55,7 @@ class GasLists {
     if (loaded_) list_open();
     if (sums) sums->make_room(gas.n);
     gas.permute(cells_.order(), sums ? sums->felt() : nullptr);
+    if (dipoles) dipoles->permute(cells_.order());
     build(sums);
     resize_contacts();
     take_open();

@@ -4,9 +4,11 @@
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/charge_mesh.hpp"
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/coulomb.hpp"
 #include "src/effects/gas_drag.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/effects/uniform_force.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
@@ -43,7 +45,9 @@ void check_scene(const Scene& scene) {
     refuse(scene, "walls around grains");
   if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
     refuse(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
-  if (scene.effects.has("induced_dipoles")) refuse(scene, "effects.induced_dipoles");
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
+      dipoles && dipoles->sum != periodic::DipoleSum::ewald)
+    refuse(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(dipoles->sum)));
   if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) check_coulomb(scene, *coulomb);
   if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) check_exchange(scene, *exchange);
 }
@@ -52,8 +56,10 @@ namespace {
 
 periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions& options) {
   const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  constexpr int lowest_order = 4;
   return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), scene.domain.box().lengths,
-                               2 * smallest);
+                               2 * smallest,
+                               scene.effects.has("induced_dipoles") ? periodic::lowest_dipole_order : lowest_order);
 }
 
 }  // namespace
@@ -62,6 +68,7 @@ double bytes_needed(const Scene& scene) {
   // Arrays of grains and of entries in lists (gas.hpp), a mesh of whole numbers, points, modes and factors with the
   // transforms' own, and what starts the device; lists with the widest skin that a gas has had at T = 10.
   constexpr double a_grain = 550, an_entry = 210, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
+  constexpr double a_dipole = 450;  // with its history and what solves it
   const double n = static_cast<double>(scene.conductors.size());
   const Vec3 lengths = scene.domain.box().lengths;
   const double density = n / (lengths.x * lengths.y * lengths.z);
@@ -70,6 +77,7 @@ double bytes_needed(const Scene& scene) {
   if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) {
     const periodic::MeshChoice choice = mesh_for(scene, *coulomb);
     const auto [x, y, z] = choice.mesh.points;
+    if (scene.effects.has("induced_dipoles")) bytes += n * a_dipole;
     bytes += n * (25 * a_column + 1.25 * a_partner * within(choice.cutoff + skin)) + a_point * x * y * z;
   }
   return bytes;
@@ -92,6 +100,8 @@ GasOptions gas_options(const Scene& scene) {
     options.strength = coulomb->strength;
     options.charged = true;
   }
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>())
+    options.polarizability = dipoles->polarizability, options.dipole_tolerance = dipoles->tolerance;
   if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) {
     options.exchange = {exchange->strength, exchange->exponent};
     options.charged = true;

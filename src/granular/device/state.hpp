@@ -81,7 +81,9 @@ struct GasState {
     const auto before = reals("book", 5);
     dissipated_before = static_cast<std::int64_t>(std::nearbyint(before[0] / quanta.energy));
     extremes.upload({Extremes{.overlap = before[4]}});
-    book.upload({FieldBook{.exchanged = before[1]}});
+    FieldBook field;
+    field.exchanged = before[1];
+    book.upload({field});
     driven_before = before[2];
     driven.upload({0});
     count.evaluations = options.tables ? integers(checkpoint, "effects.coulomb.counters").at(0) : 0;

@@ -1,0 +1,355 @@
+#pragma once
+
+// Induced dipoles on an executor: where they will be, from where they were (DipolePredictor), and conjugate gradients
+// from there (../dipoles.hpp). Sums over all are of whole numbers, so that their order does not matter.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "solvers/periodic/device/charges.hpp"
+
+namespace lichtenberg::periodic::device {
+
+/// A sum of numbers, each rounded to a multiple of 2^-60: exact for 2^23 of them, which add up to less than 2^43.
+struct ExactSum {
+  std::int64_t high = 0, low = 0;  ///< times 2^-20 and 2^-60
+
+  static LICHTENBERG_HOST_DEVICE ExactSum of(double value) {
+    const double scaled = value * 0x1p20, whole = std::floor(scaled);
+    return {static_cast<std::int64_t>(whole), static_cast<std::int64_t>((scaled - whole) * 0x1p40)};
+  }
+  LICHTENBERG_HOST_DEVICE double value() const {
+    return (static_cast<double>(high) + static_cast<double>(low) * 0x1p-40) * 0x1p-20;
+  }
+  LICHTENBERG_HOST_DEVICE void add_atomically(const ExactSum& other) {
+    parallel::add_atomically(&high, other.high);
+    parallel::add_atomically(&low, other.low);
+  }
+  LICHTENBERG_HOST_DEVICE ExactSum& operator+=(const ExactSum& other) {
+    high += other.high, low += other.low;
+    return *this;
+  }
+  friend LICHTENBERG_HOST_DEVICE ExactSum operator+(ExactSum a, const ExactSum& b) { return a += b; }
+};
+
+/// Two sums at once.
+struct ExactPair {
+  ExactSum first, second;
+
+  LICHTENBERG_HOST_DEVICE ExactPair& operator+=(const ExactPair& other) {
+    first += other.first, second += other.second;
+    return *this;
+  }
+  friend LICHTENBERG_HOST_DEVICE ExactPair operator+(ExactPair a, const ExactPair& b) { return a += b; }
+};
+
+/// How far the solver is.
+struct DipoleSolve {
+  ExactSum residual, field, curvature;  ///< squares over all; of a direction p, p.(1/A - T)p
+  double goal = 0, square = 0, step = 0, turn = 0;
+  std::int64_t applications = 0;  ///< of T, ever
+  int go = 0, changed = 0;
+  int iterations = 0;
+  int unstable = 0, unsolved = 0;  ///< 1: it has been found so
+  int known = 0;                   ///< steps of the history
+};
+
+constexpr int dipole_history = 4;
+
+/// All that goes with a grain when it is sorted.
+struct DipoleGrain {
+  Vec3 dipole;
+  Vec3 earlier[dipole_history];
+  Felt force;
+};
+
+/// Where that stands.
+struct DipoleArrays {
+  Vec3* dipole;
+  Vec3* earlier[dipole_history];
+  Felt* force;
+
+  LICHTENBERG_HOST_DEVICE DipoleGrain take(int i) const {
+    DipoleGrain grain{.dipole = dipole[i], .earlier = {}, .force = force[i]};
+    for (int k = 0; k < dipole_history; ++k) grain.earlier[k] = earlier[k][i];
+    return grain;
+  }
+  LICHTENBERG_HOST_DEVICE void put(int s, const DipoleGrain& grain) const {
+    dipole[s] = grain.dipole;
+    for (int k = 0; k < dipole_history; ++k) earlier[k][s] = grain.earlier[k];
+    force[s] = grain.force;
+  }
+};
+
+/// How many of n are in each part of them.
+struct OfParts {
+  static constexpr int a_part = 256;
+  int n;
+  LICHTENBERG_HOST_DEVICE int operator()(int p) const { return n - p * a_part < a_part ? n - p * a_part : a_part; }
+};
+
+struct OneSum {
+  double value = 0;
+
+  LICHTENBERG_HOST_DEVICE OneSum& operator+=(const OneSum& other) {
+    value += other.value;
+    return *this;
+  }
+  friend LICHTENBERG_HOST_DEVICE OneSum operator+(OneSum a, const OneSum& b) { return a += b; }
+};
+
+LICHTENBERG_HOST_DEVICE inline Moment moment(Vec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+/// Dipoles of charges that stand in ChargeSums, in units of charge and length: what is scaled is so within the solver
+/// alone, by a power of two.
+template <class Executor>
+class InducedDipolesOn {
+  template <class T>
+  using Array = parallel::Array<T, Executor>;
+
+ public:
+  InducedDipolesOn(const Executor& run, ChargeSums<Executor>& sums, double polarizability, double tolerance)
+      : run_(&run), sums_(&sums), polarizability_(polarizability), tolerance_(tolerance) {
+    solve_.resize(1);
+  }
+
+  /// `history`: of earlier steps, the last first, each [3 N]; the first of them are the dipoles.
+  /// `applications` of T before.
+  void load(int n, const std::vector<std::vector<double>>& history, std::int64_t applications) {
+    n_ = n;
+    const auto make = [&](auto&... arrays) { (arrays.resize(n), ...); };
+    make(dipole_, scaled_, residual_, direction_, field_, moments_, spare_);
+    DipoleSolve solve;
+    solve.known = static_cast<int>(history.size());
+    solve.applications = applications;
+    for (int k = 0; k < dipole_history; ++k) {
+      earlier_[k].resize(n);
+      if (k < solve.known)
+        upload(earlier_[k], history[k]);
+      else
+        earlier_[k].zero();
+    }
+    if (solve.known > 0)
+      upload(dipole_, history[0]);
+    else
+      dipole_.zero();
+    solve_.upload({solve});
+  }
+  bool known() const { return download().known > 0; }
+  DipoleSolve download() const { return solve_.download().front(); }
+  const DipoleSolve* state() const { return solve_.data(); }
+  const int* unstable() const { return &solve_.data()->unstable; }
+  std::vector<Vec3> dipoles() const { return dipole_.download(); }
+  std::vector<std::vector<Vec3>> history() const {
+    std::vector<std::vector<Vec3>> all;
+    for (int k = 0; k < download().known; ++k) all.push_back(earlier_[k].download());
+    return all;
+  }
+  /// Where kernels that are recorded find it.
+  const void* place() const { return dipole_.data(); }
+
+  /// The dipoles of the next step, from the start that the history has for them; `charges` of this scale.
+  void follow(const Charged* charges, const double* scale, const TableView& partners) {
+    predict();
+    solve(charges, scale, partners);
+    keep();
+  }
+  /// The same step with other charges.
+  void follow_charges(const Charged* charges, const double* scale, const TableView& partners) {
+    solve(charges, scale, partners);
+    keep();
+  }
+  /// What these very dipoles do.
+  void evaluate(const Charged* charges, const double* scale, const TableView& partners) {
+    take(scale);
+    sums_->evaluate(charges, moments_.data(), partners);
+    finish(scale);
+  }
+
+  // With kernels, which nvcc wants to be public.
+
+  void permute(const int* order) {
+    DipoleGrain* spare = spare_.data();
+    const DipoleArrays all = arrays();
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { spare[s] = all.take(order[s]); });
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { all.put(s, spare[s]); });
+  }
+
+  void predict() {
+    const DipoleArrays all = arrays();
+    DipoleSolve* solve = solve_.data();
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      // Kolafa's always stable ones, of as many steps as are known (DipolePredictor).
+      constexpr double weight[dipole_history + 1][dipole_history] = {
+          {}, {1}, {2, -1}, {2.5, -2, 0.5}, {2.8, -2.8, 1.2, -0.2}};
+      Vec3 sum;
+      for (int k = 0; k < dipole_history; ++k) sum += weight[solve->known][k] * all.earlier[k][s];
+      for (int k = dipole_history - 1; k > 0; --k) all.earlier[k][s] = all.earlier[k - 1][s];
+      all.dipole[s] = sum;
+    });
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      if (solve->known < dipole_history) ++solve->known;
+    });
+  }
+  void keep() {
+    const DipoleArrays all = arrays();
+    DipoleSolve* solve = solve_.data();
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      all.earlier[0][s] = all.dipole[s];
+      if (s == 0 && solve->known == 0) solve->known = 1;
+    });
+  }
+  void take(const double* scale) {
+    const Vec3* dipole = dipole_.data();
+    Vec3* scaled = scaled_.data();
+    Moment* moments = moments_.data();
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      scaled[s] = *scale * dipole[s];
+      moments[s] = moment(scaled[s]);
+    });
+  }
+
+  /// With 1/A as the preconditioner's inverse, and the field of charges and dipoles at the start as what the residual
+  /// is compared with. What charges and the start's dipoles do is what is wanted, if the start is good enough.
+  void solve(const Charged* charges, const double* scale, const TableView& partners) {
+    take(scale);
+    sums_->evaluate(charges, moments_.data(), partners);
+    begin();
+    DipoleSolve* solve = solve_.data();
+    run_->repeat_while(&solve->go, [&] {
+      sums_->dipole_field(charges, moments_.data(), partners, field_.data());
+      turn();
+      go_on();
+    });
+    run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
+    finish(scale);
+  }
+  void begin() {
+    const Felt* felt = sums_->felt();
+    Vec3 *scaled = scaled_.data(), *residual = residual_.data(), *direction = direction_.data();
+    Moment* moments = moments_.data();
+    DipoleSolve* solve = solve_.data();
+    const double a = polarizability_, tolerance2 = tolerance_ * tolerance_;
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { solve->residual = solve->field = {}; });
+    sum(
+        [=] LICHTENBERG_HOST_DEVICE(int s) {
+          const Vec3 e{felt[s].x, felt[s].y, felt[s].z}, r = e - (1 / a) * scaled[s];
+          residual[s] = r, direction[s] = a * r;
+          return ExactPair{ExactSum::of(norm2(r)), ExactSum::of(norm2(e))};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) {
+          solve->residual.add_atomically(of.first), solve->field.add_atomically(of.second);
+        });
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      solve->goal = tolerance2 * solve->field.value(), solve->square = solve->residual.value();
+      solve->changed = solve->go = solve->square > solve->goal;
+      solve->iterations = 0;
+      solve->curvature = solve->residual = {};
+    });
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      if (solve->go) moments[s] = moment(direction[s]);
+    });
+  }
+  /// With T p known: how far to go along p.
+  void turn() {
+    const Felt* field = field_.data();
+    const Vec3* direction = direction_.data();
+    DipoleSolve* solve = solve_.data();
+    const double a = polarizability_;
+    sum(
+        [=] LICHTENBERG_HOST_DEVICE(int s) {
+          const Vec3 p = direction[s], t{field[s].x, field[s].y, field[s].z};
+          return ExactPair{ExactSum::of(dot(p, (1 / a) * p - t)), {}};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) { solve->curvature.add_atomically(of.first); });
+  }
+  void go_on() {
+    constexpr int most = 100;
+    const Felt* field = field_.data();
+    Vec3 *scaled = scaled_.data(), *residual = residual_.data(), *direction = direction_.data();
+    Moment* moments = moments_.data();
+    DipoleSolve* solve = solve_.data();
+    const double a = polarizability_;
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      const double curvature = solve->curvature.value();
+      if (!(curvature > 0)) solve->unstable = 1;
+      solve->step = curvature > 0 ? a * solve->square / curvature : 0;
+      solve->curvature = {};
+    });
+    sum(
+        [=] LICHTENBERG_HOST_DEVICE(int s) {
+          const Vec3 p = direction[s], t{field[s].x, field[s].y, field[s].z};
+          const Vec3 r = residual[s] - solve->step * ((1 / a) * p - t);
+          scaled[s] += solve->step * p;
+          residual[s] = r;
+          return ExactPair{ExactSum::of(norm2(r)), {}};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) { solve->residual.add_atomically(of.first); });
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      const double now = solve->residual.value();
+      solve->turn = now / solve->square, solve->square = now;
+      solve->residual = {};
+      ++solve->iterations, ++solve->applications;
+      solve->go = now > solve->goal && !solve->unstable;
+      if (solve->go && solve->iterations == most) solve->go = 0, solve->unsolved = 1;
+    });
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      direction[s] = a * residual[s] + solve->turn * direction[s];
+      moments[s] = moment(solve->go ? direction[s] : scaled[s]);
+    });
+  }
+  /// The dipoles as they are wanted, and their own energy mu^2 / 2A.
+  void finish(const double* scale) {
+    Vec3 *dipole = dipole_.data(), *scaled = scaled_.data();
+    double* energy = &sums_->totals_to_change()->energy;
+    const double a = polarizability_;
+    run_->sum_segments((n_ + OfParts::a_part - 1) / OfParts::a_part, parts(),
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+                         const int s = p * OfParts::a_part + t;
+                         dipole[s] = (1 / *scale) * scaled[s];
+                         return OneSum{on_fine_grid(norm2(scaled[s]) / (2 * a))};
+                       },
+                       [=] LICHTENBERG_HOST_DEVICE(int, OneSum of) { parallel::add_atomically(energy, of.value); });
+  }
+
+  /// add(sum of value(s) over some), for all of them.
+  template <class Value, class Add>
+  void sum(Value value, Add add) {
+    run_->sum_segments((n_ + OfParts::a_part - 1) / OfParts::a_part, parts(),
+                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return value(p * OfParts::a_part + t); },
+                       [=] LICHTENBERG_HOST_DEVICE(int, ExactPair of) { add(of); });
+  }
+
+ private:
+  OfParts parts() const { return {n_}; }
+
+  DipoleArrays arrays() const {
+    return {dipole_.data(),
+            {earlier_[0].data(), earlier_[1].data(), earlier_[2].data(), earlier_[3].data()},
+            sums_->force()};
+  }
+  static void upload(Array<Vec3>& array, const std::vector<double>& values) {
+    std::vector<Vec3> vectors(values.size() / 3);
+    for (std::size_t i = 0; i < vectors.size(); ++i) vectors[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+    array.upload(vectors);
+  }
+
+  const Executor* run_;
+  ChargeSums<Executor>* sums_;
+  double polarizability_, tolerance_;
+  int n_ = 0;
+  Array<Vec3> dipole_{*run_};
+  std::array<Array<Vec3>, dipole_history> earlier_{Array<Vec3>(*run_), Array<Vec3>(*run_), Array<Vec3>(*run_),
+                                                   Array<Vec3>(*run_)};
+  Array<Vec3> scaled_{*run_}, residual_{*run_}, direction_{*run_};
+  Array<Felt> field_{*run_};
+  Array<Moment> moments_{*run_};
+  Array<DipoleGrain> spare_{*run_};
+  Array<DipoleSolve> solve_{*run_};
+};
+
+}  // namespace lichtenberg::periodic::device

@@ -1,0 +1,90 @@
+#pragma once
+
+// Induced dipoles in checkpoints, as effects::Coulomb has them.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "src/granular/device/lists.hpp"
+
+namespace lichtenberg::granular::device {
+
+template <class Executor>
+void load_dipoles(const Checkpoint& checkpoint, int n, periodic::device::InducedDipolesOn<Executor>& dipoles) {
+  std::vector<std::vector<double>> history;
+  for (int k = 0; k < periodic::device::dipole_history; ++k)
+    if (const auto kept = checkpoint.reals.find("effects.coulomb.dipole_" + std::to_string(k));
+        kept != checkpoint.reals.end() && kept->second.size() == 3 * static_cast<std::size_t>(n))
+      history.push_back(kept->second);
+  dipoles.load(n, history, integers(checkpoint, "effects.coulomb.counters").at(1));
+}
+
+/// Written by the numbers of grains that are sorted.
+class ByNumber {
+ public:
+  ByNumber(Checkpoint& checkpoint, std::vector<int> number) : checkpoint_(&checkpoint), number_(std::move(number)) {}
+
+  /// of(s) of the s-th; a vector of it has three numbers.
+  template <class Of>
+  void reals(const std::string& name, const Of& of) {
+    std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];
+    to.resize(number_.size());
+    for (std::size_t s = 0; s < number_.size(); ++s) to[number_[s]] = of(s);
+  }
+  template <class Of>
+  void vectors(const std::string& name, const Of& of) {
+    std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];
+    to.resize(3 * number_.size());
+    for (std::size_t s = 0; s < number_.size(); ++s)
+      for (int k = 0; k < 3; ++k) to[3 * static_cast<std::size_t>(number_[s]) + k] = Vec3(of(s))[k];
+  }
+
+ private:
+  Checkpoint* checkpoint_;
+  std::vector<int> number_;
+};
+
+/// The CPU goes on from these dipoles and from what they do, as if it had computed it.
+template <class Executor>
+void store_dipoles(Checkpoint& checkpoint, const GasState<Executor>& gas, const ChargeSums<Executor>& sums,
+                   const periodic::device::InducedDipolesOn<Executor>& dipoles) {
+  const FieldBook book = gas.book.download().front();
+  const Totals totals = sums.download_totals();
+  const std::vector<Felt> felt = sums.download_felt(), force = sums.download_force();
+  const double back = 1 / book.scale, share = totals.square > 0 ? 1 / totals.square : 0;
+  const double background = sums.background() * totals.charge;
+  ByNumber to(checkpoint, gas.number.download());
+  to.reals("potential", [&](std::size_t s) { return back * (felt[s].potential + background); });
+  to.vectors("field", [&](std::size_t s) { return back * Vec3{felt[s].x, felt[s].y, felt[s].z}; });
+  to.vectors("force", [&](std::size_t s) {
+    const Felt f = force[s];
+    return back * back * (Vec3{f.x, f.y, f.z} - f.potential * share * Vec3{totals.x, totals.y, totals.z});
+  });
+  checkpoint.reals["effects.coulomb.energy"] = {back * back * (totals.energy + 0.5 * background * totals.charge)};
+  checkpoint.reals["effects.coulomb.position"] = checkpoint.reals.at("position");
+  checkpoint.reals["effects.coulomb.charge"] = checkpoint.reals.at("charge");
+  const std::vector<Vec3> dipole = dipoles.dipoles();
+  to.vectors("dipole", [&](std::size_t s) { return dipole[s]; });
+  const auto history = dipoles.history();
+  for (std::size_t k = 0; k < history.size(); ++k)
+    to.vectors("dipole_" + std::to_string(k), [&](std::size_t s) { return history[k][s]; });
+  checkpoint.integers["effects.coulomb.counters"].at(1) = dipoles.download().applications;
+}
+
+/// Throws Failure if they have no state, or none has been found.
+inline void check_dipoles(const periodic::device::DipoleSolve& solve, const GasOptions& options) {
+  const std::string which =
+      options.path + ": effects.induced_dipoles: at a polarizability of " + std::to_string(options.polarizability);
+  if (solve.unstable)
+    throw Failure(which +
+                  " the dipoles at these places polarize each other without end; a lower temperature or a stiffer "
+                  "contact keeps grains from overlapping so deeply");
+  if (solve.unsolved)
+    throw Failure(which + " single precision keeps the residual field above " +
+                  std::to_string(options.dipole_tolerance) +
+                  " of the field: a larger tolerance, or \"cpu\", is needed");
+}
+
+}  // namespace lichtenberg::granular::device

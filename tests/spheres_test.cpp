@@ -189,7 +189,7 @@ TEST_CASE("cell by cell or pair by pair: the same field") {
     CAPTURE(scene);
     SphereProblem problem{.free_space = scene == 0, .permittivity = 1};
     problem.box.lengths = {1, 1.2, scene == 2 ? 0.3 : 0.9};
-    problem.box.sides[0] = Boundary::electrode;
+    if (scene != 1) problem.box.sides[0] = Boundary::electrode;  // without it the sum of dipoles along z has a field
     if (scene == 2) problem.box.sides[2] = problem.box.sides[3] = Boundary::periodic;
     if (scene == 1) problem.box.sides[4] = problem.box.sides[5] = Boundary::electrode;
     for (int i = 0; i < 48; ++i) {

@@ -11,7 +11,6 @@
 #include "solvers/error.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/record/hdf5.hpp"
@@ -314,9 +313,8 @@ TEST_CASE("an effect that is handed over must be in the scene, once") {
 
 TEST_CASE("what an effect cannot do in three dimensions it refuses, in a program of one's own too") {
   Scene scene = tethered("stiffness = 1.0\n");
-  scene.effects.add<effects::WallContactOptions>();
-  std::vector<std::unique_ptr<Effect>> walls = effects::made(std::make_unique<effects::WallContact>(scene));
+  std::vector<std::unique_ptr<Effect>> tether = effects::made(std::make_unique<Tether>(scene));
   const Bodies space{.dimension = 3, .position = {0, 0, 0}, .momentum = {0, 0, 0}, .mass = {1}, .radius = {1}};
-  CHECK_THROWS_WITH_AS(Model(space, std::move(walls), {}),
-                       "effects.wall_contact is not allowed in 3 dimensions: it can do 2", InputError);
+  CHECK_THROWS_WITH_AS(Model(space, std::move(tether), {}),
+                       "effects.tether is not allowed in 3 dimensions: it can do 2", InputError);
 }

@@ -188,9 +188,8 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       "[[conductor]]\nposition = [4, 6, 6]\nradius = 0.5\nvelocity = [25, 0, 0]\n"
       "[[conductor]]\nposition = [6, 6, 6]\nradius = 0.5\nvelocity = [-25, 0, 0]\n";
   const std::vector<Refused> table = {
-      {plane + few + contact + "[effects.wall_contact]\n", "effects.wall_contact is not allowed with a periodic side"},
-      {replaced(plane, "[reference]\n", "") + "[[population]]\ncount = 2\nradius = 0.5\n[effects.wall_contact]\n",
-       "effects.wall_contact is not allowed with a periodic side"},
+      {plane + few + contact + "[effects.wall_contact]\n",
+       "effects.wall_contact is not allowed with [reference], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
        "domain.left must be \"periodic\" in a scene of grains"},
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},

@@ -15,7 +15,6 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/effects/wall_contact.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 
@@ -100,16 +99,6 @@ TEST_CASE("two spheres that meet across a face bounce as inside") {
   for (int k = 0; k < 6; ++k) CHECK(across[k] == doctest::Approx(inside[k]).epsilon(1e-7));
 }
 
-TEST_CASE("walls are for two dimensions, and say so") {
-  Scene scene;
-  scene.domain.size = {1, 1};
-  scene.effects.add<effects::WallContactOptions>();
-  const effects::WallContact walls(scene);
-  const Bodies space = gas(2);
-  std::vector<double> force(6);
-  CHECK_THROWS_WITH_AS(walls.add_forces({0, space, {}}, force), doctest::Contains("have 3 dimensions"), InputError);
-}
-
 namespace {
 
 /// 30 elastic spheres that move through the sides of a cube, or 12 disks through those of a square.
@@ -176,7 +165,6 @@ TEST_CASE("frames of a scene in space have z, and turns where sides are periodic
   CHECK(frame.reals("position") == simulation.model().bodies.position);
   CHECK(frame.integers("image") == simulation.model().bodies.image);
   CHECK(frame.reals("velocity")[2] == doctest::Approx(velocity<3>(simulation.model().bodies, 0).z));
-  CHECK_THROWS_WITH_AS(simulation.now(), doctest::Contains("have 3 dimensions"), InputError);
   CHECK_FALSE(simulation.progress().empty());
   CHECK(simulation.summary().quantities.front().value == 2);
 

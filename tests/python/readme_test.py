@@ -16,6 +16,7 @@ SMALLER = {  # what is replaced in a scene
     "dendrite": {"count = 324": "count = 12", "cells = 512": "cells = 128", "time = 120.0": "time = 1.2"},
     "seedling": {"time = 120.0": "time = 0.02"},
     "two-disks": {},
+    "dendrite-3d": {"count = 324": "count = 8", "time = 120.0": "time = 0.1"},
     "packing": {"count = 400": "count = 40", "[20e-3, 20e-3]": "[6.4e-3, 6.4e-3]"},
     "packing-spheres": {"count = 750": "count = 40", "[10e-3, 10e-3, 10e-3]": "[3.8e-3, 3.8e-3, 3.8e-3]"},
     "granular-gas": {"count = 8516": "count = 60", "[38.8, 38.8, 38.8]": "[7.4, 7.4, 7.4]", "time = 155": "time = 8", "every = 5": "every = 1"},
@@ -45,6 +46,11 @@ class Table(unittest.TestCase):
         with load("other.h5") as other, load("dendrite.h5") as before:
             np.testing.assert_array_equal(other.frame(0)["position"], before.frame(10)["position"])
             self.assertIn("viscosity", str(other.provenance[0]["command_line"]))
+
+    def dish(self, said):
+        with load("dendrite-3d.h5") as result:
+            self.assertEqual((result.count, result.dimension, len(result)), (8, 3, 2))
+            np.testing.assert_array_equal(result.frame(1)["position"][:, 2], result.frame(0)["position"][:, 2])
 
     def explain(self, said):
         self.assertRegex(said, r"conductors +12\n")
@@ -117,6 +123,7 @@ class Table(unittest.TestCase):
     CHECKS = {
         "run --resume scenes/dendrite.toml": run_first,
         "run scenes/dendrite.toml --from dendrite.h5 --frame 10 --out other.h5 --set medium.viscosity=1.4": run_from,
+        "run scenes/dendrite-3d.toml": dish,
         "explain scenes/dendrite.toml": explain,
         "solve scenes/two-disks.toml --capacitance": solve,
         "work-precision scenes/dendrite-snapshot.toml": work_precision,

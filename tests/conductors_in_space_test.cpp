@@ -11,6 +11,7 @@
 #include "src/effects/gravity.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
+#include "src/effects/surface.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/scene_texts.hpp"
@@ -119,6 +120,33 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
                     "potential = 0.0\nseries_resistance = 1e9\n" +
                     floating,
                 {"series_resistance", "three dimensions"});
+}
+
+TEST_CASE("an electrode is met through a periodic side") {
+  const std::string open_dish =
+      "domain = { size = [0.02, 0.02, 0.005], left = \"periodic\", right = \"periodic\" }\n"
+      "medium = { relative_permittivity = 4.7 }\n";
+  const std::string across = ball("[0.0005, 0.01, 0.002]");
+  const Scene scene = parse(open_dish + sphere("[0.0175, 0.01, 0.002]") + across + floating);
+  const effects::Surface surface = effects::surface_of(scene.electrodes[0], scene.domain);
+  const effects::View seen = effects::view(surface, scene.conductors[0].position);
+  CHECK(seen.distance == near(0.002, 1e-9));
+  CHECK(seen.normal.x == near(-1, 1e-9));
+  check_refused(open_dish + sphere("[0.0192, 0.01, 0.002]") + across + floating, {"overlaps the electrode \"ball\""});
+  check_refused(open_dish + sphere("[0.01, 0.01, 0.002]") + ball("[-0.001, 0.01, 0.002]") + floating,
+                {"on or through a side"});
+}
+
+TEST_CASE("the field has a sphere off an electrode side whose potential it has, and any other where it is") {
+  Scene scene = cube_of({{0.03, 0.03, 1.0005 * radius}}, 1e-3);
+  scene.domain.sides[4].electrode = true;
+  const Bodies bodies = make_bodies(scene);
+  const auto height = [&](std::vector<effects::Contact> contacts) {
+    const auto groups = effects::electrical_groups(scene, contacts);
+    return effects::make_sphere_problem(scene, bodies, groups, {.charge = {0}}).spheres[0].centre.z;
+  };
+  CHECK(height({}) == 1.0005 * radius);
+  CHECK(height({{.conductor = 0, .partner = 1}}) == near(1.001 * radius, 1e-12));
 }
 
 TEST_CASE("two spheres of opposite charges come together as Maxwell's images say") {

@@ -62,7 +62,7 @@ inline double least_gap(const Scene& scene) {
     const Conductor& a = scene.conductors[i];
     for (std::size_t j = 0; j < i; ++j)
       least = std::min(least, norm(a.position - scene.conductors[j].position) - a.radius - scene.conductors[j].radius);
-    for (const Electrode& electrode : scene.electrodes) least = std::min(least, gap(a, electrode, scene.dimension()));
+    for (const Electrode& electrode : scene.electrodes) least = std::min(least, gap(a, electrode, scene.domain));
     for (int k = 0; k < scene.dimension(); ++k)
       least = std::min({least, a.position[k] - a.radius, scene.domain.size[k] - a.position[k] - a.radius});
   }

@@ -355,7 +355,6 @@ Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const El
 
 Electrostatics FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
-  if (spheres_) return solve_in_space(bodies, groups, charges);
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
   ++predictions_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "src/effects/contact_resistance.hpp"
 
@@ -18,12 +19,13 @@ int group_at(double potential, std::vector<laplace::Group>& groups) {
   return static_cast<int>(groups.size()) - 1;
 }
 
-/// Off the electrode sides that it touches.
-Vec3 clear_of_sides(Vec3 centre, double radius, const Domain& domain) {
+/// Off the electrode sides that have its potential.
+Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential, const Domain& domain) {
   const double least = (1 + 1e-3) * radius;
+  const auto is_one = [&](const DomainSide& side) { return side.electrode && potential == side.potential; };
   for (int k = 0; k < 3; ++k) {
-    if (domain.sides[2 * k].electrode) centre[k] = std::max(centre[k], least);
-    if (domain.sides[2 * k + 1].electrode) centre[k] = std::min(centre[k], domain.size[k] - least);
+    if (is_one(domain.sides[2 * k])) centre[k] = std::max(centre[k], least);
+    if (is_one(domain.sides[2 * k + 1])) centre[k] = std::min(centre[k], domain.size[k] - least);
   }
   return centre;
 }
@@ -38,8 +40,9 @@ laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bod
   NodeGroups nodes = groups_of_nodes(groups, charges, 1);
   problem.groups = std::move(nodes.groups);
   for (int i = 0; i < bodies.size(); ++i)
-    problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], scene.domain),
-                               bodies.radius[i], nodes.of_node[i]});
+    problem.spheres.push_back(
+        {clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i], scene.domain),
+         bodies.radius[i], nodes.of_node[i]});
   for (const Electrode& electrode : scene.electrodes)
     problem.spheres.push_back(
         {electrode.centre(), std::get<Disk>(electrode.shape).radius, group_at(electrode.potential, problem.groups)});

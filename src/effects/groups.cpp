@@ -103,7 +103,7 @@ std::vector<Terminal> terminals_of(const Scene& scene) {
   std::vector<Terminal> terminals;
   int next_node = static_cast<int>(scene.conductors.size());
   for (const Electrode& electrode : scene.electrodes)
-    terminals.push_back({fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode, scene.dimension()),
+    terminals.push_back({fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode, scene.domain),
                          electrode.potential, electrode.series_resistance,
                          electrode.series_resistance > 0 ? next_node++ : -1});
   const std::vector<Surface> sides = sides_of(scene.domain);

@@ -34,7 +34,7 @@ View view_of(const Bar& bar, Vec2 p) {
 }
 
 View view_of(const Ball& ball, Vec3 p) {
-  const Vec3 r = p - ball.centre;
+  const Vec3 r = ball.box.difference(p, ball.centre);
   const double distance = norm(r);
   return {distance - ball.radius, r / distance, 1 / distance, 1 / ball.radius};
 }
@@ -47,8 +47,8 @@ Surface surface_of(const Shape& shape) {
   return std::visit([](const auto& s) { return Surface{s}; }, shape);
 }
 
-Surface surface_of(const Electrode& electrode, int dimension) {
-  if (dimension == 3) return Ball{electrode.centre(), std::get<Disk>(electrode.shape).radius};
+Surface surface_of(const Electrode& electrode, const Domain& domain) {
+  if (domain.dimension() == 3) return Ball{electrode.centre(), std::get<Disk>(electrode.shape).radius, domain.box()};
   return surface_of(electrode.shape);
 }
 

@@ -3,15 +3,17 @@
 #include <variant>
 #include <vector>
 
+#include "solvers/geometry/box.hpp"
 #include "solvers/geometry/shape.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
 
-/// A sphere in space.
+/// A sphere in space. Through periodic sides of the box its nearest image is seen.
 struct Ball {
   Vec3 centre;
   double radius = 0;
+  Box<3> box;
 };
 
 /// A side of the domain as a wall: the fluid is where `normal` points.
@@ -23,8 +25,8 @@ struct FlatWall {
 using Surface = std::variant<Disk, Bar, Ring, Ball, FlatWall>;
 
 Surface surface_of(const Shape& shape);
-/// Of an electrode in a domain of that dimension.
-Surface surface_of(const Electrode& electrode, int dimension);
+/// Of an electrode in that domain.
+Surface surface_of(const Electrode& electrode, const Domain& domain);
 /// As in side_names; a plane domain has four.
 std::vector<Surface> sides_of(const Domain& domain);
 

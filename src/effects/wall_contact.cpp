@@ -44,7 +44,7 @@ WallContact::WallContact(const Scene& scene)
   const std::vector<Surface> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
     if (!scene.domain.sides[s].periodic) walls_.push_back(sides[s]);
-  for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.dimension()));
+  for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 
 void WallContact::add_forces(const State& state, std::span<double> force) const {

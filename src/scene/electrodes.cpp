@@ -152,14 +152,15 @@ void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::
   if (written.position.count != 3)
     refuse_it("electrode.position has 2 numbers, but the domain has 3: as many are allowed");
   const Vec3 p = written.position.value, size = draft.scene.domain.size;
+  const Box<3> box = draft.scene.domain.box();
   for (int k = 0; k < 3; ++k)
-    if (!draft.scene.domain.sides[2 * k].periodic && (p[k] <= written.radius || p[k] >= size[k] - written.radius))
+    if (box.periodic(k) ? p[k] < 0 || p[k] > size[k] : p[k] <= written.radius || p[k] >= size[k] - written.radius)
       refuse_it(
           fmt::format("electrode.position = [{:g}, {:g}, {:g}] m is not allowed: this sphere is on or through a "
                       "side of the domain, which goes to [{:g}, {:g}, {:g}] m",
                       p.x, p.y, p.z, size.x, size.y, size.z));
   for (const Electrode& other : others)
-    if (norm(p - other.centre()) <= written.radius + std::get<Disk>(other.shape).radius)
+    if (norm(box.difference(p, other.centre())) <= written.radius + std::get<Disk>(other.shape).radius)
       refuse_it(
           fmt::format("this electrode touches the electrode \"{}\": spheres that are held must be apart", other.name));
 }
@@ -223,9 +224,10 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
   return electrodes;
 }
 
-double gap(const Conductor& conductor, const Electrode& electrode, int dimension) {
-  if (dimension == 2) return gap(Disk{plane(conductor.position), conductor.radius}, electrode.shape);
-  return norm(conductor.position - electrode.centre()) - std::get<Disk>(electrode.shape).radius - conductor.radius;
+double gap(const Conductor& conductor, const Electrode& electrode, const Domain& domain) {
+  if (domain.dimension() == 2) return gap(Disk{plane(conductor.position), conductor.radius}, electrode.shape);
+  return norm(domain.box().difference(conductor.position, electrode.centre())) -
+         std::get<Disk>(electrode.shape).radius - conductor.radius;
 }
 
 void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrodes) {

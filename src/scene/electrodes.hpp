@@ -9,8 +9,9 @@ namespace lichtenberg {
 /// potential.
 std::vector<Electrode> build_electrodes(const Draft& draft);
 
-/// From a disk or, in three dimensions, a sphere to an electrode, surface to surface (m); negative if they overlap.
-double gap(const Conductor& conductor, const Electrode& electrode, int dimension);
+/// From a disk or, in three dimensions, a sphere to an electrode, surface to surface (m), through periodic sides too;
+/// negative if they overlap.
+double gap(const Conductor& conductor, const Electrode& electrode, const Domain& domain);
 
 /// Refuses electrodes that the multipole method cannot have: it solves disks, whole ones or centred on a side.
 void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrodes);

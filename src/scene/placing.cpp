@@ -79,12 +79,12 @@ bool fits(double radius, double min_gap, const Box<3>& box) {
 struct Obstacles {
   const std::vector<Electrode>& electrodes;
   const std::vector<Wall>& walls;
-  int dimension;
+  const Domain& domain;
 };
 
 bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min_gap) {
   return std::ranges::all_of(obstacles.electrodes,
-                             [&](const Electrode& e) { return gap(conductor, e, obstacles.dimension) >= min_gap; }) &&
+                             [&](const Electrode& e) { return gap(conductor, e, obstacles.domain) >= min_gap; }) &&
          std::ranges::all_of(obstacles.walls, [&](const Wall& wall) {
            return distance(wall, conductor) >= conductor.radius * (1 - touching_slack) + min_gap;
          });
@@ -195,7 +195,7 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
     if (!fits(sphere.radius, -2 * slack, box))
       refuse_it("overlaps its own image beyond a periodic side: that axis must be at least a diameter long");
     for (const Electrode& electrode : electrodes)
-      if (const double overlap = -gap(conductor, electrode, dimension); overlap > slack)
+      if (const double overlap = -gap(conductor, electrode, draft.scene.domain); overlap > slack)
         refuse_it(fmt::format("overlaps the electrode \"{}\" by {:.3g} m: they may touch but not overlap",
                               electrode.name, overlap));
     if (const auto other = grid.conflict(sphere, -slack))
@@ -217,8 +217,7 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
     Radii radii(draft, population);
     for (int placed = 0; placed < population.count; ++placed) {
       const double radius = radii.next(random);
-      const auto place =
-          find_place(radius, population, draft, {electrodes, walls, draft.scene.dimension()}, grid, random);
+      const auto place = find_place(radius, population, draft, {electrodes, walls, draft.scene.domain}, grid, random);
       if (!place && placed == 0)
         refuse(
             draft.scene.path, population.line,

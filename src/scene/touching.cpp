@@ -70,7 +70,7 @@ void check_touching(const Draft& draft, const Scene& scene) {
     const double slack = touching_slack * conductor.radius;
     const std::optional<double> potential = potential_of(scene, conductor);
     for (const Electrode& electrode : scene.electrodes)
-      if (gap(conductor, electrode, scene.dimension()) <= slack &&
+      if (gap(conductor, electrode, scene.domain) <= slack &&
           (electrode.series_resistance > 0 || potential != electrode.potential))
         refuse_it(i, fmt::format("the electrode \"{}\"", electrode.name));
     const std::array distance = {p.x, size.x - p.x, p.y, size.y - p.y, p.z, size.z - p.z};

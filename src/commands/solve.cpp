@@ -128,7 +128,7 @@ void print_table(const Answer& answer) {
   fmt::print("iterations  {}\n", solution.iterations);
   if (solution.work > 0)
     fmt::print("work        {:.1f} evaluations of the residual on the whole grid\n", solution.work);
-  fmt::print("{}    {:.2g}\n", answer.in_space() ? "error   " : "residual", solution.residual);
+  fmt::print("residual    {:.2g}\n", solution.residual);
   fmt::print("seconds     {:.4f} setup, {:.4f} solve, {:.4f} forces\n", solution.seconds.setup, solution.seconds.solve,
              solution.seconds.forces);
   if (!answer.capacitance.names.empty()) print_capacitance(answer);
@@ -179,7 +179,7 @@ void print_json(const Answer& answer) {
   json["unknowns"] = solution.unknowns;
   json["iterations"] = solution.iterations;
   if (solution.work > 0) json["work"] = solution.work;
-  json[answer.in_space() ? "error" : "residual"] = solution.residual;
+  json["residual"] = solution.residual;
   json["seconds"] = {
       {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
   if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
@@ -272,7 +272,7 @@ ConductorFrame frame_of(const Answer& answer) {
     frame.force.push_back(answer.force[i]);
     frame.charge.push_back(answer.charge(i));
     frame.potential.push_back(answer.potential(i));
-    frame.group.push_back(answer.field.groups.id[i]);
+    frame.group.push_back(answer.field.groups.connected[i]);
   }
   frame.velocity.assign(answer.scene.conductors.size(), {});
   frame.energy = answer.energy();
@@ -330,7 +330,7 @@ void solve_in_space(Answer& answer, const SolveArguments& request) {
                      .energy = found.energy,
                      .unknowns = found.unknowns,
                      .iterations = found.iterations,
-                     .residual = found.error,
+                     .residual = found.residual,
                      .seconds = found.seconds};
   if (!request.picture.empty()) draw_solution(answer, std::nullopt, request.picture);
   if (request.capacitance) answer.capacitance = sphere_capacitances(solver, answer);

@@ -147,7 +147,7 @@ namespace {
 void add_axial(const std::vector<double>& multipoles, double scale, int degree, double radius, Vec3 axis, Vec3 r,
                double& potential, Vec3& field) {
   const double distance = norm(r), ratio = radius / distance, u = std::clamp(dot(r, axis) / distance, -1.0, 1.0);
-  double power = ratio, below = 0, legendre = 1, below_slope = 0, slope = 0, value = 0, radial = 0, polar = 0;
+  double power = ratio, below = 0, legendre = 1, slope = 0, value = 0, radial = 0, polar = 0;
   for (std::size_t l = 0; l < multipoles.size(); ++l, power *= ratio) {
     if (static_cast<int>(l) > degree) {
       const double term = scale * multipoles[l] * power;
@@ -158,10 +158,9 @@ void add_axial(const std::vector<double>& multipoles, double scale, int degree, 
     const double above = ((2 * l + 1) * u * legendre - l * below) / (l + 1);
     const double above_slope = (l + 1) * legendre + u * slope;
     below = legendre, legendre = above;
-    below_slope = slope, slope = above_slope;
+    slope = above_slope;
     if (static_cast<int>(l) > degree && power < 1e-18) break;
   }
-  (void)below_slope;
   const Vec3 outward = r * (1 / distance);
   potential += value;
   field -= outward * radial + (axis - outward * u) * polar;

@@ -54,7 +54,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);
   solution.unknowns = system->size();
   solution.iterations = krylov.iterations;
-  solution.error = krylov.residual;
+  solution.residual = krylov.residual;
   solution.seconds = seconds;
   my.system = std::move(system);
   my.x = std::move(x);

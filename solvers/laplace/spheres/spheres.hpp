@@ -41,7 +41,7 @@ struct SphereProblem {
 };
 
 struct SphereSolution {
-  std::vector<double> group_potential;  ///< V, a group
+  std::vector<double> group_potential;  ///< V, a group; where nothing fixes their level the spheres' mean is 0
   std::vector<double> sphere_charge;    ///< C, a sphere
   std::vector<Vec3> sphere_dipole;      ///< C m, a sphere: integral of sigma (x - centre)
   std::vector<Vec3> sphere_force;       ///< N, a sphere: eps/2 integral of E^2 n
@@ -49,7 +49,7 @@ struct SphereSolution {
   std::array<double, 6> side_charge{};
   double electrode_charge = 0;  ///< C, of all electrodes together
   double energy = 0;            ///< J, eps/2 integral of E^2: 1/2 sum of charge and potential
-  double error = 0;             ///< estimate: of potentials and forces, relative to the largest
+  double residual = 0;          ///< of the iteration, relative to the right-hand side and the given charges
   int degree = 0;               ///< of the highest harmonic on any sphere
   long unknowns = 0;
   int iterations = 0;

@@ -29,11 +29,10 @@ class Translation {
   /// degree; overwrites both arrays, of harmonics(larger degree) each.
   void apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const;
 
-  /// Moves the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l with
-  /// length^(t
-  /// - l), or the other way round into t <= l with length^(l - t), where `way` leads from the new centre of multipoles
-  /// to the old one, and for local coefficients from the old one to the new one. Factors are those of solid harmonics
-  /// without scale: moments r^l C_lm, potentials sum b_lm r^l C_lm.
+  /// Moves the centre of multipoles (`outward`) or of local coefficients: value_l goes into degrees t >= l times the
+  /// length to the power t - l, or the other way round into t <= l times its power l - t. `ways` lead from the new
+  /// centre of multipoles to the old one, and for local coefficients from the old one to the new one. Factors are those
+  /// of solid harmonics without scale: moments r^l C_lm, potentials sum b_lm r^l C_lm.
   void shift(const Ways& ways, const Lanes& length, bool outward, int degree, int new_degree, Lanes* value,
              Lanes* scratch) const;
 

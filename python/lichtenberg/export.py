@@ -42,6 +42,7 @@ ENDS = {"vtk": (".vtp", ".pvd", ".vti"), "csv": (".csv",)}  # of the files of a 
 def write_folder(out, to, write):
     """Whole or not at all: what an earlier export left there goes, once all is written. Throws InputError for a folder that
     holds anything else."""
+    out = Path(out)  # which has no slash at its end
     strange = [name for name in (os.listdir(out) if os.path.isdir(out) else []) if not name.endswith(ENDS[to])]
     if strange:
         raise InputError(f"{out} holds {strange[0]}, which no export to {to} left there: give --out another name")
@@ -50,7 +51,12 @@ def write_folder(out, to, write):
         write(make_folder(partial))
         if os.path.isdir(out):
             os.rename(out, before)
-        os.rename(partial, out)
+        try:
+            os.rename(partial, out)
+        except BaseException:
+            if os.path.isdir(before):
+                os.rename(before, out)
+            raise
     except OSError as error:
         raise Failure(f"{out} cannot be written ({error.strerror})") from None
     finally:

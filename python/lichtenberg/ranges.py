@@ -38,8 +38,8 @@ def colour_range(name, values):
 
 
 def set_colours(numbers):
-    """[N, 3] colours of sets by their numbers, no two of hundreds the same: hues a golden section of the circle apart, of which those of
-    neighbouring numbers, and of those that come near again, differ in lightness too."""
+    """[N, 3] colours of sets by their numbers, no two of hundreds the same: hues a golden section of the circle apart, of
+    which those of neighbouring numbers, and of those that come near again, differ in lightness too."""
     numbers = np.asarray(numbers, int)
     colours = {n: colorsys.hls_to_rgb(0.6 + n * 0.6180339887 % 1, (0.5, 0.68, 0.34)[n % 3], 0.6) for n in set(numbers.tolist())}
     return np.array([colours[n] for n in numbers.tolist()]).reshape(-1, 3)

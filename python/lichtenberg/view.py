@@ -136,7 +136,8 @@ class Page:
         for index in self.frames:
             frame = self.result.frame(index)
             last = frame.tree[frame.tree[:, 1] == TO_GROUND, 0]
-            points.append(np.pad(nearest_ground(np.asarray(frame["position"])[last, :2], electrodes), ((0, 0), (0, 1))))
+            place = np.asarray(frame["position"])[last]
+            points.append(np.column_stack([nearest_ground(place[:, :2], electrodes), place[:, 2:]]))
         self.arrays["ground"] = packed(rounded(np.concatenate(points)).reshape(1, -1))
 
     def html(self):

@@ -201,6 +201,13 @@ class OverwriteTest(unittest.TestCase):
         self.assertIn("particles-000000.vtp", left)
         self.assertEqual([name for name in os.listdir(runs.FOLDER) if "before" in name or "partial" in name], [])
 
+    def test_a_folder_may_be_named_with_a_slash_at_its_end(self):
+        out = runs.FOLDER / "slashed"
+        for _ in range(2):
+            status, _, complaint = runs.program("export", runs.seedling(), "--to", "csv", "--out", f"{out}/", "--overwrite")
+            self.assertEqual(status, 0, complaint)
+            self.assertTrue((out / "particles.csv").is_file())
+
     def test_a_folder_with_anything_else_is_left_as_it_is(self):
         out = runs.FOLDER / "mine"
         out.mkdir()

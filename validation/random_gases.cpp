@@ -198,14 +198,15 @@ void sums(Report& report, std::uint64_t first, int count) {
   // Few pairs make the error of a small gas, with squares about the mean that is asked for: the largest of n that are
   // distributed exponentially is ln n, and hardly ever ln n + 4.
   const double most = std::sqrt(std::log(count) + 4);
-  report.at_most("mesh, by estimate", spread(errors.estimated_double.values), most, errors.estimated_double.note());
-  report.at_most("mesh in single precision, by estimate", spread(errors.estimated_single.values), most,
-                 errors.estimated_single.note());
-  report.at_most("with induced dipoles, by estimate", spread(errors.with_dipoles.values), most,
-                 errors.with_dipoles.note());
+  const auto judge = [&](const char* what, const SampleBySeed& found, double bound) {
+    if (!found.values.empty()) report.at_most(what, spread(found.values), bound, found.note());
+  };
+  judge("mesh, by estimate", errors.estimated_double, most);
+  judge("mesh in single precision, by estimate", errors.estimated_single, most);
+  // Estimates are of charges alone: small boxes asked for many digits can break this one (solvers/periodic/README.md).
+  judge("with induced dipoles, by estimate", errors.with_dipoles, most);
   // What it is measured against was asked for a thirtieth, and is off by twice that in clusters.
-  report.at_most("as a run has it, measured at the start", spread(errors.measured.values), 1 + 1.0 / 15,
-                 errors.measured.note());
+  judge("as a run has it, measured at the start", errors.measured, 1 + 1.0 / 15);
   report.at_most("one thread and two: other bits", errors.threads_differ, 0);
   report.at_most("without an answer", errors.refused, 0);
 }

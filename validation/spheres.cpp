@@ -4,8 +4,8 @@
 //   spheres         asked for 1e-10; seconds
 //   spheres long    what other accuracies give, as well
 
-#include "validation/harness.hpp"
 #include "tests/sphere_references.hpp"
+#include "validation/harness.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::validation;

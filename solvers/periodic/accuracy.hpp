@@ -46,7 +46,7 @@ struct MeshRequest {
   int charges = 0;
   Vec3 lengths;
   double contact = 1;
-  bool dipoles = false;
+  bool dipoles = false;  ///< splines that know them; errors are those of charges alone (README, dipoles on a mesh)
   ByHand by_hand{};
   double longest_cutoff = INFINITY;  ///< of a ParticleMesh, in a box whose half is longer
   // For comparisons; runs have no reason to ask for either.

@@ -57,9 +57,9 @@ bool write_scene(const std::string& folder, Member& member);
 /// scene or damaged. A finished one gets its quantities.
 void inspect(const std::string& folder, Member& member);
 
-/// Runs the waiting members, `jobs` at a time, each in a process of its own, on this device (`run --device`; empty: that
-/// of its scene); the most expensive first. Returns early, with all processes ended at their checkpoints, if the program
-/// is interrupted.
+/// Runs the waiting members, `jobs` at a time, each in a process of its own, on this device (`run --device`; empty:
+/// that of its scene); the most expensive first. Returns early, with all processes ended at their checkpoints, if the
+/// program is interrupted.
 void run_members(const std::string& folder, std::vector<Member>& members, int jobs, const std::string& device,
                  bool quiet);
 

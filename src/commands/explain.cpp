@@ -180,8 +180,7 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
-/// `solves`: those of a run, on whichever grid.
-/// `size`: cells of the field's grid.
+/// `size`: cells of the field's grid. `solves`: those of a run, on whichever grid.
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, double solves) {
   const int cells = effects::predictor_cells(scene);
   if (cells == 0) {

@@ -26,7 +26,7 @@ constexpr double first_picture = 3.48e2;             // t_0, of G A5.3 (a)
 constexpr int noisiest = 3;                          // waves across the box, at most, that the gas is disturbed by
 constexpr std::array<int, 2> most_cells{1024, 128};  // along an edge, in a plane and in space
 // Of a step: 32 cells an edge, charges apart, differ from 1e-5 by 1 % and less until gas flies at twice the thermal
-// speed (tau = 108), by 7 % in the densest cell a quarter later; half the cells differ by tens of percent there.
+// speed (tau = 108), by 7 % in the densest cell a quarter later.
 constexpr double tolerance = 1e-4;
 
 void check_flow(const FlowRequest& r) {

@@ -31,7 +31,8 @@ class ContactMotion {
   virtual ~ContactMotion() = default;
 
   /// Advances places and momenta from `time` by `dt`, in `steps` equal steps, with other forces `held` ([N * d]; empty:
-  /// none); `contacts`, in ascending order, are those at the beginning and become those at the end. The same bits for any number of threads, and whatever number of pairs a processor computes at once.
+  /// none); `contacts`, in ascending order, are those at the beginning and become those at the end. The same bits for
+  /// any number of threads, and whatever number of pairs a processor computes at once.
   /// Throws Failure if the centres of two grains come so close that they would fly through each other.
   virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, const NearPairs& pairs,
                                    std::span<const double> held, double time, double dt, int steps,

@@ -67,8 +67,7 @@ Table field() {
            .help =
                "cut-cell: finite volumes, one linear system; multipole: spectral, as many digits as asked for, disks "
                "only; relaxation: lattice and gradient descent (D 6.3-6.5); spheres: harmonics on each, in three "
-               "dimensions, "
-               "where it is the only one"},
+               "dimensions, where it is the only one"},
           {.name = "cells",
            .place = [](Draft& d) { return &d.field.options.cells; },
            .range = {.low = 8, .high = most_cells},
@@ -78,9 +77,9 @@ Table field() {
            .place = [](Draft& d) { return &d.field.tolerance; },
            .range = accuracy,
            .computed_default = "1e-8; 1e-10 of multipole, 1e-4 of relaxation, 1e-6 of spheres",
-           .help =
-               "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole in "
-               "potentials, charges and forces, relative to the largest; of relaxation in the groups' charges"},
+           .help = "error of a single solve: of cut-cell in the energy norm, relative to the solution's; of multipole "
+                   "and spheres in potentials, charges and forces, relative to the largest; of relaxation in the "
+                   "groups' charges"},
           {.name = "moving_tolerance",
            .place = [](Draft& d) { return &d.field.moving_tolerance; },
            .range = accuracy,

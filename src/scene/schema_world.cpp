@@ -119,8 +119,7 @@ Table electrode() {
                .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
                .required = true,
                .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; "
-                       "sphere: in three "
-                       "dimensions, where no other shape is"},
+                       "sphere: in three dimensions, where no other shape is"},
               {.name = "potential",
                .place = [](Draft& d) { return &d.electrodes.back().potential; },
                .unit = "V",

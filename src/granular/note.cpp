@@ -100,13 +100,6 @@ Bodies bodies_of(const device::Snapshot& snapshot, const Bodies& like) {
   return bodies;
 }
 
-double kinetic_energy(const Bodies& bodies) {
-  double sum = 0;
-  for (std::size_t k = 0; k < bodies.momentum.size(); ++k)
-    sum += 0.5 * bodies.momentum[k] * bodies.momentum[k] / bodies.mass[k / bodies.dimension];
-  return sum;
-}
-
 }  // namespace
 
 Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& flows) {

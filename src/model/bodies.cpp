@@ -68,6 +68,13 @@ Bodies make_bodies(const Scene& scene) {
   return bodies;
 }
 
+double kinetic_energy(const Bodies& bodies) {
+  double energy = 0;
+  for (int i = 0; i < bodies.size(); ++i)
+    energy += norm2(vector_at(bodies.momentum, bodies.dimension, i)) / (2 * bodies.mass[i]);
+  return energy;
+}
+
 std::vector<double> initial_charges(const Scene& scene) {
   std::vector<int> members(scene.groups.size(), 0);
   for (const Conductor& conductor : scene.conductors)

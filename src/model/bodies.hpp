@@ -62,6 +62,9 @@ inline Vec3 velocity_in_space(const Bodies& bodies, int i) {
   return vector_at(bodies.momentum, bodies.dimension, i) / bodies.mass[i];
 }
 
+/// Sum of m v^2 / 2 (J).
+double kinetic_energy(const Bodies& bodies);
+
 /// Position, velocity (m, m/s) of body i. Throws InputError unless the bodies have `d` dimensions.
 template <int d = 2>
 Vec<d> position(const Bodies& bodies, int i) {

@@ -172,13 +172,6 @@ void Model::summarize(double time, Summary& summary) {
   for (const auto& effect : effects) effect->summarize(now, summary);
 }
 
-double Model::kinetic_energy() const {
-  double energy = 0;
-  const double* p = bodies.momentum.data();
-  for (int i = 0; i < bodies.size(); ++i, p += bodies.dimension)
-    energy += (bodies.dimension == 3 ? p[0] * p[0] + p[1] * p[1] + p[2] * p[2] : p[0] * p[0] + p[1] * p[1]) /
-              (2 * bodies.mass[i]);
-  return energy;
-}
+double Model::kinetic_energy() const { return lichtenberg::kinetic_energy(bodies); }
 
 }  // namespace lichtenberg

@@ -120,6 +120,8 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
                     "potential = 0.0\nseries_resistance = 1e9\n" +
                     floating,
                 {"series_resistance", "three dimensions"});
+  CHECK_THROWS_AS(effects::make_sphere_solver({.method = FieldMethod::spheres, .device = FieldDevice::cuda}),
+                  InputError);
 }
 
 TEST_CASE("an electrode is met through a periodic side") {

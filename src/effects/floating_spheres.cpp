@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "src/effects/contact_resistance.hpp"
+#include "src/effects/floating_conductors.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -96,6 +97,7 @@ void check_spheres(const Draft& draft) {
 }
 
 laplace::SphereSolver make_sphere_solver(const FieldOptions& options) {
+  check_device(options.device, options.method);
   return laplace::SphereSolver({.accuracy = options.tolerance});
 }
 

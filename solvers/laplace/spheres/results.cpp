@@ -7,20 +7,20 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-/// Over 4 pi eps, of the sphere's own multipoles: on a conductor the local field is b_lm = -a_lm (l > 0), and the force
-/// on the charges in it is
-///   F_z = sum sqrt(l^2 - m^2) a_(l-1),m a_lm,    F_x + i F_y = sum sqrt((l-m)(l-m-1)) conj(a_(l-1),(m+1)) a_lm
-/// (the second in complex harmonics): what the derivative of the energy is.
-Vec3 force(const double* multipoles, int degree) {
-  const auto a = to_complex(multipoles, degree);
+/// Over 4 pi eps: the force of the local field b = -e on the charges whose multipoles are a,
+///   F_z = sum sqrt(l^2 - m^2) a_(l-1),m e_lm,    F_x + i F_y = sum sqrt((l-m)(l-m-1)) conj(a_(l-1),(m+1)) e_lm
+/// (the second in complex harmonics): the derivative of the energy at these charges, whether the iteration has found
+/// the right ones or not. On a conductor e = a (l > 0).
+Vec3 force(const double* multipoles, const double* answer, int degree) {
+  const auto a = to_complex(multipoles, degree), e = to_complex(answer, degree);
   std::complex<double> across = 0;
   double along = 0;
   for (int l = 1; l <= degree; ++l)
     for (int m = -l; m <= l; ++m) {
       if (std::abs(m) < l)
-        along += std::sqrt(static_cast<double>(l - m) * (l + m)) * multipoles[at(l - 1, m)] * multipoles[at(l, m)];
+        along += std::sqrt(static_cast<double>(l - m) * (l + m)) * multipoles[at(l - 1, m)] * answer[at(l, m)];
       if (m <= l - 2)
-        across += std::sqrt(static_cast<double>(l - m) * (l - m - 1)) * std::conj(a[at(l - 1, m + 1)]) * a[at(l, m)];
+        across += std::sqrt(static_cast<double>(l - m) * (l - m - 1)) * std::conj(a[at(l - 1, m + 1)]) * e[at(l, m)];
     }
   return {across.real(), across.imag(), along};
 }
@@ -62,8 +62,8 @@ void add_side_charges(const SphereProblem& problem, const WallPotential& wall, S
 }  // namespace
 
 void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site>& sites,
-                            const std::vector<double>& multipoles, const WallPotential& wall,
-                            SphereSolution& solution) {
+                            const std::vector<double>& multipoles, const std::vector<double>& answer,
+                            const WallPotential& wall, SphereSolution& solution) {
   const double scale = 4 * std::numbers::pi * problem.permittivity;
   const std::vector<int> start = starts(sites);
   for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -71,7 +71,7 @@ void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site
     const double radius = sites[i].radius, moment = scale * radius * radius;
     solution.sphere_charge.push_back(scale * radius * a[0]);
     solution.sphere_dipole.push_back({moment * a[at(1, 1)], moment * a[at(1, -1)], moment * a[at(1, 0)]});
-    solution.sphere_force.push_back(scale * force(a, sites[i].degree));
+    solution.sphere_force.push_back(scale * force(a, answer.data() + start[i], sites[i].degree));
     solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
   }
   add_side_charges(problem, wall, solution);

@@ -19,6 +19,20 @@ struct SphereSolver::Implementation {
   SphereSolution solution;
 };
 
+namespace {
+
+/// Of the residual over x = sqrt(R) a, of the largest: a charge q on the smallest sphere has x = q / sqrt(R), and what
+/// dipole that may leave wrong on the largest, R', beside it makes there a field that is sqrt(R' / R) as wrong. Not
+/// below fifty roundings, or what is asked for.
+double tolerance_for(const SphereProblem& problem, double accuracy) {
+  const double asked = 0.1 * accuracy;
+  if (problem.spheres.empty()) return asked;
+  const auto [smallest, largest] = std::ranges::minmax(problem.spheres, {}, &Sphere::radius);
+  return std::max(asked * std::sqrt(smallest.radius / largest.radius), std::min(asked, 1e-14));
+}
+
+}  // namespace
+
 SphereSolver::SphereSolver(SphereOptions options, parallel::Team& team)
     : implementation_(std::make_unique<Implementation>()) {
   if (!(options.accuracy >= 1e-12 && options.accuracy <= 0.1))
@@ -45,7 +59,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   {
     const Stopwatch watch(seconds.solve);
     x = my.system ? system->start(my.system->sites(), my.x) : system->start({}, {});
-    krylov = solve_krylov(*system, 0.1 * my.options.accuracy, x);
+    krylov = solve_krylov(*system, tolerance_for(problem, my.options.accuracy), x);
   }
   {
     const Stopwatch watch(seconds.forces);

@@ -279,7 +279,9 @@ SphereSolution System::results(const std::vector<double>& x) const {
     for (double& value : solution.group_potential) value -= mean;
   }
   const std::vector<double> a = multipoles(x.data());
-  add_charges_and_forces(problem_, sites_, a, wall_, solution);
+  std::vector<double> answer = right_hand_side();
+  for (int k = 0; k < harmonics_size(); ++k) answer[k] += x[k] - y[k];
+  add_charges_and_forces(problem_, sites_, a, multipoles(answer.data()), wall_, solution);
   const double scale = 4 * std::numbers::pi * problem_.permittivity;
   for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p)
     for (const Tail& tail : fields_.close_pairs()[p].tails)

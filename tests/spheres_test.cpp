@@ -252,6 +252,23 @@ TEST_CASE("spheres far apart in radii, or of very different radii, have their fo
       }
 }
 
+TEST_CASE("when the last charge has gone to ground nothing is left") {
+  SphereProblem problem = mixed_box();
+  problem.side_potential.fill(0);
+  problem.groups[1].potential = 0;
+  SphereSolver solver;
+  solver.solve(problem);
+  for (Group& group : problem.groups) group = {.charge = 1e-25};
+  CHECK(solver.solve(problem).group_potential[0] > 0);
+  solver.forget();
+  problem.groups[0].charge = 1;
+  solver.solve(problem);
+  for (Group& group : problem.groups) group = {.floating = false, .potential = 0};
+  const SphereSolution left = solver.solve(problem);
+  CHECK(left.iterations == 0);
+  for (const Vec3 force : left.sphere_force) CHECK(norm(force) == 0);
+}
+
 TEST_CASE("action and reaction are equal in free space") {
   SphereProblem problem{.free_space = true, .permittivity = 1};
   problem.spheres = {{{0, 0, 0}, 1, 0}, {{2.3, 0.2, 0.1}, 0.8, 1}, {{0.4, 2.1, -0.7}, 0.6, 2}};

@@ -33,6 +33,16 @@ double length(const std::vector<double>& x) {
   return std::sqrt(sum);
 }
 
+/// Its length.
+double residual_of(const System& system, const std::vector<double>& x, const std::vector<double>& given,
+                   std::vector<double>& residual) {
+  residual.resize(x.size());
+  system.apply(x.data(), residual.data());
+  system.project(residual.data());
+  for (std::size_t k = 0; k < x.size(); ++k) residual[k] = given[k] - residual[k];
+  return length(residual);
+}
+
 struct Objects {
   KSP ksp = nullptr;
   Mat matrix = nullptr;
@@ -50,13 +60,16 @@ struct Objects {
 KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
   parallel::start_petsc();
   const PetscInt n = system.size();
-  std::vector<double> residual = system.right_hand_side(), product(n), correction(n);
-  system.project(residual.data());
-  const double scale = std::hypot(length(residual), length(system.start({}, {})));
-  system.apply(x.data(), product.data());
-  system.project(product.data());
-  for (PetscInt k = 0; k < n; ++k) residual[k] -= product[k];
-  const double first = length(residual);
+  std::vector<double> residual, correction(n);
+  const std::vector<double> cold = system.start({}, {});
+  std::vector<double> given = system.right_hand_side();
+  system.project(given.data());
+  const double scale = std::hypot(length(given), length(cold));
+  double first = residual_of(system, x, given, residual);
+  if (first > scale) {  // what is known is of another size: of charges that have gone to ground, say
+    x = cold;
+    first = residual_of(system, x, given, residual);
+  }
   if (first <= tolerance * scale) return {0, scale > 0 ? first / scale : 0};
 
   Objects petsc;

@@ -195,10 +195,10 @@ def spread(table, labels):
     """Each [R] or [R, K] as K columns with their unit, called x, y, z where there are three, or by their labels."""
     columns = {}
     for name, values in table.items():
-        parts = np.asarray(values).reshape(len(values), -1).T
         if values.ndim == 1:
-            columns[titled(name, values)] = parts[0]
+            columns[titled(name, values)] = np.asarray(values)
             continue
+        parts = np.asarray(values).T
         words = labels.get(name) or (["x", "y", "z"] if len(parts) == 3 else range(len(parts)))
         columns.update({titled(f"{name} {word}", values): part for word, part in zip(words, parts)})
     return columns

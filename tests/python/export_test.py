@@ -159,6 +159,13 @@ class CsvTest(unittest.TestCase):
             self.assertEqual(contacts, [tuple(pair) for pair in result.frame(3).contacts])
             self.assertIn("summary.csv", os.listdir(folder))
 
+    def test_a_box_without_electrodes_has_no_column_of_what_they_drained(self):
+        text = (runs.HOME / "scenes/pair-3d.toml").read_text().replace("time = 3.0", "time = 0.05")
+        folder = exported(runs.made("insulated", text.replace("[output]", "[output]\npicture = false")), "csv")
+        row = rows_of(folder / "observables.csv")[1]
+        self.assertEqual(float(row["time (s)"]), 0.05)
+        self.assertFalse([name for name in row if name.startswith("charge_drained_by")])
+
     def test_frames_are_chosen_with_their_last(self):
         with load(runs.seedling()) as result:
             for written, frames in [("2", [2]), ("0:2", [0, 1, 2]), ("::3", [0, 3]), ("3,0:1", [0, 1, 3]), ("1:3:2,1", [1, 3])]:

@@ -80,6 +80,17 @@ TEST_CASE("a scene that cannot be used is one sentence and status 2") {
   check_refused(run(folder, "explain typo.toml"), "tolerance");
 }
 
+TEST_CASE("solve in space says which charges it doesn't know, and refuses another device") {
+  const Folder folder;
+  folder.write("edge.toml",
+               "domain = { size = [1.0, 1.0, 1.0], left = { potential = 0.0 }, front = { potential = 0.0 } }\n"
+               "medium = { permittivity = 1.0 }\n[[conductor]]\nposition = [0.5, 0.5, 0.5]\nradius = 0.1\n"
+               "charge = 1.0\n[effects.floating_conductors]\n");
+  CHECK(contains(run(folder, "solve edge.toml").out, "unknown  the left side"));
+  CHECK(contains(run(folder, "solve edge.toml --json").out, "\"charge\": null"));
+  check_refused(run(folder, "solve edge.toml --device cuda"), "spheres");
+}
+
 TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to go") {
   const Folder folder;
   folder.write("neutral.toml",

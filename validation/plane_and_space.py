@@ -52,8 +52,8 @@ def run(program, folder, name, text, *more):
 
 
 def of_dendrite(program, result):
-    """What the table has of a run: its last frame, and potentials, the largest of all and the mean after a second. Of the
-    spanning tree of conductors and ground: the share of its edges that are contacts."""
+    """What the table has of a run: its last frame, and potentials, the largest of all and the mean after a second, or
+    at the end of a shorter run. Of the spanning tree of conductors and ground: the share of its edges that are contacts."""
     said = subprocess.run([program, "analyse", result, "--json"], check=True, capture_output=True, text=True)
     last = json.loads(said.stdout)["frames"][-1]
     with h5py.File(result) as file:
@@ -65,7 +65,7 @@ def of_dendrite(program, result):
             "f_1": degrees[1], "f_2": degrees[2], "f_3": degrees[3], "f_4": degrees[4],
             "edge (radii)": float(np.mean(last["edge_length_in_radii"])),
             "spanning tree's edges": last["emst_shared_edges"] / potential.shape[1],
-            "mean potential at 1 s (V)": float(potential[np.searchsorted(time, 1 - 1e-9)].mean()),
+            "mean potential at 1 s (V)": float(potential[min(np.searchsorted(time, 1 - 1e-9), len(time) - 1)].mean()),
             "largest potential (V)": float(potential.max())}
 
 

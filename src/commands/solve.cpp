@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -101,7 +102,9 @@ void print_terminals(const Answer& answer) {
   const std::vector<TerminalAnswer> all = terminals(answer);
   if (all.empty()) return;
   fmt::print("\n{:>14} {:>13}  electrode\n", "potential (V)", "charge (C)");
-  for (const auto& [name, potential, charge] : all) fmt::print("{:>14.7g} {:>13.6g}  {}\n", potential, charge, name);
+  for (const auto& [name, potential, charge] : all)  // of sides that meet at an edge the sum alone is known
+    fmt::print("{:>14.7g} {:>13}  {}\n", potential, std::isnan(charge) ? "unknown" : fmt::format("{:.6g}", charge),
+               name);
 }
 
 void print_capacitance(const Answer& answer) {

@@ -323,7 +323,7 @@ Capacitances sphere_capacitances(laplace::SphereSolver& solver, const Answer& an
 void solve_in_space(Answer& answer, const SolveArguments& request) {
   if (!request.field.empty())
     throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
-  laplace::SphereSolver solver = effects::make_sphere_solver(answer.scene.field());
+  laplace::SphereSolver solver = effects::make_sphere_solver(answer.scene.field(), answer.scene.conductors.size());
   laplace::SphereSolution found = solver.solve(answer.field.spheres);
   answer.force = std::move(found.sphere_force);
   answer.side_charge = found.side_charge;

@@ -305,7 +305,7 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
   FieldOptions moving = scene.field();
   const bool spheres = moving.method == FieldMethod::spheres;
   if (!(spheres && is_inside_integrator(scene))) moving.tolerance = moving.moving_tolerance;
-  if (spheres) return std::make_unique<FloatingConductors>(scene, make_sphere_solver(moving));
+  if (spheres) return std::make_unique<FloatingConductors>(scene, make_sphere_solver(moving, scene.conductors.size()));
   const int cells = predictor_cells(scene);
   if (cells == 0) return std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
   auto solver = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));

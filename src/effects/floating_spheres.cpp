@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <optional>
+#include <thread>
 
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/floating_conductors.hpp"
@@ -96,9 +98,12 @@ void check_spheres(const Draft& draft) {
                                           name_of(draft.field.options.device), name_of(FieldDevice::cpu)));
 }
 
-laplace::SphereSolver make_sphere_solver(const FieldOptions& options) {
+laplace::SphereSolver make_sphere_solver(const FieldOptions& options, std::size_t spheres) {
   check_device(options.device, options.method);
-  return laplace::SphereSolver({.accuracy = options.tolerance});
+  constexpr std::size_t few = 48;  // a product of theirs takes less than a millisecond
+  const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int threads = options.threads > 0 ? options.threads : spheres < few ? 1 : available;
+  return {{.accuracy = options.tolerance}, std::make_unique<parallel::Team>(threads)};
 }
 
 }  // namespace lichtenberg::effects

@@ -23,7 +23,7 @@ Electrostatics electrostatics_of(const Scene& scene, const laplace::SphereProble
 /// other methods.
 void check_spheres(const Draft& draft);
 
-/// At the tolerance of a single solve.
-laplace::SphereSolver make_sphere_solver(const FieldOptions& options);
+/// At the tolerance of a single solve, for a scene of so many conductors. Threads change no bit of its results.
+laplace::SphereSolver make_sphere_solver(const FieldOptions& options, std::size_t spheres);
 
 }  // namespace lichtenberg::effects

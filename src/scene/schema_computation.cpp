@@ -91,7 +91,8 @@ Table field() {
           {.name = "threads",
            .place = [](Draft& d) { return &d.field.options.threads; },
            .range = {.low = 0, .high = 1024},
-           .help = "that cut-cell shares its work among, for the same bits; 0: one a core, fewer on small grids"},
+           .help = "that cut-cell and spheres share their work among, for the same bits; 0: one a core, fewer on small "
+                   "grids"},
           {.name = "links",
            .place = [](Draft& d) { return &d.field.options.links; },
            .help =

@@ -61,7 +61,7 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
   parallel::start_petsc();
   const PetscInt n = system.size();
   std::vector<double> residual, correction(n);
-  const std::vector<double> cold = system.start({}, {});
+  const std::vector<double> cold = system.start();
   std::vector<double> given = system.right_hand_side();
   system.project(given.data());
   const double scale = std::hypot(length(given), length(cold));

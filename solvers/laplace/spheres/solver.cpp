@@ -13,9 +13,11 @@ using namespace spheres;
 
 struct SphereSolver::Implementation {
   SphereOptions options;
+  std::unique_ptr<parallel::Team> own_team;  ///< null: somebody else's
   parallel::Team* team = nullptr;
   std::unique_ptr<System> system;  ///< of the last solve
   std::vector<double> x;
+  History history;
   SphereSolution solution;
 };
 
@@ -41,6 +43,10 @@ SphereSolver::SphereSolver(SphereOptions options, parallel::Team& team)
   implementation_->team = &team;
 }
 
+SphereSolver::SphereSolver(SphereOptions options, std::unique_ptr<parallel::Team> team) : SphereSolver(options, *team) {
+  implementation_->own_team = std::move(team);
+}
+
 SphereSolver::~SphereSolver() = default;
 SphereSolver::SphereSolver(SphereSolver&&) noexcept = default;
 
@@ -58,13 +64,17 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   }
   {
     const Stopwatch watch(seconds.solve);
-    x = my.system ? system->start(my.system->sites(), my.x) : system->start({}, {});
-    krylov = solve_krylov(*system, tolerance_for(problem, my.options.accuracy), x);
+    const double tolerance = tolerance_for(problem, my.options.accuracy);
+    if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
+    x = system->start(my.history, tolerance);
+    krylov = solve_krylov(*system, tolerance, x);
   }
   {
     const Stopwatch watch(seconds.forces);
     solution = system->results(x);
   }
+  my.history.push_front(system->past(x, solution.group_potential));
+  if (my.history.size() > longest_history) my.history.pop_back();
   for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);
   solution.unknowns = system->size();
   solution.iterations = krylov.iterations;
@@ -128,6 +138,7 @@ std::vector<double> SphereSolver::capacitance_matrix(const SphereProblem& proble
 void SphereSolver::forget() {
   implementation_->system.reset();
   implementation_->x.clear();
+  implementation_->history.clear();
 }
 
 }  // namespace lichtenberg::laplace

@@ -69,12 +69,15 @@ struct SphereOptions {
 
 /// Conducting spheres by real solid harmonics on each (README.md). Degrees follow from the accuracy and the neighbours
 /// of each sphere. Different potentials of electrodes that meet at an edge are refused. What speeds up the next solve
-/// of a similar scene is kept: the last solutions as first guess.
+/// of a similar scene is kept: of the last solutions a mixture is the first
+/// guess, so that the scene may move, be charged and regroup.
 class SphereSolver {
  public:
   /// Throws InputError for an accuracy out of range. `team` must outlive the solver; results are the same bits for any
   /// number of threads.
   explicit SphereSolver(SphereOptions options = {}, parallel::Team& team = parallel::Team::single());
+  /// Has a team of its own.
+  SphereSolver(SphereOptions options, std::unique_ptr<parallel::Team> team);
   ~SphereSolver();
   SphereSolver(SphereSolver&&) noexcept;
 

@@ -215,13 +215,38 @@ void System::project(double* x) const {
   }
 }
 
-std::vector<double> System::start(const std::vector<Site>& past_sites, const std::vector<double>& past) const {
+std::vector<double> System::wall_at_sites() const {
+  std::vector<double> wall;
+  for (const Site& site : sites_) wall.push_back(wall_.at(site.centre));
+  return wall;
+}
+
+Wanted System::wanted() const {
+  Wanted wanted{.sites = sites_, .given = given_, .group = {}, .fixed = {}, .wall = wall_at_sites()};
+  for (const Sphere& sphere : problem_.spheres) {
+    const Group& group = problem_.groups[sphere.group];
+    wanted.group.push_back(sphere.group);
+    wanted.fixed.push_back(group.floating ? NAN : group.potential);
+  }
+  return wanted;
+}
+
+Past System::past(const std::vector<double>& x, const std::vector<double>& group_potential) const {
+  Past past{sites_, {x.begin(), x.begin() + harmonics_size()}, {}, wall_at_sites()};
+  for (const Sphere& sphere : problem_.spheres) past.potential.push_back(group_potential[sphere.group]);
+  return past;
+}
+
+std::vector<double> System::start(const History& history, double noise) const {
   std::vector<double> x(size());
-  if (past_sites.size() == sites_.size()) {
-    const std::vector<int> past_start = starts(past_sites);
+  std::vector<double> share;
+  if (!history.empty()) share = mixture(history, wanted(), noise);
+  for (std::size_t k = 0; k < share.size(); ++k) {
+    const Past& past = history[k];
+    const std::vector<int> past_start = starts(past.sites);
     for (std::size_t i = 0; i < sites_.size(); ++i)
-      std::copy_n(past.begin() + past_start[i], harmonics(std::min(past_sites[i].degree, sites_[i].degree)),
-                  x.begin() + start_[i]);
+      for (int h = 0; h < harmonics(std::min(past.sites[i].degree, sites_[i].degree)); ++h)
+        x[start_[i] + h] += share[k] * past.x[past_start[i] + h];
   }
   project(x.data());
   for (const Given& given : given_)

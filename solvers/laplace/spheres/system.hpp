@@ -6,6 +6,7 @@
 #include "solvers/laplace/spheres/cell_field.hpp"
 #include "solvers/laplace/spheres/close_pairs.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
+#include "solvers/laplace/spheres/first_guess.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -63,8 +64,9 @@ class System {
   void apply(const double* x, double* y) const;
   /// Takes off what would change charges that are given.
   void project(double* x) const;
-  /// A start with the given charges: that of the past, if there is one, corrected.
-  std::vector<double> start(const std::vector<Site>& past_sites, const std::vector<double>& past) const;
+  /// A start with the given charges: a mixture of past solutions, if there are any, whose error over their length is
+  /// `noise`, corrected.
+  std::vector<double> start(const History& history = {}, double noise = 0) const;
   /// sqrt(R) (fixed potential - potential of the sides): what apply(x) has to be, up to the floating potentials.
   std::vector<double> right_hand_side() const;
   SphereSolution results(const std::vector<double>& x) const;
@@ -72,6 +74,8 @@ class System {
   const SphereProblem& problem() const { return problem_; }
   const std::vector<Site>& sites() const { return fields_.sites(); }
   const Fields& fields() const { return fields_; }
+  /// A solution and the groups' potentials (V), for the history.
+  Past past(const std::vector<double>& x, const std::vector<double>& group_potential) const;
   const WallPotential& wall() const { return wall_; }
   /// a of x, laid out as the sites.
   std::vector<double> multipoles(const double* x) const;
@@ -82,14 +86,9 @@ class System {
  private:
   int harmonics_size() const { return start_.back(); }
   void add_close_pairs(const double* x, const double* multipoles, double* y) const;
-  /// Spheres whose charges together are given: those of a floating group, or of all fixed ones where nothing takes what
-  /// is left.
-  struct Given {
-    std::vector<int> spheres;
-    double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00
-    double weight = 0;  ///< sum of radii
-  };
   void find_given();
+  std::vector<double> wall_at_sites() const;
+  Wanted wanted() const;
   double mean_potential(const Given& given, const std::vector<double>& potential) const;
 
   SphereProblem problem_;

@@ -1,0 +1,91 @@
+#include "solvers/laplace/spheres/first_guess.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace lichtenberg::laplace::spheres {
+namespace {
+
+double length(const std::vector<double>& x) {
+  return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())).norm();
+}
+
+/// Of those given together.
+double charge(const Given& given, const Past& past, const std::vector<int>& start) {
+  double sum = 0;
+  for (const int i : given.spheres) sum += std::sqrt(past.sites[i].radius) * past.x[start[i]];
+  return sum;
+}
+
+/// Of each site's potential: from the one that is fixed, or from the mean of its group.
+std::vector<double> missed_potentials(const Wanted& wanted, const std::vector<double>& potential) {
+  std::vector<double> sum(potential.size()), count(potential.size()), missed(potential);
+  for (std::size_t i = 0; i < potential.size(); ++i) sum[wanted.group[i]] += potential[i], ++count[wanted.group[i]];
+  for (std::size_t i = 0; i < potential.size(); ++i)
+    if (std::isnan(wanted.fixed[i])) missed[i] -= sum[wanted.group[i]] / count[wanted.group[i]];
+  return missed;
+}
+
+/// What a mixture is to match, all as lengths of changes of x: charges, each as that of one sphere of the group's
+/// weight, potentials, and displacements since the latest solution, of which one by a radius changes all of a sphere's
+/// x. Farther ones are jumps across a periodic box and say nothing.
+class Conditions {
+ public:
+  Conditions(const Wanted& wanted, const Past& latest)
+      : wanted_(wanted), latest_(latest), latest_start_(starts(latest.sites)) {}
+
+  Eigen::VectorXd of(const Past& past) const {
+    const std::vector<int> start = starts(past.sites);
+    std::vector<double> charges;
+    for (const Given& given : wanted_.given) charges.push_back(charge(given, past, start));
+    return gathered(charges, past.sites, missed_potentials(wanted_, past.potential), past.wall);
+  }
+  Eigen::VectorXd now() const {
+    std::vector<double> charges, potential;
+    for (const Given& given : wanted_.given) charges.push_back(given.charge);
+    for (const double value : wanted_.fixed) potential.push_back(std::isnan(value) ? 0 : value);
+    return gathered(charges, wanted_.sites, potential, wanted_.wall);
+  }
+
+ private:
+  Eigen::VectorXd gathered(const std::vector<double>& charges, const std::vector<Site>& sites,
+                           const std::vector<double>& potential, const std::vector<double>& wall) const {
+    std::vector<double> all;
+    for (std::size_t g = 0; g < charges.size(); ++g) all.push_back(charges[g] / std::sqrt(wanted_.given[g].weight));
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+      const double radius = sites[i].radius;
+      const auto first = latest_.x.begin() + latest_start_[i];
+      const double own = length({first, latest_.x.begin() + latest_start_[i + 1]});
+      const Vec3 way = (sites[i].centre - latest_.sites[i].centre) * (1 / radius);
+      for (int k = 0; k < 3; ++k) all.push_back(norm2(way) < 1 ? way[k] * own : 0);
+      all.push_back(std::sqrt(radius) * potential[i]);
+      all.push_back(std::sqrt(radius) * wall[i]);
+    }
+    return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+  }
+
+  const Wanted& wanted_;
+  const Past& latest_;
+  std::vector<int> latest_start_;
+};
+
+}  // namespace
+
+std::vector<double> mixture(const History& history, const Wanted& wanted, double noise) {
+  const Conditions conditions(wanted, history.front());
+  const Eigen::VectorXd now = conditions.now();
+  const auto count = static_cast<Eigen::Index>(history.size());
+  Eigen::MatrixXd past(now.size(), count);
+  Eigen::VectorXd error(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    past.col(k) = conditions.of(history[k]);
+    error[k] = noise * length(history[k].x);
+  }
+  Eigen::MatrixXd squares = past.transpose() * past;
+  squares.diagonal() += error.cwiseAbs2();
+  const Eigen::VectorXd share = squares.ldlt().solve(past.transpose() * now);
+  if (!share.allFinite()) return std::vector<double>(history.size());  // all of it is zero
+  return {share.begin(), share.end()};
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -120,7 +120,7 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
                     "potential = 0.0\nseries_resistance = 1e9\n" +
                     floating,
                 {"series_resistance", "three dimensions"});
-  CHECK_THROWS_AS(effects::make_sphere_solver({.method = FieldMethod::spheres, .device = FieldDevice::cuda}),
+  CHECK_THROWS_AS(effects::make_sphere_solver({.method = FieldMethod::spheres, .device = FieldDevice::cuda}, 1),
                   InputError);
 }
 

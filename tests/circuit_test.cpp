@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "solvers/error.hpp"
+#include "src/analysis/circuit.hpp"
 #include "src/effects/charge_ledger.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
@@ -16,6 +17,7 @@
 #include "src/effects/leakage.hpp"
 #include "src/mechanics/energy_book.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "src/mechanics/summary.hpp"
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
@@ -387,4 +389,14 @@ TEST_CASE("a scene without a circuit books no energy and has no resistors") {
   const Checkpoint checkpoint = simulation.checkpoint();
   CHECK_FALSE(checkpoint.reals.contains("energy_book"));
   CHECK_FALSE(checkpoint.reals.contains("link_currents"));
+}
+
+TEST_CASE("an energy balance that steps and grid do not account for is said") {
+  const Scene scene = resistor_scene(1e9);
+  mechanics::Outcome outcome;
+  outcome.frame.energy_balance = EnergyBalance{.flows = {.by_supplies = 1, .contacts = 1}};
+  outcome.initial_energy = 0;
+  CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
+  outcome.frame.energy = 2 * analysis::allowed_energy_imbalance(scene);  // of the joule that was supplied
+  CHECK_NE(mechanics::energy_warning(scene, outcome).find("the energy balance is off by "), std::string::npos);
 }

@@ -100,6 +100,13 @@ std::string Electrics::sentence_about(const effects::Resistor& resistor, double 
                      who, difference, remedy);
 }
 
+/// As far as positions are known, and if one of both can move.
+bool Electrics::touch(effects::Contact contact) const {
+  const auto is_free = [&](int i) { return i < model_.bodies.size() && !scene_.conductors[i].held; };
+  return (is_free(contact.conductor) || is_free(contact.partner)) &&
+         discharge_->gap(model_.bodies, contact) <= scene_.mechanics.position_tolerance;
+}
+
 std::string Electrics::pressed_apart_in_potential() const {
   if (!discharge_ || now_.field.potential.empty()) return "";
   const std::vector<double> potential = node_potentials(now_.field);
@@ -107,7 +114,7 @@ std::string Electrics::pressed_apart_in_potential() const {
   for (const double p : potential) largest = std::max(largest, std::abs(p));
   for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
   for (const effects::Resistor& resistor : now_.carried.resistors) {
-    if (resistor.series || discharge_->gap(model_.bodies, contact_of(resistor)) > 0) continue;
+    if (resistor.series || !touch(contact_of(resistor))) continue;
     const double difference = std::abs(resistor_current(resistor, potential)) / resistor.conductance;
     if (difference > scene_.field().moving_tolerance * largest) return sentence_about(resistor, difference);
   }
@@ -243,6 +250,8 @@ void Electrics::accept(const Trial& trial, bool merged) {
     now_.largest_force = std::max(now_.largest_force, norm(trial.field.force[i]));
     now_.largest_speed = std::max(now_.largest_speed, norm(velocity_in_space(model_.bodies, i)));
   }
+  // Else they would press each other with a force that no grid follows, and bounce for ever.
+  if (const std::string touching = pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
 }
 
 bool Electrics::reconnect(double time, FieldGrid grid) {

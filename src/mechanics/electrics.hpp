@@ -44,7 +44,8 @@ class Electrics {
   /// what acts on it, which is a radius or more: a tolerance is position_tolerance / radius of the largest charge.
   double charge_error(const Trial& trial) const;
   /// Books the charges fed until the trial's instant, and shares them as its field does. The bodies must be where they
-  /// were when it was solved, and nothing else must have been booked since.
+  /// were when it was solved, and nothing else must have been booked since. Throws Failure with the sentence of
+  /// pressed_apart_in_potential.
   void accept(const Trial& trial) { accept(trial, false); }
   /// Whether anything carries charge at a finite rate: what it carried is known after a solve only.
   bool has_resistors() const { return !now_.carried.resistors.empty(); }
@@ -62,7 +63,7 @@ class Electrics {
   /// contact_discharge.
   Events events(std::span<const double> travel) const;
 
-  /// Says which conductor overlaps another, or an electrode, at another potential, since a contact's resistance has not
+  /// Says which conductor touches another, or an electrode, at another potential, since a contact's resistance has not
   /// made them one; the force between such has no limit. Empty: none does.
   std::string pressed_apart_in_potential() const;
 
@@ -100,6 +101,7 @@ class Electrics {
   bool is_held_at_both_ends(const effects::Resistor& resistor) const;
   std::string sentence_about(const effects::Resistor& resistor, double difference) const;
   void check_held_contacts() const;
+  bool touch(effects::Contact contact) const;
 
   const Scene& scene_;
   Model& model_;

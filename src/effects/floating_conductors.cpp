@@ -250,6 +250,13 @@ double level(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolut
   return missing / conductance;
 }
 
+/// What a prediction is wrong by follows its force where that falls, and stays where it rises: a group that has merged
+/// has another force, and a correction of the old one's size would outlive it.
+Vec3 fading(Vec3 correction, Vec3 corrected, Vec3 now) {
+  const double then = norm(corrected);
+  return then > 0 ? std::min(1.0, norm(now) / then) * correction : correction;
+}
+
 /// a + share * b, terminals and resistors as in a; b may be empty, which is none.
 Electrostatics combination(Electrostatics a, double share, const Electrostatics& b) {
   a.energy += share * b.energy;
@@ -358,7 +365,10 @@ Electrostatics FloatingConductors::predict(const Bodies& bodies, const Electrica
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
   ++predictions_;
-  return combination(coarse_, 1, correction_);
+  Electrostatics predicted = combination(coarse_, 1, correction_);
+  for (std::size_t i = 0; i < corrected_force_.size(); ++i)
+    predicted.force[i] = coarse_.force[i] + fading(correction_.force[i], corrected_force_[i], coarse_.force[i]);
+  return predicted;
 }
 
 void FloatingConductors::forget() {
@@ -367,7 +377,10 @@ void FloatingConductors::forget() {
   if (predictor_) predictor_->forget();
 }
 
-void FloatingConductors::correct(const Electrostatics& solved) { correction_ = combination(solved, -1, coarse_); }
+void FloatingConductors::correct(const Electrostatics& solved) {
+  correction_ = combination(solved, -1, coarse_);
+  corrected_force_ = coarse_.force;
+}
 
 void FloatingConductors::check(const Bodies& bodies, const ElectricalGroups& groups) const {
   check_inside(scene_, bodies);

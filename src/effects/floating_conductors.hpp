@@ -115,6 +115,7 @@ class FloatingConductors : public Effect {
   std::optional<laplace::SphereSolver> spheres_;                ///< in place of solver_ in three dimensions
   std::vector<Terminal> terminals_;
   Electrostatics coarse_, correction_;  ///< the predictor's last solution, and what to add to it
+  std::vector<Vec3> corrected_force_;   ///< N, the predictor's when it was corrected last
   std::optional<laplace::LaplaceProblem> last_problem_;
   const HeldField* held_ = nullptr;  ///< null: no forces
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;

@@ -33,14 +33,25 @@ inline void require_cuda_device() {
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
+/// The first words of a kernel. What follows may be brought to the processors now, but begins, as this kernel's own work,
+/// when all before it is done: launch() lets it.
+__device__ inline void begin_kernel() {
+#if __CUDA_ARCH__ >= 900
+  cudaTriggerProgrammaticLaunchCompletion();
+  cudaGridDependencySynchronize();
+#endif
+}
+
 template <class F>
 __global__ void item_kernel(long n, F f) {
+  begin_kernel();
   const long k = blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x;
   if (k < n) f(static_cast<int>(k));
 }
 
 template <class F>
 __global__ void row_kernel(int rows, int columns, F f) {
+  begin_kernel();
   const int row = blockIdx.x * blockDim.y + threadIdx.y, column = blockIdx.y * blockDim.x + threadIdx.x;
   if (row < rows && column < columns) f(row, column);
 }
@@ -60,6 +71,7 @@ __device__ T value_of_lane_above(T value, int offset) {
 /// Some lanes of a warp a segment: each sums every so-manieth value, then the lanes are summed as a tree.
 template <int lanes, class Count, class Value, class Finish>
 __global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
+  begin_kernel();
   const long segment = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes;
   if (lanes == 32 && segment >= n) return;
   const int s = static_cast<int>(segment), lane = threadIdx.x % lanes, end = segment < n ? count(s) : 0;
@@ -95,6 +107,7 @@ __device__ Sum sum_of_block(Sum sum) {
 template <int threads, class Sum, class Value, class Finish>
 __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* of_block, int* done) {
   __shared__ bool last;
+  begin_kernel();
   Sum sum{};
   for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n;
        k += gridDim.x * static_cast<long>(threads))
@@ -119,6 +132,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
 /// Places for all that a warp keeps are taken at once: they stand in order.
 template <class Count, class Keep, class Put>
 __global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
+  begin_kernel();
   constexpr int rounds = 8, lanes = 32;
   const int lane = threadIdx.x % lanes, n = count();
   const long warps = gridDim.x * static_cast<long>(blockDim.x) / lanes;
@@ -168,6 +182,7 @@ class CudaBlock {
 
 template <int threads, class F>
 __global__ void __launch_bounds__(threads) block_kernel(F f) {
+  begin_kernel();
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }
 
@@ -191,9 +206,60 @@ __global__ void __launch_bounds__(threads) grid_kernel(F f) {
   f(CudaGrid{});
 }
 
+/// The threads of a few blocks that are a cluster, where the device has clusters, or of one block, as an executor.
+class CudaCrowd {
+ public:
+  template <class F>
+  __device__ void for_each(long n, F f) const {
+    for (long k = lane_group<32>() * 32 + threadIdx.x % 32; k < n; k += threads()) f(static_cast<int>(k));
+    wait();
+  }
+  template <class F>
+  __device__ void for_each(int rows, int columns, F f) const {
+    for_each(static_cast<long>(rows) * columns, [&](int k) { f(k / columns, k % columns); });
+  }
+  template <int lanes = 32, class Count, class Value, class Finish>
+  __device__ void sum_segments(long n, Count count, Value value, Finish finish) const {
+    const int at_once = threads() / lanes, lane = threadIdx.x % lanes;
+    const int first = lane_group<lanes>();
+    for (int round = 0; static_cast<long>(round) * at_once < n; ++round) {  // as many for all: they shuffle
+      const int s = round * at_once + first, end = s < n ? count(s) : 0;
+      using Sum = decltype(value(0, 0));
+      Sum sum{};
+      for (int t = lane; t < end; t += lanes) sum += value(s, t);
+#pragma unroll
+      for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+      if (lane == 0 && s < n) finish(s, sum);
+    }
+    wait();
+  }
+
+ private:
+  __device__ static int threads() { return static_cast<int>(gridDim.x * blockDim.x); }
+  /// Groups of threads of one block lie as far apart as there are blocks.
+  template <int lanes>
+  __device__ static int lane_group() {
+    return static_cast<int>(threadIdx.x / lanes * gridDim.x + blockIdx.x);
+  }
+  __device__ static void wait() {
+#if __CUDA_ARCH__ >= 900
+    cooperative_groups::this_cluster().sync();
+#else
+    __syncthreads();
+#endif
+  }
+};
+
+template <int threads, class F>
+__global__ void __launch_bounds__(threads) crowd_kernel(F f) {
+  begin_kernel();
+  f(CudaCrowd{});
+}
+
 /// Lets what a condition stands before in a graph be done, or done again, or not.
 template <class Flag>
 __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Flag* flag) {
+  begin_kernel();
   cudaGraphSetConditional(condition, *flag != 0);
 }
 
@@ -219,6 +285,10 @@ class CudaExecutor {
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
+    int device = 0, generation = 0;
+    check_cuda(cudaGetDevice(&device));
+    check_cuda(cudaDeviceGetAttribute(&generation, cudaDevAttrComputeCapabilityMajor, device));
+    is_hopper_ = generation >= 9;
     sums_ = allocate(sizeof(int) + sums_size);
     fill(sums_, 0, sizeof(int) + sums_size);
   }
@@ -242,8 +312,7 @@ class CudaExecutor {
   template <int threads = 256, class F>
   void for_each(long n, F f) const {
     if (n <= 0) return;
-    item_kernel<<<static_cast<unsigned>((n + threads - 1) / threads), threads, 0, stream_>>>(n, f);
-    check_cuda(cudaGetLastError());
+    launch(item_kernel<F>, static_cast<unsigned>((n + threads - 1) / threads), threads, 0, n, f);
   }
 
   template <class F>
@@ -253,8 +322,7 @@ class CudaExecutor {
     const dim3 threads(across, 256 / across);
     // CUDA allows 65535 blocks in y: there are fewer blocks in a row than rows.
     const dim3 blocks((rows + threads.y - 1) / threads.y, (columns + threads.x - 1) / threads.x);
-    row_kernel<<<blocks, threads, 0, stream_>>>(rows, columns, f);
-    check_cuda(cudaGetLastError());
+    launch(row_kernel<F>, blocks, threads, 0, rows, columns, f);
   }
 
   using Block = CudaBlock;
@@ -265,8 +333,7 @@ class CudaExecutor {
     if (bytes > unasked)
       check_cuda(cudaFuncSetAttribute(block_kernel<threads, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(bytes)));
-    block_kernel<threads><<<blocks, threads, bytes, stream_>>>(f);
-    check_cuda(cudaGetLastError());
+    launch(block_kernel<threads, F>, static_cast<unsigned>(blocks), threads, bytes, f);
   }
   std::size_t most_block_memory() const {
     int device = 0, bytes = 0;
@@ -289,23 +356,28 @@ class CudaExecutor {
                                            0, stream_));
   }
 
+  template <class F>
+  void crowd(F f) const {
+    constexpr int threads = 1024;
+    const unsigned blocks = is_hopper_ ? 8 : 1;  // 8: as many as any device with clusters has in one
+    launch_in_clusters(blocks, crowd_kernel<threads, F>, blocks, threads, 0, f);
+  }
+
   template <class Count, class Keep, class Put>
   void select(long most, Count n, int* taken, Keep keep, Put put) const {
     if (most <= 0) return;
     constexpr long threads = 256, a_block = 8 * threads, blocks = 2048;
     const long wanted = (most + a_block - 1) / a_block;
-    select_kernel<<<static_cast<unsigned>(wanted < blocks ? wanted : blocks), threads, 0, stream_>>>(n, taken, keep,
-                                                                                                     put);
-    check_cuda(cudaGetLastError());
+    launch(select_kernel<Count, Keep, Put>, static_cast<unsigned>(wanted < blocks ? wanted : blocks), threads, 0, n,
+           taken, keep, put);
   }
 
   template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     if (n <= 0) return;
     constexpr int threads = 128;
-    segment_kernel<lanes>
-        <<<static_cast<unsigned>((lanes * n + threads - 1) / threads), threads, 0, stream_>>>(n, count, value, finish);
-    check_cuda(cudaGetLastError());
+    launch(segment_kernel<lanes, Count, Value, Finish>, static_cast<unsigned>((lanes * n + threads - 1) / threads),
+           threads, 0, n, count, value, finish);
   }
   cudaStream_t stream() const { return stream_; }
 
@@ -319,8 +391,7 @@ class CudaExecutor {
     const auto blocks = static_cast<unsigned>(wanted < 1 ? 1 : wanted < most_sums ? wanted : most_sums);
     auto* of_block = static_cast<Sum*>(sums_);
     auto* done = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size);
-    sum_kernel<threads><<<blocks, threads, 0, stream_>>>(n, value, finish, of_block, done);
-    check_cuda(cudaGetLastError());
+    launch(sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, n, value, finish, of_block, done);
   }
 
   template <class T>
@@ -528,7 +599,7 @@ class CudaExecutor {
     node.conditional.size = 1;
     check_cuda(cudaGraphConditionalHandleCreate(&node.conditional.handle, recorded().graph, 0, 0));
     const cudaGraphConditionalHandle condition = node.conditional.handle;
-    condition_kernel<<<1, 1, 0, stream_>>>(condition, flag);
+    launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     const Recorded now = recorded();
     cudaGraphNode_t added = nullptr;
     check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
@@ -541,11 +612,35 @@ class CudaExecutor {
     check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeRelaxed));
     std::swap(stream_, body), std::swap(beside_, beside);
     f();
-    if (type == cudaGraphCondTypeWhile) condition_kernel<<<1, 1, 0, stream_>>>(condition, flag);
+    if (type == cudaGraphCondTypeWhile) launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     std::swap(stream_, body), std::swap(beside_, beside);
     check_cuda(cudaStreamEndCapture(body, &graph));
     check_cuda(cudaStreamDestroy(body));
     check_cuda(cudaStreamDestroy(beside));
+  }
+
+  /// What follows may be brought to the processors before this kernel is done (begin_kernel).
+  template <class... Parameters, class... Arguments>
+  void launch(void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
+              const Arguments&... arguments) const {
+    launch_in_clusters(1, kernel, blocks, threads, bytes, arguments...);
+  }
+  template <class... Parameters, class... Arguments>
+  void launch_in_clusters(unsigned cluster, void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
+                          const Arguments&... arguments) const {
+    cudaLaunchAttribute attributes[2] = {};
+    attributes[0].id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    attributes[0].val.programmaticStreamSerializationAllowed = 1;
+    attributes[1].id = cudaLaunchAttributeClusterDimension;
+    attributes[1].val.clusterDim = {cluster, 1, 1};
+    cudaLaunchConfig_t how{};
+    how.gridDim = blocks;
+    how.blockDim = threads;
+    how.dynamicSmemBytes = bytes;
+    how.stream = stream_;
+    how.attrs = is_hopper_ ? attributes : nullptr;
+    how.numAttrs = is_hopper_ ? (cluster > 1 ? 2 : 1) : 0;
+    check_cuda(cudaLaunchKernelEx(&how, kernel, arguments...));
   }
 
   void copy_words(void* to, const void* from, std::size_t bytes) const {
@@ -584,6 +679,7 @@ class CudaExecutor {
   mutable cudaStream_t stream_ = nullptr, beside_ = nullptr;
   cudaStream_t recorder_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
+  bool is_hopper_ = false;  // or newer
   void* pinned_ = nullptr;
   /// What runs at the same time has a stream and memory of its own; the first is that of what runs alone.
   struct Branch {

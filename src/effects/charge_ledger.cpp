@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "solvers/error.hpp"
 
@@ -62,8 +63,7 @@ void ChargeLedger::carry(const Resistor& resistor, double remaining, double plai
 }
 
 void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double> by_field) {
-  std::vector<std::vector<int>> members(charge_.size());  // of floating groups
-  for (int i = 0; i < size(); ++i) {
+  for (int i = 0; i < size(); ++i)
     if (const int supply = groups.supply[i]; supply >= 0) {
       // Its charge went smoothly to the field's, and leaked as the mean of both.
       if (step_ > 0) {
@@ -74,23 +74,31 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
       drained_[supply] += charge_[i];
       charge_[i] = CompensatedSum(by_field[i]);
       drained_[supply] -= charge_[i];
-    } else {
-      members[groups.id[i]].push_back(i);
     }
-  }
   step_ = 0;
-  for (const std::vector<int>& group : members) {
-    if (group.empty()) continue;
-    CompensatedSum rest;  // what is left to give out of what the group holds
-    for (const int i : group) rest += charge_[i];
-    CompensatedSum missing = rest;
-    for (const int i : group) missing += -by_field[i];
-    const double share = missing.total() / static_cast<double>(group.size());
-    for (std::size_t m = 0; m + 1 < group.size(); ++m) {
-      charge_[group[m]] = CompensatedSum(by_field[group[m]] + share);
-      rest -= charge_[group[m]];
+  // The floating groups' members, in ascending order: the first of each, and who is next.
+  std::vector<int> first(charge_.size(), -1), next(charge_.size(), -1);
+  for (int i = size() - 1; i >= 0; --i)
+    if (groups.supply[i] < 0) next[i] = std::exchange(first[groups.id[i]], i);
+  for (const int member : first)
+    if (member >= 0) share_out(member, next, by_field);
+}
+
+/// The group's charge among its members, as the field says; what is left goes to the last.
+void ChargeLedger::share_out(int first, std::span<const int> next, std::span<const double> by_field) {
+  CompensatedSum rest;
+  int members = 0;
+  for (int i = first; i >= 0; i = next[i], ++members) rest += charge_[i];
+  CompensatedSum missing = rest;
+  for (int i = first; i >= 0; i = next[i]) missing += -by_field[i];
+  const double share = missing.total() / members;
+  for (int i = first; i >= 0; i = next[i]) {
+    if (next[i] >= 0) {
+      charge_[i] = CompensatedSum(by_field[i] + share);
+      rest -= charge_[i];
+    } else {
+      charge_[i] = rest;
     }
-    charge_[group.back()] = rest;
   }
 }
 

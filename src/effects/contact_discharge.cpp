@@ -67,13 +67,27 @@ double ContactDischarge::gap_rate(const Bodies& bodies, Contact contact) const {
 
 std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, std::span<const double> travel) const {
   std::vector<Contact> found;
-  for (const Pair pair : pairs_within_reach(bodies, range, travel)) found.push_back({pair.i, pair.j});
+  for (const Pair pair : pairs_within_reach(near_, bodies, range, travel)) found.push_back({pair.i, pair.j});
+  const auto conductors = static_cast<std::ptrdiff_t>(found.size());
+  look_at_terminals(bodies);
+  const int n = bodies.size(), terminals = static_cast<int>(terminals_.size());
+  for (int i = 0; i < n; ++i)
+    for (int t = 0; t < terminals; ++t)
+      if (terminal_gap_[i * terminals + t] - near_.moved()[i] < range + travel[i] &&
+          gap(bodies, {i, n + t}) < range + travel[i])
+        found.push_back({i, n + t});
+  std::inplace_merge(found.begin(), found.begin() + conductors, found.end());
+  return found;
+}
+
+/// The gaps where the bodies were at the last search, which is now if they are not known.
+void ContactDischarge::look_at_terminals(const Bodies& bodies) const {
+  if (searches_ == near_.searches()) return;
+  searches_ = near_.searches();
+  terminal_gap_.clear();
   const int n = bodies.size();
   for (int i = 0; i < n; ++i)
-    for (int t = 0; t < static_cast<int>(terminals_.size()); ++t)
-      if (gap(bodies, {i, n + t}) < range + travel[i]) found.push_back({i, n + t});
-  std::ranges::sort(found);
-  return found;
+    for (int t = 0; t < static_cast<int>(terminals_.size()); ++t) terminal_gap_.push_back(gap(bodies, {i, n + t}));
 }
 
 ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::vector<Contact>& contacts) const {
@@ -110,7 +124,7 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
   };
   std::vector<Watch> watched;
   for (const Contact contact : near(bodies, make_gap_, travel))
-    if (!contains(contacts, contact) && !one_already(contact)) watched.push_back({contact, false});
+    if (!one_already(contact) && !contains(contacts, contact)) watched.push_back({contact, false});
   for (const Contact contact : contacts) {
     const double approach = travel[contact.conductor] + (contact.partner < n ? travel[contact.partner] : 0);
     if (release_gap_ - gap(bodies, contact) <= approach) watched.push_back({contact, true});

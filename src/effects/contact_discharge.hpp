@@ -4,6 +4,7 @@
 
 #include "src/effects/groups.hpp"
 #include "src/model/effect.hpp"
+#include "src/model/neighbours.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
@@ -62,10 +63,15 @@ class ContactDischarge : public Effect {
 
  private:
   std::vector<Contact> near(const Bodies& bodies, double range, std::span<const double> travel) const;
+  void look_at_terminals(const Bodies& bodies) const;
 
   double tolerance_;                          ///< m, of positions
   double make_gap_, release_gap_, together_;  ///< m
   std::vector<Terminal> terminals_;
+  // What was near at the last search: makes looks faster, and changes no answer.
+  mutable ReachList near_;
+  mutable int searches_ = 0;                  ///< of near_ that the gaps below are of
+  mutable std::vector<double> terminal_gap_;  ///< m, by conductor and terminal
 };
 
 }  // namespace lichtenberg::effects

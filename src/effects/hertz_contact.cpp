@@ -63,7 +63,7 @@ void HertzContact::add_jacobian(const State& state, ForceJacobian& jacobian) con
 }
 
 bool HertzContact::idle(const Bodies& bodies, std::span<const double> travel) const {
-  return pairs_within_reach(bodies, 0, travel).empty();
+  return pairs_within_reach(near_, bodies, 0, travel).empty();
 }
 
 }  // namespace lichtenberg::effects

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "solvers/neighbours/list.hpp"
+#include "solvers/neighbours/reach_list.hpp"
 #include "src/model/bodies.hpp"
 
 namespace lichtenberg {
@@ -18,6 +19,10 @@ inline std::vector<Pair> pairs_closer_than(const Bodies& bodies, double range,
 inline std::vector<Pair> pairs_within_reach(const Bodies& bodies, double range, std::span<const double> reach,
                                             parallel::Team& team = parallel::Team::single()) {
   return visit_spheres(bodies, [&](const auto& s) { return pairs_within_reach(s, range, reach, team); });
+}
+inline std::vector<Pair> pairs_within_reach(ReachList& list, const Bodies& bodies, double range,
+                                            std::span<const double> reach) {
+  return visit_spheres(bodies, [&](const auto& s) { return list.pairs(s, range, reach); });
 }
 inline void update(NeighbourList& list, const Bodies& bodies, parallel::Team& team = parallel::Team::single()) {
   visit_spheres(bodies, [&](const auto& s) { list.update(s, team); });

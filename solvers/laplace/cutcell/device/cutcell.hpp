@@ -68,8 +68,7 @@ class CutCell : public DeviceSolver {
       prepare_system(problem);
       run_->mark(*discretized_);
       choose_scale();
-      right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
-      first_guess();
+      begin();
       krylov_.criterion = {options_.tolerance, 0, 0, 0};
       if (is_fused_)
         krylov_.solve(solution);
@@ -130,7 +129,9 @@ class CutCell : public DeviceSolver {
   void make_ksp(PetscInt unknowns);
   void set_null_space(const LaplaceProblem& problem);
   void release_vectors();
+  void clear_recordings();
   void choose_scale();
+  void begin();
   void first_guess();
   void better_guess();
   void turn_and_step();
@@ -183,10 +184,10 @@ class CutCell : public DeviceSolver {
   std::vector<Vector> basis_, image_;   // of the first guess
   std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
   std::optional<parallel::Array<Shares, Executor>> shares_;
-  typename Executor::Recording iterating_, end_;
+  typename Executor::Recording begin_[history_length], iterating_, end_;  // begin_: by phase_
   double scale_ = 1;        // V: x, b and the past are in units of it
   std::vector<Past> past_;  // newest first
-  int past_count_ = 0;
+  int past_count_ = 0, phase_ = 0;  // phase_: says where in memory the newest is
   // What the host is told at the end of a solve.
   std::optional<parallel::Parcel<Executor>> report_;
   Part<Iterations> iterations_;
@@ -295,7 +296,7 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   if (!is_fused_) set_null_space(problem);
   if (generation_ == multigrid_->generation()) return;
   generation_ = multigrid_->generation();
-  for (auto* recording : {&iterating_, &end_}) recording->clear();
+  clear_recordings();
   for (auto* vectors : {&basis_, &image_})
     for (Vector& vector : *vectors) vector.resize(n);
   for (auto* vector : {&r_, &z_, &p_, &q_}) (*vector)->resize(n);
@@ -372,8 +373,27 @@ void CutCell<Executor>::choose_scale() {
   if (past_count_ > 0 && (largest == 0 || (ratio > 1e-6 && ratio < 1e6))) return;
   forget();
   const double scale = largest > 0 ? largest : 1;
-  if (scale != scale_) end_.clear();
+  if (scale != scale_) clear_recordings();
   scale_ = scale;
+}
+
+/// The right-hand side and the first guess.
+template <class Executor>
+void CutCell<Executor>::begin() {
+  const auto both = [this] {
+    right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
+    first_guess();
+  };
+  if (past_count_ == history_length)
+    run_recorded(begin_[phase_], both);
+  else
+    both();
+}
+
+template <class Executor>
+void CutCell<Executor>::clear_recordings() {
+  for (auto& recording : begin_) recording.clear();
+  for (auto* recording : {&iterating_, &end_}) recording->clear();
 }
 
 /// History::first_guess.
@@ -508,6 +528,7 @@ void CutCell<Executor>::take_results(const LaplaceProblem& problem, LaplaceSolut
 template <class Executor>
 void CutCell<Executor>::keep() {
   std::rotate(past_.begin(), past_.end() - 1, past_.end());
+  phase_ = (phase_ + 1) % history_length;
   past_[0].cell.resize(finest().view().layout.size());
   past_[0].body.resize(bodies_);
   remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view());

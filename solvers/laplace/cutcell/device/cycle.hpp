@@ -11,13 +11,21 @@
 
 namespace lichtenberg::laplace::device {
 
+// Each function runs on an executor of the host's, a kernel a loop, or within one kernel, on an executor's Crowd.
+#ifdef __CUDACC__
+#pragma nv_diag_suppress 20011, 20014  // an executor's functions are the host's, and are called there alone
+#endif
+
+/// Threads that share the sum over a piece or a group: most groups have a piece or two.
+constexpr int group_lanes = 8;
+
 template <class Executor>
-void widen(const Executor& run, long n, const float* from, double* to) {
+LICHTENBERG_HOST_DEVICE void widen(const Executor& run, long n, const float* from, double* to) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = from[k]; });
 }
 
 template <class Executor>
-void add(const Executor& run, long n, const float* increment, float* to) {
+LICHTENBERG_HOST_DEVICE void add(const Executor& run, long n, const float* increment, float* to) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] += increment[k]; });
 }
 
@@ -43,11 +51,16 @@ void take_residual(const Executor& run, ProblemView problem, GridView grid, cons
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
+template <class Executor>
+LICHTENBERG_HOST_DEVICE void copy(const Executor& run, long n, const float* from, float* to) {
+  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = from[k]; });
+}
+
 /// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
 template <class Executor>
-void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
+LICHTENBERG_HOST_DEVICE void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         float* phi_next) {
-  run.sum_segments(
+  run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
@@ -60,7 +73,7 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
 
 /// Adds conductance times the groups' potentials to f in the boundary cells of the colours named.
 template <class Executor>
-void add_group_potentials(const Executor& run, GridView grid, const float* phi, bool red, bool black) {
+LICHTENBERG_HOST_DEVICE void add_group_potentials(const Executor& run, GridView grid, const float* phi, bool red, bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
   for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary_slot[k];
@@ -76,7 +89,7 @@ void add_group_potentials(const Executor& run, GridView grid, const float* phi, 
 
 /// Adds what thin conductors bring to f in all cells of the colours named.
 template <class Executor>
-void add_thin_conductor_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
+LICHTENBERG_HOST_DEVICE void add_thin_conductor_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
                                    bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
   sum_thin_conductors(
@@ -102,7 +115,7 @@ LICHTENBERG_HOST_DEVICE void clear_end(const Layout& at, int colour, int row, in
 
 /// Red then black, from zero; writes the black cells.
 template <class V, class Executor>
-void sweep_from_zero(const Executor& run, GridView grid, V* v) {
+LICHTENBERG_HOST_DEVICE void sweep_from_zero(const Executor& run, GridView grid, V* v) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -121,13 +134,13 @@ void sweep_from_zero(const Executor& run, GridView grid, V* v) {
 
 /// Where the red cells' residuals are kept: in place of their potentials, in single precision.
 template <class V>
-float* residual_of(V* v) {
+LICHTENBERG_HOST_DEVICE float* residual_of(V* v) {
   return reinterpret_cast<float*>(v);
 }
 
 /// After that a red cell's residual is what its black neighbours have brought, a black one's zero.
 template <class V, class Executor>
-void leave_residual(const Executor& run, GridView grid, const V* v, float* residual) {
+LICHTENBERG_HOST_DEVICE void leave_residual(const Executor& run, GridView grid, const V* v, float* residual) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -142,7 +155,7 @@ void leave_residual(const Executor& run, GridView grid, const V* v, float* resid
 
 /// The coarse f by full weighting.
 template <class Executor>
-void restrict_residual(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
+LICHTENBERG_HOST_DEVICE void restrict_residual(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                        const float* residual) {
   run.for_each(2 * (coarse.layout.ny + 2), static_cast<int>(coarse.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
@@ -181,8 +194,8 @@ struct LinkFlux {
 };
 
 template <class V, class Executor>
-void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlux<V> flux) {
-  run.sum_segments(
+LICHTENBERG_HOST_DEVICE void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlux<V> flux) {
+  run.template sum_segments<group_lanes>(
       grid.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int piece) {
         return piece < grid.piece_start[problem.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
@@ -193,11 +206,12 @@ void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlu
 
 /// finish(g, what a group's links and direct links bring).
 template <class Executor, class Finish>
-void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
+LICHTENBERG_HOST_DEVICE void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
   const bool direct_links = grid.may_have(Of::direct_links);
-  run.sum_segments(
+  run.template sum_segments<group_lanes>(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
+        if (!(grid.group_inverse_diagonal[g] > 0)) return 0;
         const int links = grid.piece_start[g + 1] - grid.piece_start[g];
         return direct_links ? links + grid.direct_links_of(problem, g) : links;
       },
@@ -213,9 +227,9 @@ void sum_groups(const Executor& run, ProblemView problem, GridView grid, const f
 /// The residuals of the groups, and with what the coarse grid's covered cells have collected its groups' charges; the
 /// coarse grid's conductors start from these.
 template <class V, class Executor>
-void restrict_groups(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const V* v) {
+LICHTENBERG_HOST_DEVICE void restrict_groups(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const V* v) {
   const LinkFlux<V> flux{fine, v, true};
-  run.sum_segments(
+  run.template sum_segments<group_lanes>(
       fine.pieces + coarse.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int p) {
         const GridView& grid = p < fine.pieces ? fine : coarse;
@@ -235,9 +249,10 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
           coarse.partial[p - fine.pieces] = sum;
       });
   const bool direct_links = fine.may_have(Of::direct_links);
-  run.sum_segments(
+  run.template sum_segments<group_lanes>(
       problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
+        if (!(fine.group_inverse_diagonal[g] > 0)) return 0;
         const int covered = problem.groups + g;
         const int links = fine.piece_start[g + 1] - fine.piece_start[g];
         const int own = direct_links ? fine.direct_links_of(problem, g) : 0;
@@ -263,7 +278,7 @@ void restrict_groups(const Executor& run, ProblemView problem, GridView fine, Gr
 
 /// The residuals of the groups, in `flux`: for those that the coarse grid absorbs.
 template <class V, class Executor>
-void leave_group_residual(const Executor& run, ProblemView problem, GridView grid, const V* v) {
+LICHTENBERG_HOST_DEVICE void leave_group_residual(const Executor& run, ProblemView problem, GridView grid, const V* v) {
   sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, true});
   sum_groups(run, problem, grid, grid.phi, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
     const float inverse = grid.group_inverse_diagonal[g];
@@ -273,8 +288,8 @@ void leave_group_residual(const Executor& run, ProblemView problem, GridView gri
 
 /// The residual of a group that the coarse grid absorbs goes to the four cells around it.
 template <class Executor>
-void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, const float* residual) {
-  gather(
+LICHTENBERG_HOST_DEVICE void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, const float* residual) {
+  gather<few_lanes>(
       run, grid, grid.absorbed_groups,
       [=] LICHTENBERG_HOST_DEVICE(int g, int slot) {
         return residual[g] * weight_in(grid.layout, grid.centre[g], problem.electrode, slot, true);
@@ -284,7 +299,7 @@ void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, 
 
 /// An absorbed group's potential is that of the four cells around it.
 template <class Executor>
-void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
+LICHTENBERG_HOST_DEVICE void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.absorbed_groups.item[m];
     const Interpolation around = interpolate(grid.layout, grid.centre[g], problem.electrode);
@@ -296,9 +311,9 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
 
 /// v and phi of the coarsest grid's unknowns (a cell's slot, or -1 - group) from f and charge.
 template <class Executor>
-void multiply_inverse(const Executor& run, GridView grid, const int* unknown, const float* inverse, float* v) {
+LICHTENBERG_HOST_DEVICE void multiply_inverse(const Executor& run, GridView grid, const int* unknown, const float* inverse, float* v) {
   const int* number = grid.number + Of::coarse_unknowns;
-  run.sum_segments(
+  run.template sum_segments<32>(
       grid.room[Of::coarse_unknowns], [=] LICHTENBERG_HOST_DEVICE(int a) { return a < *number ? *number : 0; },
       [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
         const int name = unknown[b];
@@ -311,7 +326,7 @@ void multiply_inverse(const Executor& run, GridView grid, const int* unknown, co
 
 /// Covered cells take their group's potential: bilinear interpolation reads them.
 template <class Executor>
-void fill_covered(const Executor& run, GridView grid) {
+LICHTENBERG_HOST_DEVICE void fill_covered(const Executor& run, GridView grid) {
   for_each_of(run, grid, Of::covered,
               [=] LICHTENBERG_HOST_DEVICE(int m) { grid.v[grid.covered_slot[m]] = grid.phi[grid.covered_group[m]]; });
 }
@@ -341,7 +356,7 @@ struct CoarsePatch {
 /// even rows lie left and below in their coarse cell, those of odd rows right and above, so that what an odd row's
 /// black cell sees is what an even row's does, turned by half a turn: s = 1 and -1.
 template <class V, class Executor>
-void prolongate_and_relax_black(const Executor& run, ProblemView problem, GridView fine, GridView coarse, V* v) {
+LICHTENBERG_HOST_DEVICE void prolongate_and_relax_black(const Executor& run, ProblemView problem, GridView fine, GridView coarse, V* v) {
   run.for_each(fine.layout.ny + 2, static_cast<int>(fine.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = fine.layout;
@@ -379,7 +394,7 @@ void prolongate_and_relax_black(const Executor& run, ProblemView problem, GridVi
 }
 
 template <class V, class Executor>
-void relax_red(const Executor& run, GridView grid, V* v) {
+LICHTENBERG_HOST_DEVICE void relax_red(const Executor& run, GridView grid, V* v) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -398,15 +413,82 @@ void relax_red(const Executor& run, GridView grid, V* v) {
 
 /// flux: the groups' charges and what their cells bring; `phi`: their potentials from that, direct links left out.
 template <class V, class Executor>
-void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, float* phi) {
+LICHTENBERG_HOST_DEVICE void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, float* phi) {
   sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, false});
-  run.sum_segments(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.piece_start[g + 1] - grid.piece_start[g]; },
+  run.template sum_segments<group_lanes>(
+      problem.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) {
+        return grid.group_inverse_diagonal[g] > 0 ? grid.piece_start[g + 1] - grid.piece_start[g] : 0;
+      },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.partial[grid.piece_start[g] + t]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.flux[g] = grid.charge[g] + sum;
         phi[g] = grid.flux[g] * grid.group_inverse_diagonal[g];
       });
 }
+
+/// Adds conductance times the groups' potentials to f, in the cells of the colours named.
+template <class Executor>
+LICHTENBERG_HOST_DEVICE void add_potentials(const Executor& run, const ProblemView& problem, const GridView& grid,
+                                            const float* phi, bool red, bool black) {
+  if (!grid.may_have(Of::unknown_groups)) return;
+  add_group_potentials(run, grid, phi, red, black);
+  if (grid.may_have(Of::floating_thin_conductors))
+    add_thin_conductor_potentials(run, problem, grid, phi, red, black);
+}
+
+/// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
+template <class V, class Executor>
+LICHTENBERG_HOST_DEVICE void descend(const Executor& run, const ProblemView& problem, const GridView& grid,
+                                     const GridView& coarse, V* v) {
+  // Conductors first: a conductor's charge spreads into its potential before the cells see it.
+  if (grid.may_have(Of::direct_links)) {
+    relax_direct_links(run, problem, grid, grid.charge, grid.phi, grid.phi_next);
+    copy(run, problem.groups, grid.phi_next, grid.phi);
+  }
+  add_potentials(run, problem, grid, grid.phi, true, true);
+  sweep_from_zero(run, grid, v);
+  leave_residual(run, grid, static_cast<const V*>(v), residual_of(v));
+  restrict_residual(run, problem, grid, coarse, residual_of(v));
+  if (coarse.may_have(Of::newly_absorbed)) {
+    leave_group_residual(run, problem, grid, static_cast<const V*>(v));
+    restrict_absorbed(run, problem, coarse, grid.flux);
+  }
+  if (coarse.may_have(Of::unknown_groups)) restrict_groups(run, problem, grid, coarse, static_cast<const V*>(v));
+}
+
+/// The mirror image of descend(): black, red, conductors.
+template <class V, class Executor>
+LICHTENBERG_HOST_DEVICE void ascend(const Executor& run, const ProblemView& problem, const GridView& grid,
+                                    const GridView& coarse, V* v) {
+  fill_covered(run, coarse);
+  if (coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run, problem, coarse);
+  add_potentials(run, problem, grid, coarse.phi, false, true);
+  prolongate_and_relax_black(run, problem, grid, coarse, v);
+  add_potentials(run, problem, grid, coarse.phi, true, false);
+  relax_red(run, grid, v);
+  if (!grid.may_have(Of::unknown_groups)) return;
+  if (!grid.may_have(Of::direct_links)) return relax_groups(run, problem, grid, static_cast<const V*>(v), grid.phi);
+  relax_groups(run, problem, grid, static_cast<const V*>(v), grid.phi_next);
+  add(run, problem.groups, coarse.phi, grid.phi);
+  relax_direct_links(run, problem, grid, grid.flux, grid.phi, grid.phi_next);
+  relax_direct_links(run, problem, grid, grid.flux, grid.phi_next, grid.phi);
+}
+
+/// The V-cycle's part from grid `first` on, for an executor's crowd: in one kernel what would be a hundred.
+struct SmallGrids {
+  ProblemView problem;
+  const GridView* grid;  ///< all, the finest first
+  int first, coarsest;
+  const int* unknown;    ///< of the coarsest, and its inverse
+  const float* inverse;
+
+  template <class Crowd>
+  LICHTENBERG_HOST_DEVICE void operator()(const Crowd& run) const {
+    for (int l = first; l < coarsest; ++l) descend(run, problem, grid[l], grid[l + 1], grid[l].v);
+    multiply_inverse(run, grid[coarsest], unknown, inverse, grid[coarsest].v);
+    for (int l = coarsest - 1; l >= first; --l) ascend(run, problem, grid[l], grid[l + 1], grid[l].v);
+  }
+};
 
 }  // namespace lichtenberg::laplace::device

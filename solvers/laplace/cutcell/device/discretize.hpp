@@ -279,7 +279,8 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
 template <class Executor>
 void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    key[body] = grid.resolved[body] ? bins_of(grid.layout) : bin_of(grid.layout, grid.outline[body].centre);
+    const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.outline[body].centre);
+    key[body] = grid.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
     index[body] = body;
   });
 }
@@ -315,10 +316,10 @@ struct CellBins {
   }
 };
 
-/// finish(slot, sum of value(item, interpolation, k) over the items that a cell is the k-th of four for).
-template <class Executor, class Value, class Finish>
-void gather(const Executor& run, GridView grid, Bins bins, Value value, Finish finish) {
-  run.sum_segments(
+/// finish(slot, sum of value(item, slot) over the items in the bins around a cell). `lanes`: threads a cell.
+template <int lanes, class Executor, class Value, class Finish>
+LICHTENBERG_HOST_DEVICE void gather(const Executor& run, GridView grid, Bins bins, Value value, Finish finish) {
+  run.template sum_segments<lanes>(
       static_cast<long>(grid.layout.nx) * grid.layout.ny,
       [=] LICHTENBERG_HOST_DEVICE(int cell) {
         return CellBins(grid.layout, bins, cell % grid.layout.nx, cell / grid.layout.nx).count();
@@ -341,13 +342,15 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Layout& at, Vec2 p, const b
   return sum;
 }
 
+/// Threads that share a sum of a few terms.
+constexpr int few_lanes = 4;
+
 /// finish(slot, sum of value(body, conductance) over the thin conductors around which a cell is).
 template <class Executor, class Value, class Finish>
-void sum_thin_conductors(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
-  gather(
-      run, grid, grid.smeared_bodies,
+LICHTENBERG_HOST_DEVICE void sum_thin_conductors(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
+  gather<few_lanes>(
+      run, grid, grid.thin_conductors,
       [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
-        if (grid.absorbed[problem.group_of[body]]) return 0.0f;
         const Outline& disk = grid.outline[body];
         const float weight = weight_in(grid.layout, disk.centre, problem.electrode, slot, false);
         return value(body, weight * static_cast<float>(thin_conductance(disk.size)));
@@ -358,10 +361,9 @@ void sum_thin_conductors(const Executor& run, ProblemView problem, GridView grid
 /// What the smeared-out disks make of the medium.
 template <class Executor>
 void make_permittivity(const Executor& run, ProblemView problem, GridView grid) {
-  gather(
-      run, grid, grid.smeared_bodies,
+  gather<32>(
+      run, grid, grid.absorbed_bodies,
       [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {
-        if (!grid.absorbed[problem.group_of[body]]) return 0.0f;
         const Outline& disk = grid.outline[body];
         const float area = static_cast<float>(std::numbers::pi * disk.size * disk.size);
         return area * weight_in(grid.layout, disk.centre, problem.electrode, slot, false);

@@ -148,7 +148,7 @@ struct GridView {
   // of the groups those that the finer grid still has.
   int* absorbed;  ///< by group
   Vec2* centre;   ///< by group
-  Bins smeared_bodies, absorbed_groups;
+  Bins absorbed_bodies, thin_conductors, absorbed_groups;
   float* permittivity;  ///< by slot
   float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
 
@@ -219,7 +219,7 @@ struct GridView {
 
 /// f(k) for each of what a grid has of a kind.
 template <class Executor, class F>
-void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
+LICHTENBERG_HOST_DEVICE void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
   const int* number = grid.number + kind;
   run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k < *number) f(k);

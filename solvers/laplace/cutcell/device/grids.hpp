@@ -166,7 +166,8 @@ class DeviceGrid {
     view_.centre = sized(centre_, problem.groups);
     const int bins = bins_of(view_.layout);
     view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups)};
-    view_.smeared_bodies = {sized(body_bin_start_, bins + 1), sized(body_in_bin_, problem.bodies)};
+    view_.absorbed_bodies = {sized(body_bin_start_, 2 * bins + 1), sized(body_in_bin_, problem.bodies)};
+    view_.thin_conductors = {view_.absorbed_bodies.start + bins, view_.absorbed_bodies.item};  // behind them
   }
 
   void make_room_for_lists(const ProblemView& problem) {
@@ -212,9 +213,9 @@ class DeviceGrid {
     int* key = sort_key_.data();
     run_.sort(key, view_.absorbed_groups.item, problem.groups, bins);
     start_segments(run_, key, problem.groups, bins, view_.absorbed_groups.start);
-    smeared_keys(run_, problem, view_, key, view_.smeared_bodies.item);
-    run_.sort(key, view_.smeared_bodies.item, problem.bodies, bins);
-    start_segments(run_, key, problem.bodies, bins, view_.smeared_bodies.start);
+    smeared_keys(run_, problem, view_, key, view_.absorbed_bodies.item);
+    run_.sort(key, view_.absorbed_bodies.item, problem.bodies, 2 * bins);
+    start_segments(run_, key, problem.bodies, 2 * bins, view_.absorbed_bodies.start);
   }
 
   void cover(const ProblemView& problem) {

@@ -118,46 +118,16 @@ class DeviceMultigrid {
   }
   /// The same, kernel by kernel.
   void cycle(double* z) {
-    go_down(z);
-    solve_coarsest(z);
-    go_up(z);
-  }
-
-  template <class V>
-  void down(int l, V* v) {
-    const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
-    // Conductors first: a conductor's charge spreads into its potential before the cells see it.
-    if (grid.may_have(Of::direct_links)) {
-      relax_direct_links(run_, problem_, grid, grid.charge, grid.phi, grid.phi_next);
-      run_.copy(grid.phi, grid.phi_next, problem_.groups * sizeof(float));
-    }
-    add_potentials(grid, grid.phi, true, true);
-    sweep_from_zero(run_, grid, v);
-    leave_residual(run_, grid, static_cast<const V*>(v), residual_of(v));
-    restrict_residual(run_, problem_, grid, coarse, residual_of(v));
-    if (coarse.may_have(Of::newly_absorbed)) {
-      leave_group_residual(run_, problem_, grid, static_cast<const V*>(v));
-      restrict_absorbed(run_, problem_, coarse, grid.flux);
-    }
-    if (coarse.may_have(Of::unknown_groups)) restrict_groups(run_, problem_, grid, coarse, static_cast<const V*>(v));
-  }
-
-  /// The mirror image of `down`: black, red, conductors.
-  template <class V>
-  void up(int l, V* v) {
-    const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
-    fill_covered(run_, coarse);
-    if (coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
-    add_potentials(grid, coarse.phi, false, true);
-    prolongate_and_relax_black(run_, problem_, grid, coarse, v);
-    add_potentials(grid, coarse.phi, true, false);
-    relax_red(run_, grid, v);
-    if (!grid.may_have(Of::unknown_groups)) return;
-    if (!grid.may_have(Of::direct_links)) return relax_groups(run_, problem_, grid, static_cast<const V*>(v), grid.phi);
-    relax_groups(run_, problem_, grid, static_cast<const V*>(v), grid.phi_next);
-    add(run_, problem_.groups, coarse.phi, grid.phi);
-    relax_direct_links(run_, problem_, grid, grid.flux, grid.phi, grid.phi_next);
-    relax_direct_links(run_, problem_, grid, grid.flux, grid.phi_next, grid.phi);
+    const int coarsest = levels() - 1;
+    if (coarsest > 0) down(0, z);
+    for (int l = 1; l < first_small_; ++l) down(l, grids_[l].view().v);
+    if (first_small_ < coarsest)
+      run_.crowd(SmallGrids{problem_, views_.data(), first_small_, coarsest, coarsest_.unknown(), coarsest_.inverse()});
+    else
+      solve_coarsest(z);
+    for (int l = first_small_ - 1; l > 0; --l) up(l, grids_[l].view().v);
+    if (coarsest > 0) up(0, z);
+    widen(run_, problem_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
   }
 
  private:
@@ -183,6 +153,10 @@ class DeviceMultigrid {
     for (int l = 0; l < levels(); ++l)
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds);
     coarsest_.make_room(problem_, grids_.back().view());
+    std::vector<GridView> views;
+    for (const DeviceGrid<Executor>& grid : grids_) views.push_back(grid.view());
+    views_.upload(views);
+    first_small_ = first_small();
     recordings_.clear();
     building_.clear();
     ++generation_;
@@ -215,22 +189,24 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  void go_down(double* z) {
-    if (levels() > 1) down(0, z);
-    for (int l = 1; l + 1 < levels(); ++l) down(l, grids_[l].view().v);
+  /// The finest of the grids that are done in one kernel: a loop over what they hold takes no longer than a kernel takes
+  /// to start. The coarsest, if none is, or if it is the host's.
+  int first_small() const {
+    constexpr long most = 1 << 16, a_group = 8;  // cells; sums over a group count as so many
+    int first = levels() - 1;
+    while (on_device() && first > 1 &&
+           static_cast<long>(grids_[first - 1].view().layout.size()) + a_group * problem_.groups <= most)
+      --first;
+    return first;
   }
 
-  void go_up(double* z) {
-    for (int l = levels() - 2; l > 0; --l) up(l, grids_[l].view().v);
-    if (levels() > 1) up(0, z);
-    widen(run_, problem_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
+  template <class V>
+  void down(int l, V* v) {
+    descend(run_, problem_, grids_[l].view(), grids_[l + 1].view(), v);
   }
-
-  void add_potentials(const GridView& grid, const float* phi, bool red, bool black) {
-    if (!grid.may_have(Of::unknown_groups)) return;
-    add_group_potentials(run_, grid, phi, red, black);
-    if (grid.may_have(Of::floating_thin_conductors))
-      add_thin_conductor_potentials(run_, problem_, grid, phi, red, black);
+  template <class V>
+  void up(int l, V* v) {
+    ascend(run_, problem_, grids_[l].view(), grids_[l + 1].view(), v);
   }
 
   void solve_coarsest(double* z) {
@@ -249,6 +225,8 @@ class DeviceMultigrid {
   std::vector<bool> medium_;  // by grid
   ProblemView problem_{};
   Coarsest<Executor> coarsest_;
+  parallel::Array<GridView, Executor> views_{run_};
+  int first_small_ = 0;
   parallel::Array<int, Executor> number_{run_};
   parallel::Parcel<Executor> numbers_;
   typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;

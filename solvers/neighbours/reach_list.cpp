@@ -1,0 +1,78 @@
+#include "solvers/neighbours/reach_list.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg {
+namespace {
+
+template <int d>
+bool is_within(const Spheres<d>& spheres, double range, std::span<const double> reach, int i, int j) {
+  const double within = spheres.radius[i] + spheres.radius[j] + range + reach[i] + reach[j];
+  return within > 0 && norm2(spheres.box.difference(spheres.place(i), spheres.place(j))) < within * within;
+}
+
+}  // namespace
+
+/// Notes how far particles have moved and which ones are far; false if a search is due.
+template <int d>
+bool ReachList::covers(const Spheres<d>& spheres, double range, std::span<const double> reach) {
+  if (searches_ == 0 || searched_at_.size() != spheres.position.size() || range > range_) return false;
+  const double half = 0.5 * (range_ - range);
+  far_.clear();
+  const int n = spheres.size();
+  for (int i = 0; i < n; ++i) {
+    Vec<d> way;
+    for (int k = 0; k < d; ++k) way[k] = spheres.position[i * d + k] - searched_at_[i * d + k];
+    moved_[i] = norm(way);
+    is_far_[i] = reach[i] + moved_[i] > half;
+    if (is_far_[i]) far_.push_back(i);
+  }
+  // A search takes as long as some hundred comparisons a particle.
+  constexpr std::size_t most = 32;
+  return far_.size() <= most;
+}
+
+template <int d>
+void ReachList::search(const Spheres<d>& spheres, double range) {
+  skin_ = *std::ranges::min_element(spheres.radius);
+  range_ = range + skin_;
+  candidates_ = pairs_closer_than(spheres, range_);
+  note_search(spheres);
+}
+
+template <int d>
+void ReachList::note_search(const Spheres<d>& spheres) {
+  searched_at_.assign(spheres.position.begin(), spheres.position.end());
+  moved_.assign(spheres.radius.size(), 0.0);
+  is_far_.assign(spheres.radius.size(), false);
+  ++searches_;
+}
+
+template <int d>
+std::vector<Pair> ReachList::pairs(const Spheres<d>& spheres, double range, std::span<const double> reach) {
+  if (spheres.box.any_periodic() || spheres.size() == 0) {
+    note_search(spheres);
+    return pairs_within_reach(spheres, range, reach);
+  }
+  if (!covers(spheres, range, reach)) {
+    search(spheres, std::max(range, range_ - skin_));
+    if (!covers(spheres, range, reach)) return pairs_within_reach(spheres, range, reach);
+  }
+  std::vector<Pair> found;
+  for (const Pair pair : candidates_)
+    if (!is_far_[pair.i] && !is_far_[pair.j] && is_within(spheres, range, reach, pair.i, pair.j)) found.push_back(pair);
+  const auto near = static_cast<std::ptrdiff_t>(found.size());
+  for (const int i : far_)
+    for (int j = 0; j < spheres.size(); ++j)
+      if (j != i && !(is_far_[j] && j < i) && is_within(spheres, range, reach, i, j))
+        found.push_back({std::min(i, j), std::max(i, j)});
+  std::sort(found.begin() + near, found.end());
+  std::inplace_merge(found.begin(), found.begin() + near, found.end());
+  return found;
+}
+
+template std::vector<Pair> ReachList::pairs(const Spheres<2>&, double, std::span<const double>);
+template std::vector<Pair> ReachList::pairs(const Spheres<3>&, double, std::span<const double>);
+
+}  // namespace lichtenberg

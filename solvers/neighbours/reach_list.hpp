@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solvers/neighbours/pairs.hpp"
+
+namespace lichtenberg {
+
+/// pairs_within_reach() for particles that are asked for time and again while they move. A search finds all pairs within
+/// the range and a skin of the smallest radius; as long as particles have moved little, later pairs are looked for among
+/// these. A particle whose reach and way since the search are more than half of the skin together is compared with all
+/// others, so that a few fast ones make no search. In a periodic box every look is a search.
+class ReachList {
+ public:
+  /// As pairs_within_reach(spheres, range, reach). Throws what that throws.
+  template <int d>
+  std::vector<Pair> pairs(const Spheres<d>& spheres, double range, std::span<const double> reach);
+  /// How far (m) each particle is from where it was at the last search.
+  std::span<const double> moved() const { return moved_; }
+  int searches() const { return searches_; }
+
+ private:
+  template <int d>
+  bool covers(const Spheres<d>& spheres, double range, std::span<const double> reach);
+  template <int d>
+  void search(const Spheres<d>& spheres, double range);
+  template <int d>
+  void note_search(const Spheres<d>& spheres);
+
+  double skin_ = 0, range_ = 0;      ///< m; range: of the candidates
+  std::vector<double> searched_at_;  ///< positions
+  std::vector<Pair> candidates_;     ///< in ascending order
+  std::vector<double> moved_;
+  std::vector<int> far_;  ///< those that are compared with all
+  std::vector<char> is_far_;
+  int searches_ = 0;
+};
+
+}  // namespace lichtenberg

@@ -227,6 +227,20 @@ TEST_CASE("a moving scene needs fewer iterations, and forgets when told to; thre
   CHECK(alone.sphere_force[1] == together.sphere_force[1]);
 }
 
+TEST_CASE("large groups in a flat dish take few iterations, from nothing and when they merge") {
+  constexpr int side = 10;
+  SphereProblem problem{.permittivity = 1, .groups = {{.charge = 1}, {.charge = -2}, {.floating = false}}};
+  problem.box.lengths = {3.0 * side, 3.0 * side, 6};
+  for (int i = 0; i < side * side; ++i)
+    problem.spheres.push_back({{1.5 + 3 * (i % side), 1.5 + 3 * (i / side) + 0.2 * (i % 3), 1.1}, 1, i % side / 5});
+  problem.spheres.push_back({{15, 15.1, 4}, 1, 2});
+  SphereSolver solver({.accuracy = 1e-4});
+  CHECK(solver.solve(problem).iterations <= 8);  // 20 without the equations of charges and dipoles
+  for (Sphere& sphere : problem.spheres) sphere.group = sphere.group < 2 ? 0 : 1;
+  problem.groups = {{.charge = -1}, {.floating = false}};
+  CHECK(solver.solve(problem).iterations <= 8);
+}
+
 TEST_CASE("spheres far apart in radii, or of very different radii, have their force to the accuracy") {
   // A charge q at distance d from a floating sphere of radius R and charge Q: its image -q R / d at R^2 / d, and the
   // opposite in the middle.

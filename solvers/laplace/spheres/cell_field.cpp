@@ -14,18 +14,26 @@ int odd_axes(int l, int m) {
 
 double trigonometric(bool odd, double phase) { return odd ? std::sin(phase) : std::cos(phase); }
 
+/// Terms fall off like (2 reach / distance)^(l + t), and most charges are not at the rim of their cells.
+double fall_off(const Cells& cells) { return 1.6 * cells.reach / cells.range; }
+
 }  // namespace
 
 CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy)
+    : CellConvolution(mirrors, cells, accuracy,
+                      std::clamp(static_cast<int>(std::ceil(std::log(accuracy) / std::log(fall_off(cells)))), 4, 40)) {}
+
+CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree)
+    : CellConvolution(mirrors, cells, std::pow(fall_off(cells), degree + 1), degree) {}
+
+CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy, int degree)
     : cells_(cells),
       accuracy_(accuracy),
       unit_(cells.reach),
+      degree_(degree),
       bounded_(mirrors.bounded),
       images_(mirrors.images),
       volume_(mirrors.bounded ? mirrors.volume() : 0) {
-  // Terms fall off like (2 reach / distance)^(l + t), and most charges are not at the rim of their cells.
-  degree_ =
-      std::clamp(static_cast<int>(std::ceil(std::log(accuracy) / std::log(1.6 * cells.reach / cells.range))), 4, 40);
   coupling_ = std::make_shared<const Coupling>(degree_);
   make_axes();
   make_kernel(mirrors, accuracy);

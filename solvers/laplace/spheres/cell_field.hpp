@@ -16,6 +16,8 @@ namespace lichtenberg::laplace::spheres {
 class CellConvolution {
  public:
   CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy);
+  /// Up to a degree, and no better than that: for a preconditioner.
+  CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree);
 
   int degree() const { return degree_; }
   double unit() const { return unit_; }  ///< length, in powers of which the coefficients are
@@ -34,6 +36,7 @@ class CellConvolution {
     std::array<Matrix<double>, 2> to, from;
     Matrix<Complex> complex_to, complex_from;
   };
+  CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy, int degree);
   void make_axes();
   void make_kernel(const Mirrors& mirrors, double accuracy);
   Eigen::VectorXd octant_derivatives(double alpha, double cutoff, int x, int y, int z) const;

@@ -5,9 +5,12 @@
 
 namespace lichtenberg::laplace::spheres {
 
+double cosh_less_one(double radius, double other, double gap) {
+  return gap * (gap + 2 * other) / (2 * (gap + radius + other) * radius);
+}
+
 double bispherical_coordinate(double radius, double other, double gap) {
-  const double distance = gap + radius + other;
-  const double cosh_minus_one = gap * (gap + 2 * other) / (2 * distance * radius);
+  const double cosh_minus_one = cosh_less_one(radius, other, gap);
   return std::log1p(cosh_minus_one + std::sqrt(cosh_minus_one * (2 + cosh_minus_one)));
 }
 

@@ -6,6 +6,7 @@ namespace lichtenberg::laplace::spheres {
 
 /// Bispherical coordinate of sphere `radius` beside another one: harmonics fall off like exp(-alpha l). `gap` between
 /// the surfaces.
+double cosh_less_one(double radius, double other, double gap);  ///< of it, less one
 double bispherical_coordinate(double radius, double other, double gap);
 
 /// Two spheres alone with equal and opposite charges and a potential difference of 1: the axial multipoles of the one

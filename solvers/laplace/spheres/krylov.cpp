@@ -27,6 +27,17 @@ PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
   return 0;
 }
 
+PetscErrorCode precondition(PC pc, ::Vec x, ::Vec y) {
+  const System* system = nullptr;
+  PetscCall(PCShellGetContext(pc, &system));
+  PetscCall(VecCopy(x, y));
+  PetscScalar* values = nullptr;
+  PetscCall(VecGetArray(y, &values));
+  system->precondition(values);
+  PetscCall(VecRestoreArray(y, &values));
+  return 0;
+}
+
 double length(const std::vector<double>& x) {
   double sum = 0;
   for (const double value : x) sum += value * value;
@@ -82,7 +93,10 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
   check_petsc(KSPSetType(petsc.ksp, KSPCG));
   PC pc = nullptr;
   check_petsc(KSPGetPC(petsc.ksp, &pc));
-  check_petsc(PCSetType(pc, PCNONE));
+  check_petsc(PCSetType(pc, PCSHELL));
+  check_petsc(PCShellSetContext(pc, const_cast<System*>(&system)));
+  check_petsc(PCShellSetApply(pc, precondition));
+  check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
   check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
   check_petsc(KSPSetTolerances(petsc.ksp, 0, tolerance * scale, PETSC_DEFAULT, 2000));
   check_petsc(KSPSetFromOptions(petsc.ksp));

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <mutex>
-#include <numeric>
-#include <tuple>
 
 namespace lichtenberg::laplace::spheres {
 
@@ -28,10 +27,38 @@ constexpr int targets_a_chunk = 32;
 
 /// Degrees of a pair: beyond them (reach / distance)^l is below the accuracy. The same for both directions, so that the
 /// matrix stays symmetric.
-int degree_at_distance(double reach, double distance, double accuracy) {
-  if (reach >= distance) return 1 << 20;
-  const double terms = std::log(accuracy) / std::log(reach / distance);
-  return terms > 1e6 ? 1 << 20 : std::max(1, static_cast<int>(std::ceil(terms)));
+class DegreesByDistance {
+ public:
+  explicit DegreesByDistance(double accuracy) {
+    for (int l = 1; l <= most; ++l) largest_ratio_[l - 1] = std::pow(accuracy, 1.0 / l);
+  }
+  int at(double reach, double distance) const {
+    if (reach >= distance) return 1 << 20;
+    const auto first = std::ranges::lower_bound(largest_ratio_, reach / distance);
+    return first == largest_ratio_.end() ? 1 << 20 : static_cast<int>(first - largest_ratio_.begin()) + 1;
+  }
+
+ private:
+  static constexpr int most = 200;
+  std::array<double, most> largest_ratio_{};
+};
+
+/// In what order pairs are taken: by chunk of targets, then by degrees, as numbers that can be sorted.
+std::vector<std::uint64_t> order_of(const std::vector<NearPair>& pairs, const std::vector<Site>& targets,
+                                    const std::vector<Site>& sources, double accuracy) {
+  const DegreesByDistance degrees(accuracy);
+  std::vector<std::uint64_t> order(pairs.size());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
+    const double d = norm(pairs[p].way);
+    const int source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius));
+    const int target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius));
+    order[p] = (static_cast<std::uint64_t>(pairs[p].target / targets_a_chunk) << 48) +
+               (static_cast<std::uint64_t>(source_degree) << 40) + (static_cast<std::uint64_t>(target_degree) << 32) +
+               p;
+  }
+  std::sort(order.begin(), order.end());
+  return order;
 }
 
 }  // namespace
@@ -39,36 +66,21 @@ int degree_at_distance(double reach, double distance, double accuracy) {
 NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, std::vector<NearPair> pairs,
                      double accuracy)
     : target_start_(starts(targets)), source_start_(starts(sources)) {
-  struct Ordered {
-    int chunk, source_degree, target_degree, number;
-  };
-  std::vector<Ordered> order(pairs.size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
-    const double d = norm(pairs[p].way);
-    const int source_most = degree_at_distance(source.radius, d - target.radius, accuracy);
-    const int target_most = degree_at_distance(target.radius, d - source.radius, accuracy);
-    order[p] = {pairs[p].target / targets_a_chunk, std::min(source.degree, source_most),
-                std::min(target.degree, target_most), static_cast<int>(p)};
-    largest_degree_ = std::max({largest_degree_, order[p].source_degree, order[p].target_degree});
-  }
-  std::sort(order.begin(), order.end(), [](const Ordered& a, const Ordered& b) {
-    return std::tie(a.chunk, a.source_degree, a.target_degree, a.number) <
-           std::tie(b.chunk, b.source_degree, b.target_degree, b.number);
-  });
   int filled = lanes, chunk = -1;
-  for (const Ordered& o : order) {
-    for (; chunk < o.chunk; ++chunk) {
+  for (const std::uint64_t key : order_of(pairs, targets, sources, accuracy)) {
+    const int source_degree = key >> 40 & 255, target_degree = key >> 32 & 255;
+    for (; chunk < static_cast<int>(key >> 48); ++chunk) {
       chunk_.push_back(static_cast<int>(batches_.size()));
       filled = lanes;
     }
-    if (filled == lanes || batches_.back().source_degree != o.source_degree ||
-        batches_.back().target_degree != o.target_degree) {
-      batches_.push_back({o.source_degree, o.target_degree});
+    if (filled == lanes || batches_.back().source_degree != source_degree ||
+        batches_.back().target_degree != target_degree) {
+      batches_.push_back({source_degree, target_degree});
+      largest_degree_ = std::max({largest_degree_, source_degree, target_degree});
       for (int k = 0; k < lanes; ++k) batches_.back().ways.set(k, {0, 0, 1});
       filled = 0;
     }
-    const NearPair& pair = pairs[o.number];
+    const NearPair& pair = pairs[key & 0xffffffff];
     const Site &target = targets[pair.target], &source = sources[pair.source];
     const double d = norm(pair.way);
     batches_.back().ways.set(filled, pair.way);

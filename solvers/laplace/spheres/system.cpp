@@ -66,11 +66,15 @@ constexpr std::size_t many_spheres = 48;
 
 /// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
 void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs) {
-  std::vector<double> degree(sites_.size(), 2);
+  constexpr int least_degree = 2;
+  std::vector<double> degree(sites_.size(), least_degree);
+  // Of gaps for which those are enough: nearly all pairs, told without a logarithm.
+  const double fewest = std::cosh(-std::log(accuracy_) / least_degree) - 1;
   std::vector<NearPair> gaps;
   for (const NearPair& pair : pairs) {
     const Site &site = sites_[pair.target], &other = sites_[pair.source];
     const double gap = norm(pair.way) - site.radius - other.radius;
+    if (gap > 0 && cosh_less_one(site.radius, other.radius, gap) > fewest) continue;
     const double contact = degree_at_contact(site.radius, other.radius, accuracy_);
     const double apart = gap > 0 ? degree_beside(site.radius, other.radius, gap, accuracy_) : 2 * contact;
     degree[pair.target] = std::max(degree[pair.target], std::min(apart, contact));
@@ -145,6 +149,14 @@ void Fields::add_at(std::span<const Vec3> points, double unit, const double* mul
     FarField(*mirrors_, targets, sites_, range_, 0.1 * accuracy_).add(multipoles, local, team);
 }
 
+std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
+                                                                     parallel::Team& team) const {
+  if (past && past->serves(sites_)) return past;
+  if (!cells_ || !ChargesAndDipoles::pays(sites_.size())) return nullptr;
+  auto made = std::make_shared<const ChargesAndDipoles>(*mirrors_, *cells_, sites_, near_pairs(sites_), team);
+  return made->is_positive() ? made : nullptr;
+}
+
 System::System(const SphereProblem& problem, double accuracy, parallel::Team& team, const System* past)
     : problem_(problem),
       mirrors_(problem),
@@ -154,6 +166,8 @@ System::System(const SphereProblem& problem, double accuracy, parallel::Team& te
       start_(starts(sites_)),
       team_(&team) {
   find_given();
+  charges_and_dipoles_ = fields_.charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
+  if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_);
 }
 
 void System::find_given() {
@@ -213,6 +227,11 @@ void System::project(double* x) const {
     for (const int i : given.spheres) sum += std::sqrt(sites_[i].radius) * x[start_[i]];
     for (const int i : given.spheres) x[start_[i]] -= std::sqrt(sites_[i].radius) * sum / given.weight;
   }
+}
+
+void System::precondition(double* x) const {
+  if (coarse_) coarse_->apply(start_, x, *team_);
+  project(x);
 }
 
 std::vector<double> System::wall_at_sites() const {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "solvers/laplace/spheres/cell_field.hpp"
+#include "solvers/laplace/spheres/charges_and_dipoles.hpp"
 #include "solvers/laplace/spheres/close_pairs.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
 #include "solvers/laplace/spheres/first_guess.hpp"
@@ -32,6 +34,9 @@ class Fields {
   /// The same at points: 4 local coefficients a point, in powers of `unit`.
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
               parallel::Team& team) const;
+  /// Null where they do not pay. `past`: those of a solve before, which may serve again.
+  std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
+                                                               parallel::Team& team) const;
 
  private:
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
@@ -64,6 +69,8 @@ class System {
   void apply(const double* x, double* y) const;
   /// Takes off what would change charges that are given.
   void project(double* x) const;
+  /// x of about what apply would make of it, among those that project leaves.
+  void precondition(double* x) const;
   /// A start with the given charges: a mixture of past solutions, if there are any, whose error over their length is
   /// `noise`, corrected.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
@@ -99,6 +106,8 @@ class System {
   std::vector<int> start_;
   parallel::Team* team_;
   std::vector<Given> given_;
+  std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles_;  ///< null: none
+  std::optional<ConstrainedCharges> coarse_;
   int level_ = -1;  ///< of `given_`: the fixed groups, whose potentials are known up to a constant
 };
 

@@ -6,7 +6,7 @@
 namespace lichtenberg::laplace::spheres {
 
 void Ways::set(int lane, Vec3 way) {
-  const double across = std::hypot(way.x, way.y), d = norm(way);
+  const double across = std::sqrt(way.x * way.x + way.y * way.y), d = norm(way);
   cos_polar[lane] = way.z / d;
   sin_polar[lane] = across / d;
   cos_azimuth[lane] = across > 0 ? way.x / across : 1;

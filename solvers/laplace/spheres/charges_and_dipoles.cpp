@@ -1,0 +1,157 @@
+#include "solvers/laplace/spheres/charges_and_dipoles.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lichtenberg::laplace::spheres {
+namespace {
+
+/// The place of each axis among harmonics of degree one.
+constexpr std::array<int, 3> axis_at{at(1, 1), at(1, -1), at(1, 0)};
+
+/// Factors take (4 N)^3 / 3 products with dipoles, a fifth of a second for 324 spheres, and N^3 / 3 without.
+constexpr std::size_t few_spheres = 500, many_spheres = 2000;
+
+/// Of a sphere in its cell: what its charge and dipole are about the cell's centre, and by reciprocity what the field
+/// about that is at the sphere. The factor R of both is left out.
+Eigen::MatrixXd to_cell(const Site& site, Vec3 centre, int degree, double unit) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Identity(harmonics(degree), harmonics(degree));
+  const Vec3 way = site.centre - centre;
+  for (int k = 0; k < 3 && degree > 0; ++k) {
+    result(axis_at[k], 0) = way[k] / unit;
+    result(axis_at[k], axis_at[k]) = site.radius / unit;
+  }
+  return result;
+}
+
+}  // namespace
+
+bool ChargesAndDipoles::pays(std::size_t spheres) { return spheres <= many_spheres; }
+
+ChargesAndDipoles::ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
+                                     const std::vector<NearPair>& pairs, parallel::Team& team)
+    : degree_(sites.size() <= few_spheres ? 1 : 0), sites_(sites) {
+  const auto count = static_cast<Eigen::Index>(sites.size()), size = count * of_each();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(size, size);
+  add_near(pairs, matrix);
+  add_far(mirrors, cells, team, matrix);
+  const Eigen::LLT<Eigen::MatrixXd> factors(matrix);
+  positive_ = factors.info() == Eigen::Success;
+  if (!positive_) return;
+  const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(size, size));
+  inverse_ = inverse.cast<float>().selfadjointView<Eigen::Lower>();
+  of_charges_.resize(size, count);
+  charges_.resize(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    of_charges_.col(i) = inverse_.col(i * of_each());
+    for (Eigen::Index k = 0; k < count; ++k)
+      charges_(k, i) = inverse(std::max(i, k) * of_each(), std::min(i, k) * of_each());
+  }
+}
+
+Eigen::VectorXf ChargesAndDipoles::solve(const Eigen::VectorXf& values, parallel::Team& team) const {
+  constexpr Eigen::Index block = 64;
+  Eigen::VectorXf x(values.size());
+  team.for_each(static_cast<int>((values.size() + block - 1) / block), [&](int part) {
+    const Eigen::Index first = part * block, size = std::min(block, values.size() - first);
+    x.segment(first, size).noalias() = inverse_.middleCols(first, size).transpose() * values;
+  });
+  return x;
+}
+
+void ChargesAndDipoles::add_near(const std::vector<NearPair>& pairs, Eigen::MatrixXd& matrix) const {
+  const Coupling coupling(2 * degree_);
+  const int n = of_each();
+  std::array<double, harmonics(2)> derivatives;
+  std::array<double, harmonics(1)> unit, field;
+  for (const NearPair& pair : pairs) {
+    const Site &target = sites_[pair.target], &source = sites_[pair.source];
+    irregular_harmonics(pair.way, 2 * degree_, derivatives.data());
+    const double scale = std::sqrt(target.radius / source.radius);
+    for (int h = 0; h < n; ++h) {
+      unit.fill(0), field.fill(0);
+      unit[h] = 1;
+      coupling.add(derivatives.data(), degree_, source.radius, pair.mask, pair.sign, unit.data(), degree_,
+                   target.radius, field.data());
+      for (int k = 0; k < n; ++k) matrix(pair.target * n + k, pair.source * n + h) += scale * field[k];
+    }
+  }
+}
+
+void ChargesAndDipoles::add_far(const Mirrors& mirrors, const Cells& cells, parallel::Team& team,
+                                Eigen::MatrixXd& matrix) const {
+  const CellConvolution convolution(mirrors, cells, 2 * degree_);
+  const int n = of_each(), all = harmonics(2 * degree_), places = cells.cells();
+  std::vector<Eigen::MatrixXd> moved;
+  std::vector<int> cell;
+  for (const Site& site : sites_) {
+    const auto place = cells.place(site.centre);
+    cell.push_back(cells.number(place));
+    moved.push_back(to_cell(site, cells.centre(place), degree_, convolution.unit()));
+  }
+  std::vector<double> multipoles(static_cast<std::size_t>(all) * places), local(multipoles.size());
+  Eigen::MatrixXd field(n * places, n);  // of unit multipoles of one cell
+  for (int c = 0; c < places; ++c) {
+    if (cells.members[c].empty()) continue;
+    for (int h = 0; h < n; ++h) {
+      double& source = multipoles[static_cast<std::size_t>(h) * places + c];
+      source = 1;
+      convolution.apply(multipoles, local, team);
+      source = 0;
+      for (int k = 0; k < n; ++k)
+        for (int to = 0; to < places; ++to) field(to * n + k, h) = local[static_cast<std::size_t>(k) * places + to];
+    }
+    for (const int s : cells.members[c])
+      for (std::size_t t = 0; t < sites_.size(); ++t)
+        matrix.block(static_cast<Eigen::Index>(t) * n, static_cast<Eigen::Index>(s) * n, n, n) +=
+            std::sqrt(sites_[t].radius * sites_[s].radius) / convolution.unit() *
+            (moved[t].transpose() * field.middleRows(cell[t] * n, n) * moved[s]);
+  }
+}
+
+bool ChargesAndDipoles::serves(const std::vector<Site>& sites) const {
+  if (sites.size() != sites_.size()) return false;
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const double radius = sites_[i].radius;
+    if (sites[i].radius != radius || norm2(sites[i].centre - sites_[i].centre) > radius * radius) return false;
+  }
+  return true;
+}
+
+ConstrainedCharges::ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations,
+                                       const std::vector<Site>& sites, const std::vector<Given>& given)
+    : equations_(std::move(equations)), given_(sites.size(), -1) {
+  for (const Site& site : sites) share_.push_back(std::sqrt(site.radius));
+  for (std::size_t g = 0; g < given.size(); ++g)
+    for (const int i : given[g].spheres) given_[i] = static_cast<int>(g);
+  const auto groups = static_cast<Eigen::Index>(given.size());
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(groups, groups);
+  for (std::size_t i = 0; i < sites.size(); ++i)
+    for (std::size_t k = 0; k < sites.size() && given_[i] >= 0; ++k)
+      if (given_[k] >= 0)
+        matrix(given_[k], given_[i]) +=
+            share_[k] * equations_->charges()(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) * share_[i];
+  factors_.compute(matrix);
+}
+
+void ConstrainedCharges::apply(const std::vector<int>& start, double* values, parallel::Team& team) const {
+  const int n = equations_->of_each();
+  const auto count = static_cast<Eigen::Index>(given_.size());
+  Eigen::VectorXf x(count * n), push(count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    x.segment(i * n, n) = Eigen::Map<Eigen::VectorXd>(values + start[i], n).cast<float>();
+  x = equations_->solve(x, team);
+  if (factors_.cols() > 0) {
+    Eigen::VectorXd potential = Eigen::VectorXd::Zero(factors_.cols());
+    for (Eigen::Index i = 0; i < count; ++i)
+      if (given_[i] >= 0) potential[given_[i]] += share_[i] * x[i * n];
+    factors_.solveInPlace(potential);
+    for (Eigen::Index i = 0; i < count; ++i)
+      push[i] = given_[i] >= 0 ? static_cast<float>(share_[i] * potential[given_[i]]) : 0;
+    x -= equations_->solve_charges(push);
+  }
+  for (Eigen::Index i = 0; i < count; ++i)
+    Eigen::Map<Eigen::VectorXd>(values + start[i], n) = x.segment(i * n, n).cast<double>();
+}
+
+}  // namespace lichtenberg::laplace::spheres

@@ -391,3 +391,20 @@ TEST_CASE("without CUDA in the build the device is refused in one sentence") {
                        InputError);
 }
 #endif
+
+TEST_CASE("a step that is foreseen to be the last is the last") {
+  device::Iterations iterations{};
+  iterations.begin(1e-2, 100);
+  iterations.energy_norm = 1;
+  iterations.judge(1e-2);  // r'z: the norm is .1, more than .01 sqrt(1 + .01)
+  CHECK(iterations.go_on == 1);
+  iterations.set_step(1);
+  CHECK(iterations.go_on == 1);  // nothing is foreseen of the first
+  iterations.judge(3e-4);        // to .17 of it: the next one is foreseen to take it to a half, .0087
+  CHECK(iterations.go_on == 1);
+  iterations.set_step(1);
+  CHECK(iterations.go_on == 0);
+  CHECK(iterations.reason == KSP_CONVERGED_RTOL);
+  CHECK(iterations.done == 2);
+  CHECK(iterations.norm[2] == doctest::Approx(0.5 * std::sqrt(3e-4)));
+}

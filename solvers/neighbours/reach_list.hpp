@@ -7,10 +7,10 @@
 
 namespace lichtenberg {
 
-/// pairs_within_reach() for particles that are asked for time and again while they move. A search finds all pairs within
-/// the range and a skin of the smallest radius; as long as particles have moved little, later pairs are looked for among
-/// these. A particle whose reach and way since the search are more than half of the skin together is compared with all
-/// others, so that a few fast ones make no search. In a periodic box every look is a search.
+/// pairs_within_reach() for particles that are asked for time and again while they move. A search finds all pairs
+/// within the range and a skin of the smallest radius; as long as particles have moved little, later pairs are looked
+/// for among these. A particle whose reach and way since the search are more than half of the skin together is compared
+/// with all others, so that a few fast ones make no search. In a periodic box every look is a search.
 class ReachList {
  public:
   /// As pairs_within_reach(spheres, range, reach). Throws what that throws.

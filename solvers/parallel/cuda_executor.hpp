@@ -33,8 +33,8 @@ inline void require_cuda_device() {
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
-/// The first words of a kernel. What follows may be brought to the processors now, but begins, as this kernel's own work,
-/// when all before it is done: launch() lets it.
+/// The first words of a kernel. What follows may be brought to the processors now, but begins, as this kernel's own
+/// work, when all before it is done: launch() lets it.
 __device__ inline void begin_kernel() {
 #if __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
@@ -206,56 +206,6 @@ __global__ void __launch_bounds__(threads) grid_kernel(F f) {
   f(CudaGrid{});
 }
 
-/// The threads of a few blocks that are a cluster, where the device has clusters, or of one block, as an executor.
-class CudaCrowd {
- public:
-  template <class F>
-  __device__ void for_each(long n, F f) const {
-    for (long k = lane_group<32>() * 32 + threadIdx.x % 32; k < n; k += threads()) f(static_cast<int>(k));
-    wait();
-  }
-  template <class F>
-  __device__ void for_each(int rows, int columns, F f) const {
-    for_each(static_cast<long>(rows) * columns, [&](int k) { f(k / columns, k % columns); });
-  }
-  template <int lanes = 32, class Count, class Value, class Finish>
-  __device__ void sum_segments(long n, Count count, Value value, Finish finish) const {
-    const int at_once = threads() / lanes, lane = threadIdx.x % lanes;
-    const int first = lane_group<lanes>();
-    for (int round = 0; static_cast<long>(round) * at_once < n; ++round) {  // as many for all: they shuffle
-      const int s = round * at_once + first, end = s < n ? count(s) : 0;
-      using Sum = decltype(value(0, 0));
-      Sum sum{};
-      for (int t = lane; t < end; t += lanes) sum += value(s, t);
-#pragma unroll
-      for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
-      if (lane == 0 && s < n) finish(s, sum);
-    }
-    wait();
-  }
-
- private:
-  __device__ static int threads() { return static_cast<int>(gridDim.x * blockDim.x); }
-  /// Groups of threads of one block lie as far apart as there are blocks.
-  template <int lanes>
-  __device__ static int lane_group() {
-    return static_cast<int>(threadIdx.x / lanes * gridDim.x + blockIdx.x);
-  }
-  __device__ static void wait() {
-#if __CUDA_ARCH__ >= 900
-    cooperative_groups::this_cluster().sync();
-#else
-    __syncthreads();
-#endif
-  }
-};
-
-template <int threads, class F>
-__global__ void __launch_bounds__(threads) crowd_kernel(F f) {
-  begin_kernel();
-  f(CudaCrowd{});
-}
-
 /// Lets what a condition stands before in a graph be done, or done again, or not.
 template <class Flag>
 __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Flag* flag) {
@@ -288,7 +238,7 @@ class CudaExecutor {
     int device = 0, generation = 0;
     check_cuda(cudaGetDevice(&device));
     check_cuda(cudaDeviceGetAttribute(&generation, cudaDevAttrComputeCapabilityMajor, device));
-    is_hopper_ = generation >= 9;
+    starts_early_ = generation >= 9;
     sums_ = allocate(sizeof(int) + sums_size);
     fill(sums_, 0, sizeof(int) + sums_size);
   }
@@ -354,13 +304,6 @@ class CudaExecutor {
     check_cuda(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&grid_kernel<threads, F>),
                                            dim3(static_cast<unsigned>(processors * blocks)), dim3(threads), arguments,
                                            0, stream_));
-  }
-
-  template <class F>
-  void crowd(F f) const {
-    constexpr int threads = 1024;
-    const unsigned blocks = is_hopper_ ? 8 : 1;  // 8: as many as any device with clusters has in one
-    launch_in_clusters(blocks, crowd_kernel<threads, F>, blocks, threads, 0, f);
   }
 
   template <class Count, class Keep, class Put>
@@ -623,23 +566,16 @@ class CudaExecutor {
   template <class... Parameters, class... Arguments>
   void launch(void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
               const Arguments&... arguments) const {
-    launch_in_clusters(1, kernel, blocks, threads, bytes, arguments...);
-  }
-  template <class... Parameters, class... Arguments>
-  void launch_in_clusters(unsigned cluster, void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
-                          const Arguments&... arguments) const {
-    cudaLaunchAttribute attributes[2] = {};
-    attributes[0].id = cudaLaunchAttributeProgrammaticStreamSerialization;
-    attributes[0].val.programmaticStreamSerializationAllowed = 1;
-    attributes[1].id = cudaLaunchAttributeClusterDimension;
-    attributes[1].val.clusterDim = {cluster, 1, 1};
+    cudaLaunchAttribute early{};
+    early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    early.val.programmaticStreamSerializationAllowed = 1;
     cudaLaunchConfig_t how{};
     how.gridDim = blocks;
     how.blockDim = threads;
     how.dynamicSmemBytes = bytes;
     how.stream = stream_;
-    how.attrs = is_hopper_ ? attributes : nullptr;
-    how.numAttrs = is_hopper_ ? (cluster > 1 ? 2 : 1) : 0;
+    how.attrs = &early;
+    how.numAttrs = starts_early_;
     check_cuda(cudaLaunchKernelEx(&how, kernel, arguments...));
   }
 
@@ -679,7 +615,7 @@ class CudaExecutor {
   mutable cudaStream_t stream_ = nullptr, beside_ = nullptr;
   cudaStream_t recorder_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
-  bool is_hopper_ = false;  // or newer
+  bool starts_early_ = false;  // kernels, before those ahead of them are done
   void* pinned_ = nullptr;
   /// What runs at the same time has a stream and memory of its own; the first is that of what runs alone.
   struct Branch {

@@ -118,13 +118,6 @@ class HostExecutor {
     f(Grid());
   }
 
-  /// f(run), in which run has this executor's for_each and sum_segments: loops that follow each other within one kernel,
-  /// by some thousand threads that wait for each other faster than a kernel starts. For what is small.
-  template <class F>
-  void crowd(F f) const {
-    f(*this);
-  }
-
   /// put(place, k) for those k = 0 ... n() - 1, at most `most`, with keep(k), in any order; their places are the
   /// numbers from *taken on, to which their count is added. On a device n() is asked there.
   template <class Count, class Keep, class Put>

@@ -17,6 +17,10 @@ struct Events {
   /// The time (s) in which none comes and goes unseen, for the bodies as they are and the forces on them (N); may be
   /// empty. Signs are looked at at the ends of steps only.
   std::function<double(std::span<const double>)> longest_step;
+  /// May be empty: the values of all events but the last, which is for bodies that collisions throw farther than
+  /// foreseen, and whose places and forces they and longest_step depend on.
+  std::function<void(std::span<double>)> foreseen_values;
+  std::vector<int> watched;
 
   /// Which have come, for the bodies as they are.
   std::vector<bool> due() const;

@@ -288,8 +288,15 @@ Events Electrics::events(std::span<const double> travel) const {
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
   events.direction.push_back(+1);
-  events.values = [this, watched, reach, start = model_.bodies.position](std::span<double> value) {
+  events.foreseen_values = [this, watched](std::span<double> value) {
     for (std::size_t k = 0; k < watched.size(); ++k) value[k] = discharge_->excess(model_.bodies, watched[k]);
+  };
+  for (const Watch& w : watched)
+    for (const int body : {w.contact.conductor, w.contact.partner})
+      if (body < model_.bodies.size()) events.watched.push_back(body);
+  events.values = [this, foreseen = events.foreseen_values, reach,
+                   start = model_.bodies.position](std::span<double> value) {
+    foreseen(value);
     value.back() = -INFINITY;
     for (int i = 0; i < model_.bodies.size(); ++i) {
       const Vec3 moved = position_in_space(model_.bodies, i) - vector_at(start, model_.bodies.dimension, i);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 namespace lichtenberg::mechanics {
@@ -42,13 +44,18 @@ class Flight {
         drag_(drag),
         force_(force),
         rate_(rate),
-        total_(start_.size()) {}
+        total_(start_.size()) {
+    all_.resize(bodies_.size());
+    std::iota(all_.begin(), all_.end(), 0);
+  }
 
   /// Puts the bodies where they are after t (s).
-  void go_to(double t) {
+  void go_to(double t) { go_to(t, all_); }
+  /// Some of them; the others stay.
+  void go_to(double t, std::span<const int> which) {
     double mass = 0, drag = -1;
     std::optional<FreeFall> fall;
-    for (int i = 0; i < bodies_.size(); ++i) {
+    for (const int i : which) {
       if (!fall || bodies_.mass[i] != mass || drag_[i] != drag)
         fall.emplace(t, mass = bodies_.mass[i], drag = drag_[i]);
       for (int k = 0; k < bodies_.dimension; ++k) {
@@ -61,7 +68,7 @@ class Flight {
       }
     }
   }
-  /// Force and drag (N) where the bodies are.
+  /// Force and drag (N) where the bodies are that have gone there last.
   std::span<const double> total_force() const { return total_; }
 
  private:
@@ -70,16 +77,20 @@ class Flight {
   std::span<const double> drag_;
   std::span<const Vec3> force_, rate_;
   std::vector<double> total_;
+  std::vector<int> all_;
 };
 
 /// How far the bodies as they are are beyond the event that was still to come at the last look and is now farthest
-/// gone; negative if all are still to come.
+/// gone; negative if all are still to come. Nothing throws bodies in flight: events that can be foreseen are all.
 class Lookout {
  public:
-  explicit Lookout(const Events& events) : events_(events), value_(events.direction.size()) {}
+  explicit Lookout(const Events& events)
+      : events_(events),
+        values_(events.foreseen_values ? events.foreseen_values : events.values),
+        value_(events.direction.size() - (events.foreseen_values ? 1 : 0)) {}
 
   double beyond() {
-    if (events_.values) events_.values(value_);
+    if (values_) values_(value_);
     double farthest = -INFINITY;
     for (std::size_t k = 0; k < value_.size(); ++k)
       if (to_come_.empty() || to_come_[k]) farthest = std::max(farthest, events_.direction[k] * value_[k]);
@@ -93,6 +104,7 @@ class Lookout {
 
  private:
   const Events& events_;
+  const std::function<void(std::span<double>)>& values_;
   std::vector<double> value_;
   std::vector<bool> to_come_;
 };
@@ -153,6 +165,12 @@ double FreeFlight::advance(double start, double end, std::span<const Vec3> force
   Flight flight(model_, drag_, force, rate);
   Lookout lookout(events);
   flight.go_to(0);
+  const auto go_to = [&](double t) {
+    if (events.foreseen_values)
+      flight.go_to(t - start, events.watched);
+    else
+      flight.go_to(t - start);
+  };
   double time = start, before = lookout.beyond();
   while (time < end) {
     lookout.look();
@@ -160,17 +178,18 @@ double FreeFlight::advance(double start, double end, std::span<const Vec3> force
     const double longest = events.longest_step ? events.longest_step(flight.total_force()) : INFINITY;
     const double next = std::min(end, time + std::max(longest, 1000 * rounding));
     const auto beyond = [&](double t) {
-      flight.go_to(t - start);
+      go_to(t);
       return lookout.beyond();
     };
     const double after = beyond(next);
     if (after >= 0) {
       const double event = sign_change(time, before, next, after, beyond);
-      beyond(event);
+      flight.go_to(event - start);
       return event;
     }
     time = next;
   }
+  flight.go_to(end - start);
   return end;
 }
 

@@ -137,9 +137,6 @@ class Coarsest {
   }
   bool on_device() const { return on_device_; }
   const int* is_singular() const { return view_.is_singular; }
-  /// Of a system that is on the device: where unknowns are, and its inverse.
-  const int* unknown() const { return view_.unknown; }
-  const float* inverse() const { return view_.inverse; }
 
   void build(const ProblemView& problem, const GridView& grid) {
     number_coarsest(run_, problem, grid, view_);

@@ -22,6 +22,7 @@ struct Iterations {
   double scale;                  ///< what norms are compared with
   double factor;                 ///< by which the first guess was multiplied
   double product, alpha, beta;   ///< r'z; of the last step
+  double largest_beta;           ///< of all steps
   int done, reason;              ///< iterations; KSPConvergedReason
   int go_on;
   static constexpr int kept = 512;
@@ -30,7 +31,7 @@ struct Iterations {
   LICHTENBERG_HOST_DEVICE void begin(double tolerance_, int most_) {
     tolerance = tolerance_;
     most = most_;
-    energy_norm = rounding = scale = factor = product = alpha = beta = 0;
+    energy_norm = rounding = scale = factor = product = alpha = beta = largest_beta = 0;
     done = reason = go_on = 0;
   }
   /// After the products b'x, x'A x and the largest |x| of n unknowns: the guess is multiplied such that its error is
@@ -50,29 +51,37 @@ struct Iterations {
     }
     const bool first = go_on == 0;
     beta = first ? 0.0 : next / product;
+    largest_beta = beta > largest_beta ? beta : largest_beta;
     product = next;
     done += !first;
     const double now = std::sqrt(std::abs(next));
     if (done < kept) norm[done] = now;
     if (first) scale = std::sqrt(energy_norm * energy_norm + now * now);
-    const double enough = tolerance * scale > rounding ? tolerance * scale : rounding;
     if (!(now < infinite))
       reason = KSP_DIVERGED_NANORINF;
     else if (!first && next < 0)
       reason = KSP_DIVERGED_INDEFINITE_PC;
-    else if (now <= enough)
+    else if (now <= enough())
       reason = first ? KSP_CONVERGED_ATOL : KSP_CONVERGED_RTOL;
     else if (done >= most)
       reason = KSP_DIVERGED_ITS;
     go_on = reason == 0;
   }
-  /// After the product p'A p.
+  /// After the product p'A p. Whether the step is the last one is foreseen (foresee_end in ../fused_iteration.hpp).
   LICHTENBERG_HOST_DEVICE void set_step(double curvature) {
     alpha = curvature > 0 ? product / curvature : 0.0;
     if (!(curvature > 0)) reason = KSP_DIVERGED_INDEFINITE_MAT;
+    constexpr double slow = 0.25;  // of the norm squared
+    const double foreseen = std::sqrt((largest_beta > slow ? largest_beta : slow) * std::abs(product));
+    if (reason == 0 && done > 0 && foreseen <= enough()) {
+      reason = KSP_CONVERGED_RTOL;
+      if (++done < kept) norm[done] = foreseen;
+    }
+    go_on = reason == 0;
   }
 
  private:
+  LICHTENBERG_HOST_DEVICE double enough() const { return tolerance * scale > rounding ? tolerance * scale : rounding; }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
 };
 

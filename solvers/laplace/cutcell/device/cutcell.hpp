@@ -185,9 +185,9 @@ class CutCell : public DeviceSolver {
   std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
   std::optional<parallel::Array<Shares, Executor>> shares_;
   typename Executor::Recording begin_[history_length], iterating_, end_;  // begin_: by phase_
-  double scale_ = 1;        // V: x, b and the past are in units of it
-  std::vector<Past> past_;  // newest first
-  int past_count_ = 0, phase_ = 0;  // phase_: says where in memory the newest is
+  double scale_ = 1;                                                      // V: x, b and the past are in units of it
+  std::vector<Past> past_;                                                // newest first
+  int past_count_ = 0, phase_ = 0;                                        // phase_: says where in memory the newest is
   // What the host is told at the end of a solve.
   std::optional<parallel::Parcel<Executor>> report_;
   Part<Iterations> iterations_;
@@ -432,7 +432,10 @@ void CutCell<Executor>::turn_and_step() {
   multiply(p_->data(), q_->data());
   find_step(*run_, static_cast<long>(r_->size()), p_->data(), q_->data(), iterations);
   step_along(*run_, problem, grid, p_->data(), q_->data(), x_, r_->data(), iterations);
-  precondition_and_judge();
+  if (multigrid_->on_device())
+    run_->when(&iterations->go_on, [this] { precondition_and_judge(); });
+  else
+    precondition_and_judge();
 }
 
 template <class Executor>

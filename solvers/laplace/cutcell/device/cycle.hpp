@@ -11,21 +11,16 @@
 
 namespace lichtenberg::laplace::device {
 
-// Each function runs on an executor of the host's, a kernel a loop, or within one kernel, on an executor's Crowd.
-#ifdef __CUDACC__
-#pragma nv_diag_suppress 20011, 20014  // an executor's functions are the host's, and are called there alone
-#endif
-
 /// Threads that share the sum over a piece or a group: most groups have a piece or two.
 constexpr int group_lanes = 8;
 
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void widen(const Executor& run, long n, const float* from, double* to) {
+void widen(const Executor& run, long n, const float* from, double* to) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = from[k]; });
 }
 
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void add(const Executor& run, long n, const float* increment, float* to) {
+void add(const Executor& run, long n, const float* increment, float* to) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] += increment[k]; });
 }
 
@@ -52,13 +47,13 @@ void take_residual(const Executor& run, ProblemView problem, GridView grid, cons
 }
 
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void copy(const Executor& run, long n, const float* from, float* to) {
+void copy(const Executor& run, long n, const float* from, float* to) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = from[k]; });
 }
 
 /// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
+void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         float* phi_next) {
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
@@ -73,7 +68,7 @@ LICHTENBERG_HOST_DEVICE void relax_direct_links(const Executor& run, ProblemView
 
 /// Adds conductance times the groups' potentials to f in the boundary cells of the colours named.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void add_group_potentials(const Executor& run, GridView grid, const float* phi, bool red, bool black) {
+void add_group_potentials(const Executor& run, GridView grid, const float* phi, bool red, bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
   for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const int slot = grid.boundary_slot[k];
@@ -89,7 +84,7 @@ LICHTENBERG_HOST_DEVICE void add_group_potentials(const Executor& run, GridView 
 
 /// Adds what thin conductors bring to f in all cells of the colours named.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void add_thin_conductor_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
+void add_thin_conductor_potentials(const Executor& run, ProblemView problem, GridView grid, const float* phi, bool red,
                                    bool black) {
   const int colour_size = static_cast<int>(grid.layout.colour_size());
   sum_thin_conductors(
@@ -115,7 +110,7 @@ LICHTENBERG_HOST_DEVICE void clear_end(const Layout& at, int colour, int row, in
 
 /// Red then black, from zero; writes the black cells.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void sweep_from_zero(const Executor& run, GridView grid, V* v) {
+void sweep_from_zero(const Executor& run, GridView grid, V* v) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -134,13 +129,13 @@ LICHTENBERG_HOST_DEVICE void sweep_from_zero(const Executor& run, GridView grid,
 
 /// Where the red cells' residuals are kept: in place of their potentials, in single precision.
 template <class V>
-LICHTENBERG_HOST_DEVICE float* residual_of(V* v) {
+float* residual_of(V* v) {
   return reinterpret_cast<float*>(v);
 }
 
 /// After that a red cell's residual is what its black neighbours have brought, a black one's zero.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void leave_residual(const Executor& run, GridView grid, const V* v, float* residual) {
+void leave_residual(const Executor& run, GridView grid, const V* v, float* residual) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -155,7 +150,7 @@ LICHTENBERG_HOST_DEVICE void leave_residual(const Executor& run, GridView grid, 
 
 /// The coarse f by full weighting.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void restrict_residual(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
+void restrict_residual(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                        const float* residual) {
   run.for_each(2 * (coarse.layout.ny + 2), static_cast<int>(coarse.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
@@ -194,7 +189,7 @@ struct LinkFlux {
 };
 
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlux<V> flux) {
+void sum_pieces(const Executor& run, ProblemView problem, GridView grid, LinkFlux<V> flux) {
   run.template sum_segments<group_lanes>(
       grid.pieces,
       [=] LICHTENBERG_HOST_DEVICE(int piece) {
@@ -206,7 +201,7 @@ LICHTENBERG_HOST_DEVICE void sum_pieces(const Executor& run, ProblemView problem
 
 /// finish(g, what a group's links and direct links bring).
 template <class Executor, class Finish>
-LICHTENBERG_HOST_DEVICE void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
+void sum_groups(const Executor& run, ProblemView problem, GridView grid, const float* phi, Finish finish) {
   const bool direct_links = grid.may_have(Of::direct_links);
   run.template sum_segments<group_lanes>(
       problem.groups,
@@ -227,7 +222,7 @@ LICHTENBERG_HOST_DEVICE void sum_groups(const Executor& run, ProblemView problem
 /// The residuals of the groups, and with what the coarse grid's covered cells have collected its groups' charges; the
 /// coarse grid's conductors start from these.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void restrict_groups(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const V* v) {
+void restrict_groups(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const V* v) {
   const LinkFlux<V> flux{fine, v, true};
   run.template sum_segments<group_lanes>(
       fine.pieces + coarse.pieces,
@@ -278,7 +273,7 @@ LICHTENBERG_HOST_DEVICE void restrict_groups(const Executor& run, ProblemView pr
 
 /// The residuals of the groups, in `flux`: for those that the coarse grid absorbs.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void leave_group_residual(const Executor& run, ProblemView problem, GridView grid, const V* v) {
+void leave_group_residual(const Executor& run, ProblemView problem, GridView grid, const V* v) {
   sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, true});
   sum_groups(run, problem, grid, grid.phi, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
     const float inverse = grid.group_inverse_diagonal[g];
@@ -288,7 +283,7 @@ LICHTENBERG_HOST_DEVICE void leave_group_residual(const Executor& run, ProblemVi
 
 /// The residual of a group that the coarse grid absorbs goes to the four cells around it.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, const float* residual) {
+void restrict_absorbed(const Executor& run, ProblemView problem, GridView grid, const float* residual) {
   gather<few_lanes>(
       run, grid, grid.absorbed_groups,
       [=] LICHTENBERG_HOST_DEVICE(int g, int slot) {
@@ -299,7 +294,7 @@ LICHTENBERG_HOST_DEVICE void restrict_absorbed(const Executor& run, ProblemView 
 
 /// An absorbed group's potential is that of the four cells around it.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
+void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.absorbed_groups.item[m];
     const Interpolation around = interpolate(grid.layout, grid.centre[g], problem.electrode);
@@ -311,7 +306,7 @@ LICHTENBERG_HOST_DEVICE void interpolate_absorbed(const Executor& run, ProblemVi
 
 /// v and phi of the coarsest grid's unknowns (a cell's slot, or -1 - group) from f and charge.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void multiply_inverse(const Executor& run, GridView grid, const int* unknown, const float* inverse, float* v) {
+void multiply_inverse(const Executor& run, GridView grid, const int* unknown, const float* inverse, float* v) {
   const int* number = grid.number + Of::coarse_unknowns;
   run.template sum_segments<32>(
       grid.room[Of::coarse_unknowns], [=] LICHTENBERG_HOST_DEVICE(int a) { return a < *number ? *number : 0; },
@@ -326,7 +321,7 @@ LICHTENBERG_HOST_DEVICE void multiply_inverse(const Executor& run, GridView grid
 
 /// Covered cells take their group's potential: bilinear interpolation reads them.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void fill_covered(const Executor& run, GridView grid) {
+void fill_covered(const Executor& run, GridView grid) {
   for_each_of(run, grid, Of::covered,
               [=] LICHTENBERG_HOST_DEVICE(int m) { grid.v[grid.covered_slot[m]] = grid.phi[grid.covered_group[m]]; });
 }
@@ -356,7 +351,7 @@ struct CoarsePatch {
 /// even rows lie left and below in their coarse cell, those of odd rows right and above, so that what an odd row's
 /// black cell sees is what an even row's does, turned by half a turn: s = 1 and -1.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void prolongate_and_relax_black(const Executor& run, ProblemView problem, GridView fine, GridView coarse, V* v) {
+void prolongate_and_relax_black(const Executor& run, ProblemView problem, GridView fine, GridView coarse, V* v) {
   run.for_each(fine.layout.ny + 2, static_cast<int>(fine.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = fine.layout;
@@ -394,7 +389,7 @@ LICHTENBERG_HOST_DEVICE void prolongate_and_relax_black(const Executor& run, Pro
 }
 
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void relax_red(const Executor& run, GridView grid, V* v) {
+void relax_red(const Executor& run, GridView grid, V* v) {
   run.for_each(grid.layout.ny + 2, static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
                  const Layout& at = grid.layout;
@@ -413,7 +408,7 @@ LICHTENBERG_HOST_DEVICE void relax_red(const Executor& run, GridView grid, V* v)
 
 /// flux: the groups' charges and what their cells bring; `phi`: their potentials from that, direct links left out.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, float* phi) {
+void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, float* phi) {
   sum_pieces(run, problem, grid, LinkFlux<V>{grid, v, false});
   run.template sum_segments<group_lanes>(
       problem.groups,
@@ -429,18 +424,16 @@ LICHTENBERG_HOST_DEVICE void relax_groups(const Executor& run, ProblemView probl
 
 /// Adds conductance times the groups' potentials to f, in the cells of the colours named.
 template <class Executor>
-LICHTENBERG_HOST_DEVICE void add_potentials(const Executor& run, const ProblemView& problem, const GridView& grid,
-                                            const float* phi, bool red, bool black) {
+void add_potentials(const Executor& run, const ProblemView& problem, const GridView& grid, const float* phi, bool red,
+                    bool black) {
   if (!grid.may_have(Of::unknown_groups)) return;
   add_group_potentials(run, grid, phi, red, black);
-  if (grid.may_have(Of::floating_thin_conductors))
-    add_thin_conductor_potentials(run, problem, grid, phi, red, black);
+  if (grid.may_have(Of::floating_thin_conductors)) add_thin_conductor_potentials(run, problem, grid, phi, red, black);
 }
 
 /// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void descend(const Executor& run, const ProblemView& problem, const GridView& grid,
-                                     const GridView& coarse, V* v) {
+void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   // Conductors first: a conductor's charge spreads into its potential before the cells see it.
   if (grid.may_have(Of::direct_links)) {
     relax_direct_links(run, problem, grid, grid.charge, grid.phi, grid.phi_next);
@@ -459,8 +452,7 @@ LICHTENBERG_HOST_DEVICE void descend(const Executor& run, const ProblemView& pro
 
 /// The mirror image of descend(): black, red, conductors.
 template <class V, class Executor>
-LICHTENBERG_HOST_DEVICE void ascend(const Executor& run, const ProblemView& problem, const GridView& grid,
-                                    const GridView& coarse, V* v) {
+void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   fill_covered(run, coarse);
   if (coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run, problem, coarse);
   add_potentials(run, problem, grid, coarse.phi, false, true);
@@ -474,21 +466,5 @@ LICHTENBERG_HOST_DEVICE void ascend(const Executor& run, const ProblemView& prob
   relax_direct_links(run, problem, grid, grid.flux, grid.phi, grid.phi_next);
   relax_direct_links(run, problem, grid, grid.flux, grid.phi_next, grid.phi);
 }
-
-/// The V-cycle's part from grid `first` on, for an executor's crowd: in one kernel what would be a hundred.
-struct SmallGrids {
-  ProblemView problem;
-  const GridView* grid;  ///< all, the finest first
-  int first, coarsest;
-  const int* unknown;    ///< of the coarsest, and its inverse
-  const float* inverse;
-
-  template <class Crowd>
-  LICHTENBERG_HOST_DEVICE void operator()(const Crowd& run) const {
-    for (int l = first; l < coarsest; ++l) descend(run, problem, grid[l], grid[l + 1], grid[l].v);
-    multiply_inverse(run, grid[coarsest], unknown, inverse, grid[coarsest].v);
-    for (int l = coarsest - 1; l >= first; --l) ascend(run, problem, grid[l], grid[l + 1], grid[l].v);
-  }
-};
 
 }  // namespace lichtenberg::laplace::device

@@ -318,7 +318,7 @@ struct CellBins {
 
 /// finish(slot, sum of value(item, slot) over the items in the bins around a cell). `lanes`: threads a cell.
 template <int lanes, class Executor, class Value, class Finish>
-LICHTENBERG_HOST_DEVICE void gather(const Executor& run, GridView grid, Bins bins, Value value, Finish finish) {
+void gather(const Executor& run, GridView grid, Bins bins, Value value, Finish finish) {
   run.template sum_segments<lanes>(
       static_cast<long>(grid.layout.nx) * grid.layout.ny,
       [=] LICHTENBERG_HOST_DEVICE(int cell) {
@@ -347,7 +347,7 @@ constexpr int few_lanes = 4;
 
 /// finish(slot, sum of value(body, conductance) over the thin conductors around which a cell is).
 template <class Executor, class Value, class Finish>
-LICHTENBERG_HOST_DEVICE void sum_thin_conductors(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
+void sum_thin_conductors(const Executor& run, ProblemView problem, GridView grid, Value value, Finish finish) {
   gather<few_lanes>(
       run, grid, grid.thin_conductors,
       [=] LICHTENBERG_HOST_DEVICE(int body, int slot) {

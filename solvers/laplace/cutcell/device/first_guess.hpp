@@ -79,10 +79,13 @@ void find_shares(const Executor& run, long n, BasisView basis, const double* b, 
       n,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         GuessProducts products;
-        for (int p = 0; p < m; ++p) {
+        double vector[history_length];
+        for (int p = 0; p < history_length; ++p) {  // up to a constant: registers, not memory
+          if (p >= m) continue;
+          vector[p] = basis.vector[p][k];
           const double image = basis.image[p][k];
-          products.rhs[p] = basis.vector[p][k] * b[k];
-          for (int q = 0; q <= p; ++q) products.gram[p][q] = image * basis.vector[q][k];
+          products.rhs[p] = vector[p] * b[k];
+          for (int q = 0; q <= p; ++q) products.gram[p][q] = image * vector[q];
         }
         return products;
       },
@@ -93,7 +96,8 @@ template <class Executor>
 void combine(const Executor& run, long n, BasisView basis, const Shares* shares, double* x) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
     double sum = 0;
-    for (int p = 0; p < basis.size; ++p) sum += shares->of[p] * basis.vector[p][k];
+    for (int p = 0; p < history_length; ++p)
+      if (p < basis.size) sum += shares->of[p] * basis.vector[p][k];
     x[k] = sum;
   });
 }

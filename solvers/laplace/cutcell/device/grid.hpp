@@ -219,7 +219,7 @@ struct GridView {
 
 /// f(k) for each of what a grid has of a kind.
 template <class Executor, class F>
-LICHTENBERG_HOST_DEVICE void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
+void for_each_of(const Executor& run, const GridView& grid, Of::Kind kind, F f) {
   const int* number = grid.number + kind;
   run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k < *number) f(k);

@@ -120,12 +120,9 @@ class DeviceMultigrid {
   void cycle(double* z) {
     const int coarsest = levels() - 1;
     if (coarsest > 0) down(0, z);
-    for (int l = 1; l < first_small_; ++l) down(l, grids_[l].view().v);
-    if (first_small_ < coarsest)
-      run_.crowd(SmallGrids{problem_, views_.data(), first_small_, coarsest, coarsest_.unknown(), coarsest_.inverse()});
-    else
-      solve_coarsest(z);
-    for (int l = first_small_ - 1; l > 0; --l) up(l, grids_[l].view().v);
+    for (int l = 1; l < coarsest; ++l) down(l, grids_[l].view().v);
+    solve_coarsest(z);
+    for (int l = coarsest - 1; l > 0; --l) up(l, grids_[l].view().v);
     if (coarsest > 0) up(0, z);
     widen(run_, problem_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
   }
@@ -153,10 +150,6 @@ class DeviceMultigrid {
     for (int l = 0; l < levels(); ++l)
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds);
     coarsest_.make_room(problem_, grids_.back().view());
-    std::vector<GridView> views;
-    for (const DeviceGrid<Executor>& grid : grids_) views.push_back(grid.view());
-    views_.upload(views);
-    first_small_ = first_small();
     recordings_.clear();
     building_.clear();
     ++generation_;
@@ -189,17 +182,6 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  /// The finest of the grids that are done in one kernel: a loop over what they hold takes no longer than a kernel takes
-  /// to start. The coarsest, if none is, or if it is the host's.
-  int first_small() const {
-    constexpr long most = 1 << 16, a_group = 8;  // cells; sums over a group count as so many
-    int first = levels() - 1;
-    while (on_device() && first > 1 &&
-           static_cast<long>(grids_[first - 1].view().layout.size()) + a_group * problem_.groups <= most)
-      --first;
-    return first;
-  }
-
   template <class V>
   void down(int l, V* v) {
     descend(run_, problem_, grids_[l].view(), grids_[l + 1].view(), v);
@@ -225,8 +207,6 @@ class DeviceMultigrid {
   std::vector<bool> medium_;  // by grid
   ProblemView problem_{};
   Coarsest<Executor> coarsest_;
-  parallel::Array<GridView, Executor> views_{run_};
-  int first_small_ = 0;
   parallel::Array<int, Executor> number_{run_};
   parallel::Parcel<Executor> numbers_;
   typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;

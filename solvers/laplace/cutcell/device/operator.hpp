@@ -164,16 +164,20 @@ void judge(const Executor& run, long n, const double* r, const double* z, Iterat
       [=] LICHTENBERG_HOST_DEVICE(double product) { iterations->judge(product); });
 }
 
-/// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group.
+/// Each floating group's potential from its own balance (CutCellOperator::balance does more). `next`: one a group,
+/// which is needed where groups see each other's potentials.
 template <class Executor>
 void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                     double* partial, double* next) {
   const int cells = static_cast<int>(grid.layout.size());
+  const bool direct_links = grid.may_have(Of::direct_links);
+  if (!direct_links) next = x + cells;
   link_fluxes(run, problem, grid, x, partial);
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.group_diagonal[g];
     next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];
   });
+  if (!direct_links) return;
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 

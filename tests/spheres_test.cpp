@@ -1,6 +1,7 @@
 // Conducting spheres in space: reference solutions, symmetries of the operator, forces as slopes of the energy.
 #include <doctest/doctest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
 
@@ -396,6 +397,216 @@ TEST_CASE("nothing grounded: charges have to add up, and potentials have zero me
   CHECK(fixed.sphere_charge[1] == doctest::Approx(-1).epsilon(1e-12));
 }
 
+namespace {
+
+/// Dense solution of the same equations, by elimination with pivots.
+std::vector<double> dense_potentials(const SphereProblem& problem, const std::vector<double>& capacitance) {
+  const std::size_t n = problem.groups.size();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd charge(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    charge[i] = problem.groups[i].charge;
+    for (std::size_t j = 0; j < n; ++j) matrix(i, j) = capacitance[i * n + j];
+  }
+  for (const Coupling& coupling : problem.couplings) {
+    matrix(coupling.a, coupling.a) += coupling.capacitance, matrix(coupling.b, coupling.b) += coupling.capacitance;
+    matrix(coupling.a, coupling.b) -= coupling.capacitance, matrix(coupling.b, coupling.a) -= coupling.capacitance;
+  }
+  for (std::size_t g = 0; g < n; ++g) {
+    if (problem.groups[g].floating) continue;
+    matrix.row(g).setZero();
+    matrix(g, g) = 1;
+    charge[g] = problem.groups[g].potential;
+  }
+  const Eigen::VectorXd potential = matrix.fullPivLu().solve(charge);
+  return {potential.begin(), potential.end()};
+}
+
+/// Three spheres that float and one that is held at 2 V, with a supply of 5 V that has no sphere. Group 1 is two of
+/// them. Coupled: 0 to the supply, 0 to 1, 1 to the held one.
+SphereProblem coupled_spheres(bool grounded, double capacitance) {
+  SphereProblem problem{.permittivity = 2};
+  problem.box.lengths = {1, 0.9, 1.1};
+  if (grounded) problem.box.sides[4] = Boundary::electrode;
+  problem.spheres = {
+      {{0.2, 0.3, 0.4}, 0.15, 0}, {{0.7, 0.3, 0.3}, 0.1, 1}, {{0.3, 0.7, 0.8}, 0.12, 1}, {{0.75, 0.65, 0.7}, 0.14, 2}};
+  problem.groups = {
+      {.charge = 3}, {.charge = -1}, {.floating = false, .potential = 2}, {.floating = false, .potential = 5}};
+  problem.couplings = {{0, 3, 0.4 * capacitance}, {0, 1, capacitance}, {2, 1, 3 * capacitance}, {2, 3, capacitance}};
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("couplings between spheres and with supplies: as from the capacitance matrix, whatever their strength") {
+  for (const bool grounded : {true, false}) {
+    SphereSolver solver({.accuracy = 1e-10});
+    const SphereProblem alone = coupled_spheres(grounded, 0);
+    const std::vector<double> matrix = solver.capacitance_matrix(alone);
+    int least = 1000, most = 0;
+    for (const double strength : {1e-3, 1.0, 1e3, 1e8}) {
+      const SphereProblem problem = coupled_spheres(grounded, strength);
+      solver.forget();
+      const SphereSolution solution = solver.solve(problem);
+      least = std::min(least, solution.iterations), most = std::max(most, solution.iterations);
+      const std::vector<double> expected = dense_potentials(problem, matrix);
+      // Potentials of some volts to the accuracy; the elimination loses 1e-16 times the strength.
+      for (int g = 0; g < 4; ++g) CHECK(std::abs(solution.group_potential[g] - expected[g]) < 1e-8);
+      std::vector<double> left;
+      for (const Group& group : problem.groups) left.push_back(group.charge);
+      for (std::size_t k = 0; k < problem.couplings.size(); ++k) {
+        const auto& [a, b, capacitance] = problem.couplings[k];
+        left[a] -= solution.coupling_charge[k], left[b] += solution.coupling_charge[k];
+        const double difference = solution.group_potential[a] - solution.group_potential[b];
+        // An error of the potentials by their accuracy is one of what flows; one of rounding, times the strength.
+        CHECK(std::abs(solution.coupling_charge[k] - capacitance * difference) < capacitance * 1e-8);
+      }
+      for (std::size_t i = 0; i < problem.spheres.size(); ++i)
+        left[problem.spheres[i].group] -= solution.sphere_charge[i];
+      // Rounding of the charges, and of what flows from 5 V to 2 V through all: less than the strength.
+      for (int g = 0; g < 2; ++g) CHECK(std::abs(left[g]) < 1e-14 + 1e-15 * strength);
+    }
+    CHECK(most <= least + 4);
+  }
+}
+
+TEST_CASE("a coupling without end is a wire, and none is none: both ends of the same potentials and charges") {
+  SphereSolver solver({.accuracy = 1e-9});
+  SphereProblem problem = coupled_spheres(true, 0);
+  problem.couplings = {{0, 1, 0}};
+  SphereProblem wired = problem;
+  wired.couplings.clear();
+  const SphereSolution none = solver.solve(problem), uncoupled = solver.solve(wired);
+  CHECK(none.coupling_charge.at(0) == 0);
+  CHECK(std::abs(none.group_potential[0] - uncoupled.group_potential[0]) < 1e-8);
+  problem.couplings = {{0, 1, 1e9}};
+  for (Sphere& sphere : wired.spheres) sphere.group = std::max(0, sphere.group - 1);
+  wired.groups = {{.charge = 2}, wired.groups[2]};
+  const SphereSolution coupled = solver.solve(problem), merged = solver.solve(wired);
+  CHECK(std::abs(coupled.group_potential[0] - merged.group_potential[0]) < 1e-7);
+  CHECK(std::abs(coupled.group_potential[1] - merged.group_potential[0]) < 1e-7);
+  for (int i = 0; i < 4; ++i) CHECK(std::abs(coupled.sphere_charge[i] - merged.sphere_charge[i]) < 1e-7);
+}
+
+TEST_CASE("a moving circuit starts from what its couplings carried") {
+  SphereSolver solver({.accuracy = 1e-8});
+  SphereProblem problem = coupled_spheres(true, 0.01);  // a hundredth of what charges a sphere
+  int warm = 0;
+  for (int step = 1; step <= 6; ++step) {
+    const SphereSolution solution = solver.solve(problem);
+    warm = solution.iterations;
+    for (std::size_t k = 0; k < problem.couplings.size(); ++k) {
+      problem.groups[problem.couplings[k].a].charge -= solution.coupling_charge[k];
+      problem.groups[problem.couplings[k].b].charge += solution.coupling_charge[k];
+    }
+    problem.spheres[0].centre.x += 1e-4;
+    for (Coupling& coupling : problem.couplings) coupling.capacitance *= 1.05;  // longer steps
+  }
+  solver.forget();
+  CHECK(warm < 0.7 * solver.solve(problem).iterations);
+}
+
+namespace {
+
+/// Two dielectric spheres of radius 1 and relative permittivity k, charges 1 and -1 spread evenly, eps = 1, in
+/// bispherical coordinates (the first with eta > 0): V = sqrt(cosh eta - mu) sum F_n P_n(mu) f_n(eta), f_n = sinh((n +
+/// 1/2) eta) / sinh((n + 1/2) eta_0) outside and exp((n + 1/2) (eta_0 - eta)) inside. That the flux jumps by the
+/// charge,
+///   sigma c / sqrt(cosh eta_0 - mu) = sinh(eta_0) (1 - k)/2 sum F_n P_n + (cosh eta_0 - mu) sum (n + 1/2) (coth + k)
+///   F_n P_n,
+/// is three-term in F by mu P_n = ((n+1) P_(n+1) + n P_(n-1)) / (2n+1).
+struct BisphericalPair {
+  double potential = 0;   ///< mean over the first
+  double attraction = 0;  ///< by Maxwell's stress on the middle plane
+};
+
+BisphericalPair dielectric_pair(double k, double gap) {
+  const int terms = 60 + static_cast<int>(40 / std::sqrt(gap));
+  const double eta = std::acosh(1 + gap / 2), c = std::sinh(eta), sigma = 1 / (4 * std::numbers::pi);
+  const auto slope = [&](int n) { return (n + 0.5) * (1 / std::tanh((n + 0.5) * eta) + k); };
+  std::vector<double> lower(terms), diagonal(terms), upper(terms), f(terms);
+  for (int n = 0; n < terms; ++n) {
+    diagonal[n] = 0.5 * c * (1 - k) + std::cosh(eta) * slope(n);
+    if (n > 0) lower[n] = -slope(n - 1) * n / (2 * n - 1.0);
+    if (n + 1 < terms) upper[n] = -slope(n + 1) * (n + 1) / (2 * n + 3.0);
+    f[n] = sigma * c * std::sqrt(2.0) * std::exp(-(n + 0.5) * eta);
+  }
+  for (int n = 1; n < terms; ++n) {
+    const double factor = lower[n] / diagonal[n - 1];
+    diagonal[n] -= factor * upper[n - 1];
+    f[n] -= factor * f[n - 1];
+  }
+  f[terms - 1] /= diagonal[terms - 1];
+  for (int n = terms - 2; n >= 0; --n) f[n] = (f[n] - upper[n] * f[n + 1]) / diagonal[n];
+  BisphericalPair pair;
+  // Of the mean over the sphere: dA = 2 pi c^2 dmu / (cosh eta - mu)^2, and sqrt(cosh eta - mu)^-3 is
+  // 2 sqrt(2) / sinh(eta) sum (n + 1/2) exp(-(n + 1/2) eta) P_n.
+  for (int n = 0; n < terms; ++n)
+    pair.potential += 0.5 * c * c * f[n] * 2 * std::sqrt(2.0) / c * std::exp(-(n + 0.5) * eta);
+  std::vector<double> field(terms);
+  for (int n = 0; n < terms; ++n) field[n] = (n + 0.5) * f[n] / std::sinh((n + 0.5) * eta);
+  for (int n = 0; n + 1 < terms; ++n)
+    pair.attraction += std::numbers::pi * (field[n] * field[n] * 2 / (2 * n + 1) -
+                                           4.0 * (n + 1) / ((2 * n + 1.0) * (2 * n + 3)) * field[n] * field[n + 1]);
+  return pair;
+}
+
+SphereProblem two_dielectrics(double k, double gap) {
+  return {.free_space = true,
+          .permittivity = 1,
+          .spheres = {{{0, 0, 1 + gap / 2}, 1, 0, k}, {{0, 0, -1 - gap / 2}, 1, 1, k}},
+          .groups = {{.charge = 1}, {.charge = -1}}};
+}
+
+}  // namespace
+
+TEST_CASE("two charged dielectric spheres attract each other as in bispherical coordinates, down to contact") {
+  // Far apart, and of no permittivity, those are Coulomb's.
+  CHECK(dielectric_pair(1, 4).attraction == doctest::Approx(1 / (4 * std::numbers::pi * 36)).epsilon(1e-12));
+  CHECK(dielectric_pair(1, 4).potential == doctest::Approx(1 / (4 * std::numbers::pi) * (1 - 1 / 6.0)).epsilon(1e-12));
+  for (const double accuracy : {1e-3, 1e-5})
+    for (const double k : {1.5, 5.0, 20.0})
+      for (const double gap : {1.0, 1e-1, 1e-2, 1e-4}) {
+        if (accuracy < 1e-4 && k > 10 && gap < 1e-2) continue;  // takes more harmonics than there are
+        const BisphericalPair exact = dielectric_pair(k, gap);
+        const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(two_dielectrics(k, gap));
+        CHECK(std::abs(found.sphere_force[0].z + exact.attraction) < accuracy * exact.attraction);
+        CHECK(found.group_potential[0] == doctest::Approx(exact.potential).epsilon(accuracy));
+        CHECK(found.sphere_charge[0] == doctest::Approx(1).epsilon(1e-14));
+      }
+  // At contact itself the force is the limit.
+  const SphereSolution touching = SphereSolver({.accuracy = 1e-4}).solve(two_dielectrics(5, 0));
+  CHECK(-touching.sphere_force[0].z == doctest::Approx(dielectric_pair(5, 1e-6).attraction).epsilon(1e-3));
+}
+
+TEST_CASE("a dielectric sphere in a uniform field has Clausius' and Mossotti's dipole, and its charge is pulled") {
+  const double k = 3.5;
+  SphereProblem problem{.free_space = true, .uniform_field = {0.3, -0.2, 0.5}, .permittivity = 2};
+  problem.spheres = {{{0.1, 0.2, 0.3}, 0.7, 0, k}};
+  problem.groups = {{.charge = 0.4}};
+  const SphereSolution found = SphereSolver({.accuracy = 1e-10}).solve(problem);
+  const double polarizability = 4 * std::numbers::pi * 2 * std::pow(0.7, 3) * (k - 1) / (k + 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    CHECK(found.sphere_dipole[0][axis] == doctest::Approx(polarizability * problem.uniform_field[axis]).epsilon(1e-9));
+    CHECK(found.sphere_force[0][axis] == doctest::Approx(0.4 * problem.uniform_field[axis]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE(
+    "dielectric spheres among conductors: forces are slopes of the energy, and a huge permittivity is a conductor") {
+  SphereProblem problem = mixed_box();
+  problem.spheres[0].relative_permittivity = 4;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int sphere : {0, 2}) CHECK(std::abs(slope_error(problem, sphere, axis, 2e-3, 1e-10)) < 1e-7);
+  SphereSolver solver({.accuracy = 1e-6, .degree = 12});
+  problem.spheres[0].relative_permittivity = 1e9;
+  const SphereSolution huge = solver.solve(problem);
+  problem.spheres[0].relative_permittivity = INFINITY;
+  const SphereSolution conductor = solver.solve(problem);
+  for (int i = 0; i < 3; ++i)
+    CHECK(norm(huge.sphere_force[i] - conductor.sphere_force[i]) < 1e-5 * norm(conductor.sphere_force[1]));
+}
+
 TEST_CASE("what is no problem is refused") {
   SphereProblem problem = mixed_box();
   problem.spheres[0].centre.z = 0.14;
@@ -408,4 +619,17 @@ TEST_CASE("what is no problem is refused") {
   problem = mixed_box();
   problem.box.sides[1] = Boundary::wall;
   CHECK_THROWS_AS(problem.check(), InputError);
+  problem = mixed_box();
+  problem.groups.push_back({.charge = 1});
+  CHECK_THROWS_WITH_AS(problem.check(), "group 3 has no sphere, and is coupled to none that has", InputError);
+  problem.couplings = {{0, 4, 1}};
+  CHECK_THROWS_WITH_AS(problem.check(), "coupling 0 must join two different groups of 0 to 3, not 0 and 4", InputError);
+  problem.couplings = {{0, 3, -1}};
+  CHECK_THROWS_WITH_AS(problem.check(), "coupling 0 must have a finite capacitance that is not negative", InputError);
+  problem.couplings = {{0, 3, 1}};
+  problem.check();
+  problem.spheres[1].relative_permittivity = 2;
+  CHECK_THROWS_WITH_AS(problem.check(), "group 1: a dielectric sphere must be alone in a floating group", InputError);
+  problem.spheres[0].relative_permittivity = 1;
+  CHECK_THROWS_WITH_AS(problem.check(), "sphere 0: its permittivity must be more than that outside", InputError);
 }

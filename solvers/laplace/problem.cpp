@@ -130,9 +130,12 @@ void LaplaceProblem::check() const {
 }
 
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least) {
-  const int groups = static_cast<int>(problem.groups.size());
+  return coupled_sets(static_cast<int>(problem.groups.size()), problem.couplings, least);
+}
+
+std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, double least) {
   DisjointSets sets(groups);
-  for (const Coupling& coupling : problem.couplings)
+  for (const Coupling& coupling : couplings)
     if (coupling.capacitance > least) sets.unite(coupling.a, coupling.b);
   std::vector<int> first;
   for (int g = 0; g < groups; ++g) first.push_back(sets.find(g));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,7 @@ struct LaplaceProblem {
 /// Of each group the set that it is coupled with, named by its first group: those with a chain of couplings between
 /// them, each of more than `least` (F/m).
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least = 0);
+std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, double least = 0);
 
 /// For methods that cannot do couplings: throws InputError if there are any. `method` begins the sentence.
 void refuse_couplings(const LaplaceProblem& problem, const std::string& method);

@@ -10,9 +10,10 @@ namespace lichtenberg::laplace::spheres {
 /// A solution of a similar scene.
 struct Past {
   std::vector<Site> sites;
-  std::vector<double> x;          ///< sqrt(R) a, harmonics of all sites
-  std::vector<double> potential;  ///< V, of each site
-  std::vector<double> wall;       ///< V, what the sides' potentials make at its centre
+  std::vector<double> x;             ///< sqrt(R) a, harmonics of all sites
+  std::vector<double> potential;     ///< V, of each site
+  std::vector<double> wall;          ///< V, what the sides' potentials make at its centre
+  std::vector<double> difference{};  ///< V, across each coupling
 };
 
 /// The last ones, the latest first.

@@ -13,6 +13,15 @@ namespace {
 /// Overlaps of up to so much of the smaller radius are contacts.
 constexpr double deepest_contact = 0.01;
 
+/// Of each group whether it, or one that it is coupled to, has a sphere.
+std::vector<char> reached_by_field(const SphereProblem& problem) {
+  const std::vector<int> set = coupled_sets(static_cast<int>(problem.groups.size()), problem.couplings);
+  std::vector<char> has_sphere(set.size()), reached;
+  for (const Sphere& sphere : problem.spheres) has_sphere[set[sphere.group]] = 1;
+  for (const int first : set) reached.push_back(has_sphere[first]);
+  return reached;
+}
+
 [[noreturn]] void refuse(const std::string& sentence) { throw InputError(sentence); }
 
 void check_box(const SphereProblem& problem) {
@@ -51,11 +60,22 @@ void check_pairs(const SphereProblem& problem) {
   for (const Pair& pair : pairs_closer_than(spheres, 0.0)) {
     const Sphere &a = problem.spheres[pair.i], &b = problem.spheres[pair.j];
     const double overlap = a.radius + b.radius - norm(spheres.box.difference(a.centre, b.centre));
-    if (a.group != b.group)
+    if (a.group != b.group && a.is_conductor() && b.is_conductor())
       refuse(fmt::format("spheres {} and {} touch, but belong to different groups", pair.i, pair.j));
     if (overlap > deepest_contact * std::min(a.radius, b.radius))
       refuse(fmt::format("spheres {} and {} overlap by {:.3g} m: more than 1 % of the smaller radius", pair.i, pair.j,
                          overlap));
+  }
+}
+
+void check_couplings(const SphereProblem& problem) {
+  const int groups = static_cast<int>(problem.groups.size());
+  for (std::size_t k = 0; k < problem.couplings.size(); ++k) {
+    const auto& [a, b, capacitance] = problem.couplings[k];
+    if (std::min(a, b) < 0 || std::max(a, b) >= groups || a == b)
+      refuse(fmt::format("coupling {} must join two different groups of 0 to {}, not {} and {}", k, groups - 1, a, b));
+    if (!(capacitance >= 0 && std::isfinite(capacitance)))
+      refuse(fmt::format("coupling {} must have a finite capacitance that is not negative", k));
   }
 }
 
@@ -67,18 +87,23 @@ void check_groups(const SphereProblem& problem) {
     if (sphere.group < 0 || sphere.group >= static_cast<int>(members.size()))
       refuse(fmt::format("sphere {} names group {}, which does not exist", i, sphere.group));
     ++members[sphere.group];
+    if (!sphere.is_conductor() && !(sphere.relative_permittivity > 1))
+      refuse(fmt::format("sphere {}: its permittivity must be more than that outside", i));
   }
+  for (const Sphere& sphere : problem.spheres)
+    if (!sphere.is_conductor() && (members[sphere.group] > 1 || !problem.groups[sphere.group].floating))
+      refuse(fmt::format("group {}: a dielectric sphere must be alone in a floating group", sphere.group));
+  check_couplings(problem);
+  const std::vector<char> reached = reached_by_field(problem);
   double charge = 0, magnitude = 0;
-  bool fixed = false;
   for (std::size_t g = 0; g < members.size(); ++g) {
-    if (members[g] == 0) refuse(fmt::format("group {} has no sphere", g));
-    fixed = fixed || !problem.groups[g].floating;
     if (!problem.groups[g].floating) continue;
+    if (!reached[g]) refuse(fmt::format("group {} has no sphere, and is coupled to none that has", g));
     charge += problem.groups[g].charge;
     magnitude += std::abs(problem.groups[g].charge);
   }
   // Rounding of a sum of given charges.
-  if (!problem.grounded() && !fixed && std::abs(charge) > 1e-10 * magnitude)
+  if (!problem.has_ground() && std::abs(charge) > 1e-10 * magnitude)
     refuse(fmt::format(
         "no side is an electrode and no group has a given potential, so the charges must sum to zero, not {:.6g} C",
         charge));
@@ -90,9 +115,16 @@ bool SphereProblem::grounded() const {
   return free_space || std::find(box.sides.begin(), box.sides.end(), Boundary::electrode) != box.sides.end();
 }
 
+bool SphereProblem::has_ground() const {
+  if (grounded()) return true;
+  const std::vector<char> reached = reached_by_field(*this);
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    if (!groups[g].floating && reached[g]) return true;
+  return false;
+}
+
 void SphereProblem::check() const {
   if (!(permittivity > 0)) refuse("the permittivity must be positive");
-  if (!couplings.empty()) refuse("the solver of spheres cannot couple groups");
   if (!free_space) check_box(*this);
   check_groups(*this);
   if (!free_space)

@@ -60,7 +60,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   KrylovResult krylov;
   {
     const Stopwatch watch(seconds.setup);
-    system = std::make_unique<System>(problem, my.options.accuracy, *my.team, my.system.get());
+    system = std::make_unique<System>(problem, my.options, *my.team, my.system.get());
   }
   {
     const Stopwatch watch(seconds.solve);
@@ -68,6 +68,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
     if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
     x = system->start(my.history, tolerance);
     krylov = solve_krylov(*system, tolerance, x);
+    system->settle(x.data());
   }
   {
     const Stopwatch watch(seconds.forces);
@@ -84,6 +85,16 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   my.x = std::move(x);
   my.solution = solution;
   return solution;
+}
+
+SphereForecast SphereSolver::forecast(const SphereProblem& problem) const {
+  problem.check();
+  const System system(problem, implementation_->options, *implementation_->team, nullptr);
+  SphereForecast forecast{.unknowns = system.size()};
+  if (system.sites().empty()) return forecast;
+  const auto [least, largest] = std::ranges::minmax(system.sites(), {}, &Site::degree);
+  forecast.least_degree = least.degree, forecast.largest_degree = largest.degree;
+  return forecast;
 }
 
 std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const {
@@ -123,6 +134,7 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
 std::vector<double> SphereSolver::capacitance_matrix(const SphereProblem& problem) {
   SphereProblem unit = problem;
   unit.side_potential.fill(0);
+  unit.couplings.clear();
   const std::size_t n = problem.groups.size();
   std::vector<double> matrix(n * n);
   for (std::size_t j = 0; j < n; ++j) {

@@ -17,7 +17,10 @@ constexpr int largest_degree = 200;
 }  // namespace
 
 WallPotential::WallPotential(const SphereProblem& problem) {
-  if (problem.free_space) return;
+  if (problem.free_space) {
+    slope = -problem.uniform_field;
+    return;
+  }
   std::vector<int> held;
   for (int side = 0; side < 6; ++side)
     if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
@@ -49,6 +52,17 @@ double degree_at_contact(double radius, double other, double accuracy) {
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi);
 }
 
+/// Beside a dielectric, however small the gap: each reflection takes a factor k = (eps - 1) / (eps + 1) off what the
+/// n-th image has in harmonic l, which is some k^n (1 - 1/n)^l. The largest, at n = sqrt(l / -ln k), is exp(-2 sqrt(l
+/// (-ln k))); but the first image alone, in the middle of the radius, takes 2^-l.
+double degree_of_dielectrics(const Sphere& one, const Sphere& other, double accuracy) {
+  const auto reflected = [](const Sphere& sphere) {
+    return sphere.is_conductor() ? 1 : (sphere.relative_permittivity - 1) / (sphere.relative_permittivity + 1);
+  };
+  const double k = std::sqrt(reflected(one) * reflected(other)), digits = -std::log(accuracy);
+  return std::max(digits / std::numbers::ln2, digits * digits / (-4 * std::log(k)));
+}
+
 /// Distance from which images of one charge act together, where pairs are few.
 double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
   double largest = 0;
@@ -66,6 +80,10 @@ constexpr std::size_t many_spheres = 48;
 
 /// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
 void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs) {
+  if (fixed_degree_ > 0) {
+    for (Site& site : sites_) site.degree = fixed_degree_;
+    return;
+  }
   constexpr int least_degree = 2;
   std::vector<double> degree(sites_.size(), least_degree);
   // Of gaps for which those are enough: nearly all pairs, told without a logarithm.
@@ -75,12 +93,14 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     const Site &site = sites_[pair.target], &other = sites_[pair.source];
     const double gap = norm(pair.way) - site.radius - other.radius;
     if (gap > 0 && cosh_less_one(site.radius, other.radius, gap) > fewest) continue;
-    const double contact = degree_at_contact(site.radius, other.radius, accuracy_);
+    const Sphere &target = problem.spheres[pair.target], &source = problem.spheres[pair.source];
+    const bool dielectric = !target.is_conductor() || !source.is_conductor();
+    const double contact = dielectric ? degree_of_dielectrics(target, source, accuracy_)
+                                      : degree_at_contact(site.radius, other.radius, accuracy_);
     const double apart = gap > 0 ? degree_beside(site.radius, other.radius, gap, accuracy_) : 2 * contact;
     degree[pair.target] = std::max(degree[pair.target], std::min(apart, contact));
-    const bool one_potential =
-        problem.spheres[pair.target].group == problem.spheres[pair.source].group && pair.sign > 0;
-    if (one_potential || apart <= contact || pair.target > pair.source) continue;
+    const bool one_potential = target.group == source.group && pair.sign > 0;
+    if (dielectric || one_potential || apart <= contact || pair.target > pair.source) continue;
     // Of two images that face each other the same way one stands for both.
     const auto twin = [&](const NearPair& p) {
       return pair.target == pair.source && p.target == pair.target && p.source == pair.source && p.mask == pair.mask &&
@@ -99,8 +119,9 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
   close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_);
 }
 
-Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, double accuracy, const Fields* past)
-    : mirrors_(&mirrors), accuracy_(accuracy) {
+Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past)
+    : mirrors_(&mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
+  const double accuracy = accuracy_;
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
   if (sites_.size() > many_spheres)
     cells_ = std::make_unique<Cells>(problem, sites_);
@@ -157,40 +178,26 @@ std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared
   return made->is_positive() ? made : nullptr;
 }
 
-System::System(const SphereProblem& problem, double accuracy, parallel::Team& team, const System* past)
+System::System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past)
     : problem_(problem),
       mirrors_(problem),
       wall_(problem),
-      fields_(problem, mirrors_, accuracy, past ? &past->fields_ : nullptr),
+      fields_(problem, mirrors_, options, past ? &past->fields_ : nullptr),
       sites_(fields_.sites()),
       start_(starts(sites_)),
-      team_(&team) {
-  find_given();
+      team_(&team),
+      given_(problem_, start_, first_coupling()) {
+  const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
+  if (!conductors || given_.coupling_count() > 0) return;  // of which the charges and dipoles alone know nothing
   charges_and_dipoles_ = fields_.charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
-  if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_);
+  if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_.on_spheres({}));
 }
 
-void System::find_given() {
-  const double scale = 4 * std::numbers::pi * problem_.permittivity;
-  std::vector<int> of_group(problem_.groups.size(), -1);
-  double floating = 0;
-  for (std::size_t g = 0; g < problem_.groups.size(); ++g) {
-    if (!problem_.groups[g].floating) continue;
-    of_group[g] = static_cast<int>(given_.size());
-    given_.push_back({{}, problem_.groups[g].charge / scale});
-    floating += problem_.groups[g].charge / scale;
-  }
-  const bool any_fixed = given_.size() < problem_.groups.size();
-  if (!problem_.grounded() && any_fixed) {
-    level_ = static_cast<int>(given_.size());
-    given_.push_back({{}, -floating});
-  }
-  for (std::size_t i = 0; i < sites_.size(); ++i) {
-    const int g = of_group[problem_.spheres[i].group], k = g >= 0 ? g : level_;
-    if (k < 0) continue;
-    given_[k].spheres.push_back(static_cast<int>(i));
-    given_[k].weight += sites_[i].radius;
-  }
+double System::scale(std::size_t sphere, int l) const {
+  const Sphere& one = problem_.spheres[sphere];
+  if (one.is_conductor() || l == 0) return 1 / std::sqrt(one.radius);
+  const double k = one.relative_permittivity;
+  return std::sqrt((k - 1) * l / (((k + 1) * l + 1) * one.radius));
 }
 
 void System::apply(const double* x, double* y) const {
@@ -198,8 +205,11 @@ void System::apply(const double* x, double* y) const {
   std::vector<double> local(harmonics_size());
   fields_.add(a.data(), local.data(), *team_);
   for (std::size_t i = 0; i < sites_.size(); ++i)
-    for (int k = start_[i]; k < start_[i + 1]; ++k) y[k] = x[k] + std::sqrt(sites_[i].radius) * local[k];
+    for (int l = 0, k = start_[i]; l <= sites_[i].degree; ++l)
+      for (const double factor = sites_[i].radius * scale(i, l); k < start_[i] + harmonics(l); ++k)
+        y[k] = x[k] + factor * local[k];
   add_close_pairs(x, a.data(), y);
+  std::copy(x + first_coupling(), x + size(), y + first_coupling());
 }
 
 /// The tails of a pair act on its spheres' harmonics, these on them, and they on each other.
@@ -221,14 +231,6 @@ void System::add_close_pairs(const double* x, const double* multipoles, double* 
   }
 }
 
-void System::project(double* x) const {
-  for (const Given& given : given_) {
-    double sum = 0;
-    for (const int i : given.spheres) sum += std::sqrt(sites_[i].radius) * x[start_[i]];
-    for (const int i : given.spheres) x[start_[i]] -= std::sqrt(sites_[i].radius) * sum / given.weight;
-  }
-}
-
 void System::precondition(double* x) const {
   if (coarse_) coarse_->apply(start_, x, *team_);
   project(x);
@@ -240,8 +242,8 @@ std::vector<double> System::wall_at_sites() const {
   return wall;
 }
 
-Wanted System::wanted() const {
-  Wanted wanted{.sites = sites_, .given = given_, .group = {}, .fixed = {}, .wall = wall_at_sites()};
+Wanted System::wanted(const std::vector<Given>& given) const {
+  Wanted wanted{.sites = sites_, .given = given, .group = {}, .fixed = {}, .wall = wall_at_sites()};
   for (const Sphere& sphere : problem_.spheres) {
     const Group& group = problem_.groups[sphere.group];
     wanted.group.push_back(sphere.group);
@@ -251,25 +253,31 @@ Wanted System::wanted() const {
 }
 
 Past System::past(const std::vector<double>& x, const std::vector<double>& group_potential) const {
-  Past past{sites_, {x.begin(), x.begin() + harmonics_size()}, {}, wall_at_sites()};
+  Past past{sites_, {x.begin(), x.begin() + harmonics_size()}, {}, wall_at_sites(), given_.differences(x.data())};
   for (const Sphere& sphere : problem_.spheres) past.potential.push_back(group_potential[sphere.group]);
   return past;
 }
 
 std::vector<double> System::start(const History& history, double noise) const {
-  std::vector<double> x(size());
+  std::vector<double> x(size()), difference(given_.coupling_count());
+  const auto knows_couplings = [&](const Past& past) { return past.difference.size() == difference.size(); };
   std::vector<double> share;
-  if (!history.empty()) share = mixture(history, wanted(), noise);
+  if (!history.empty()) {
+    const bool known = knows_couplings(history.front());
+    share = mixture(history, wanted(given_.on_spheres(known ? history.front().difference : difference)), noise);
+  }
   for (std::size_t k = 0; k < share.size(); ++k) {
     const Past& past = history[k];
     const std::vector<int> past_start = starts(past.sites);
     for (std::size_t i = 0; i < sites_.size(); ++i)
       for (int h = 0; h < harmonics(std::min(past.sites[i].degree, sites_[i].degree)); ++h)
         x[start_[i] + h] += share[k] * past.x[past_start[i] + h];
+    if (knows_couplings(past))
+      for (std::size_t c = 0; c < difference.size(); ++c) difference[c] += share[k] * past.difference[c];
   }
+  given_.set_differences(difference, x.data());
   project(x.data());
-  for (const Given& given : given_)
-    for (const int i : given.spheres) x[start_[i]] += std::sqrt(sites_[i].radius) * given.charge / given.weight;
+  given_.add(x.data());
   return x;
 }
 
@@ -277,55 +285,43 @@ std::vector<double> System::right_hand_side() const {
   std::vector<double> f(size());
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     const Group& group = problem_.groups[problem_.spheres[i].group];
-    const double root = std::sqrt(sites_[i].radius), slope = root * sites_[i].radius;
+    const double root = std::sqrt(sites_[i].radius), slope = sites_[i].radius * sites_[i].radius * scale(i, 1);
     f[start_[i]] = root * ((group.floating ? 0 : group.potential) - wall_.at(sites_[i].centre));
     f[start_[i] + at(1, 1)] = -slope * wall_.slope.x;
     f[start_[i] + at(1, -1)] = -slope * wall_.slope.y;
     f[start_[i] + at(1, 0)] = -slope * wall_.slope.z;
   }
+  given_.add_supplies(f.data());
   return f;
 }
 
 std::vector<double> System::multipoles(const double* x) const {
   std::vector<double> result(harmonics_size());
   for (std::size_t i = 0; i < sites_.size(); ++i)
-    for (int k = start_[i]; k < start_[i + 1]; ++k) result[k] = x[k] / std::sqrt(sites_[i].radius);
+    for (int l = 0, k = start_[i]; l <= sites_[i].degree; ++l)
+      for (const double factor = scale(i, l); k < start_[i] + harmonics(l); ++k) result[k] = factor * x[k];
   return result;
-}
-
-/// The members' mean with their radii as weights: what the energy's slope with their charge is.
-double System::mean_potential(const Given& given, const std::vector<double>& potential) const {
-  double sum = 0;
-  for (const int i : given.spheres) sum += sites_[i].radius * potential[i];
-  return sum / given.weight;
 }
 
 SphereSolution System::results(const std::vector<double>& x) const {
   SphereSolution solution;
-  std::vector<double> y(size()), potential(sites_.size());
+  std::vector<double> y(size()), missed = right_hand_side();
   apply(x.data(), y.data());
-  for (std::size_t i = 0; i < sites_.size(); ++i)
-    potential[i] = y[start_[i]] / std::sqrt(sites_[i].radius) + wall_.at(sites_[i].centre);
-  double level = 0;
-  if (level_ >= 0) {
-    std::vector<double> missing(sites_.size());
-    for (const int i : given_[level_].spheres)
-      missing[i] = problem_.groups[problem_.spheres[i].group].potential - potential[i];
-    level = mean_potential(given_[level_], missing);
-  }
-  std::size_t next = 0;
-  for (const Group& group : problem_.groups)
-    solution.group_potential.push_back(group.floating ? mean_potential(given_[next++], potential) + level
-                                                      : group.potential);
-  if (!problem_.grounded() && level_ < 0) {
+  for (int k = 0; k < size(); ++k) missed[k] = y[k] - missed[k];
+  solution.group_potential = given_.potentials(missed.data());
+  solution.coupling_charge = given_.carried(x.data());
+  if (!problem_.has_ground()) {
     double mean = 0;
     for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
     for (double& value : solution.group_potential) value -= mean;
   }
   const std::vector<double> a = multipoles(x.data());
-  std::vector<double> answer = right_hand_side();
-  for (int k = 0; k < harmonics_size(); ++k) answer[k] += x[k] - y[k];
-  add_charges_and_forces(problem_, sites_, a, multipoles(answer.data()), wall_, solution);
+  std::vector<double> answer(harmonics_size());  // -b, that of the sides included
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    for (int l = 0, k = start_[i]; l <= sites_[i].degree; ++l)
+      for (const double factor = sites_[i].radius * scale(i, l); k < start_[i] + harmonics(l); ++k)
+        answer[k] = (x[k] - missed[k]) / factor;
+  add_charges_and_forces(problem_, sites_, a, answer, wall_, solution);
   const double scale = 4 * std::numbers::pi * problem_.permittivity;
   for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p)
     for (const Tail& tail : fields_.close_pairs()[p].tails)

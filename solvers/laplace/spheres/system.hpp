@@ -9,6 +9,7 @@
 #include "solvers/laplace/spheres/close_pairs.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
 #include "solvers/laplace/spheres/first_guess.hpp"
+#include "solvers/laplace/spheres/given_charges.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -25,8 +26,9 @@ struct WallPotential {
 /// spheres are few, pair by pair, and else cell by cell.
 class Fields {
  public:
-  /// Chooses the spheres' degrees. `past` may have what serves again. Throws InputError where a degree is out of reach.
-  Fields(const SphereProblem& problem, const Mirrors& mirrors, double accuracy, const Fields* past);
+  /// Chooses the spheres' degrees, unless the options give one. `past` may have what serves again. Throws InputError
+  /// where a degree is out of reach.
+  Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past);
 
   const std::vector<Site>& sites() const { return sites_; }
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
@@ -44,6 +46,7 @@ class Fields {
 
   const Mirrors* mirrors_;
   double accuracy_;
+  int fixed_degree_;  ///< 0: none
   std::vector<Site> sites_;
   std::vector<ClosePair> close_pairs_;
   double range_ = 0;  ///< of images that act one by one, if there are no cells
@@ -56,25 +59,30 @@ class Fields {
 
 /// The equations. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric: 2 pi eps x.(x + sqrt(R) b) is the energy
 /// of the charges on the spheres, which is positive. A fixed group has its potential, a floating one its charge: CG
-/// runs among the x that do not change given charges, and the groups' potentials are what keeps it there.
+/// runs among the x that do not change given charges, and the groups' potentials are what keeps it there
+/// (given_charges.hpp). On a dielectric a = -beta b (l > 0), beta = (k - 1) l / ((k + 1) l + 1) for a relative
+/// permittivity k, and x = sqrt(R / beta) a; beta is 1 on a conductor.
 class System {
  public:
   System(const System&) = delete;
   System& operator=(const System&) = delete;
-  System(const SphereProblem& problem, double accuracy, parallel::Team& team, const System* past);
+  System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past);
 
-  /// Harmonics of all spheres, then an amplitude a close pair.
-  int size() const { return harmonics_size() + static_cast<int>(fields_.close_pairs().size()); }
-  /// x -> x + sqrt(R) b.
+  /// Harmonics of all spheres, then an amplitude a close pair, then an unknown a coupling.
+  int size() const { return first_coupling() + given_.coupling_count(); }
+  /// x -> x + sqrt(R beta) b.
   void apply(const double* x, double* y) const;
   /// Takes off what would change charges that are given.
-  void project(double* x) const;
+  void project(double* x) const { given_.project(x); }
   /// x of about what apply would make of it, among those that project leaves.
   void precondition(double* x) const;
+  /// Makes the charges exact that are given.
+  void settle(double* x) const { given_.settle(x); }
   /// A start with the given charges: a mixture of past solutions, if there are any, whose error over their length is
   /// `noise`, corrected.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
-  /// sqrt(R) (fixed potential - potential of the sides): what apply(x) has to be, up to the floating potentials.
+  /// sqrt(R) (fixed potential - potential of the sides), and of couplings the supplies: what apply(x) has to be, up to
+  /// the floating potentials.
   std::vector<double> right_hand_side() const;
   SphereSolution results(const std::vector<double>& x) const;
 
@@ -92,11 +100,12 @@ class System {
 
  private:
   int harmonics_size() const { return start_.back(); }
+  /// a / x of a sphere's harmonics of degree l: sqrt(beta / R).
+  double scale(std::size_t sphere, int l) const;
+  int first_coupling() const { return harmonics_size() + static_cast<int>(fields_.close_pairs().size()); }
   void add_close_pairs(const double* x, const double* multipoles, double* y) const;
-  void find_given();
   std::vector<double> wall_at_sites() const;
-  Wanted wanted() const;
-  double mean_potential(const Given& given, const std::vector<double>& potential) const;
+  Wanted wanted(const std::vector<Given>& given) const;
 
   SphereProblem problem_;
   Mirrors mirrors_;
@@ -105,10 +114,9 @@ class System {
   const std::vector<Site>& sites_;
   std::vector<int> start_;
   parallel::Team* team_;
-  std::vector<Given> given_;
+  GivenCharges given_;
   std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles_;  ///< null: none
   std::optional<ConstrainedCharges> coarse_;
-  int level_ = -1;  ///< of `given_`: the fixed groups, whose potentials are known up to a constant
 };
 
 }  // namespace lichtenberg::laplace::spheres

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "src/effects/contact_discharge.hpp"
+#include "src/effects/contact_resistance.hpp"
 #include "src/effects/current_source.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/gravity.hpp"
@@ -14,6 +15,8 @@
 #include "src/effects/surface.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "tests/folder.hpp"
+#include "tests/message.hpp"
 #include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
 
@@ -115,11 +118,6 @@ TEST_CASE("what conductors in space cannot have is refused in a sentence") {
           sphere("[0.01, 0.01]") + floating,
       {"field.method = \"spheres\"", "two dimensions"});
   check_refused(dish + one + sphere("[0.012, 0.01, 0.002]") + floating, {"touches the one at [0.012, 0.01, 0.002]"});
-  check_refused(dish + one +
-                    "[[electrode]]\nshape = \"sphere\"\nposition = [0.004, 0.01, 0.002]\nradius = 1e-3\n"
-                    "potential = 0.0\nseries_resistance = 1e9\n" +
-                    floating,
-                {"series_resistance", "three dimensions"});
   CHECK_THROWS_AS(effects::make_sphere_solver({.method = FieldMethod::spheres, .device = FieldDevice::cuda}, 1),
                   InputError);
 }
@@ -261,6 +259,8 @@ TEST_CASE("what keeps its height is pulled along the dish only") {
   CHECK(frame.position[0].z == 0.02);
   CHECK(frame.position[1].z == 0.021);
   CHECK(frame.position[0].x > 0.028 + 1e-5);
+  CHECK(frame.force[0].z == 0);  // with what it lies on
+  CHECK(frame.force[0].x > 0);
 }
 
 TEST_CASE("a heavy sphere sinks as Stokes says") {
@@ -284,4 +284,155 @@ TEST_CASE("a sphere on the bottom of a dish lies there: weight and elastic conta
   // Hertz: weight 1.54e-4 N = 4/3 E* sqrt(R) overlap^1.5, E* = 200e9 / 1.82
   const double overlap = std::pow(0.75 * mass * 9.80665 / (200e9 / 1.82 * std::sqrt(radius)), 2.0 / 3);
   CHECK(radius - frame.position[0].z == near(overlap, 1e-3));
+}
+
+TEST_CASE("a ball behind a resistor charges as its capacitance and the resistance say") {
+  Scene scene = cube_of({{0.045, 0.03, 0.03}}, 1e-6);
+  scene.domain.sides[4].electrode = true;
+  scene.electrodes = {{.name = "supplied", .shape = Disk{{0.02, 0.03}, radius}, .potential = 1000, .height = 0.03}};
+  scene.conductors[0].held = true;
+  laplace::SphereProblem alone =
+      effects::make_sphere_problem(scene, make_bodies(scene), effects::electrical_groups(scene, {}), {.charge = {0}});
+  const double capacitance = laplace::SphereSolver({.accuracy = 1e-6}).solve(alone).sphere_charge[1] / 1000;
+  scene.electrodes[0].series_resistance = 0.2 / capacitance;  // R C = 0.2 s
+  scene.mechanics.position_tolerance = 1e-3 * radius;
+  scene.mechanics.largest_step = 1;
+  Simulation simulation(scene);
+  double worst = 0;
+  for (const double time : {0.1, 0.3, 1.0}) {
+    simulation.advance_to(time);
+    const ConductorFrame frame = simulation.now();
+    worst = std::max(worst, std::abs(frame.terminals[0].surface_potential / 1000 + std::expm1(-time / 0.2)));
+  }
+  CHECK(worst < 4e-3);  // tolerances of 1e-3 a step, which decay with R C (circuit_test.cpp has the same in the plane)
+  const EnergyFlows flows = simulation.now().energy_balance->flows;
+  // Of what the supply gives, Q V, half is in the field and half is heat, but for exp(-5) of it that is still to come.
+  CHECK(flows.series_resistors == near(0.5 * flows.by_supplies, 2e-2));
+}
+
+namespace {
+
+/// Two balls behind resistors in an insulated cube, three spheres in contacts of some resistance from one to the other.
+Scene series_circuit() {
+  Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}, {0.032, 0.03, 0.03}}, 1e-7);
+  const double ohm = 1e10;
+  scene.electrodes = {{.name = "high",
+                       .shape = Disk{{0.026, 0.03}, radius},
+                       .potential = 400,
+                       .series_resistance = ohm,
+                       .height = 0.03},
+                      {.name = "low",
+                       .shape = Disk{{0.034, 0.03}, radius},
+                       .potential = -200,
+                       .series_resistance = 3 * ohm,
+                       .height = 0.03}};
+  for (Conductor& conductor : scene.conductors) conductor.held = true;
+  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.5 * ohm});
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a series circuit of spheres in an insulated cube: its level and its current are Kirchhoff's") {
+  const Scene scene = series_circuit();
+  Simulation simulation(scene);
+  const double current = 600 / (4e10 + 4 * 0.5e10);
+  // At the first instant nothing is charged, and the level is such that both resistors carry one current.
+  const ConductorFrame first = simulation.now();
+  CHECK(first.terminals[0].surface_potential == near(250, 1e-6));
+  CHECK(first.terminals[1].surface_potential == near(250, 1e-6));
+  simulation.advance_to(0.4);  // a ball's R C is 4e-3 s
+  const ConductorFrame before = simulation.now();
+  simulation.advance_to(0.5);
+  const ConductorFrame frame = simulation.now();
+  CHECK(frame.terminals[0].delivered - before.terminals[0].delivered == near(0.1 * current, 1e-4));
+  CHECK(frame.terminals[1].delivered - before.terminals[1].delivered == near(-0.1 * current, 1e-4));
+  CHECK(frame.terminals[0].surface_potential == near(400 - 1e10 * current, 1e-4));
+  CHECK(frame.terminals[1].surface_potential == near(-200 + 3e10 * current, 1e-4));
+  CHECK(frame.potential[1] == near(400 - 2e10 * current, 1e-4));
+  const EnergyBalance &now = *frame.energy_balance, &start = *first.energy_balance;
+  const double gained = frame.energy + now.kinetic - first.energy - start.kinetic;
+  CHECK(std::abs(gained + now.flows.dissipated() - now.flows.supplied()) < 1e-4 * now.flows.supplied());
+}
+
+TEST_CASE("a circuit of spheres is restored bit for bit") {
+  const Scene scene = series_circuit();
+  Simulation whole(scene);
+  whole.advance_to(0.005);
+  const Checkpoint middle = whole.checkpoint();
+  whole.advance_to(0.01);
+  Simulation resumed(scene);
+  resumed.restore(middle);
+  resumed.advance_to(0.01);
+  CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
+}
+
+TEST_CASE("free space is a domain: no sides, and V = Q / 4 pi eps R of a lone sphere") {
+  const std::string open =
+      "domain = { size = [0.02, 0.02, 0.005], open = true }\nmedium = { relative_permittivity = 4.7 }\n";
+  const Scene scene = parse(open + sphere("[0.01, 0.01, 0.002]", "charge = 1e-10\n") + floating);
+  CHECK(scene.domain.open);
+  Simulation simulation(scene);
+  const double expected = 1e-10 / (4 * std::numbers::pi * scene.medium.permittivity * 1e-3);
+  CHECK(simulation.now().potential[0] == near(expected, 1e-9));
+  CHECK(norm(simulation.now().force[0]) == 0);
+  const std::string one = sphere("[0.01, 0.01, 0.002]");
+  check_refused("domain = { size = [0.02, 0.02], open = true }\nmedium = { relative_permittivity = 4.7 }\n" +
+                    sphere("[0.01, 0.01]") + floating,
+                {"domain.open = true", "two dimensions"});
+  check_refused(
+      "domain = { size = [0.02, 0.02, 0.005], open = true, left = { potential = 5.0 } }\n"
+      "medium = { relative_permittivity = 4.7 }\n" +
+          one + floating,
+      {"domain.left is not allowed with domain.open = true"});
+  check_refused(
+      "domain = { size = [0.02, 0.02, 0.005], open = true }\n[effects.hertz_contact]\n"
+      "[[conductor]]\nposition = [0.01, 0.01, 0.002]\nradius = 1e-3\n",
+      {"domain.open = true needs the table [effects.floating_conductors]"});
+}
+
+TEST_CASE("two spheres in free space come together out of the place they started in, with no wall to hold them") {
+  Scene scene = cube_of({{0.002, 0.03, 0.03}, {0.0075, 0.03, 0.03}}, 1e-3);
+  scene.domain.open = true;
+  scene.effects.add<effects::WallContactOptions>();
+  for (Conductor& conductor : scene.conductors) conductor.velocity = {-0.3, 0, 0};
+  scene.effects.remove<effects::StokesDragOptions>();
+  Simulation simulation(scene);
+  simulation.advance_to(0.01);
+  CHECK(simulation.now().position[0].x == near(0.002 - 0.003, 1e-9));
+}
+
+TEST_CASE("what no contact force keeps apart ends in a sentence that says what would") {
+  Scene scene = cube_of({{0.027, 0.03, 0.03}, {0.033, 0.03, 0.03}}, 1e-3);
+  scene.conductors[0].velocity = {0.5, 0, 0};
+  scene.effects.remove<effects::StokesDragOptions>();
+  scene.mechanics.largest_step = 1e-4;
+  scene.domain.sides[4].electrode = true;
+  scene.groups = {{.name = "wired", .charge = 1e-14}};  // next to no force
+  for (Conductor& conductor : scene.conductors) conductor.group = 0;
+  const auto end_of = [](const Scene& one) {
+    Simulation simulation(one);
+    return message_of([&] { simulation.advance_to(0.06); });
+  };
+  const std::string bare = end_of(scene);
+  CHECK(contains(bare, "conductors 0 and 1 overlap by"));
+  CHECK(contains(bare, "[effects.hertz_contact] in the scene would keep them apart"));
+  scene.effects.add(effects::HertzContactOptions{.young = 1e3});
+  CHECK(contains(end_of(scene), "a larger effects.hertz_contact.young"));
+  scene.conductors[0].velocity = {-0.5, 0, 0};
+  CHECK(contains(end_of(scene), "conductor 0 is pressed into the left side of the domain by"));
+  scene.effects.add(effects::WallContactOptions{.young = 1e3});
+  CHECK(contains(end_of(scene), "a larger effects.wall_contact.young"));
+}
+
+TEST_CASE("an accuracy out of reach at a gap is told with the degree that it would take, and with one that would do") {
+  Scene scene = cube_of({{0.03, 0.03, 0.03}, {0.03 + 9.01 * radius, 0.03, 0.03}}, 1e-12);
+  scene.conductors[0].radius = 8 * radius;
+  scene.domain.sides[4].electrode = true;
+  scene.groups = {{.name = "wired", .charge = 1e-12}};
+  for (Conductor& conductor : scene.conductors) conductor.group = 0;
+  const std::string sentence = message_of([&] { Simulation(scene).now(); });
+  CHECK(contains(sentence, "the gap beside sphere 0 would take harmonics of degree"));
+  CHECK(contains(sentence, "for an accuracy of 1e-12: 200 is the largest, which would do for"));
 }

@@ -10,7 +10,9 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/effects/uniform_force.hpp"
+#include "src/model/frame.hpp"
 #include "src/theory/restitution.hpp"
+#include "tests/dielectric_pair.hpp"
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
 
@@ -439,4 +441,64 @@ TEST_CASE("a gas that blows at random drives grains to its temperature") {
   const GasEnergy book = run.gas.energy();
   CHECK(temperature == doctest::Approx(0.01 * std::tanh(0.5)).epsilon(4 * std::sqrt(2.0 / (30 * n))));
   CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
+}
+
+// ---- beyond dipoles
+
+namespace {
+
+/// Two grains of charges 1 and -1, d0 / 2 in radius, in the middle of a large box; multipoles to the degree.
+Scene two_dielectric_grains(double distance, int degree) {
+  Scene scene = viscoelastic(60);
+  scene.conductors = {{.position = {30 - distance / 2, 30, 30}, .radius = 0.5, .charge = 1},
+                      {.position = {30 + distance / 2, 30, 30}, .radius = 0.5, .charge = -1}};
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald});
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.075, .tolerance = 1e-6, .degree = degree});
+  return scene;
+}
+
+struct Felt {
+  double force = 0, energy = 0, dipole = 0;
+};
+
+Felt felt(const Scene& scene) {
+  const effects::Coulomb coulomb(scene);
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = {1, -1};
+  const State state{.bodies = bodies, .neighbours = {}};
+  std::vector<double> force(6);
+  coulomb.add_forces(state, force);
+  CHECK(std::abs(force[0] + force[3]) < 1e-5);
+  Frame frame;
+  coulomb.add_columns(state, frame);
+  return {force[0], coulomb.stored_energy(state), frame.reals("dipole")[0]};
+}
+
+}  // namespace
+
+TEST_CASE("multipoles above dipoles: grains in contact attract each other as dielectric spheres do") {
+  const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) of A = .075
+  const effects::InducedDipolesOptions options{.polarizability = 0.075};
+  CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
+  for (const double gap : {0.4, 0.02, 0.002}) {  // radii; the pair's force for 4 pi eps = 1 and a radius of 1/2
+    const double exact = dielectric_pair(k, gap).attraction * 4 * std::numbers::pi / 0.25;
+    const Felt found = felt(two_dielectric_grains(1 + gap / 2, 40));
+    CHECK(found.force == doctest::Approx(exact).epsilon(1e-3));  // images: (dipole / 60^3) of 1
+    if (gap < 0.01) CHECK(felt(two_dielectric_grains(1 + gap / 2, 1)).force < 0.9 * exact);  // dipoles alone miss much
+    const double step = 1e-3, slope = (felt(two_dielectric_grains(1 + gap / 2 + step, 40)).energy -
+                                       felt(two_dielectric_grains(1 + gap / 2 - step, 40)).energy) /
+                                      (2 * step);
+    if (gap > 0.1) CHECK(found.force == doctest::Approx(slope).epsilon(1e-4));
+  }
+  // Far apart dipoles are enough: what is left falls with the seventh power of the distance.
+  const Felt far = felt(two_dielectric_grains(6, 8)), dipoles = felt(two_dielectric_grains(6, 1));
+  CHECK(far.force == doctest::Approx(dipoles.force).epsilon(1e-4));
+  CHECK(far.energy == doctest::Approx(dipoles.energy).epsilon(1e-4));
+  CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
+}
+
+TEST_CASE("a gas of dielectric grains goes on from a checkpoint with the same bits") {
+  Scene scene = two_dielectric_grains(1.6, 6);
+  scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::ewald});
+  check_restored(scene);
 }

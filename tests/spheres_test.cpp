@@ -10,6 +10,7 @@
 #include "solvers/laplace/spheres/translation.hpp"
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
+#include "tests/dielectric_pair.hpp"
 #include "tests/sphere_references.hpp"
 
 using namespace lichtenberg;
@@ -507,49 +508,6 @@ TEST_CASE("a moving circuit starts from what its couplings carried") {
 }
 
 namespace {
-
-/// Two dielectric spheres of radius 1 and relative permittivity k, charges 1 and -1 spread evenly, eps = 1, in
-/// bispherical coordinates (the first with eta > 0): V = sqrt(cosh eta - mu) sum F_n P_n(mu) f_n(eta), f_n = sinh((n +
-/// 1/2) eta) / sinh((n + 1/2) eta_0) outside and exp((n + 1/2) (eta_0 - eta)) inside. That the flux jumps by the
-/// charge,
-///   sigma c / sqrt(cosh eta_0 - mu) = sinh(eta_0) (1 - k)/2 sum F_n P_n + (cosh eta_0 - mu) sum (n + 1/2) (coth + k)
-///   F_n P_n,
-/// is three-term in F by mu P_n = ((n+1) P_(n+1) + n P_(n-1)) / (2n+1).
-struct BisphericalPair {
-  double potential = 0;   ///< mean over the first
-  double attraction = 0;  ///< by Maxwell's stress on the middle plane
-};
-
-BisphericalPair dielectric_pair(double k, double gap) {
-  const int terms = 60 + static_cast<int>(40 / std::sqrt(gap));
-  const double eta = std::acosh(1 + gap / 2), c = std::sinh(eta), sigma = 1 / (4 * std::numbers::pi);
-  const auto slope = [&](int n) { return (n + 0.5) * (1 / std::tanh((n + 0.5) * eta) + k); };
-  std::vector<double> lower(terms), diagonal(terms), upper(terms), f(terms);
-  for (int n = 0; n < terms; ++n) {
-    diagonal[n] = 0.5 * c * (1 - k) + std::cosh(eta) * slope(n);
-    if (n > 0) lower[n] = -slope(n - 1) * n / (2 * n - 1.0);
-    if (n + 1 < terms) upper[n] = -slope(n + 1) * (n + 1) / (2 * n + 3.0);
-    f[n] = sigma * c * std::sqrt(2.0) * std::exp(-(n + 0.5) * eta);
-  }
-  for (int n = 1; n < terms; ++n) {
-    const double factor = lower[n] / diagonal[n - 1];
-    diagonal[n] -= factor * upper[n - 1];
-    f[n] -= factor * f[n - 1];
-  }
-  f[terms - 1] /= diagonal[terms - 1];
-  for (int n = terms - 2; n >= 0; --n) f[n] = (f[n] - upper[n] * f[n + 1]) / diagonal[n];
-  BisphericalPair pair;
-  // Of the mean over the sphere: dA = 2 pi c^2 dmu / (cosh eta - mu)^2, and sqrt(cosh eta - mu)^-3 is
-  // 2 sqrt(2) / sinh(eta) sum (n + 1/2) exp(-(n + 1/2) eta) P_n.
-  for (int n = 0; n < terms; ++n)
-    pair.potential += 0.5 * c * c * f[n] * 2 * std::sqrt(2.0) / c * std::exp(-(n + 0.5) * eta);
-  std::vector<double> field(terms);
-  for (int n = 0; n < terms; ++n) field[n] = (n + 0.5) * f[n] / std::sinh((n + 0.5) * eta);
-  for (int n = 0; n + 1 < terms; ++n)
-    pair.attraction += std::numbers::pi * (field[n] * field[n] * 2 / (2 * n + 1) -
-                                           4.0 * (n + 1) / ((2 * n + 1.0) * (2 * n + 3)) * field[n] * field[n + 1]);
-  return pair;
-}
 
 SphereProblem two_dielectrics(double k, double gap) {
   return {.free_space = true,

@@ -1,5 +1,6 @@
 #include "src/commands/cost.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -20,6 +21,7 @@ laplace::Price price_of(const FieldOptions& options) {
   // Sweeps of an over-relaxed lattice grow with its side (D 6.9), and with them the time of an iteration.
   if (options.method == FieldMethod::relaxation) return {16, 0, 3.5e-10 * options.cells, 60};
   if (options.method == FieldMethod::multipole) return laplace::multipole_price;
+  if (options.method == FieldMethod::spheres) return laplace::spheres_price;
   if (runs_on_device(options)) return laplace::cut_cell_price_on_device;
   return options.linear_solver == FieldLinearSolver::assembled ? laplace::assembled_price : laplace::cut_cell_price;
 }
@@ -60,10 +62,19 @@ FieldCost estimate_field_cost(const FieldOptions& options, double size) {
           .moving_seconds = price.seconds(size, options.moving_tolerance, share_in_motion)};
 }
 
+FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns) {
+  FieldCost cost = estimate_field_cost(options, std::max(single_unknowns, moving_unknowns));
+  cost.single_seconds = estimate_field_cost(options, single_unknowns).single_seconds;
+  cost.moving_seconds = estimate_field_cost(options, moving_unknowns).moving_seconds;
+  return cost;
+}
+
 std::optional<double> estimate_field_solves(const Scene& scene) {
   if (scene.mechanics.integrator == Integrator::euler) return scene.stop.time / scene.mechanics.euler_field_step;
   if (!is_fed_dragged_and_discharged(scene)) return std::nullopt;
-  return 0.65 * std::pow(floating_groups(scene) / share_of_area(scene), 1.5);
+  const double ways = std::pow(floating_groups(scene) / share_of_area(scene), 1.5);
+  if (scene.dimension() == 2) return 0.65 * ways;
+  return scene.mechanics.keep_height ? std::optional(0.6 * ways) : std::nullopt;
 }
 
 }  // namespace lichtenberg

@@ -30,7 +30,8 @@ void explain_scene(const Scene& scene) {
   fmt::print("{}{}{}\n", scene.path, scene.title.empty() ? "" : ": ", scene.title);
   const std::string unit = scene.units().length;
   fmt::print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
-             scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "");
+             (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
+                 (scene.domain.open ? " of free space" : ""));
   if (scene.reference) return fmt::print("  grains               {}\n", scene.conductors.size());
   fmt::print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
@@ -149,15 +150,6 @@ void explain_accuracy(const Scene& scene) {
                                                             : fmt::format("some {} cells", scene.field().cells));
 }
 
-void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem) {
-  fmt::print("\nfield\n");
-  fmt::print("  method               {}\n", method_in_words(scene.field()));
-  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field().tolerance,
-             scene.field().moving_tolerance);
-  fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
-             std::ranges::count(problem.groups, true, &laplace::Group::floating));
-}
-
 /// Returns what the cost grows with.
 double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
   fmt::print("\nfield\n");
@@ -208,14 +200,48 @@ void explain_run(const Scene& scene, double size, const FieldCost& cost, const s
         "dragged and discharged\n");
 }
 
-void explain_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
-  const FieldCost cost = estimate_field_cost(scene.field(), size);
+void explain_cost(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal_of_run) {
   fmt::print("\ncost: an estimate, from figures measured on {}\n",
              runs_on_device(scene.field()) ? "an H200" : "one core");
   fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
   fmt::print("  a field solve        {} on its own, {} in a moving scene\n", duration(cost.single_seconds),
              duration(cost.moving_seconds));
   explain_run(scene, size, cost, refusal_of_run);
+}
+
+void explain_plane_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
+  explain_cost(scene, size, estimate_field_cost(scene.field(), size), refusal_of_run);
+}
+
+/// What spheres take at this tolerance.
+laplace::SphereForecast forecast(const Scene& scene, const laplace::SphereProblem& problem, double tolerance) {
+  FieldOptions field = scene.field();
+  field.tolerance = tolerance;
+  return effects::make_sphere_solver(field, problem.spheres.size()).forecast(problem);
+}
+
+std::string in_words(const laplace::SphereForecast& forecast) {
+  return fmt::format(
+      "degree {}{}, {} unknowns",
+      forecast.least_degree < forecast.largest_degree ? fmt::format("{} to ", forecast.least_degree) : "",
+      forecast.largest_degree, forecast.unknowns);
+}
+
+void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, const std::string& refusal_of_run) {
+  const FieldOptions& field = scene.field();
+  const auto single = forecast(scene, problem, field.tolerance),
+             moving = forecast(scene, problem, field.moving_tolerance);
+  fmt::print("\nfield\n");
+  fmt::print("  method               {}\n", method_in_words(field));
+  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", field.tolerance,
+             field.moving_tolerance);
+  fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
+             std::ranges::count(problem.groups, true, &laplace::Group::floating));
+  fmt::print("  harmonics            {} of a single solve\n", in_words(single));
+  fmt::print("                       {} in a moving scene, as it starts\n", in_words(moving));
+  const FieldCost cost =
+      estimate_sphere_cost(field, static_cast<double>(single.unknowns), static_cast<double>(moving.unknowns));
+  explain_cost(scene, static_cast<double>(moving.unknowns), cost, refusal_of_run);
 }
 
 bool is_for_a_run(const Scene& scene) {
@@ -245,8 +271,8 @@ void explain(Scene scene) {
   explain_needs(effects);
   explain_circuit(scene);
   if (scene.reference) explain_grains(scene);
-  if (field && scene.dimension() == 3) explain_spheres(scene, field->spheres);
-  if (field && scene.dimension() == 2) explain_cost(scene, explain_field(scene, field->problem), refusal);
+  if (field && scene.dimension() == 3) explain_spheres(scene, field->spheres, refusal);
+  if (field && scene.dimension() == 2) explain_plane_cost(scene, explain_field(scene, field->problem), refusal);
 }
 
 }  // namespace

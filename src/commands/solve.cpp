@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "solvers/error.hpp"
 #include "src/commands/commands.hpp"
@@ -15,6 +15,7 @@
 #include "src/commands/draw.hpp"
 #include "src/commands/field_problem.hpp"
 #include "src/commands/output.hpp"
+#include "src/commands/scratch_folder.hpp"
 #include "src/effects/conductor_frame.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/groups.hpp"
@@ -47,10 +48,11 @@ struct Capacitances {
 struct Answer {
   Scene scene;
   FieldProblem field{};
-  laplace::LaplaceSolution solution{};  ///< per metre of depth; in three dimensions without forces
-  std::vector<Vec3> force{};            ///< N
-  std::array<double, 6> side_charge{};  ///< C, of electrodes; in a plane per metre of depth
-  Capacitances capacitance{};           ///< empty if not asked for
+  laplace::LaplaceSolution solution{};             ///< per metre of depth; in three dimensions without forces
+  std::vector<Vec3> force{};                       ///< N
+  std::array<double, 6> side_charge{};             ///< C, of electrodes; in a plane per metre of depth
+  std::optional<double> charge_of_joined_sides{};  ///< C, in three dimensions, where electrode sides meet
+  Capacitances capacitance{};                      ///< empty if not asked for
 
   int size() const { return static_cast<int>(scene.conductors.size()); }
   bool in_space() const { return scene.dimension() == 3; }
@@ -79,7 +81,39 @@ void print_conductors(const Answer& answer) {
   }
 }
 
-/// In the order of effects::terminals_of: the electrodes, then those sides that are.
+/// Electrode sides that meet at a corner or an edge, by the first of them; -1: the side is none. They have one
+/// potential.
+std::vector<int> joined_sides(const Scene& scene) {
+  const int sides = 2 * scene.dimension();
+  std::vector<int> first(sides, -1);
+  for (int s = 0; s < sides; ++s)
+    if (scene.domain.sides[s].electrode) first[s] = s;
+  for (int s = 0; s < sides; ++s)
+    for (int other = s / 2 * 2 + 2; other < sides; ++other)
+      if (first[s] >= 0 && first[other] >= 0) {
+        const auto [one, larger] = std::minmax(first[s], first[other]);
+        std::ranges::replace(first, int(larger), int(one));
+      }
+  return first;
+}
+
+std::string name_of_sides(const std::vector<int>& joined, int first) {
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < joined.size(); ++s)
+    if (joined[s] == first) names.emplace_back(side_names[s]);
+  return fmt::format("the {} side{} of the domain", fmt::join(names, ", "), names.size() > 1 ? "s" : "");
+}
+
+/// Those sides that are the first of their kind.
+std::vector<int> first_sides(const std::vector<int>& joined) {
+  std::vector<int> sides;
+  for (int s = 0; s < static_cast<int>(joined.size()); ++s)
+    if (joined[s] == s) sides.push_back(s);
+  return sides;
+}
+
+/// In the order of effects::terminals_of: the electrodes, then those sides that are; then sides that meet at edges in
+/// space, of which the sum of the charges alone is known.
 std::vector<TerminalAnswer> terminals(const Answer& answer) {
   std::vector<TerminalAnswer> found;
   const laplace::LaplaceSolution& solution = answer.solution;
@@ -94,6 +128,12 @@ std::vector<TerminalAnswer> terminals(const Answer& answer) {
     }
     while (!answer.scene.domain.sides[side].electrode) ++side;
     found.push_back({terminal.name, terminal.potential, answer.depth() * answer.side_charge[side++]});
+  }
+  if (answer.charge_of_joined_sides) {
+    const std::vector<int> joined = joined_sides(answer.scene);
+    const int first = first_sides(joined).front();
+    found.push_back(
+        {name_of_sides(joined, first), answer.scene.domain.sides[first].potential, *answer.charge_of_joined_sides});
   }
   return found;
 }
@@ -203,40 +243,17 @@ std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
   return solver;
 }
 
-/// Electrode sides that meet in a corner, by the first of them; -1: the side is none. They have one potential.
-std::array<int, 4> joined_sides(const laplace::LaplaceProblem& problem) {
-  std::array<int, 4> first{-1, -1, -1, -1};
-  for (int s = 0; s < 4; ++s)
-    if (problem.sides[s].kind == laplace::Side::Kind::electrode) first[s] = s;
-  for (const int across : {0, 1})
-    for (const int along : {2, 3})
-      if (first[across] >= 0 && first[along] >= 0) {
-        const int one = std::min(first[across], first[along]), other = std::max(first[across], first[along]);
-        std::ranges::replace(first, other, one);
-      }
-  return first;
-}
-
-std::string name_of_sides(const std::array<int, 4>& joined, int first) {
-  std::vector<std::string> names;
-  for (int s = 0; s < 4; ++s)
-    if (joined[s] == first) names.emplace_back(side_names[s]);
-  return fmt::format("the {} side{} of the domain", fmt::join(names, ", "), names.size() > 1 ? "s" : "");
-}
-
-/// Charges (F) when the sides that are joined with `one` are at 1 V and all else at 0 V: of the groups, then of those
-/// sides that are the first of their kind.
+/// Charges (F) when the sides that are joined with `one` are at 1 V and all else at 0 V: of the groups, then of
+/// first_sides.
 std::vector<double> charges_by_side(laplace::LaplaceSolver& solver, laplace::LaplaceProblem unit,
-                                    const std::array<int, 4>& joined, int one, double depth) {
-  const std::size_t groups = unit.groups.size();
+                                    const std::vector<int>& joined, int one, double depth) {
+  std::vector<double> charges(unit.groups.size());
   std::ranges::fill(unit.groups, laplace::Group{.floating = false});
   unit.couplings.clear();
   for (int s = 0; s < 4; ++s) unit.sides[s].potential = joined[s] == one;
   const laplace::LaplaceSolution solution = solver.solve(unit);
-  std::vector<double> charges(groups);
   for (std::size_t b = 0; b < unit.bodies.size(); ++b) charges[unit.bodies[b].group] += depth * solution.body_charge[b];
-  for (int first = 0; first < 4; ++first) {
-    if (joined[first] != first) continue;
+  for (const int first : first_sides(joined)) {
     charges.push_back(0);
     for (int s = 0; s < 4; ++s)
       if (joined[s] == first) charges.back() += depth * solution.side_charge[s];
@@ -244,27 +261,54 @@ std::vector<double> charges_by_side(laplace::LaplaceSolver& solver, laplace::Lap
   return charges;
 }
 
+/// The same of spheres. Where sides are joined all are, and have one charge.
+std::vector<double> charges_by_side(laplace::SphereSolver& solver, laplace::SphereProblem unit,
+                                    const std::vector<int>& joined, int one) {
+  std::vector<double> charges(unit.groups.size());
+  std::ranges::fill(unit.groups, laplace::Group{.floating = false});
+  unit.couplings.clear();
+  for (int s = 0; s < 6; ++s) unit.side_potential[s] = joined[s] == one;
+  const laplace::SphereSolution solution = solver.solve(unit);
+  for (std::size_t i = 0; i < unit.spheres.size(); ++i) charges[unit.spheres[i].group] += solution.sphere_charge[i];
+  const std::vector<int> sides = first_sides(joined);
+  for (const int first : sides)
+    charges.push_back(sides.size() == 1 ? solution.electrode_charge : solution.side_charge[first]);
+  return charges;
+}
+
 /// Of the groups, and of the sides of the domain that are electrodes: what a group's potential makes on a side is what
-/// the side's makes on the group.
-Capacitances capacitances(laplace::LaplaceSolver& solver, const Answer& answer) {
-  const laplace::LaplaceProblem& problem = answer.field.problem;
-  const std::array<int, 4> joined = joined_sides(problem);
+/// the side's makes on the group. `among_groups` (F): without the sides; by_side(side): charges_by_side.
+Capacitances with_sides(const Answer& answer, const std::vector<int>& joined, const std::vector<double>& among_groups,
+                        const std::function<std::vector<double>(int side)>& by_side) {
   Capacitances found{answer.field.group_names, {}};
-  std::vector<int> sides;  // the first of those that are one
-  for (int s = 0; s < 4; ++s)
-    if (joined[s] == s) sides.push_back(s);
+  const std::vector<int> sides = first_sides(joined);
   for (const int first : sides) found.names.push_back(name_of_sides(joined, first));
-  const std::size_t groups = problem.groups.size(), n = found.names.size();
+  const std::size_t groups = answer.field.group_names.size(), n = found.names.size();
   found.matrix.assign(n * n, 0);
-  const std::vector<double> among_groups = capacitance_matrix(solver, problem);
   for (std::size_t i = 0; i < groups; ++i)
-    for (std::size_t j = 0; j < groups; ++j) found.matrix[i * n + j] = answer.depth() * among_groups[i * groups + j];
+    for (std::size_t j = 0; j < groups; ++j) found.matrix[i * n + j] = among_groups[i * groups + j];
   for (std::size_t k = 0; k < sides.size(); ++k) {
-    const std::vector<double> column = charges_by_side(solver, problem, joined, sides[k], answer.depth());
+    const std::vector<double> column = by_side(sides[k]);
     for (std::size_t i = 0; i < n; ++i) found.matrix[i * n + groups + k] = column[i];
     for (std::size_t g = 0; g < groups; ++g) found.matrix[(groups + k) * n + g] = column[g];
   }
   return found;
+}
+
+Capacitances capacitances(laplace::LaplaceSolver& solver, const Answer& answer) {
+  const laplace::LaplaceProblem& problem = answer.field.problem;
+  const std::vector<int> joined = joined_sides(answer.scene);
+  std::vector<double> among_groups = capacitance_matrix(solver, problem);
+  for (double& value : among_groups) value *= answer.depth();
+  return with_sides(answer, joined, among_groups,
+                    [&](int side) { return charges_by_side(solver, problem, joined, side, answer.depth()); });
+}
+
+Capacitances capacitances(laplace::SphereSolver& solver, const Answer& answer) {
+  const laplace::SphereProblem& problem = answer.field.spheres;
+  const std::vector<int> joined = joined_sides(answer.scene);
+  return with_sides(answer, joined, solver.capacitance_matrix(problem),
+                    [&](int side) { return charges_by_side(solver, problem, joined, side); });
 }
 
 /// What a run of the scene would record at its start.
@@ -282,23 +326,6 @@ ConductorFrame frame_of(const Answer& answer) {
   return frame;
 }
 
-/// A folder of its own, gone with this object.
-class ScratchFolder {
- public:
-  ScratchFolder() : path_((std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) throw Failure(path_ + " cannot be made, where a picture is prepared");
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ~ScratchFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
 /// Drawn as a frame of a run is, from a result that holds nothing else.
 void draw_solution(const Answer& answer, std::optional<laplace::Field> field, const std::string& picture) {
   const ScratchFolder folder;
@@ -315,11 +342,6 @@ void draw_solution(const Answer& answer, std::optional<laplace::Field> field, co
   draw("plot.py", {file, "--colour=potential", "--out=" + picture, "--overwrite", "--quiet"});
 }
 
-/// Charges on groups when one after the other is at 1 V, all else at 0.
-Capacitances sphere_capacitances(laplace::SphereSolver& solver, const Answer& answer) {
-  return {answer.field.group_names, solver.capacitance_matrix(answer.field.spheres)};
-}
-
 void solve_in_space(Answer& answer, const SolveArguments& request) {
   if (!request.field.empty())
     throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
@@ -327,6 +349,8 @@ void solve_in_space(Answer& answer, const SolveArguments& request) {
   laplace::SphereSolution found = solver.solve(answer.field.spheres);
   answer.force = std::move(found.sphere_force);
   answer.side_charge = found.side_charge;
+  if (std::ranges::any_of(found.side_charge, [](double charge) { return std::isnan(charge); }))
+    answer.charge_of_joined_sides = found.electrode_charge;
   answer.solution = {.group_potential = std::move(found.group_potential),
                      .body_charge = std::move(found.sphere_charge),
                      .body_force = {},
@@ -336,7 +360,7 @@ void solve_in_space(Answer& answer, const SolveArguments& request) {
                      .residual = found.residual,
                      .seconds = found.seconds};
   if (!request.picture.empty()) draw_solution(answer, std::nullopt, request.picture);
-  if (request.capacitance) answer.capacitance = sphere_capacitances(solver, answer);
+  if (request.capacitance) answer.capacitance = capacitances(solver, answer);
 }
 
 void solve_in_plane(Answer& answer, const SolveArguments& request) {

@@ -64,7 +64,9 @@ void show_progress(int place, int all, const std::string& method, const work_pre
 
 auto sweep_for(const Scene& scene, bool time) {
   if (scene.reference) return time ? work_precision::sweep_grains : work_precision::sweep_charges;
-  return time ? work_precision::sweep_time : work_precision::sweep_field;
+  if (time) return work_precision::sweep_time;
+  return scene.dimension() == 3 && scene.effects.has(&EffectKind::field) ? work_precision::sweep_spheres
+                                                                         : work_precision::sweep_field;
 }
 
 void sweep(Arguments arguments) {
@@ -72,8 +74,6 @@ void sweep(Arguments arguments) {
   check(arguments);
   arguments.request.progress = show_progress;
   const Scene scene = read_scene(arguments.scene, settings_of(arguments.settings));
-  if (scene.dimension() == 3 && scene.effects.has(&EffectKind::field))
-    throw InputError(scene.path + ": conductors in three dimensions have one method, with nothing to compare it with");
   const work_precision::Circumstances circumstances = work_precision::circumstances(scene);
   const work_precision::Diagram diagram = sweep_for(scene, arguments.time)(scene, arguments.request);
   work_precision::print(diagram, circumstances);

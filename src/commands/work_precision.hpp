@@ -95,6 +95,9 @@ struct Request {
 /// The field of the scene's first instant, by every method that can solve it. Quantities: potentials, charges, forces.
 /// Throws InputError for a scene without a field, unknown methods and sizes that do not give square cells.
 Diagram sweep_field(const Scene& scene, const Request& request);
+/// The same of a scene of spheres in three dimensions, by accuracy and by degree, beside finite elements where they are
+/// installed.
+Diagram sweep_spheres(const Scene& scene, const Request& request);
 /// The scene's motion until stop.time, by every integrator. Quantity: positions. Throws InputError for unknown methods.
 Diagram sweep_time(const Scene& scene, const Request& request);
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <fmt/os.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,29 +11,13 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "src/commands/scratch_folder.hpp"
 #include "src/commands/work_precision_charges.hpp"
 
 namespace lichtenberg::work_precision {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Gone with all that is in it.
-struct ScratchFolder {
-  fs::path path;
-
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "lichtenberg-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw Failure(fmt::format("no folder can be made at {}", name));
-    path = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-};
 
 std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -75,16 +58,16 @@ class LammpsTrial : public Trial {
   LammpsTrial(const ChargedSubject& subject, double accuracy, double cutoff) : subject_(subject) {
     if (std::system("command -v lmp >/dev/null 2>&1") != 0)
       throw InputError("LAMMPS is not installed: there is no command `lmp` (Debian's package lammps)");
-    write_data(folder_.path / "data", subject);
-    fmt::output_file((folder_.path / "in").string()).print("{}", commands(accuracy, cutoff, steps()));
+    write_data(folder_.file("data"), subject);
+    fmt::output_file(folder_.file("in")).print("{}", commands(accuracy, cutoff, steps()));
   }
 
   void run() override {
     const std::string line =
-        fmt::format("cd '{}' && OMP_NUM_THREADS=1 lmp -in in -log none >out 2>&1 </dev/null", folder_.path.string());
+        fmt::format("cd '{}' && OMP_NUM_THREADS=1 lmp -in in -log none >out 2>&1 </dev/null", folder_.path());
     const bool done = std::system(line.c_str()) == 0;
     std::smatch found;
-    const std::string out = text_of(folder_.path / "out");
+    const std::string out = text_of(folder_.file("out"));
     if (!done || !std::regex_search(out, found, std::regex(R"(Loop time of (\S+) on[^]*?([0-9.]+)% CPU use)")))
       throw Failure("LAMMPS did not get through it");
     seconds_ = std::stod(found[1]) * std::stod(found[2]) / 100 / steps();
@@ -101,7 +84,7 @@ class LammpsTrial : public Trial {
 
   /// Nine lines that say what follows, then id and force.
   std::vector<double> forces() const {
-    std::ifstream file(folder_.path / "forces");
+    std::ifstream file(folder_.file("forces"));
     std::string line;
     for (int k = 0; k < 9; ++k) std::getline(file, line);
     std::vector<double> force(3 * static_cast<std::size_t>(subject_.bodies.size()), NAN);

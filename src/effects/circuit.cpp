@@ -20,7 +20,7 @@ void check_resistors(const Draft& draft) {
     refuse(scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with {}: it must be \"{}\"", key, value, what, allowed));
   };
-  if (draft.field.method && draft.field.method != FieldMethod::cut_cell)
+  if (draft.domain_size.count == 2 && draft.field.method && draft.field.method != FieldMethod::cut_cell)
     refuse_with("field.method", name_of(*draft.field.method), "cut-cell");
   if (scene.mechanics.integrator == Integrator::cvode && scene.mechanics.coupling == FieldCoupling::monolithic)
     refuse_with("mechanics.coupling", "monolithic", "split");

@@ -43,6 +43,8 @@ const EffectKind& ContactResistanceOptions::kind() {
                 .range = ranges::not_negative,
                 .help = "radius of the spot in which two surfaces touch"}},
       .needs = {{"contact_discharge", "which says who is in contact"}},
+      .dimensions = {2, 3},
+      .periodic = true,
       .check = check,
       .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<ContactResistance>(); },
       .explain = [](const Scene& scene) -> std::vector<Remark> {

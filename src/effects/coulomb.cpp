@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/spheres/spheres.hpp"
 #include "solvers/periodic/accuracy.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/short_range.hpp"
@@ -237,16 +239,25 @@ struct Coulomb::Implementation {
         sum(make_sum(scene, doubt)),
         range(std::min(sum->cutoff(), longest_cutoff(scene)) - 2 * smallest_radius(scene)),
         wants_potentials(scene.effects.has("induced_dipoles") || scene.effects.has("charge_exchange")) {
-    if (const auto* dipoles = scene.effects.find<InducedDipolesOptions>())
-      induced.emplace(*sum, dipoles->sum, dipoles->polarizability, dipoles->tolerance);
+    const auto* found = scene.effects.find<InducedDipolesOptions>();
+    if (!found) return;
+    polarization = *found;
+    if (found->degree > 1)
+      spheres.emplace(laplace::SphereOptions{.accuracy = found->tolerance, .degree = found->degree});
+    else
+      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance);
   }
+
+  bool polarizes() const { return induced || spheres; }
 
   /// Computes it for these places and charges, unless that was done last time.
   const periodic::Response& response_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (bodies.position == position && bodies.charge == charge) return response;
     const periodic::Sources sources{bodies.box.lengths, bodies.position, bodies.charge};
-    if (induced) {
+    if (spheres) {
+      iterations += naming_what_helps([&] { return polarize_spheres(bodies); });
+    } else if (induced) {
       // Charges also change at places that stay: that is no step to predict from.
       const bool moved = bodies.position != position;
       if (moved) dipole = predictor.predict();
@@ -271,8 +282,38 @@ struct Coulomb::Implementation {
 
   /// Returns how often the dipoles' field was computed.
   int polarize(const periodic::Sources& sources, const State& state) {
+    return naming_what_helps(
+        [&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
+  }
+
+  /// The grains as dielectric spheres, in units with 4 pi eps = 1. What others make at a grain's centre: its own charge
+  /// leaves q / R there, and its dipole is the polarizability times their field. Returns iterations.
+  int polarize_spheres(const Bodies& bodies) {
+    laplace::SphereProblem problem{.box = bodies.box, .permittivity = 1 / (4 * std::numbers::pi)};
+    for (int i = 0; i < bodies.size(); ++i) {
+      problem.spheres.push_back(
+          {position_in_space(bodies, i), bodies.radius[i], i, polarization.relative_permittivity(bodies.radius[i])});
+      problem.groups.push_back({.charge = bodies.charge[i]});
+    }
+    const laplace::SphereSolution solution = spheres->solve(problem);
+    response = {.energy = solution.energy};
+    dipole.clear();
+    for (int i = 0; i < bodies.size(); ++i) {
+      const double own = bodies.charge[i] / bodies.radius[i];
+      response.potential.push_back(solution.group_potential[i] - own);
+      response.energy -= 0.5 * bodies.charge[i] * own;
+      for (int k = 0; k < 3; ++k) {
+        dipole.push_back(solution.sphere_dipole[i][k]);
+        response.field.push_back(dipole.back() / polarization.polarizability);
+        response.force.push_back(solution.sphere_force[i][k]);
+      }
+    }
+    return solution.iterations;
+  }
+
+  int naming_what_helps(const auto& work) {
     try {
-      return induced->evaluate(sources, state.neighbours, state.team, dipole, response);
+      return work();
     } catch (const InputError& error) {
       const std::string sentence = std::string("effects.induced_dipoles: ") + error.what();
       if (evaluations == 0) throw InputError(sentence);
@@ -285,7 +326,9 @@ struct Coulomb::Implementation {
   std::unique_ptr<periodic::Sum> sum;
   double range;           ///< between surfaces
   bool wants_potentials;  ///< in each step, for charges that move
+  InducedDipolesOptions polarization;
   std::optional<periodic::InducedDipoles> induced;
+  std::optional<laplace::SphereSolver> spheres;  ///< in place of `induced` and `sum` beyond dipoles
   periodic::DipolePredictor predictor;
   periodic::Response response;
   std::vector<double> force;
@@ -312,11 +355,12 @@ double Coulomb::stored_energy(const State& state) const {
 }
 
 /// Without dipoles what was computed follows from places and charges. Dipoles depend, within their tolerance, on where
-/// their solver began; so all goes into the checkpoint.
+/// their solver began; so all goes into the checkpoint. That of spheres begins anew, here and in who restores it.
 void Coulomb::save(Checkpoint& checkpoint) const {
-  const Implementation& self = *implementation_;
+  Implementation& self = *implementation_;
+  if (self.spheres) self.spheres->forget();
   checkpoint.integers["counters"] = {self.evaluations, self.iterations};
-  if (!self.induced) return;
+  if (!self.polarizes()) return;
   checkpoint.reals["position"] = self.position;
   checkpoint.reals["charge"] = self.charge;
   checkpoint.reals["dipole"] = self.dipole;
@@ -337,7 +381,8 @@ void Coulomb::restore(const Checkpoint& checkpoint) {
         "the checkpoint's counters of effects.coulomb are not those of this program: another version wrote them");
   self.evaluations = counters[0], self.iterations = counters[1];
   self.position.clear();
-  if (!self.induced) return;
+  if (self.spheres) self.spheres->forget();
+  if (!self.polarizes()) return;
   const std::size_t n = checkpoint.reals.contains("charge") ? checkpoint.reals.at("charge").size() : 0;
   self.position = reals(checkpoint, "position", 3 * n);
   self.charge = reals(checkpoint, "charge", n);
@@ -366,15 +411,16 @@ void Coulomb::add_columns(const State& state, Frame& frame) const {
   const periodic::Response& response = self.response_for(state);
   frame.add_particles("coulomb_potential", "q0/d0", response.potential);
   frame.add_vectors("coulomb_force", "m0 v0^2/d0", scaled(response.force, self.options.strength), 3);
-  if (self.induced) frame.add_vectors("dipole", "q0 d0", self.dipole, 3);
+  if (self.polarizes()) frame.add_vectors("dipole", "q0 d0", self.dipole, 3);
 }
 
 void Coulomb::summarize(const State&, Summary& summary) const {
   const Implementation& self = *implementation_;
   std::string text = fmt::format("computed {} times", self.evaluations);
-  if (self.induced && self.evaluations > 0)
-    text += fmt::format(", with {:.2f} fields of dipoles each",
-                        static_cast<double>(self.iterations) / static_cast<double>(self.evaluations));
+  if (self.polarizes() && self.evaluations > 0)
+    text += fmt::format(", with {:.2f} fields of {} each",
+                        static_cast<double>(self.iterations) / static_cast<double>(self.evaluations),
+                        self.spheres ? fmt::format("multipoles to degree {}", self.polarization.degree) : "dipoles");
   summary.lines.push_back({"charges' field", text});
 }
 

@@ -1,6 +1,16 @@
 #include "src/effects/electrostatics.hpp"
 
+#include <map>
+
 namespace lichtenberg::effects {
+namespace {
+
+/// Such a resistor carries nothing.
+bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
+  return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
+}
+
+}  // namespace
 
 NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth) {
   NodeGroups nodes{.groups = {}, .of_node = std::vector<int>(groups.id.size())};
@@ -14,6 +24,55 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
     if (group.floating && i < charges.charge.size()) group.charge += charges.charge[i] / depth;
   }
   return nodes;
+}
+
+void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& of_node,
+                   double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings) {
+  std::map<int, int> group_of_supply;
+  for (const Resistor& resistor : charges.resistors) {
+    if (is_within_group(resistor, groups)) continue;
+    int b = 0;
+    if (resistor.b >= 0) {
+      b = of_node[resistor.b];
+    } else {
+      const auto [known, is_new] = group_of_supply.try_emplace(resistor.supply, static_cast<int>(to.size()));
+      if (is_new) to.push_back({.floating = false, .potential = resistor.potential});
+      b = known->second;
+    }
+    couplings.push_back({of_node[resistor.a], b, charges.weight * resistor.conductance / depth});
+  }
+}
+
+std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const NodeCharges& charges,
+                                         const std::vector<double>& flowed, double depth) {
+  std::vector<double> carried;
+  auto next = flowed.begin();
+  for (const Resistor& resistor : charges.resistors)
+    carried.push_back(is_within_group(resistor, groups) ? 0 : depth * *next++);
+  return carried;
+}
+
+void neutralize(std::vector<laplace::Group>& groups) {
+  double net = 0;
+  int floating = 0;
+  for (const laplace::Group& group : groups)
+    if (group.floating) net += group.charge, ++floating;
+  for (laplace::Group& group : groups)
+    if (group.floating) group.charge -= net / floating;
+}
+
+void set_level(Electrostatics& field, const NodeCharges& charges) {
+  const int conductors = static_cast<int>(field.potential.size());
+  double missing = charges.fed, conductance = 0;
+  for (const Resistor& resistor : charges.resistors) {
+    if (resistor.b >= 0) continue;
+    const double potential =
+        resistor.a < conductors ? field.potential[resistor.a] : field.terminal_potential[resistor.a - conductors];
+    missing -= resistor.conductance * (potential - resistor.potential);
+    conductance += resistor.conductance;
+  }
+  for (std::vector<double>* potentials : {&field.potential, &field.terminal_potential})
+    for (double& potential : *potentials) potential += missing / conductance;
 }
 
 }  // namespace lichtenberg::effects

@@ -39,4 +39,22 @@ struct NodeGroups {
 /// Charges become those per metre of `depth` (m).
 NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth);
 
+/// Appends what resistors between groups couple, a group for each supply at the end of one among it. `of_node`: groups
+/// of the nodes.
+void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& of_node,
+                   double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings);
+
+/// C, through each resistor: `flowed` (C per metre of depth) are the couplings' that add_couplings has made of them.
+std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const NodeCharges& charges,
+                                         const std::vector<double>& flowed, double depth);
+
+/// Shares among the floating groups a net charge that an insulated box has no field for: steps leave one of the field
+/// solver's tolerance.
+void neutralize(std::vector<laplace::Group>& groups);
+
+/// The level of the potentials in an insulated box at an instant, when nothing but resistors leads to a supply and they
+/// carry nothing, so that the field leaves it open: their currents are to carry off what is fed, since the box cannot
+/// take up any net charge (Kirchhoff's current law). All terminals must be nodes.
+void set_level(Electrostatics& field, const NodeCharges& charges);
+
 }  // namespace lichtenberg::effects

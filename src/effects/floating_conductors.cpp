@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
@@ -32,31 +31,6 @@ void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
   }
 }
 
-/// Such a resistor carries nothing.
-bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
-  return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
-}
-
-/// The resistors between groups as couplings.
-void add_couplings(const Scene& scene, const ElectricalGroups& groups, const NodeCharges& charges,
-                   const std::vector<int>& group_of_node, laplace::LaplaceProblem& problem) {
-  std::map<int, int> group_of_supply;
-  for (const Resistor& resistor : charges.resistors) {
-    if (is_within_group(resistor, groups)) continue;
-    const int a = group_of_node[resistor.a];
-    int b = 0;
-    if (resistor.b >= 0) {
-      b = group_of_node[resistor.b];
-    } else {
-      const auto [known, is_new] =
-          group_of_supply.try_emplace(resistor.supply, static_cast<int>(problem.groups.size()));
-      if (is_new) problem.groups.push_back({.floating = false, .potential = resistor.potential});
-      b = known->second;
-    }
-    problem.couplings.push_back({a, b, charges.weight * resistor.conductance / scene.medium.depth});
-  }
-}
-
 }  // namespace
 
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
@@ -78,7 +52,7 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
     problem.bodies.push_back({electrode.shape, static_cast<int>(problem.groups.size())});
     problem.groups.push_back({.floating = false, .potential = electrode.potential});
   }
-  add_couplings(scene, groups, charges, nodes.of_node, problem);
+  add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
   return problem;
 }
 
@@ -194,6 +168,7 @@ namespace {
 
 /// Outside there is no field to solve for.
 void check_inside(const Scene& scene, const Bodies& bodies) {
+  if (scene.domain.open) return;
   for (int i = 0; i < bodies.size(); ++i) {
     const int d = bodies.dimension;
     const Vec3 p = position_in_space(bodies, i);
@@ -205,6 +180,45 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
         fmt::join(bodies.position.begin() + i * d, bodies.position.begin() + (i + 1) * d, ", "),
         scene.effects.has<WallContactOptions>() ? "" : ": [effects.wall_contact] in the scene would hold it"));
   }
+}
+
+/// Spheres may overlap by so much of the smaller radius, and reach so far into a side.
+constexpr double deepest_contact = 0.01;
+
+/// What the field of spheres cannot solve, which contact forces should not let happen; empty: nothing.
+std::string too_deep(const Scene& scene, const Bodies& bodies) {
+  const auto sentence = [&](const std::string& who, double depth, const std::string& effect, bool there) {
+    return fmt::format(
+        "{} by {:.3g} m, more than a hundredth of the radius, which the field of spheres cannot solve: {}", who, depth,
+        there ? fmt::format("a larger effects.{}.young or a slower approach would keep them apart", effect)
+              : fmt::format("[effects.{}] in the scene would keep them apart", effect));
+  };
+  for (const Pair pair : pairs_closer_than(bodies, 0)) {
+    const double radius = std::min(bodies.radius[pair.i], bodies.radius[pair.j]);
+    const Vec3 apart = bodies.box.difference(position_in_space(bodies, pair.i), position_in_space(bodies, pair.j));
+    const double depth = bodies.radius[pair.i] + bodies.radius[pair.j] - norm(apart);
+    if (depth > deepest_contact * radius)
+      return sentence(fmt::format("conductors {} and {} overlap", pair.i, pair.j), depth, "hertz_contact",
+                      scene.effects.has<HertzContactOptions>());
+  }
+  const bool walls = scene.effects.has<WallContactOptions>();
+  const std::vector<Surface> sides = sides_of(scene.domain);
+  for (int i = 0; i < bodies.size(); ++i) {
+    const auto depth_in = [&](const Surface& surface) {
+      return bodies.radius[i] - view(surface, position_in_space(bodies, i)).distance;
+    };
+    for (std::size_t s = 0; s < sides.size() && !scene.domain.open; ++s)
+      if (const double depth = depth_in(sides[s]);
+          !scene.domain.sides[s].periodic && depth > deepest_contact * bodies.radius[i])
+        return sentence(fmt::format("conductor {} is pressed into the {} side of the domain", i, side_names[s]), depth,
+                        "wall_contact", walls);
+    for (const Electrode& electrode : scene.electrodes)
+      if (const double depth = depth_in(surface_of(electrode, scene.domain));
+          depth > deepest_contact * bodies.radius[i])
+        return sentence(fmt::format("conductor {} is pressed into the electrode \"{}\"", i, electrode.name), depth,
+                        "wall_contact", walls);
+  }
+  return "";
 }
 
 /// Between surfaces that touch at different potentials the force has no limit; contact_discharge sees to it that there
@@ -222,33 +236,7 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
 }
 
 /// An instant at which nothing but resistors leads to a supply: they carry nothing in no time.
-bool is_only_behind_resistors(const laplace::LaplaceProblem& problem) {
-  return !problem.couplings.empty() && !problem.has_ground();
-}
-
-/// Steps leave a net charge of the field solver's tolerance, which in an insulated box has no field.
-void neutralize(laplace::LaplaceProblem& problem) {
-  double net = 0;
-  int floating = 0;
-  for (const laplace::Group& group : problem.groups)
-    if (group.floating) net += group.charge, ++floating;
-  for (laplace::Group& group : problem.groups)
-    if (group.floating) group.charge -= net / floating;
-}
-
-/// V, to add to the potentials of an insulated box, which its field leaves open: the currents through resistors are to
-/// carry off what is fed, since the box cannot take up any net charge (Kirchhoff's current law).
-double level(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
-             const NodeCharges& charges) {
-  double missing = charges.fed, conductance = 0;
-  for (const Resistor& resistor : charges.resistors) {
-    if (resistor.b >= 0) continue;
-    const int group = problem.bodies[resistor.a].group;  // bodies come in the order of nodes if every electrode is one
-    missing -= resistor.conductance * (solution.group_potential[group] - resistor.potential);
-    conductance += resistor.conductance;
-  }
-  return missing / conductance;
-}
+bool is_only_behind_resistors(const auto& problem) { return !problem.couplings.empty() && !problem.has_ground(); }
 
 /// What a prediction is wrong by follows its force where that falls, and stays where it rises: a group that has merged
 /// has another force, and a correction of the old one's size would outlive it.
@@ -353,11 +341,19 @@ Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalG
 Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const ElectricalGroups& groups,
                                                   const NodeCharges& charges) {
   check(bodies, groups);
-  const laplace::SphereProblem asked = make_sphere_problem(scene_, bodies, groups, charges);
+  if (const std::string sentence = too_deep(scene_, bodies); !sentence.empty()) {
+    if (solves_ == 0) throw InputError(sentence);
+    throw Failure(sentence);
+  }
+  laplace::SphereProblem asked = make_sphere_problem(scene_, bodies, groups, charges);
+  if (is_only_behind_resistors(asked)) neutralize(asked.groups);
   const laplace::SphereSolution solution = spheres_->solve(asked);
   ++solves_;
   iterations_ += solution.iterations;
-  return electrostatics_of(scene_, asked, solution);
+  Electrostatics result = electrostatics_of(scene_, asked, solution);
+  result.carried = carried_by_resistors(groups, charges, solution.coupling_charge, 1);
+  if (is_only_behind_resistors(asked)) set_level(result, charges);
+  return result;
 }
 
 Electrostatics FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
@@ -391,7 +387,7 @@ laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const 
                                                     const NodeCharges& charges) const {
   check(bodies, groups);
   laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
-  if (is_only_behind_resistors(problem)) neutralize(problem);
+  if (is_only_behind_resistors(problem)) neutralize(problem.groups);
   return problem;
 }
 
@@ -399,26 +395,23 @@ Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
                                          const laplace::LaplaceSolution& solution, const ElectricalGroups& groups,
                                          const NodeCharges& charges) const {
   const double depth = scene_.medium.depth;
-  const double shift = is_only_behind_resistors(problem) ? level(problem, solution, charges) : 0;
   Electrostatics result{.energy = depth * solution.energy};
   for (std::size_t i = 0; i < scene_.conductors.size(); ++i) {
     result.force.push_back(in_space(depth * solution.body_force[i]));
     result.charge.push_back(depth * solution.body_charge[i]);
-    result.potential.push_back(solution.group_potential[problem.bodies[i].group] + shift);
+    result.potential.push_back(solution.group_potential[problem.bodies[i].group]);
   }
-  const std::vector<double> flowed = laplace::coupling_charges(problem, solution);
-  auto next = flowed.begin();
-  for (const Resistor& resistor : charges.resistors)
-    result.carried.push_back(is_within_group(resistor, groups) ? 0 : depth * *next++);
+  result.carried = carried_by_resistors(groups, charges, laplace::coupling_charges(problem, solution), depth);
   for (std::size_t b = scene_.conductors.size(); b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);
-    result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group] + shift);
+    result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group]);
   }
   for (std::size_t s = 0; s < problem.sides.size(); ++s) {
     if (problem.sides[s].kind != laplace::Side::Kind::electrode) continue;
     result.terminal_charge.push_back(depth * solution.side_charge[s]);
     result.terminal_potential.push_back(problem.sides[s].potential);
   }
+  if (is_only_behind_resistors(problem)) set_level(result, charges);
   return result;
 }
 

@@ -7,7 +7,6 @@
 #include <optional>
 #include <thread>
 
-#include "src/effects/contact_resistance.hpp"
 #include "src/effects/floating_conductors.hpp"
 
 namespace lichtenberg::effects {
@@ -37,7 +36,8 @@ Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential,
 
 laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
-  laplace::SphereProblem problem{.box = scene.domain.box(), .permittivity = scene.medium.permittivity};
+  laplace::SphereProblem problem{
+      .box = scene.domain.box(), .free_space = scene.domain.open, .permittivity = scene.medium.permittivity};
   for (std::size_t s = 0; s < problem.side_potential.size(); ++s)
     problem.side_potential[s] = scene.domain.sides[s].potential;
   NodeGroups nodes = groups_of_nodes(groups, charges, 1);
@@ -46,9 +46,12 @@ laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bod
     problem.spheres.push_back(
         {clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i], scene.domain),
          bodies.radius[i], nodes.of_node[i]});
+  int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes)
     problem.spheres.push_back(
-        {electrode.centre(), std::get<Disk>(electrode.shape).radius, group_at(electrode.potential, problem.groups)});
+        {electrode.centre(), std::get<Disk>(electrode.shape).radius,
+         electrode.series_resistance > 0 ? nodes.of_node[node++] : group_at(electrode.potential, problem.groups)});
+  add_couplings(groups, charges, nodes.of_node, 1, problem.groups, problem.couplings);
   return problem;
 }
 
@@ -74,16 +77,6 @@ void check_spheres(const Draft& draft) {
   const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
     refuse(draft.scene.path, draft.line(key), sentence);
   };
-  for (const ElectrodeDraft& electrode : draft.electrodes)
-    if (electrode.series_resistance)
-      refuse(
-          draft.scene.path, electrode.line,
-          "electrode.series_resistance is not allowed in three dimensions, whose field knows no resistors yet: leave "
-          "it out");
-  if (draft.scene.effects.has<ContactResistanceOptions>())
-    refuse_it("effects.contact_resistance",
-              "[effects.contact_resistance] is not allowed in three dimensions, whose field knows no resistors yet: "
-              "leave it out");
   if (draft.field.method && draft.field.method != FieldMethod::spheres)
     refuse_it("field.method", fmt::format("field.method = \"{}\" is not allowed in three dimensions: it must be \"{}\"",
                                           name_of(*draft.field.method), name_of(FieldMethod::spheres)));

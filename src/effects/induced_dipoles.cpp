@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "src/model/effect.hpp"
@@ -15,7 +16,42 @@ class InducedDipoles : public Effect {
   const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
 };
 
+void check(const Draft& draft) {
+  // Two touching grains polarize each other without end at r^3 = 2 A.
+  const auto& options = *draft.scene.effects.find<InducedDipolesOptions>();
+  constexpr double most = 0.5;
+  if (options.polarizability >= most)
+    refuse(draft.scene.path, draft.line("effects.induced_dipoles.polarizability"),
+           fmt::format("effects.induced_dipoles.polarizability = {:g} is not allowed: two grains in contact "
+                       "would polarize each other without end; less than {:g} is allowed, and 0.125 is a "
+                       "conductor's",
+                       options.polarizability, most));
+  if (options.degree == 1) return;
+  const int line = draft.line("effects.induced_dipoles.degree");
+  if (draft.line("effects.induced_dipoles.sum") > 0)
+    refuse(draft.scene.path, line,
+           "effects.induced_dipoles.degree above 1 is not allowed with effects.induced_dipoles.sum, which is for "
+           "dipoles: leave one of the two out");
+}
+
+void complete(const Draft& draft, Scene& scene) {
+  const auto& options = *scene.effects.find<InducedDipolesOptions>();
+  if (options.degree == 1) return;
+  const double least = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius, most = std::pow(least, 3);
+  if (options.polarizability >= most)
+    refuse(draft.scene.path, draft.line("effects.induced_dipoles.degree"),
+           fmt::format(
+               "effects.induced_dipoles.degree above 1 is for dielectric spheres: a polarizability less than {:g}, "
+               "a conductor's of the smallest grain, is allowed",
+               most));
+}
+
 }  // namespace
+
+double InducedDipolesOptions::relative_permittivity(double radius) const {
+  const double conductor = radius * radius * radius;
+  return (conductor + 2 * polarizability) / (conductor - polarizability);
+}
 
 const EffectKind& InducedDipolesOptions::kind() {
   static const EffectKind kind = {
@@ -37,27 +73,25 @@ const EffectKind& InducedDipolesOptions::kind() {
                {.name = "tolerance",
                 .place = place<&InducedDipolesOptions::tolerance>,
                 .range = ranges::accuracy,
-                .help = "of the field that polarizes: what is left of its equation over the field of the charges"}},
+                .help = "of the field that polarizes: what is left of its equation over the field of the charges"},
+               {.name = "degree",
+                .place = place<&InducedDipolesOptions::degree>,
+                .range = {.low = 1, .high = InducedDipolesOptions::most},
+                .help = "of the multipoles. Above 1 grains are dielectric spheres, to contact, charges evenly on them; "
+                        "takes sum's and coulomb.sum's place, and charges must add up to 0"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,
       .grains = true,
-      .check =
-          [](const Draft& draft) {
-            // Two touching grains polarize each other without end at r^3 = 2 A.
-            const auto& options = *draft.scene.effects.find<InducedDipolesOptions>();
-            constexpr double most = 0.5;
-            if (options.polarizability >= most)
-              refuse(draft.scene.path, draft.line("effects.induced_dipoles.polarizability"),
-                     fmt::format("effects.induced_dipoles.polarizability = {:g} is not allowed: two grains in contact "
-                                 "would polarize each other without end; less than {:g} is allowed, and 0.125 is a "
-                                 "conductor's",
-                                 options.polarizability, most));
-          },
+      .check = check,
+      .complete = complete,
       .make = [](const Scene&) -> std::unique_ptr<Effect> { return std::make_unique<InducedDipoles>(); },
       // Of two dipoles A e along the line between them, e = 2 A e / r^3.
       .closest_approach =
-          [](const Scene& scene) { return std::cbrt(2 * scene.effects.find<InducedDipolesOptions>()->polarizability); },
+          [](const Scene& scene) {
+            const auto& options = *scene.effects.find<InducedDipolesOptions>();
+            return options.degree == 1 ? std::cbrt(2 * options.polarizability) : 0.0;
+          },
       .seconds = 9.6e-7};
   return kind;
 }

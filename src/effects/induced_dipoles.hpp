@@ -15,11 +15,17 @@ inline constexpr Named<periodic::DipoleSum> values_named<periodic::DipoleSum>[] 
 namespace lichtenberg::effects {
 
 /// Charges polarize each other's grains. The effect `coulomb` reads these and computes it all, since charges and
-/// dipoles are summed together.
+/// dipoles are summed together; with higher multipoles the solver of spheres does that (solvers/laplace/spheres).
 struct InducedDipolesOptions {
   double polarizability = 0.005;  ///< A, d0^3
   periodic::DipoleSum sum = periodic::DipoleSum::ewald;
   double tolerance = 1e-6;  ///< of the field that polarizes
+  int degree = 1;           ///< of the multipoles; above 1 grains are dielectric spheres of that polarizability
+
+  static constexpr int most = 60;  ///< degrees
+
+  /// Of a sphere (d0) with that polarizability, over the permittivity outside; a conductor's is infinite.
+  double relative_permittivity(double radius) const;
 
   static const EffectKind& kind();
 };

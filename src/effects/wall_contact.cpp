@@ -43,7 +43,7 @@ WallContact::WallContact(const Scene& scene)
                                scene.effects.find<WallContactOptions>()->poisson)) {
   const std::vector<Surface> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
-    if (!scene.domain.sides[s].periodic) walls_.push_back(sides[s]);
+    if (!scene.domain.open && !scene.domain.sides[s].periodic) walls_.push_back(sides[s]);
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 

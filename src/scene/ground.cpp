@@ -9,6 +9,7 @@ namespace lichtenberg {
 
 void check_ground(const Draft& draft, const Scene& scene, const std::string& source) {
   const bool grounded =
+      scene.domain.open ||
       std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance == 0; }) ||
       std::ranges::any_of(scene.domain.sides, &DomainSide::electrode) ||
       std::ranges::any_of(scene.groups, [](const PrescribedGroup& group) { return group.potential.has_value(); });

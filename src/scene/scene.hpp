@@ -29,6 +29,7 @@ struct Domain {
   Vec3 size;                        ///< m; z = 0: it has two dimensions
   std::array<DomainSide, 6> sides;  ///< as in side_names; a plane domain has the first four
   bool walled = true;               ///< of a packing: the sides are walls
+  bool open = false;                ///< there are no sides: free space, whose potential tends to 0 far away
 
   int dimension() const { return size.z > 0 ? 3 : 2; }
 

@@ -54,6 +54,10 @@ Table domain() {
               side<3>(help),
               side<4>(in_space),
               side<5>(in_space),
+              {.name = "open",
+               .place = [](Draft& d) { return &d.scene.domain.open; },
+               .help = "there are no sides: free space in three dimensions, whose potential tends to 0 far away and "
+                       "takes what charge there is; size is then where conductors start. Needs floating_conductors"},
           }};
 }
 

@@ -43,6 +43,29 @@ void check_sides(const Draft& draft, int dimension) {
   }
 }
 
+/// Free space is the field's, in three dimensions, and has no sides.
+void check_open(const Draft& draft, int dimension) {
+  const Domain& domain = draft.scene.domain;
+  if (!domain.open) return;
+  const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
+    refuse(draft.scene.path, draft.line(key), sentence);
+  };
+  if (dimension == 2)
+    refuse_it(
+        "domain.open",
+        "domain.open = true is not allowed in two dimensions, where potentials of charges have no limit far away: "
+        "it needs a domain.size of three numbers");
+  if (!draft.scene.effects.has(&EffectKind::field))
+    refuse_it("domain.open",
+              "domain.open = true needs the table [effects.floating_conductors]: add it, or leave the key out");
+  for (int s = 0; s < 6; ++s)
+    if (draft.line(key_of(s)) > 0)
+      refuse_it(key_of(s),
+                fmt::format("{} is not allowed with domain.open = true, which has no sides: leave one of the "
+                            "two out",
+                            key_of(s)));
+}
+
 /// What there is beside the effects that belongs to a field, where there is none.
 void check_without_field(const Draft& draft, const std::string& where) {
   const std::string effects = "effects.floating_conductors, which has none of that";
@@ -82,6 +105,7 @@ void settle_dimension(Draft& draft) {
   const int dimension = draft.domain_size.count;
   domain.size = draft.domain_size.value;
   check_sides(draft, dimension);
+  check_open(draft, dimension);
   check_effects(draft, dimension);
   if (!draft.scene.effects.has(&EffectKind::packing) && !draft.scene.reference) {
     const bool field = draft.scene.effects.has(&EffectKind::field);

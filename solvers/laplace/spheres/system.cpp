@@ -109,11 +109,14 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     if (std::none_of(gaps.begin(), gaps.end(), twin)) gaps.push_back(pair);
   }
   for (std::size_t i = 0; i < sites_.size(); ++i) {
-    if (degree[i] > largest_degree)
+    if (degree[i] > largest_degree) {
+      // Degrees grow as the digits do, or faster.
+      const double least = std::pow(accuracy_, largest_degree / degree[i]);
       throw InputError(
           fmt::format("the gap beside sphere {} would take harmonics of degree {:.0f} for an accuracy of "
-                      "{:.3g}: {} is the largest",
-                      i, std::ceil(degree[i]), accuracy_, largest_degree));
+                      "{:.3g}: {} is the largest, which would do for {:.0e}",
+                      i, std::ceil(degree[i]), accuracy_, largest_degree, least));
+    }
     sites_[i].degree = static_cast<int>(std::ceil(degree[i]));
   }
   close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_);

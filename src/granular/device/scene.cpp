@@ -48,6 +48,8 @@ void check_scene(const Scene& scene) {
   if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
       dipoles && dipoles->sum != periodic::DipoleSum::ewald)
     refuse(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(dipoles->sum)));
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>(); dipoles && dipoles->degree > 1)
+    refuse(scene, "effects.induced_dipoles.degree above 1");
   if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) check_coulomb(scene, *coulomb);
   if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) check_exchange(scene, *exchange);
 }

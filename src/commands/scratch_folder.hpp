@@ -1,0 +1,33 @@
+#pragma once
+
+#include <stdlib.h>
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg {
+
+/// A folder of its own for files that nobody keeps, gone with this object.
+class ScratchFolder {
+ public:
+  /// Throws Failure if it cannot be made.
+  ScratchFolder() : path_((std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr) throw Failure("no folder for files in passing can be made at " + path_);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::string& path() const { return path_; }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace lichtenberg

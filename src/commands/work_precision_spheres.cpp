@@ -1,0 +1,132 @@
+// The field of spheres in space: error against time by accuracy and by degree, beside finite elements.
+#include "src/commands/work_precision_spheres.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "solvers/error.hpp"
+#include "src/commands/field_problem.hpp"
+
+namespace lichtenberg::work_precision {
+namespace {
+
+SphereAnswer answer_of(const laplace::SphereSolution& solution) {
+  return {solution.group_potential, solution.sphere_charge, solution.sphere_force};
+}
+
+/// A solve that knows of no solve before.
+class SphereTrial : public Trial {
+ public:
+  SphereTrial(const SphereSubject& subject, const laplace::SphereOptions& options)
+      : subject_(subject), solver_(options) {}
+
+  void run() override {
+    solver_.forget();
+    solution_ = solver_.solve(subject_.problem);
+  }
+  std::vector<double> errors() const override { return subject_.errors(answer_of(solution_)); }
+  std::int64_t work() const override { return solution_.iterations; }
+
+ private:
+  const SphereSubject& subject_;
+  laplace::SphereSolver solver_;
+  laplace::SphereSolution solution_;
+};
+
+Method by_accuracy(const SphereSubject& subject) {
+  Method method{"spheres", "degrees from the accuracy and the neighbours of each sphere, gaps exact", {}};
+  for (int decade = 1; decade <= 10; ++decade) {
+    const double accuracy = std::pow(10, -decade);
+    method.candidates.push_back({{{"accuracy", accuracy}}, std::pow(decade, 3), [&subject, accuracy] {
+                                   return std::make_unique<SphereTrial>(subject,
+                                                                        laplace::SphereOptions{.accuracy = accuracy});
+                                 }});
+  }
+  return method;
+}
+
+/// The lattice and the iteration far better than what the degree leaves out.
+Method by_degree(const SphereSubject& subject) {
+  Method method{"spheres-degree", "all spheres to one degree, gaps as all else; 1: dipoles", {}};
+  for (const int degree : {1, 2, 4, 8, 16, 32})
+    method.candidates.push_back({{{"degree", degree}}, std::pow(degree, 3), [&subject, degree] {
+                                   return std::make_unique<SphereTrial>(
+                                       subject, laplace::SphereOptions{.accuracy = 1e-10, .degree = degree});
+                                 }});
+  return method;
+}
+
+Method finite_elements(const SphereSubject& subject) {
+  Method method{
+      "freefem", "finite elements (P2) by FreeFEM on meshes by Gmsh, which take time that is not counted", {}};
+  for (const double size : {0.6, 0.4, 0.25, 0.15})
+    method.candidates.push_back(
+        {{{"edge / R", size}}, std::pow(size, -4), [&subject, size] { return make_freefem_trial(subject, size); }});
+  return method;
+}
+
+std::vector<Method> all_methods(const SphereSubject& subject) {
+  return {by_accuracy(subject), by_degree(subject), finite_elements(subject)};
+}
+
+/// By the smallest accuracy whose degrees are in reach; what ten times as much changes is more than its error.
+void find_reference(SphereSubject& subject, Diagram& diagram) {
+  for (double accuracy = 1e-12;; accuracy *= 10) {
+    try {
+      subject.reference = answer_of(laplace::SphereSolver({.accuracy = accuracy}).solve(subject.problem));
+      diagram.reference_errors =
+          subject.errors(answer_of(laplace::SphereSolver({.accuracy = 10 * accuracy}).solve(subject.problem)));
+      diagram.reference = fmt::format("the spheres' own harmonics at accuracy {:g}", accuracy);
+      return;
+    } catch (const InputError&) {
+      if (accuracy > 1e-4) throw;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<double> SphereSubject::errors(const SphereAnswer& answer) const {
+  const auto relative = [](const auto& found, const auto& exact, const auto& size) {
+    double error = 0, largest = 0;
+    for (std::size_t k = 0; k < exact.size(); ++k) {
+      const double one = k < found.size() ? size(found[k] - exact[k]) : NAN;
+      if (!(one <= error)) error = one;  // NaN stays
+      largest = std::max(largest, size(exact[k]));
+    }
+    return largest > 0 ? error / largest : error;
+  };
+  const auto magnitude = [](double value) { return std::abs(value); };
+  std::vector<double> all = {relative(answer.potential, reference.potential, magnitude),
+                             relative(answer.force, reference.force, [](Vec3 v) { return norm(v); })};
+  if (has_unknown_charges()) all.push_back(relative(answer.charge, reference.charge, magnitude));
+  return all;
+}
+
+bool SphereSubject::has_unknown_charges() const {
+  return problem.spheres.size() > problem.groups.size() ||
+         std::ranges::any_of(problem.groups, [](const laplace::Group& group) { return !group.floating; });
+}
+
+Diagram sweep_spheres(const Scene& scene, const Request& request) {
+  if (!request.sizes.empty())
+    throw InputError("--sizes goes with grids: the field of spheres in three dimensions has none");
+  SphereSubject subject{.problem = make_field_problem(scene).spheres, .reference = {}};
+  subject.problem.check();
+  const std::vector<Method> methods = choose(all_methods(subject), request.methods);
+  Diagram diagram{.title = fmt::format("field of {} spheres in {} groups", subject.problem.spheres.size(),
+                                       subject.problem.groups.size()),
+                  .quantities = {"potentials", "forces"},
+                  .measure = "the largest of all spheres, relative to the largest potential, force or charge",
+                  .work = "iterations"};
+  if (subject.has_unknown_charges()) diagram.quantities.emplace_back("charges");
+  if (request.progress) request.progress(0, 0, "reference", {});
+  find_reference(subject, diagram);
+  measure(methods, request, diagram);
+  return diagram;
+}
+
+}  // namespace lichtenberg::work_precision

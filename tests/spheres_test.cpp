@@ -574,6 +574,11 @@ TEST_CASE("what is no problem is refused") {
   problem = mixed_box();
   problem.spheres[0].centre = {0.5, 0.6, 0.4};
   CHECK_THROWS_WITH_AS(problem.check(), "spheres 0 and 1 touch, but belong to different groups", InputError);
+  problem = {.free_space = true, .permittivity = 1};
+  problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 2 + 1e-10}, 1, 1}};
+  problem.groups = {{.floating = false, .potential = 1}, {.floating = false}};
+  CHECK_THROWS_WITH_AS(SphereSolver().solve(problem),
+                       doctest::Contains("spheres 0 and 1 are 1e-10 m apart at different potentials"), Failure);
   problem = mixed_box();
   problem.box.sides[1] = Boundary::wall;
   CHECK_THROWS_AS(problem.check(), InputError);

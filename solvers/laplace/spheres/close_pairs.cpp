@@ -1,7 +1,12 @@
 #include "solvers/laplace/spheres/close_pairs.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
+
+#include "solvers/error.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -33,6 +38,21 @@ void add_images(double first, double second, double distance, double accuracy, d
     std::swap(here, there);
     std::swap(own, other);
   }
+}
+
+/// A tail's degree and the number of images grow like sqrt(R / gap), and their product is a second's work here.
+constexpr double largest_tail = 30000;
+
+/// Up to where a pair's tail goes on. Throws Failure for a gap that takes too long.
+int tail_degree(const NearPair& gap, double width, double degree) {
+  if (degree <= largest_tail) return static_cast<int>(degree);
+  const std::string who = gap.source == gap.target
+                              ? fmt::format("sphere {} and its image in a side are", gap.target)
+                              : fmt::format("spheres {} and {} are", gap.target, gap.source);
+  throw Failure(
+      fmt::format("{} {:.2g} m apart at different potentials, and their field takes harmonics up to degree {:.2g} where "
+                  "{:g} can be done: join them sooner, keep them apart or ask for less accuracy",
+                  who, width, degree, largest_tail));
 }
 
 /// What multipoles of a source up to its degree make on a target, both axial about the way to each other: all signs are
@@ -78,7 +98,8 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
     const double distance = norm(gap.way), width = distance - a.radius - b.radius;
     const double slowest =
         std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
-    const int degree = std::max(a.degree, b.degree) + 2 + static_cast<int>(-std::log(0.01 * accuracy) / slowest);
+    const int degree =
+        tail_degree(gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
     // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha.
     const auto solution = pair_solution(a.radius, b.radius, width, degree, 0.01 * accuracy * slowest);
     const Vec3 to_source = gap.way * (-1 / distance);

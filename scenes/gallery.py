@@ -23,7 +23,7 @@ SHORTER = {  # what a scene is set to here, so that the page is there within an 
     "neutral-gas": ["stop.time=30"],
 }
 SOLVED = ["two-disks", "dendrite-snapshot"]
-PLOTTED = {"shuttle": ["--series"], "pair": ["--frame=0"], "approach": ["--colour=charge"], "two-grains": ["--series"]}
+PLOTTED = {"shuttle": ["--series"], "pair": ["--frame=0"], "pair-3d": ["--series"], "approach": ["--colour=charge"], "two-grains": ["--series"]}
 
 PAGE = """<!doctype html>
 <meta charset="utf-8">

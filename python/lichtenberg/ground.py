@@ -1,25 +1,36 @@
-"""What holds a potential in a plane scene - sides, disks, bars, rings - and where the way to it ends."""
+"""What holds a potential in a scene of conductors - sides, disks, bars, rings, in space faces and spheres - and where the
+way to it ends."""
 import numpy as np
 
 from .result import text_of
 
 
 def electrodes_of(result):
-    """As dictionaries, lengths in metres: shape, name, potential, and `ends` of a side, else the shape's own geometry."""
-    scene = result.file["scene"]
-    if result.dimension == 3:
-        return []
-    width, height = result.size
-    ends = [(0, 0, 0, height), (width, 0, width, height), (0, 0, width, 0), (0, height, width, height)]
+    """As dictionaries, lengths in metres: shape, name, potential, and `ends` of a side, `low` and `high` corners of one in
+    space, else the shape's own geometry."""
+    return electrodes_in(result.file["scene"])
+
+
+def electrodes_in(scene):
+    """The same of a result's group /scene."""
     shapes = []
     domain = scene["domain"]
     for k in np.flatnonzero(domain["side_is_electrode"]):
         name, potential = f"{text_of(domain.attrs['sides'][k])} side", float(domain["side_potential"][k])
-        shapes.append({"shape": "side", "name": name, "potential": potential, "ends": [float(end) for end in ends[k]]})
+        shapes.append({"name": name, "potential": potential, **side(domain["size"][()], k)})
     for group in scene.get("electrodes", {}).values():
         geometry = {name: data[()].tolist() for name, data in group.items()}
         shapes.append({"shape": group.attrs["shape"], "name": group.attrs["name"], **geometry})
     return shapes
+
+
+def side(size, k):
+    """The k-th of a box: left, right, bottom, top, and so on along the axes."""
+    low, high = np.zeros(len(size)), np.array(size, float)
+    (high if k % 2 == 0 else low)[k // 2] = (low if k % 2 == 0 else high)[k // 2]
+    if len(size) == 2:
+        return {"shape": "side", "ends": [*low.tolist(), *high.tolist()]}
+    return {"shape": "face", "low": low.tolist(), "high": high.tolist()}
 
 
 def nearest_on_segments(points, start, end):
@@ -36,7 +47,9 @@ def towards(start, points, length):
 
 
 def nearest_on(shape, points):
-    """[K, 2] on the surface of one, nearest to points [K, 2]."""
+    """[K, D] on the surface of one, nearest to points [K, D]."""
+    if shape["shape"] == "face":
+        return np.clip(points, shape["low"], shape["high"])
     if shape["shape"] == "side":
         ends = np.array(shape["ends"])
         return nearest_on_segments(points, ends[:2], ends[2:])
@@ -47,7 +60,7 @@ def nearest_on(shape, points):
 
 
 def nearest_ground(points, electrodes):
-    """[K, 2] on the nearest of all surfaces, or the points [K, 2] themselves where there is none."""
+    """[K, D] on the nearest of all surfaces, or the points [K, D] themselves where there is none."""
     if not electrodes or len(points) == 0:
         return points
     candidates = np.array([nearest_on(shape, points) for shape in electrodes])

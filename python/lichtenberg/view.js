@@ -280,8 +280,17 @@ function circle([x, y], radius) {
   return ends;
 }
 
-/** Ends of the lines of an electrode's outline. */
+/** Of a rectangle or a box between two corners. */
+function edgesBetween(low, high) {
+  const axes = [0, 1, 2].filter((k) => high[k] > low[k]);
+  const corners = Array.from({ length: 1 << axes.length }, (_, i) => low.map((start, k) => i & 1 << axes.indexOf(k) ? high[k] : start));
+  return corners.flatMap((corner, i) => axes.map((_, bit) => 1 << bit).filter((bit) => !(i & bit)).flatMap((bit) => [...corner, ...corners[i | bit]]));
+}
+
+/** Ends of the lines of an electrode's outline; spheres are drawn like particles. */
 function outline(electrode) {
+  if (electrode.shape === "sphere") return [];
+  if (electrode.shape === "face") return edgesBetween(electrode.low, electrode.high);
   if (electrode.shape === "side") {
     const [a, b, c, d] = electrode.ends;
     return [a, b, 0, c, d, 0];
@@ -292,12 +301,6 @@ function outline(electrode) {
   const [x, y] = [-(d - b) * half, (c - a) * half];
   const corners = [[a + x, b + y], [c + x, d + y], [c - x, d - y], [a - x, b - y]];
   return corners.flatMap(([p, q], k) => [p, q, 0, ...corners[(k + 1) % 4], 0]);
-}
-
-/** Of a rectangle or a box. */
-function boxEdges([x, y, z], dimension) {
-  const corners = Array.from({ length: 1 << dimension }, (_, i) => [i & 1 ? x : 0, i & 2 ? y : 0, i & 4 ? z : 0]);
-  return corners.flatMap((corner, i) => [1, 2, 4].slice(0, dimension).filter((bit) => !(i & bit)).flatMap((bit) => [...corner, ...corners[i | bit]]));
 }
 
 // ---- The run ----
@@ -497,6 +500,7 @@ class Page {
     if (!this.gl) throw new Error("this browser has no WebGL2");
     this.camera = new Camera(run.size, run.about.dimension);
     this.particles = new Copies(this.gl, PARTICLES);
+    this.held = new Copies(this.gl, PARTICLES);  // electrodes that are spheres
     this.lines = Object.fromEntries(["outlines", "electrodes", "contacts", "tree"].map((name) => [name, new Lines(this.gl)]));
     this.particles.set("radius", run.radius, 1, this.gl.FLOAT);
     this.particles.count = run.about.count;
@@ -520,9 +524,15 @@ class Page {
     const stored = `${about.file}\nHere places are rounded to steps of ${withUnit(steps, about.lengthUnit)}, other numbers to four digits.`;
     const sessions = about.provenance.map((session) => Object.entries(session).map(([key, value]) => `${key}: ${value}`).join("\n"));
     this.element("provenance").textContent = [stored, ...sessions].join("\n\n");
-    const names = about.electrodes.map(({ name, potential }) => `${name} ${withUnit(short(potential), "V")}`);
-    this.element("electrodes").textContent = names.length > 0 ? `thick grey: ${names.join(", ")}` : "";
-    this.lines.outlines.ends(new Float32Array(boxEdges(this.run.size, about.dimension)));
+    const spheres = about.electrodes.filter(({ shape }) => shape === "sphere");
+    const named = (mark, electrodes) => electrodes.length === 0 ? [] : [`${mark}: ${electrodes.map(({ name, potential }) => `${name} ${withUnit(short(potential), "V")}`).join(", ")}`];
+    const others = about.electrodes.filter((electrode) => !spheres.includes(electrode));
+    this.element("electrodes").textContent = [...named("thick grey", others), ...named("dark spheres", spheres)].join("; ");
+    this.held.count = spheres.length;
+    this.held.set("place", Float32Array.from(spheres.flatMap(({ centre }) => centre.map((x, k) => (x - about.low[k]) / this.run.extent[k]))), 3, this.gl.FLOAT);
+    this.held.set("radius", Float32Array.from(spheres, ({ radius }) => radius), 1, this.gl.FLOAT);
+    this.held.set("colour", new Uint8Array(4 * spheres.length).fill(90), 4, this.gl.UNSIGNED_BYTE);
+    this.lines.outlines.ends(new Float32Array(edgesBetween([0, 0, 0], this.run.size)));
     this.lines.electrodes.ends(new Float32Array(about.electrodes.flatMap(outline)));
   }
 
@@ -693,7 +703,9 @@ class Page {
     const line = (name, ink, width) => this.lines[name].draw({ view, projection, pixels, ink, width: width * devicePixelRatio });
     line("outlines", [0.4, 0.4, 0.4, 1], 0.5);
     line("electrodes", [0.45, 0.45, 0.45, 1], 2);
-    this.particles.draw({ view, projection, fog, low: run.about.low, extent: run.extent, factor: this.radiusFactor(), flat_: !camera.spatial });
+    const seen = { view, projection, fog, low: run.about.low, extent: run.extent, flat_: !camera.spatial };
+    this.particles.draw({ ...seen, factor: this.radiusFactor() });
+    this.held.draw({ ...seen, factor: 1 });
     const thick = Math.max(0.6, Math.min(2, 0.12 * run.radius[0] * projection[5] / (camera.spatial ? camera.distance() : 1) * canvas.clientHeight / 2));
     line("contacts", [0.85, 0.37, 0.01, 1], thick);
     line("tree", [0.1, 0.1, 0.1, 1], thick);

@@ -136,8 +136,10 @@ class Page:
         for index in self.frames:
             frame = self.result.frame(index)
             last = frame.tree[frame.tree[:, 1] == TO_GROUND, 0]
-            place = np.asarray(frame["position"])[last]
-            points.append(np.column_stack([nearest_ground(place[:, :2], electrodes), place[:, 2:]]))
+            place = np.array(frame["position"])[last]
+            axes = slice(self.result.dimension)
+            place[:, axes] = nearest_ground(place[:, axes], electrodes)
+            points.append(place)
         self.arrays["ground"] = packed(rounded(np.concatenate(points)).reshape(1, -1))
 
     def html(self):

@@ -4,11 +4,13 @@ import tomllib
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 import drawing
 import plot_space
 from colours import Quantity, Range, bar_norm, draw_legend, run_range
-from drawing import INK, MM, UNCONNECTED
+from drawing import INK, MM, UNCONNECTED, prefixed
+from lichtenberg import ground
 from lichtenberg.result import field_of, text_of
 
 QUANTITIES = [
@@ -95,7 +97,8 @@ class Conductors:
         if "potential" not in self.quantities:
             return next(iter(self.quantities), None)
         instead = [name for name in ("current", "order") if name in self.quantities]
-        return instead[0] if instead and self.is_dark(self.column(file, "potential", index)) else "potential"
+        grown = instead and (self.column(file, instead[0], index) != UNCONNECTED).any()
+        return instead[0] if grown and self.is_dark(self.column(file, "potential", index)) else "potential"
 
     def read(self, file, index, name, field=None):
         """What a picture of that frame shows; `field` is [ny, nx] V, if it has been solved."""
@@ -139,7 +142,7 @@ class Conductors:
 
 
 class ConductorsInSpace(Conductors):
-    """The same of spheres, in metres and in perspective: no field between them, electrodes dark."""
+    """The same of spheres, in metres and in perspective: no field between them, spheres and sides that are electrodes dark."""
 
     unit = "m"
     ELECTRODE = (0.3, 0.3, 0.3, 1)
@@ -149,9 +152,10 @@ class ConductorsInSpace(Conductors):
         self.box = file["scene/domain/size"][()]
         self.size = plot_space.Eye(self.box).size
         self.radius = file["particles/conductors/radius"][()]
-        held = list(file["scene/electrodes"].values())
-        self.held_at = np.array([group["centre"][()] for group in held]).reshape(-1, 3)
-        self.held_radius = np.array([group["radius"][()] for group in held])
+        self.electrodes = ground.electrodes_in(file["scene"])
+        held = [shape for shape in self.electrodes if shape["shape"] == "sphere"]
+        self.held_at = np.array([shape["centre"] for shape in held]).reshape(-1, 3)
+        self.held_radius = np.array([shape["radius"] for shape in held])
         self.cut = None
 
     def read(self, file, index, name, field=None):
@@ -168,8 +172,11 @@ class ConductorsInSpace(Conductors):
         place = np.concatenate([position, self.held_at])
         radius = np.concatenate([self.radius, self.held_radius])
         faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.held_at), 1))])
-        plot_space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut)
+        sides = [np.array([shape["low"], shape["high"]]) for shape in self.electrodes if shape["shape"] == "face"]
+        plot_space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut, sides)
         marks = scale.legend(values) if scale else []
+        if self.electrodes:
+            marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, self.electrodes))))
         if snapshot.connected.any() and not self.cut:
             self.draw_ways(axes, position, snapshot.successor)
             marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"way to {self.all_supplies}"))
@@ -177,16 +184,17 @@ class ConductorsInSpace(Conductors):
 
     def draw_ways(self, axes, position, successor):
         """From centre to centre; the last of a way to the nearest electrode."""
-        ends = []
-        for i in np.flatnonzero(successor != UNCONNECTED):
-            if successor[i] >= 0:
-                ends.append((position[i], position[successor[i]]))
-            elif len(self.held_at) > 0:
-                nearest = np.argmin(np.linalg.norm(self.held_at - position[i], axis=1) - self.held_radius)
-                ends.append((position[i], self.held_at[nearest]))
-        if ends:
-            lines = plot_space.Eye(self.box).project(np.array(ends))
-            axes.add_collection(LineCollection(lines, colors=INK, linewidths=1.0, zorder=4))
+        start = np.flatnonzero(successor != UNCONNECTED)
+        end = position[np.maximum(successor[start], 0)]
+        last = successor[start] < 0
+        end[last] = ground.nearest_ground(position[start[last]], self.electrodes)
+        lines = plot_space.Eye(self.box).project(np.stack([position[start], end], axis=1))
+        axes.add_collection(LineCollection(lines, colors=INK, linewidths=1.0, zorder=4))
+
+
+def name_and_potential(electrode):
+    factor, prefix = prefixed(abs(electrode["potential"]))
+    return f"{electrode['name']} {electrode['potential'] * factor:.4g} {prefix}V"
 
 
 def terminal_potentials(file):

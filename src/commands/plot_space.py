@@ -2,13 +2,14 @@
 paler far away. x points to the right, y up as in plane pictures, z towards the eye, which stands a little to the right and
 above. All with numpy: a hundred thousand spheres are a matter of two or three seconds, and no display is needed."""
 import numpy as np
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 
 from drawing import INK, InputError, in_metres
 
 TURN, RISE = np.radians(28), np.radians(18)  # of the eye about the box
 DISTANCE = 2.6  # of the eye from the middle of the box, in its longest edges
 LIGHT = np.array([-0.45, 0.65, 0.61], np.float32)  # in the picture: to the right, up, towards the eye
+SIDE = (0.3, 0.3, 0.3)
 EDGE, FOG = "#4d4d4d", 0.25  # so little that a colour can still be found on its bar
 PIXELS = 1000  # of the longer side of an image
 MOST_RUNS = 100_000  # rows of pixels that are spread at a time
@@ -194,13 +195,27 @@ def draw_box(axes, eye, unit):
         axes.annotate(f"${'xyz'[k]}$  {length}", (x, y), fontsize=8, color=INK, **aside)
 
 
+def draw_sides(axes, eye, sides):
+    """Tinted, [2, 3] low and high corner each: those that end at the farthest corner behind the spheres, the others before them."""
+    ends = corners(eye.box)
+    farthest = ends[np.argmax(eye.depth(ends))]
+    for low, high in sides:
+        across = np.flatnonzero(high > low)
+        face = np.tile(low, (4, 1))
+        for k, chosen in zip(across, ([0, 1, 1, 0], [0, 0, 1, 1])):
+            face[:, k] = np.where(chosen, high[k], low[k])
+        behind = (face == farthest).all(axis=1).any()
+        axes.add_collection(PolyCollection([eye.project(face)], facecolors=[(*SIDE, 0.22)], zorder=1 if behind else 3))
+
+
 def set_window(axes, eye):
     axes.set(xlim=(eye.low[0], eye.high[0]), ylim=(eye.low[1], eye.high[1]), aspect="equal")
     axes.axis("off")
 
 
-def draw(axes, position, radius, faces, window, unit, cut=None):
-    """Spheres, [N, 3] and [N] in a unit of length, with colours [N, 4]; `window`: lower corner and size of what is shown."""
+def draw(axes, position, radius, faces, window, unit, cut=None, sides=()):
+    """Spheres, [N, 3] and [N] in a unit of length, with colours [N, 4]; `window`: lower corner and size of what is shown;
+    `sides`: those of the box that are electrodes, by their corners [2, 3]."""
     corner, size = window
     eye = Eye(size)
     set_window(axes, eye)
@@ -208,4 +223,5 @@ def draw(axes, position, radius, faces, window, unit, cut=None):
     image = rendered(eye, position[left] - corner, radius[left], faces[left])
     extent = (eye.low[0], eye.high[0], eye.low[1], eye.high[1])
     axes.imshow(image, origin="lower", extent=extent, interpolation="bilinear", aspect="auto", zorder=2)
+    draw_sides(axes, eye, sides)
     draw_box(axes, eye, unit)

@@ -60,6 +60,27 @@ class BrowserTest(unittest.TestCase):
             self.assertEqual(shown.value("document.getElementById('title').textContent"), 'Few <grains> & "signs" t = 1 t0, N = 60')
             self.assertEqual(shown.complaints, [])
 
+    def test_electrodes_in_space(self):
+        with browser.Browser(page_of(runs.electrodes_in_space())) as shown:
+            words = "thick grey: left side 9000 V, right side -9000 V; dark spheres: ball 1000 V"
+            self.assertEqual(shown.value("document.getElementById('electrodes').textContent"), words)
+            shown.choose("radius", 0.1)  # nothing but the ball is large and dark
+            self.assertGreater(self.dark_share(shown), 0.005)
+            self.assertEqual(shown.complaints, [])
+
+    def dark_share(self, shown):
+        """Of the picture's pixels, those with the colour of an electrode in some light."""
+        return shown.value("""(() => {
+            const source = document.getElementById("scene"), copy = document.createElement("canvas");
+            [copy.width, copy.height] = [source.width, source.height];
+            const context = copy.getContext("2d");
+            context.drawImage(source, 0, 0);
+            const pixels = context.getImageData(0, 0, copy.width, copy.height).data;
+            let dark = 0;
+            for (let i = 0; i < pixels.length; i += 4) dark += pixels[i] < 110 && pixels[i] === pixels[i + 1] && pixels[i] === pixels[i + 2];
+            return dark / (pixels.length / 4);
+        })()""")
+
 
 if __name__ == "__main__":
     if not browser.PROGRAM:

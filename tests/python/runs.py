@@ -68,6 +68,55 @@ def gas():
 
 
 @cache
+def electrodes_in_space():
+    """Four spheres between two sides that are electrodes and a ball that is one, which two touch: three frames."""
+    return made(
+        "electrodes",
+        """
+title = "Electrodes in space"
+[domain]
+size = [0.02, 0.02, 0.02]
+left = { potential = 9e3 }
+right = { potential = -9e3 }
+[medium]
+relative_permittivity = 4.7
+viscosity = 0.7
+[[electrode]]
+name = "ball"
+shape = "sphere"
+position = [0.01, 0.005, 0.01]
+radius = 3e-3
+potential = 1e3
+[[conductor]]
+position = [0.01, 0.0093, 0.01]
+radius = 1e-3
+[[conductor]]
+position = [0.0013, 0.01, 0.012]
+radius = 1e-3
+[[conductor]]
+position = [0.005, 0.015, 0.005]
+radius = 1e-3
+[[conductor]]
+position = [0.015, 0.015, 0.015]
+radius = 1e-3
+[effects.floating_conductors]
+[effects.stokes_drag]
+[effects.hertz_contact]
+[effects.wall_contact]
+[effects.contact_discharge]
+gap = 0.5e-3
+[field]
+accuracy = 1e-2
+[stop]
+time = 2e-3
+[output]
+every = 1e-3
+picture = false
+""",
+    )
+
+
+@cache
 def packing():
     """Some forty disks on their way to rest."""
     text = (HOME / "scenes/packing.toml").read_text().replace("count = 400", "count = 40").replace("[20e-3, 20e-3]", "[6.4e-3, 6.4e-3]")

@@ -78,6 +78,21 @@ class ArraysTest(unittest.TestCase):
         # 2^-13 of coordinates of a centimetre at most.
         np.testing.assert_allclose(distance, 1e-3, atol=2 * 1e-2 * 2**-13)
 
+    def test_electrodes_in_space_are_there_and_ways_end_at_them(self):
+        about, arrays = stored(page_of(runs.electrodes_in_space()))
+        shapes = {electrode["name"]: electrode for electrode in about["electrodes"]}
+        self.assertEqual((shapes["left side"]["low"], shapes["left side"]["high"]), ([0, 0, 0], [0, 0.02, 0.02]))
+        self.assertEqual((shapes["right side"]["low"], shapes["right side"]["high"]), ([0.02, 0, 0], [0.02, 0.02, 0.02]))
+        self.assertEqual(shapes["right side"]["potential"], -9000)
+        self.assertEqual((shapes["ball"]["shape"], shapes["ball"]["radius"]), ("sphere", 3e-3))
+        with load(runs.electrodes_in_space()) as result:
+            touching = np.flatnonzero(result.frame(0)["successor"] == -1)
+        self.assertEqual(touching.tolist(), [0, 1])
+        row = zlib.decompress(base64.b64decode(arrays["ground"]))
+        points = unpacked(arrays["ground"], 4, len(row) // 4).view(np.float32).reshape(-1, 3)
+        # Straight above the ball and straight beside the side, to the thirteen digits that are stored.
+        np.testing.assert_allclose(points[:2], [[0.01, 0.008, 0.01], [0, 0.01, 0.012]], rtol=2**-12)
+
     def test_the_ground_is_the_nearest_surface_of_all(self):
         shapes = {
             "side": {"shape": "side", "ends": [0, 0, 10, 0]},

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <utility>
 
 namespace lichtenberg::laplace::multipole {
 
@@ -20,13 +21,15 @@ int terms(double q, double accuracy, int most) {
 }  // namespace
 
 NearField::NearField(const Arrangement& arrangement, double accuracy) {
+  std::vector<std::pair<Complex, Image>> seen;  // of each pair: how far apart, which image
+  std::size_t powers = 0;
   for (int i = 0; i < arrangement.disks; ++i) {
     const Source& disk = arrangement.sources[i];
     arrangement.cells.for_each_near(disk.centre, [&](int j, const Image& image, Complex shift) {
       const Source& source = arrangement.sources[j];
       const Complex d = disk.centre - image.centre(source.centre) - shift;
       const double distance = std::abs(d);
-      NearSource pair{i, j, 0, 0, image.conjugates(), image.sign, 0, power_.size()};
+      NearSource pair{i, j, 0, 0, image.conjugates(), image.sign, 0, powers};
       pair.minus_log = -image.sign * std::log(std::max(distance, disk.radius));
       const auto is_here = [&](Complex centre) {
         return std::abs(image.centre(centre) + shift - disk.centre) < 1e-9 * disk.radius;
@@ -37,25 +40,29 @@ NearField::NearField(const Arrangement& arrangement, double accuracy) {
         pair.source_order = terms(reach / (distance - disk.radius), accuracy, source.order);
         pair.disk_order = terms(disk.radius / (distance - reach), accuracy, disk.order);
       }
-      append(disk, source, image, d, pair);
+      powers += pair.source_order + pair.disk_order;
+      largest_order_ = std::max({largest_order_, pair.source_order, pair.disk_order});
+      pairs_.push_back(pair);
+      seen.emplace_back(d, image);
     });
   }
+  power_.resize(powers);
+  for (std::size_t p = 0; p < pairs_.size(); ++p)
+    fill_powers(arrangement.sources, seen[p].second, seen[p].first, pairs_[p]);
   make_binomials();
 }
 
-void NearField::append(const Source& disk, const Source& source, const Image& image, Complex d,
-                       const NearSource& pair) {
-  const Complex u = 2 * source.radius / d, v = -2 * disk.radius / d;
+void NearField::fill_powers(const std::vector<Source>& sources, const Image& image, Complex d, const NearSource& pair) {
+  const Complex u = 2 * sources[pair.source].radius / d, v = -2 * sources[pair.disk].radius / d;
+  Complex* at = power_.data() + pair.power;
   Complex power = 1;
   for (int k = 1; k <= pair.source_order; ++k) {
     power = multiply(power, u);
     // The image's sign is the same for each term but for (-1)^k: coefficient() of a real number.
-    power_.push_back(image.coefficient(k, 1).real() * power);
+    *at++ = image.coefficient(k, 1).real() * power;
   }
   power = 1;
-  for (int m = 1; m <= pair.disk_order; ++m) power_.push_back(power = multiply(power, v));
-  largest_order_ = std::max({largest_order_, pair.source_order, pair.disk_order});
-  pairs_.push_back(pair);
+  for (int m = 1; m <= pair.disk_order; ++m) *at++ = power = multiply(power, v);
 }
 
 void NearField::make_binomials() {

@@ -27,7 +27,7 @@ class NearField {
     double minus_log = 0;      ///< minus the mean of ln |z - c| over the circle, with that sign
     std::size_t power = 0;     ///< where its powers begin
   };
-  void append(const Source& disk, const Source& source, const Image& image, Complex d, const NearSource& pair);
+  void fill_powers(const std::vector<Source>& sources, const Image& image, Complex d, const NearSource& pair);
   void make_binomials();
   void add_pair(const NearSource& pair, const Complex* coefficients, Complex* local) const;
 

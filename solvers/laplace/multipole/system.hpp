@@ -36,6 +36,9 @@ class System {
   /// Approximate inverse: identity for the multipoles, the other unknowns by the charges' direct interaction.
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
 
+  /// Whether it is more than the identity for the other unknowns, of which there may be too many.
+  bool has_preconditioner() const { return extra_inverse_.rows() == unknown_.others; }
+
   /// x with the multipoles of another solution, as far as it has them, and its other unknowns if they are as many.
   Eigen::VectorXd first_guess(const Layout& past_layout, const std::vector<Complex>& past_coefficients,
                               const Eigen::VectorXd& past_extra) const;

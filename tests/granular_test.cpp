@@ -10,6 +10,7 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/effects/uniform_force.hpp"
+#include "src/granular/pair_state.hpp"
 #include "src/model/frame.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/dielectric_pair.hpp"
@@ -106,10 +107,54 @@ TEST_CASE("a touch at the very end of a step, later by rounding than the next on
   const double time = 1;
   std::vector<GrainContact> contacts{{{0, 1}, std::nextafter(time, 2), 2}};
   const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
-  motion->advance(bodies, contacts, {}, {}, time, 0.005, 1, parallel::Team::single());
+  motion->advance(bodies, contacts, {}, {.begin = time, .time = 0.005, .fastest = 1}, parallel::Team::single());
   CHECK(bodies.momentum[0] + bodies.momentum[3] == doctest::Approx(0));
   CHECK(bodies.momentum[0] < 1);  // they have braked each other
   CHECK(bodies.momentum[0] > 0);
+}
+
+// Pairs are waited for from one call to the next, or searched for in each, where velocities are said to have changed;
+// with forces and, in between, kicks, and with more steps a call than a search lasts.
+TEST_CASE("which pairs are looked at, and since when they are waited for, changes no bit of a gas") {
+  Scene scene = viscoelastic(9);
+  add_gas(scene, 200, 8.9, 4);
+  struct End {
+    Bodies bodies;
+    std::vector<GrainContact> contacts;
+    double dissipated = 0;
+    std::size_t begun = 0;
+  };
+  const auto end = [&](double kicked, int steps) {
+    End now{.bodies = make_bodies(scene)};
+    std::vector<double> held(now.bodies.momentum.size());
+    for (std::size_t k = 0; k < held.size(); ++k) held[k] = std::sin(static_cast<double>(k));
+    const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
+    constexpr double dt = 0.005;
+    for (int n = 0; n < 400; n += steps) {
+      const granular::ContactSteps all{.begin = n * dt,
+                                       .time = steps * dt,
+                                       .steps = steps,
+                                       .fastest = granular::fastest(now.bodies),
+                                       .kicked = n == 0 ? INFINITY : kicked,
+                                       .gain = 2 * steps * dt};
+      const auto done = motion->advance(now.bodies, now.contacts, held, all, parallel::Team::single());
+      now.dissipated += done.record.dissipated;
+      now.begun += done.record.begun.size();
+      for (std::size_t k = 0; k < held.size(); ++k) now.bodies.momentum[k] -= steps * dt * held[k];
+      wrap(now.bodies);
+    }
+    return now;
+  };
+  for (const int steps : {1, 40}) {
+    const double kick = 2 * steps * 0.005;  // the longest of the forces is sqrt(3) long at most
+    const End waited = end(kick, steps), searched = end(INFINITY, steps);
+    CHECK(waited.begun > 500);
+    CHECK(waited.begun == searched.begun);
+    CHECK(waited.bodies.position == searched.bodies.position);
+    CHECK(waited.bodies.momentum == searched.bodies.momentum);
+    CHECK(waited.dissipated == searched.dissipated);
+    CHECK(waited.contacts.size() == searched.contacts.size());
+  }
 }
 
 // What each integrator's errors may be: GRANULAR's table of the worst errors at dt = .005 (here a tenth more: phases

@@ -34,7 +34,7 @@ const EffectKind& GasDragOptions::kind() {
   return kind;
 }
 
-double GasDrag::drive(double time, double dt, Bodies& bodies) {
+std::optional<double> GasDrag::drive(double time, double dt, Bodies& bodies) {
   const auto kinetic = [&] {
     double energy = 0;
     for (std::size_t k = 0; k < bodies.momentum.size(); ++k)

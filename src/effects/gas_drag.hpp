@@ -25,7 +25,7 @@ class GasDrag : public Effect {
       : wind_{options.stokes, options.speed, options.hold, seed} {}
 
   const EffectKind& kind() const override { return GasDragOptions::kind(); }
-  double drive(double time, double dt, Bodies& bodies) override;
+  std::optional<double> drive(double time, double dt, Bodies& bodies) override;
 
  private:
   Wind wind_;

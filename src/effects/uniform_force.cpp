@@ -30,7 +30,7 @@ const EffectKind& UniformForceOptions::kind() {
   return kind;
 }
 
-double UniformForce::drive(double, double dt, Bodies& bodies) {
+std::optional<double> UniformForce::drive(double, double dt, Bodies& bodies) {
   const int d = bodies.dimension;
   double work = 0;
   for (int i = 0; i < bodies.size(); ++i)

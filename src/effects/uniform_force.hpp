@@ -18,7 +18,7 @@ class UniformForce : public Effect {
   explicit UniformForce(const UniformForceOptions& options) : acceleration_(options.acceleration.value) {}
 
   const EffectKind& kind() const override { return UniformForceOptions::kind(); }
-  double drive(double time, double dt, Bodies& bodies) override;
+  std::optional<double> drive(double time, double dt, Bodies& bodies) override;
 
  private:
   Vec3 acceleration_;

@@ -3,103 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <experimental/simd>
-#include <numeric>
 #include <utility>
 
-#include "solvers/neighbours/cell_order.hpp"
 #include "src/granular/contacts.hpp"
+#include "src/granular/encounters.hpp"
 #include "src/granular/pair_motion.hpp"
 
 namespace lichtenberg::granular {
 namespace {
-
-/// As many numbers as the processor computes with together. This file is compiled without contraction of products and
-/// sums, so that a pair's result has the same bits in any lane and with any number of them.
-using Several = std::experimental::native_simd<double>;
-constexpr int width = Several::size();
-constexpr auto anywhere = std::experimental::element_aligned;
-
-/// Pairs that are computed together: they follow each other, or are picked.
-struct Row {
-  int first;
-  int operator[](int lane) const { return first + lane; }
-};
-struct Picked {
-  std::array<int, width> pairs;
-  int operator[](int lane) const { return pairs[lane]; }
-};
-
-/// Columns of numbers of pairs. Those of a row of pairs lie together: loops over all columns read memory as it comes.
-class Table {
- public:
-  void resize(std::size_t pairs) { values_.resize(pairs * columns_); }
-  int add_column() { return columns_++; }
-  std::size_t place(int column, int pair) const {
-    return (static_cast<std::size_t>(pair / width) * columns_ + column) * width + pair % width;
-  }
-  double* at(std::size_t place) { return &values_[place]; }
-  const double* at(std::size_t place) const { return &values_[place]; }
-
- private:
-  int columns_ = 0;
-  std::vector<double> values_;
-};
-
-/// A number of each pair.
-class Column {
- public:
-  explicit Column(Table& table) : table_(&table), number_(table.add_column()) {}
-  double& operator[](int pair) { return *table_->at(table_->place(number_, pair)); }
-  double operator[](int pair) const { return *std::as_const(*table_).at(table_->place(number_, pair)); }
-
-  Several at(Row row) const { return Several(std::as_const(*table_).at(table_->place(number_, row.first)), anywhere); }
-  Several at(const Picked& of) const {
-    return Several([&](int lane) { return (*this)[of[lane]]; });
-  }
-  void put(Row row, const Several& x) { x.copy_to(&(*this)[row.first], anywhere); }
-  void put(const Picked& of, const Several& x) {
-    for (int lane = 0; lane < width; ++lane) (*this)[of[lane]] = x[lane];
-  }
-
- private:
-  Table* table_;
-  int number_;
-};
-
-template <int d>
-using Vectors = LaneVec<d, Several>;
-
-template <int d>
-class VectorColumn {
- public:
-  explicit VectorColumn(Table& table) {
-    for (int k = 0; k < d; ++k) of_.emplace_back(table);
-  }
-  Vec<d> operator[](int pair) const {
-    Vec<d> v;
-    for (int k = 0; k < d; ++k) v[k] = of_[k][pair];
-    return v;
-  }
-  template <class Those>
-  Vectors<d> at(const Those& of) const {
-    return Vectors<d>::each([&](int k) { return of_[k].at(of); });
-  }
-  template <class Those>
-  void put(const Those& of, const Vectors<d>& x) {
-    for (int k = 0; k < d; ++k) of_[k].put(of, x[k]);
-  }
-
- private:
-  std::vector<Column> of_;
-};
-
-/// The sum, in an order that is that of the numbers alone.
-double total(const Column& of, int count) {
-  std::array<double, 8> sums{};
-  for (int p = 0; p < count; ++p) sums[p % 8] += of[p];
-  return ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
-}
 
 /// A law for the two grains of each contact.
 template <class Law>
@@ -110,42 +21,35 @@ struct OfPairs {
   ContactPush<Several> operator()(const Several& overlap) const { return law.push(overlap, scale); }
 };
 
-template <class Index>
-Several of(const std::vector<double>& values, const Index& index) {
-  return Several([&](int lane) { return values[index(lane)]; });
-}
-
 template <int d, class Law>
 class Motion final : public ContactMotion {
  public:
   explicit Motion(const Law& law) : law_(law) {}
 
-  ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, const NearPairs& pairs,
-                           std::span<const double> held, double time, double dt, int steps,
-                           parallel::Team& team) override {
+  ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const double> held,
+                           const ContactSteps& of, parallel::Team& team) override {
+    const double time = of.begin, dt = of.time;
     ContactsFollowed followed{.record = {.time = time + dt, .dt = dt}};
-    steps_ = steps;
-    dt_ = dt / steps;
-    bound(bodies, held);
-    order(bodies, pairs.has_value());
-    gather(bodies, held, team);
-    open(contacts);
-    due_.resize(steps_);
-    for (auto& due : due_) due.clear();
-    wait_from(0, pairs ? near_of(*pairs) : cells_.pairs(team), team);
-    for (int n = 0; n < steps; ++n) {
+    steps_ = of.steps;
+    dt_ = dt / steps_;
+    nearest_ = NearestImage<d>(spheres<d>(bodies).box);
+    begin(bodies, held, contacts);
+    encounters_.jolt(of.kicked + of.gain);
+    for (int n = 0; n < steps_; ++n) {
       look(time + n * dt_, n == 0, team);
       if (n == 0)
         followed.stored_at_start = total(stored_, touching_);
       else
         note(time + n * dt_, followed.record);
+      if (!encounters_.cover(dt_)) search(of, n, team);
       step(n, time + n * dt_, team, followed.record);
     }
     look(time + dt, false, team);
     followed.stored_at_end = total(stored_, touching_);
+    followed.fastest_release = fastest_release();
     note(time + dt, followed.record);
     close();
-    give_back(bodies, team);
+    fly(bodies, steps_, team);
     contacts.clear();
     for (const Open& one : open_) contacts.push_back(one.contact);
     followed.record.open = contacts;
@@ -162,7 +66,7 @@ class Motion final : public ContactMotion {
     std::array<double, d> place, momentum;
     double per_mass = 0;
     std::int32_t followed_to = 0;  ///< the step at whose beginning it was so
-    float radius = 0;              ///< rounded up
+    std::int32_t particle = 0;
   };
   /// What its pairs need of a grain, all forces on it at the start and in the middle of a step; in one line too.
   struct alignas(64) Felt {
@@ -170,89 +74,144 @@ class Motion final : public ContactMotion {
     double radius = 0;
     std::int32_t touches = 0;
   };
+  struct Made {
+    double per_mass = 0, radius = 0;
+  };
   struct Open {
     GrainContact contact;
     Pair slots;
   };
+  /// A pair that is apart.
+  struct Apart {
+    Pair pair, slots;
+  };
 
-  /// How fast grains become within `steps_`, and what contacts may accelerate two towards each other by.
-  void bound(const Bodies& bodies, std::span<const double> held) {
-    const double dt = dt_ * steps_, held_most = largest_over_mass(bodies, held);
-    fastest_ = fastest(bodies) + held_most * dt;
-    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-    speed_ = 2 * fastest_;
-    if (grains_.empty()) {  // they stay what they are
-      widest_ = *std::ranges::max_element(bodies.radius);
-      lightest_ = *std::ranges::min_element(bodies.mass);
+  /// Grains that are in contact get slots, in the order of the contacts; all others stay what they are in `bodies`
+  /// until somebody looks at them.
+  void begin(const Bodies& bodies, std::span<const double> held, std::span<const GrainContact> contacts) {
+    bodies_ = &bodies;
+    held_forces_ = held;
+    if (made_.empty()) {  // they stay what they are
+      for (int i = 0; i < bodies.size(); ++i) made_.push_back({1 / bodies.mass[i], bodies.radius[i]});
+      slot_.assign(bodies.size(), -1);
     }
-    const double scale = law_.scale(widest_, widest_);
+    for (const Grain& grain : grains_) slot_[grain.particle] = -1;
+    grains_.clear();
+    felt_.clear();
+    held_.clear();
+    open_.clear();
+    for (std::size_t p = 0; p < contacts.size(); ++p) {
+      const Pair pair = contacts[p].pair;
+      prefetch(contacts[std::min(p + ahead, contacts.size() - 1)].pair);
+      open_.push_back({contacts[p], {slot_of(pair.i), slot_of(pair.j)}});
+      ++felt_[open_.back().slots.i].touches, ++felt_[open_.back().slots.j].touches;
+    }
+  }
+  void prefetch(Pair pair) const {
+    for (const int i : {pair.i, pair.j}) {
+      __builtin_prefetch(&bodies_->position[i * d]);
+      __builtin_prefetch(&bodies_->momentum[i * d]);
+      __builtin_prefetch(&made_[i]);
+      __builtin_prefetch(&slot_[i]);
+    }
+  }
+  int slot_of(int particle) {
+    int& slot = slot_[particle];
+    if (slot >= 0) return slot;
+    slot = static_cast<int>(grains_.size());
+    Grain& grain = grains_.emplace_back();
+    for (int k = 0; k < d; ++k) {
+      grain.place[k] = bodies_->position[particle * d + k];
+      grain.momentum[k] = bodies_->momentum[particle * d + k];
+    }
+    grain.per_mass = made_[particle].per_mass;
+    grain.particle = particle;
+    felt_.push_back({.radius = made_[particle].radius});
+    if (held_forces_.empty()) return slot;
+    auto& held = held_.emplace_back();
+    for (int k = 0; k < d; ++k) held[k] = held_forces_[particle * d + k];
+    return slot;
+  }
+
+  /// Looks for the pairs that may touch from step n on until the fastest has flown its way.
+  void search(const ContactSteps& of, int n, parallel::Team& team) {
+    constexpr int most_steps = 64;
+    constexpr double least = 0.1, more = 1.5;  // of what contacts might push with at most, and than they have
+    const double kicked = of.gain + (std::isfinite(of.kicked) ? of.kicked : 0);
+    const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
+    const double jolt = kicked * std::max(1.0, std::ceil(horizon(of.fastest) / of.time) + 1);
+    const double hardest = largest_acceleration(2 * (of.fastest + jolt));
+    const double acceleration = 2 * std::max(least * hardest, more * encounters_.hardest_push());
+    const Bounds bounds{
+        .fastest = of.fastest + jolt, .jolt = jolt, .acceleration = acceleration, .excess = hardest * dt_ * dt_};
+    hardest_ = hardest;
+    const auto open = [&](Pair pair) { return is_open(pair); };
+    const auto search_in = [&](const Bodies& bodies) {
+      encounters_.search(bodies, bounds, (1 + rounding) * horizon(bounds.fastest), dt_, open, team);
+    };
+    if (n == 0) {
+      search_in(*bodies_);
+    } else {
+      Bodies now = *bodies_;
+      fly(now, n, team);
+      search_in(now);
+    }
+    encounters_.jolt(of.gain);
+  }
+  /// What contacts may accelerate a grain by.
+  double largest_acceleration(double speed) const {
+    const double widest = *std::ranges::max_element(bodies_->radius), scale = law_.scale(widest, widest);
+    const double lightest = *std::ranges::min_element(bodies_->mass);
     // The overlap that stores all that two have; its spring and its dashpot never act together like that.
-    double low = 0, high = 2 * widest_;
+    double low = 0, high = 2 * widest;
     for (int k = 0; k < 50; ++k) {
       const double middle = 0.5 * (low + high);
-      (law_.parts(middle, scale).stored < 0.5 * lightest_ * speed_ * speed_ ? low : high) = middle;
+      (law_.parts(middle, scale).stored < 0.5 * lightest * speed * speed ? low : high) = middle;
     }
     const ContactParts deepest = law_.parts(high, scale);
-    acceleration_ = (deepest.elastic + deepest.damping * speed_) / lightest_ + 2 * held_most;
+    return (deepest.elastic + deepest.damping * speed) / lightest;
   }
-  /// How much closer two come within t than in straight flight, at most.
-  double bend(double t) const { return std::min(0.5 * acceleration_ * t * t, 3 * speed_ * t); }
+  bool is_open(Pair pair) const {
+    if (slot_[pair.i] < 0 || slot_[pair.j] < 0) return false;  // those of a contact have
+    const auto found = std::ranges::lower_bound(open_, pair, {}, [](const Open& one) { return one.contact.pair; });
+    return found != open_.end() && found->contact.pair == pair;
+  }
 
-  /// How much closer than they are two may come within the steps.
-  double approach() const {
-    const double dt = dt_ * steps_;
-    return std::min(2 * speed_ * dt, 2 * fastest_ * dt + bend(dt)) + rounding * widest_;
-  }
-  /// Which slot a grain has: in the order of cells or, where pairs are given, its own number.
-  void order(const Bodies& bodies, bool as_they_are) {
-    const Spheres<d> grains = spheres<d>(bodies);
-    nearest_ = NearestImage<d>(grains.box);
-    if (!as_they_are) {
-      cells_.sort(grains, 2 * widest_ + approach());
-      particle_ = cells_.particles();
-      slot_ = cells_.slots();
-      return;
-    }
-    same_.resize(bodies.size());
-    std::iota(same_.begin(), same_.end(), 0);
-    particle_ = slot_ = same_;
-  }
-  void gather(const Bodies& bodies, std::span<const double> held, parallel::Team& team) {
-    const int n = bodies.size();
-    grains_.resize(n);
-    felt_.resize(n);
-    held_.resize(held.empty() ? 0 : n);
-    const double *position = bodies.position.data(), *momentum = bodies.momentum.data();
-    for_each_grain(team, [&](int s) {
-      const int i = particle_[s], later = particle_[std::min(s + ahead, n - 1)];
-      __builtin_prefetch(&position[later * d]);
-      __builtin_prefetch(&momentum[later * d]);
-      Grain& grain = grains_[s];
-      std::copy_n(&position[i * d], d, grain.place.begin());
-      std::copy_n(&momentum[i * d], d, grain.momentum.begin());
-      if (!held.empty()) std::copy_n(&held[i * d], d, held_[s].begin());
-      grain.per_mass = 1 / bodies.mass[i];
-      grain.followed_to = 0;
-      grain.radius = std::nextafter(static_cast<float>(bodies.radius[i]), INFINITY);
-      felt_[s].radius = bodies.radius[i];
-      felt_[s].touches = 0;
+  /// Brings bodies from the start to step n: those that nobody looked at fly in one go.
+  void fly(Bodies& bodies, int n, parallel::Team& team) const {
+    const double t = n * dt_;
+    for_each_range(bodies.size(), team, [&](int first, int last) {
+      for (int i = first; i < last; ++i) {
+        const double path = t * made_[i].per_mass;
+        for (int k = i * d; k < (i + 1) * d; ++k) {
+          double& momentum = bodies.momentum[k];
+          if (held_forces_.empty()) {
+            bodies.position[k] += path * momentum;
+          } else {
+            bodies.position[k] += path * (momentum + 0.5 * t * held_forces_[k]);
+            momentum += t * held_forces_[k];
+          }
+        }
+      }
     });
-  }
-  void give_back(Bodies& bodies, parallel::Team& team) const {
-    const int n = bodies.size();
-    for_each_grain(team, [&](int i) {
-      __builtin_prefetch(&grains_[slot_[std::min(i + ahead, n - 1)]]);
-      const Grain grain = flown(slot_[i], steps_);
-      std::copy_n(grain.place.begin(), d, &bodies.position[i * d]);
-      std::copy_n(grain.momentum.begin(), d, &bodies.momentum[i * d]);
+    const int slots = static_cast<int>(grains_.size());
+    for_each_range(slots, team, [&](int first, int last) {
+      for (int s = first; s < last; ++s) {
+        const int later = grains_[std::min(s + ahead, slots - 1)].particle;
+        __builtin_prefetch(&bodies.position[later * d], 1);
+        __builtin_prefetch(&bodies.momentum[later * d], 1);
+        const Grain grain = flown(s, n);
+        for (int k = 0; k < d; ++k) {
+          bodies.position[grain.particle * d + k] = grain.place[k];
+          bodies.momentum[grain.particle * d + k] = grain.momentum[k];
+        }
+      }
     });
   }
   template <class Visit>
-  void for_each_grain(parallel::Team& team, const Visit& visit) const {
-    const int n = static_cast<int>(grains_.size());
-    team.for_each((n + grains_a_task - 1) / grains_a_task, [&](int task) {
-      for (int s = task * grains_a_task; s < std::min(n, (task + 1) * grains_a_task); ++s) visit(s);
-    });
+  static void for_each_range(int count, parallel::Team& team, const Visit& visit) {
+    team.for_each((count + grains_a_task - 1) / grains_a_task,
+                  [&](int task) { visit(task * grains_a_task, std::min(count, (task + 1) * grains_a_task)); });
   }
   /// A grain at the beginning of step n that no contact pushes before.
   Grain flown(int slot, int n) const {
@@ -270,34 +229,19 @@ class Motion final : public ContactMotion {
     return grain;
   }
 
-  /// Contacts in ascending order of slots.
-  void open(std::span<const GrainContact> contacts) {
-    open_.clear();
-    for (const GrainContact& contact : contacts) {
-      const auto [i, j] = contact.pair;
-      open_.push_back({contact, {std::min(slot_[i], slot_[j]), std::max(slot_[i], slot_[j])}});
-      ++felt_[slot_[i]].touches, ++felt_[slot_[j]].touches;
-    }
-    sort_pairs([](const Open& one) { return one.slots; });
-  }
-  /// Contacts that are open in ascending order of grains.
+  /// Those that have parted are waited for again.
   void close() {
     int p = 0;
-    std::erase_if(open_, [&](const Open&) { return !(age_[p++] >= 0); });
-    const auto pair = [](const Open& one) { return one.contact.pair; };
-    if (!std::ranges::is_sorted(open_, {}, pair)) sort_pairs(pair);
+    std::erase_if(open_, [&](const Open& one) {
+      const bool parted = !(age_[p++] >= 0);
+      if (parted) encounters_.wait(one.contact.pair, 0);
+      return parted;
+    });
   }
-  /// By counting: there are as many as grains.
-  template <class Of>
-  void sort_pairs(const Of& of) {
-    first_.assign(grains_.size() + 1, 0);
-    for (const Open& one : open_) ++first_[of(one).i + 1];
-    std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    sorted_.resize(open_.size());
-    for (const Open& one : open_) sorted_[first_[of(one).i]++] = one;
-    open_.swap(sorted_);
-    for (std::size_t p = 1; p < open_.size(); ++p)  // those of one grain, a few
-      for (std::size_t q = p; q > 0 && of(open_[q]) < of(open_[q - 1]); --q) std::swap(open_[q], open_[q - 1]);
+  double fastest_release() const {
+    double square = 0;
+    for (int p = 0; p < touching_; ++p) square = std::max(square, 2 * stored_[p] / mass_[p]);
+    return std::sqrt(square);
   }
 
   /// Pairs in the order of the contacts, then those that may come to it.
@@ -317,85 +261,62 @@ class Motion final : public ContactMotion {
     });
   }
 
-  /// Those of the pairs that are near enough to touch.
-  const std::vector<Pair>& near_of(std::span<const Pair> pairs) {
-    near_.resize(pairs.size() + width);
-    int count = 0;
-    std::size_t p = 0;
-    for (; p + width <= pairs.size(); p += width) {
-      for (std::size_t q = p + ahead; q < std::min(p + ahead + width, pairs.size()); ++q)
-        __builtin_prefetch(&grains_[pairs[q].j]);
-      count += put_near(&pairs[p], &near_[count]);
-    }
-    for (; p < pairs.size(); ++p) near_[count++] = pairs[p];
-    near_.resize(count);
-    return near_;
-  }
-  /// Copies those of a row that are near, without branches: which ones is hard to guess. Returns how many.
-  [[gnu::flatten]] int put_near(const Pair* row, Pair* to) const {
-    const auto of = [&](const auto& value) {
-      return std::pair{Several([&](int lane) { return value(grains_[row[lane].i]); }),
-                       Several([&](int lane) { return value(grains_[row[lane].j]); })};
-    };
-    const auto [radius_i, radius_j] = of([](const Grain& grain) { return grain.radius; });
-    const Several most = radius_i + radius_j + approach();
-    Several distance2 = 0;
-    for (int k = 0; k < d; ++k) {
-      const auto [i, j] = of([k](const Grain& grain) { return grain.place[k]; });
-      const Several x = j - i, r = x - nearest_.length[k] * nearbyint(x * nearest_.turns_a_metre[k]);
-      distance2 += r * r;
-    }
-    const auto is_near = distance2 < most * most;
-    int count = 0;
-    for (int lane = 0; lane < width; ++lane) {
-      to[count] = row[lane];
-      count += is_near[lane];
-    }
-    return count;
-  }
-  /// For each of these pairs, which are apart, the step before which they cannot touch: those for which that is step n
-  /// go to `meeting_`.
-  void wait_from(int n, const std::vector<Pair>& pairs, parallel::Team& team) {
+  /// Of the pairs that are apart, those that may touch in step n, in ascending order.
+  void meet(int n) {
     meeting_.clear();
-    pair_.assign(pairs.begin(), pairs.end());
-    const int count = static_cast<int>(pairs.size());
-    pair_.resize((count + width - 1) / width * width, count > 0 ? pairs.back() : Pair{});
-    apart_for_.resize(pair_.size());
-    for_each_row(0, count, team, [&](Row row) {
-      (n == 0 ? steps_apart<false>(row, n) : steps_apart<true>(row, n)).copy_to(&apart_for_[row.first], anywhere);
-    });
-    for (int p = 0; p < count; ++p) {
-      const int then = n + static_cast<int>(apart_for_[p]);
-      if (then >= steps_) continue;
-      if (then > n)
-        due_[then].push_back(pair_[p]);
-      else if (n > 0 || !is_open(pair_[p]))
-        meeting_.push_back(pair_[p]);
+    due_.clear();
+    encounters_.take(dt_, due_);
+    // Within one step contacts may push as hard as they can.
+    Bounds at_once = encounters_.bounds();
+    at_once.acceleration = 2 * hardest_;
+    at_once.excess = 0;
+    const int count = static_cast<int>(due_.size());
+    for (int first = 0; first < count; first += width) {
+      for (int p = first + ahead; p < std::min(first + ahead + width, count); ++p) prefetch(due_[p]);
+      const Glance glance = glance_at(first, n);
+      const Several apart = apart_for<d>(glance.state, glance.reach, encounters_.bounds());
+      const Several at_least = apart_for<d>(glance.state, glance.reach, at_once);
+      for (int lane = 0; lane < std::min(width, count - first); ++lane) {
+        const Pair pair = due_[first + lane];
+        if (at_least[lane] < (1 + rounding) * dt_)
+          meeting_.push_back({pair, {slot_of(pair.i), slot_of(pair.j)}});
+        else
+          encounters_.wait(pair, std::max<double>(apart[lane], dt_));
+      }
     }
+    std::ranges::sort(meeting_, {}, &Apart::pair);
   }
-  /// For how many steps from n on pairs stay apart. In straight flight two come closer never faster than at first, c,
-  /// and contacts bring them a t^2 / 2 closer, or 3 `speed_` t: their gap lasts longer than either way has it closed.
-  template <bool fly>
-  [[gnu::flatten]] Several steps_apart(Row row, int n) const {
-    for (int p = row.first + ahead; p < std::min(row.first + ahead + width, static_cast<int>(pair_.size())); ++p)
-      __builtin_prefetch(&grains_[pair_[p].j]);
-    const Seen lower = seen<fly>([&](int lane) { return pair_[row[lane]].i; }, n);
-    const Seen higher = seen<fly>([&](int lane) { return pair_[row[lane]].j; }, n);
-    const auto [r, v] = between(lower, higher);
-    const Several radius_i([&](int lane) { return grains_[pair_[row[lane]].i].radius; });
-    const Several radius_j([&](int lane) { return grains_[pair_[row[lane]].j].radius; });
-    const Several distance = sqrt(norm2(r)), reach = (1 + rounding) * (radius_i + radius_j);
-    const Several gap = not_below<Several>(distance - reach, 0), closing = not_below<Several>(-dot(r, v) / distance, 0);
-    const Several bent = 2.0 * gap / (closing + sqrt(closing * closing + 2 * acceleration_ * gap));
-    const Several time = not_below<Several>(bent, gap / (closing + 3 * speed_));
-    return chosen<Several>(gap > 0, not_above<Several>(time * (1 / dt_), steps_), 0);
+  struct Glance {
+    PairState<d, Several> state;
+    Several reach;
+  };
+  /// The pairs of `due_` from `first` on at the beginning of step n. Grains get no slots by that.
+  Glance glance_at(int first, int n) const {
+    std::array<std::array<double, width>, 2 * d + 1> found;
+    for (int lane = 0; lane < width; ++lane) {
+      const Pair pair = due_[std::min<std::size_t>(first + lane, due_.size() - 1)];
+      const Grain lower = grain_at(pair.i, n), higher = grain_at(pair.j, n);
+      for (int k = 0; k < d; ++k) {
+        found[k][lane] = nearest_(higher.place[k] - lower.place[k], k);
+        found[d + k][lane] = higher.per_mass * higher.momentum[k] - lower.per_mass * lower.momentum[k];
+      }
+      found[2 * d][lane] = made_[pair.i].radius + made_[pair.j].radius;
+    }
+    const auto of = [&](int which) { return Several(found[which].data(), anywhere); };
+    return {{Vectors<d>::each([&](int k) { return of(k); }), Vectors<d>::each([&](int k) { return of(d + k); })},
+            of(2 * d)};
   }
-  bool is_open(Pair slots) const {
-    if (felt_[slots.i].touches == 0 || felt_[slots.j].touches == 0) return false;
-    // Since it has sorted them, first_[i] is where contacts end of which i is the lower.
-    for (int p = slots.i > 0 ? first_[slots.i - 1] : 0; p < first_[slots.i]; ++p)
-      if (open_[p].slots == slots) return true;
-    return false;
+  Grain grain_at(int particle, int n) const {
+    if (const int slot = slot_[particle]; slot >= 0) return flown(slot, n);
+    Grain grain{.per_mass = made_[particle].per_mass};
+    const double t = n * dt_, path = t * grain.per_mass;
+    for (int k = 0; k < d; ++k) {
+      const double held = held_forces_.empty() ? 0 : held_forces_[particle * d + k];
+      const double momentum = bodies_->momentum[particle * d + k];
+      grain.place[k] = bodies_->position[particle * d + k] + path * (momentum + 0.5 * t * held);
+      grain.momentum[k] = momentum + t * held;
+    }
+    return grain;
   }
 
   /// One grain of each of several pairs.
@@ -501,16 +422,19 @@ class Motion final : public ContactMotion {
     feel_each_other(team);
     integrate(team);
     move(n);
-    record.dissipated += total(dissipated_, count_);
-    begin_contacts(n, time, record);
+    record.dissipated += total(dissipated_, touching_);
+    for (int p = touching_; p < count_; ++p)
+      if (touched_[p] >= 0) record.dissipated += dissipated_[p];
+    encounters_.pass(dt_);
+    begin_contacts(time, record);
   }
 
   /// Pairs that are apart and may come into contact.
   void add_meeting(int n, parallel::Team& team) {
-    if (n > 0) wait_from(n, due_[n], team);
+    meet(n);
     pair_.clear();
     for (const Open& one : open_) pair_.push_back(one.slots);
-    pair_.insert(pair_.end(), meeting_.begin(), meeting_.end());
+    for (const Apart& one : meeting_) pair_.push_back(one.slots);
     count_ = static_cast<int>(pair_.size());
     resize(count_);
     for (int p = touching_; p < static_cast<int>(pair_.size()); ++p) age_[p] = -1;
@@ -523,11 +447,8 @@ class Motion final : public ContactMotion {
   /// The forces of contacts at the start and in the middle of the step, so that each knows what the others of its
   /// grains do. In the middle grains are where the forces at the start carry them.
   void feel_each_other(parallel::Team& team) {
-    for (int p = 0; p < count_; ++p) {
-      __builtin_prefetch(&felt_[pair_[std::min(p + ahead, count_ - 1)].j], 1);
-      for (const int i : {pair_[p].i, pair_[p].j})
-        for (int k = 0; k < d; ++k) felt_[i].start[k] = felt_[i].halfway[k] = held_.empty() ? 0 : held_[i][k];
-    }
+    for (std::size_t s = 0; s < felt_.size(); ++s)
+      felt_[s].start = felt_[s].halfway = held_.empty() ? std::array<double, d>{} : held_[s];
     for (int p = 0; p < touching_; ++p) add(&Felt::start, pair_[p], force_[p]);
     const double h = 0.5 * dt_;
     for_each_row(0, count_, team, [&](Row row) [[gnu::flatten]] {
@@ -539,6 +460,19 @@ class Motion final : public ContactMotion {
                                                  now.velocity + time * acceleration}));
     });
     for (int p = 0; p < count_; ++p) add(&Felt::halfway, pair_[p], halfway_force_[p]);
+    encounters_.push(hardest_push());
+  }
+  double hardest_push() const {
+    double square = 0;
+    for (std::size_t s = 0; s < grains_.size(); ++s) {
+      double sum = 0;
+      for (int k = 0; k < d; ++k) {
+        const double force = felt_[s].halfway[k] - (held_.empty() ? 0 : held_[s][k]);
+        sum += force * force;
+      }
+      square = std::max(square, sum * grains_[s].per_mass * grains_[s].per_mass);
+    }
+    return std::sqrt(square);
   }
   void add(std::array<double, d> Felt::*when, Pair pair, Vec<d> push) {
     auto &on_i = felt_[pair.i].*when, &on_j = felt_[pair.j].*when;
@@ -620,17 +554,16 @@ class Motion final : public ContactMotion {
     }
   }
 
-  /// Which contacts there are after step n: those that are open and those that have begun.
-  void begin_contacts(int n, double time, ContactRecord& record) {
+  /// Which contacts there are after a step that began at `time`: those that are open and those that have begun.
+  void begin_contacts(double time, ContactRecord& record) {
     begun_.clear();
     for (int p = 0; p < count_; ++p) {
       if (age_[p] >= 0) continue;
-      if (touched_[p] >= 0) {
-        const int i = particle_[pair_[p].i], j = particle_[pair_[p].j];
-        begun_.push_back({{{std::min(i, j), std::max(i, j)}, time + touched_[p], impact_speed_[p]}, pair_[p]});
-      } else if (n + 1 < steps_) {
-        due_[n + 1].push_back(pair_[p]);
-      }
+      const Pair pair = p < touching_ ? open_[p].contact.pair : meeting_[p - touching_].pair;
+      if (touched_[p] >= 0)
+        begun_.push_back({{pair, time + touched_[p], impact_speed_[p]}, pair_[p]});
+      else
+        encounters_.wait(pair, 0);
     }
     int p = 0;
     std::erase_if(open_, [&](const Open&) { return !(age_[p++] >= 0); });
@@ -639,32 +572,30 @@ class Motion final : public ContactMotion {
     const auto alone = [&](Pair slots) { return felt_[slots.i].touches == 1 && felt_[slots.j].touches == 1; };
     for (Open& one : begun_) one.contact.alone = alone(one.slots);
     for (Open& one : open_) one.contact.alone = one.contact.alone && alone(one.slots);
-    std::ranges::sort(begun_, {}, [](const Open& one) { return one.contact.pair; });
+    const auto pair = [](const Open& one) { return one.contact.pair; };
+    std::ranges::sort(begun_, {}, pair);
     for (const Open& one : begun_) record.begun.push_back(one.contact);
-    std::ranges::sort(begun_, {}, &Open::slots);
     sorted_.resize(open_.size() + begun_.size());
-    std::ranges::merge(open_, begun_, sorted_.begin(), {}, &Open::slots, &Open::slots);
+    std::ranges::merge(open_, begun_, sorted_.begin(), {}, pair, pair);
     open_.swap(sorted_);
   }
 
-  static constexpr double rounding = 1e-9;  ///< more than that of places, less than what matters
-
   Law law_;
-  double dt_ = 0, fastest_ = 0, speed_ = 0, acceleration_ = 0, widest_ = 0, lightest_ = 0;
+  double dt_ = 0, hardest_ = 0;  ///< hardest: what contacts may accelerate a grain by
   int steps_ = 0, touching_ = 0, count_ = 0;
-  CellOrder<d> cells_;
+  Encounters<d> encounters_;
   NearestImage<d> nearest_{Box<d>{}};
-  std::span<const int> particle_, slot_;  ///< by slot, by particle
-  std::vector<int> same_;
-  // By slot, [N].
+  const Bodies* bodies_ = nullptr;       ///< as they are at the start
+  std::span<const double> held_forces_;  ///< of all else, [N * d]; empty: none
+  std::vector<Made> made_;               ///< by particle
+  std::vector<int> slot_;                ///< by particle; -1: nobody has looked at it
+  // By slot.
   std::vector<Grain> grains_;
-  std::vector<std::array<double, d>> held_;  ///< forces of all else; empty: none
   std::vector<Felt> felt_;                   ///< forces of those of pairs that are computed
+  std::vector<std::array<double, d>> held_;  ///< empty: none
 
-  std::vector<std::vector<Pair>> due_;  ///< by step: pairs of slots that are apart, to be looked at then
-  std::vector<Pair> near_, meeting_;
-  std::vector<double> apart_for_;
-  std::vector<int> first_;
+  std::vector<Pair> due_;
+  std::vector<Apart> meeting_;
   std::vector<Open> open_, begun_, sorted_;
 
   // Of the pairs of slots that are computed in a step: those in contact in ascending order, then those that may come

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,11 +15,18 @@ namespace lichtenberg::granular {
 struct ContactsFollowed {
   ContactRecord record;
   double stored_at_start = 0, stored_at_end = 0;
+  double fastest_release = 0;  ///< to which what is stored in one contact would bring its two, apart from rounding
 };
 
-/// All pairs that may touch within a time, in ascending order; others change nothing. Empty: they are looked for, with
-/// grains sorted in space, which pays from a few steps on.
-using NearPairs = std::optional<std::span<const Pair>>;
+/// Equal steps, and what is known of the grains' speeds.
+struct ContactSteps {
+  double begin = 0, time = 0;  ///< when, and how long all of them take
+  int steps = 1;
+  double fastest = 0;        ///< the largest speed, at the beginning
+  double kicked = INFINITY;  ///< by which a velocity may have changed since the steps before; infinite: places may too
+  double gain = 0;           ///< by which held forces may change one within these
+  double way = 0.3;          ///< how far the fastest may fly before pairs are looked for anew
+};
 
 /// Grains that feel their contacts and nothing else: each contact is integrated by itself (pair_motion.hpp), with the
 /// forces of the other contacts of its two grains as they are at the beginning and in the middle of a step. A pair that
@@ -30,13 +37,12 @@ class ContactMotion {
  public:
   virtual ~ContactMotion() = default;
 
-  /// Advances places and momenta from `time` by `dt`, in `steps` equal steps, with other forces `held` ([N * d]; empty:
-  /// none); `contacts`, in ascending order, are those at the beginning and become those at the end. The same bits for
-  /// any number of threads, and whatever number of pairs a processor computes at once.
+  /// Advances places and momenta, with other forces `held` ([N * d]; empty: none); `contacts`, in ascending order, are
+  /// those at the beginning and become those at the end. The same bits for any number of threads, whatever number of
+  /// pairs a processor computes at once, and whatever has been followed before.
   /// Throws Failure if the centres of two grains come so close that they would fly through each other.
-  virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, const NearPairs& pairs,
-                                   std::span<const double> held, double time, double dt, int steps,
-                                   parallel::Team& team) = 0;
+  virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const double> held,
+                                   const ContactSteps& of, parallel::Team& team) = 0;
 };
 
 /// For bodies of `dimension` 2 or 3.

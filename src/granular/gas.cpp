@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/stopwatch.hpp"
@@ -22,11 +23,7 @@ int threads_for(const Scene& scene) {
 
 /// How far the fastest grain flies from one search for grains that may touch to the next, in diameters: a longer way
 /// brings more of them within reach.
-constexpr double way_a_search = 0.2;
-/// Fewer steps of contacts take the pairs of a list, which is kept while grains move, and look at those that are near
-/// as often as the fastest flies this way.
-constexpr int steps_worth_sorting = 6;
-constexpr double way_a_look = 0.08;
+constexpr double way_a_search = 0.3;
 
 /// How far grains may come while nobody comes near two images of another.
 double longest_travel(const Bodies& bodies) {
@@ -59,19 +56,31 @@ Gas::Gas(const Scene& scene)
   set_law();
 }
 
-double Gas::fastest() const { return granular::fastest(model_.bodies); }
+double Gas::fastest() const {
+  if (!fastest_) fastest_ = granular::fastest(model_.bodies);
+  return *fastest_;
+}
+
+double Gas::kinetic_energy() const {
+  if (!kinetic_) kinetic_ = model_.kinetic_energy();
+  return *kinetic_;
+}
+
+void Gas::change_velocities(double most) {
+  fastest_.reset();
+  kinetic_.reset();
+  kicked_ += most;
+}
 
 GasEnergy Gas::energy(std::optional<double> potential) {
   GasEnergy book = book_;
-  book.kinetic = model_.kinetic_energy();
+  book.kinetic = kinetic_energy();
   book.contact = stored_energy(law_, model_.bodies, contacts_);
   book.potential = potential ? *potential : potential_energy();
   return book;
 }
 
-double Gas::mechanical_energy() const {
-  return model_.kinetic_energy() + stored_energy(law_, model_.bodies, contacts_);
-}
+double Gas::mechanical_energy() const { return kinetic_energy() + stored_energy(law_, model_.bodies, contacts_); }
 
 State Gas::state() {
   const Stopwatch stopwatch(seconds_.lists);
@@ -104,6 +113,7 @@ void Gas::kick(double dt) {
   if (!has_smooth_forces()) return;
   const std::vector<double>& force = smooth_forces();
   for (std::size_t k = 0; k < force.size(); ++k) model_.bodies.momentum[k] += dt * force[k];
+  change_velocities(dt * largest_over_mass(model_.bodies, force));
 }
 
 bool Gas::has_smooth_forces() const {
@@ -112,7 +122,15 @@ bool Gas::has_smooth_forces() const {
 
 void Gas::drive(double begin, double dt) {
   if (in_elastic_stage()) return;
-  for (const auto& effect : model_.effects) book_.driven += effect->drive(begin, dt, model_.bodies);
+  for (const auto& effect : model_.effects) {
+    std::vector<double> push;
+    if (effect->kind().drives) push = model_.bodies.momentum;
+    const std::optional<double> given = effect->drive(begin, dt, model_.bodies);
+    if (!given) continue;
+    book_.driven += *given;
+    for (std::size_t k = 0; k < push.size(); ++k) push[k] -= model_.bodies.momentum[k];
+    change_velocities(push.empty() ? INFINITY : largest_over_mass(model_.bodies, push));
+  }
 }
 
 std::span<const Pair> Gas::near(double dt, double gain) {
@@ -139,36 +157,32 @@ ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
   return granular::contact_load(law_, model_.bodies, pairs);
 }
 
-double Gas::fastest_impact() const { return std::max(2 * fastest(), fastest_release(law_, model_.bodies, contacts_)); }
+double Gas::fastest_impact() const {
+  const double impact = 2 * fastest();
+  constexpr double rounding = 1e-6;
+  if (release_ && (1 + rounding) * *release_ < impact) return impact;
+  return std::max(impact, fastest_release(law_, model_.bodies, contacts_));
+}
 
-ContactRecord Gas::advance_contacts(const std::vector<double>& held, double dt, int times, double gain) {
-  ContactRecord all{.time = time_ + dt, .dt = dt};
-  const double step = dt / times, room = 0.5 * longest_travel(model_.bodies);
-  for (int done = 0, count = 0; done < times; done += count) {
-    // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
-    const double path = (fastest() + gain) * step;
-    if (path > room) refuse_travel(step, gain);
-    const auto steps_within = [&](double way) {
-      return static_cast<int>(std::clamp(std::min(way, room) / path, 1.0, static_cast<double>(times - done)));
-    };
-    count = steps_within(way_a_search);
-    NearPairs pairs;
-    if (count < steps_worth_sorting) {
-      count = steps_within(way_a_look);
-      pairs = near(count * step, gain);
-    }
-    const Stopwatch stopwatch(seconds_.contacts);
-    auto [record, stored_before, stored_after] = contact_motion_->advance(
-        model_.bodies, contacts_, pairs, held, time_ + done * step, count * step, count, *team_);
-    if (done == 0) book_.contact_error -= stored_before;
-    if (done + count == times) book_.contact_error += stored_after;
-    all.begun.insert(all.begun.end(), record.begun.begin(), record.begun.end());
-    all.ended.insert(all.ended.end(), record.ended.begin(), record.ended.end());
-    all.dissipated += record.dissipated;
-    all.largest_overlap = std::max(all.largest_overlap, record.largest_overlap);
-  }
-  all.open = contacts_;
-  return all;
+ContactRecord Gas::advance_contacts(std::span<const double> held, double dt, int times, double gain) {
+  const double path = (fastest() + gain) * dt / times, room = 0.5 * longest_travel(model_.bodies);
+  // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
+  if (path > room) refuse_travel(dt / times, gain);
+  const ContactSteps all{.begin = time_,
+                         .time = dt,
+                         .steps = times,
+                         .fastest = fastest(),
+                         .kicked = std::exchange(kicked_, INFINITY),
+                         .gain = gain,
+                         .way = std::min(way_a_search, room)};
+  const Stopwatch stopwatch(seconds_.contacts);
+  ContactsFollowed followed = contact_motion_->advance(model_.bodies, contacts_, held, all, *team_);
+  change_velocities(0);
+  kicked_ = 0;
+  release_ = followed.fastest_release;
+  book_.contact_error += followed.stored_at_end - followed.stored_at_start;
+  followed.record.open = contacts_;
+  return followed.record;
 }
 
 void Gas::follow_contacts(double end) {
@@ -185,9 +199,9 @@ void Gas::follow_contacts(double end) {
                     scene_.path, time_, step * scene_.mechanics.contact_steps, dt));
   const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
   const std::vector<double> from = held.empty() ? std::vector<double>{} : model_.bodies.position;
-  book_.contact_error -= model_.kinetic_energy();
+  book_.contact_error -= kinetic_energy();
   ContactRecord record = advance_contacts(held, dt, count, gain);
-  book_.contact_error += model_.kinetic_energy() + record.dissipated - work(held, from, model_.bodies.position);
+  book_.contact_error += kinetic_energy() + record.dissipated - work(held, from, model_.bodies.position);
   if (!std::isfinite(book_.contact_error))
     throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' places are no numbers", scene_.path, time_));
   wrap(model_.bodies);
@@ -197,7 +211,11 @@ void Gas::follow_contacts(double end) {
   book(std::move(record));
   if (held.empty()) return;
   const std::vector<double>& now = smooth_forces();
-  for (std::size_t k = 0; k < now.size(); ++k) model_.bodies.momentum[k] += 0.5 * dt * (now[k] - held[k]);
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    held[k] = now[k] - held[k];
+    model_.bodies.momentum[k] += 0.5 * dt * held[k];
+  }
+  change_velocities(0.5 * dt * largest_over_mass(model_.bodies, held));
 }
 
 void Gas::move(std::span<const double> path, double time) {
@@ -205,6 +223,7 @@ void Gas::move(std::span<const double> path, double time) {
   wrap(model_.bodies);
   time_ = time;
   smooth_force_.clear();
+  forget();
 }
 
 void Gas::note(std::vector<Touch> touches, double begin, double dissipated) {
@@ -256,7 +275,13 @@ double Gas::stage_end() const {
   return end;
 }
 
+void Gas::forget() {
+  change_velocities(INFINITY);
+  release_.reset();
+}
+
 void Gas::set_law() {
+  forget();
   const GrainContactLaw given = contact_law(scene_, model_);
   law_ = given;
   if (stage_ < scene_.stages.size()) {
@@ -276,13 +301,14 @@ void Gas::leave_stage() {
 
 void Gas::rescale(double temperature) {
   Bodies& b = model_.bodies;
-  const double now = 2 * model_.kinetic_energy() / (b.dimension * std::max(1, b.size()));
+  const double now = 2 * kinetic_energy() / (b.dimension * std::max(1, b.size()));
   if (!(now > 0))
     throw Failure(
         fmt::format("{}: stage.temperature = {:g} cannot be had: all grains are at rest when the stage ends, "
                     "and nothing of them can be scaled; give them population.temperature or velocities",
                     scene_.path, temperature));
   for (double& p : b.momentum) p *= std::sqrt(temperature / now);
+  forget();
 }
 
 Checkpoint Gas::save() const {

@@ -31,7 +31,11 @@ class Gas {
 
   const Scene& scene() const { return scene_; }
   const Bodies& bodies() const { return model_.bodies; }
-  Model& model() { return model_; }
+  /// To change it.
+  Model& model() {
+    forget();
+    return model_;
+  }
   const Model& model() const { return model_; }
   double time() const { return time_; }
   const std::vector<GrainContact>& contacts() const { return contacts_; }
@@ -42,6 +46,7 @@ class Gas {
   /// The energy as it is, with what has been booked so far. `potential`: what is known of it already.
   GasEnergy energy(std::optional<double> potential = {});
   double fastest() const;  ///< the largest speed
+  double kinetic_energy() const;
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
 
@@ -88,7 +93,7 @@ class Gas {
   const GasSeconds& seconds() const { return seconds_; }
 
  private:
-  ContactRecord advance_contacts(const std::vector<double>& held, double dt, int times, double gain);
+  ContactRecord advance_contacts(std::span<const double> held, double dt, int times, double gain);
   [[noreturn]] void refuse_travel(double dt, double gain) const;
   void book(ContactRecord record);
   double potential_energy();
@@ -97,6 +102,10 @@ class Gas {
   State state();
   void set_law();
   void rescale(double temperature);
+  /// A velocity has changed by `most` or less, and not by contacts.
+  void change_velocities(double most);
+  /// Anything may have changed.
+  void forget();
 
   Scene scene_;
   std::unique_ptr<parallel::Team> team_;
@@ -110,6 +119,9 @@ class Gas {
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   GasEnergy book_;                    ///< the flows
   GasSeconds seconds_;
+  mutable std::optional<double> fastest_, kinetic_;  ///< of the grains as they are; empty: to be found
+  std::optional<double> release_;  ///< to which one contact might bring its two, by and large; empty: to be found
+  double kicked_ = INFINITY;       ///< by which velocities may have changed since contacts were followed
   double time_ = 0;
   std::size_t stage_ = 0;
 };

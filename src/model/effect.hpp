@@ -106,7 +106,10 @@ class Effect {
     (void)contacts, (void)bodies, (void)charge;
   }
   /// Changes momenta as a gas around the grains does from `time` on within dt; returns the energy that it gave them.
-  virtual double drive(double time, double dt, Bodies& bodies) { return (void)time, (void)dt, (void)bodies, 0; }
+  /// Empty: nothing does, and no momentum has changed.
+  virtual std::optional<double> drive(double time, double dt, Bodies& bodies) {
+    return (void)time, (void)dt, (void)bodies, std::nullopt;
+  }
 
   // What follows is for an effect with a state of its own, beyond the bodies and its options.
 

@@ -1,0 +1,87 @@
+#pragma once
+
+// Tiles of the box, in which charges are spread and gathered.
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/neighbours/table.hpp"
+#include "solvers/periodic/device/tables.hpp"
+
+namespace lichtenberg::periodic::device {
+
+/// How many tiles of about `wanted` points there are along an axis.
+inline int tiles_along(int points, int wanted) {
+  return std::max(1, static_cast<int>(std::lround(static_cast<double>(points) / wanted)));
+}
+
+/// Edges of cells for lists of partners within the cutoff and a little more, as many along an axis as tiles of 16
+/// points make of it.
+inline Vec3 cell_edges(const MeshTables& tables, double more) {
+  const double range = tables.cutoff + more;
+  Vec3 edge{range / 2, range / 2, range / 4};
+  for (int k = 0; k < 3; ++k) {
+    const double length = tables.mesh.lengths[k];
+    const int tiles = tiles_along(tables.mesh.points[k], 16), in_tile = static_cast<int>(length / edge[k] / tiles);
+    if (in_tile > 0) edge[k] = length / (tiles * in_tile) * (1 - 1e-9);
+  }
+  return edge;
+}
+
+/// Tiles of the box, each a block of cells with the points of the mesh that its charges reach, even if they have moved
+/// by some points since they were sorted into cells.
+struct Tiles {
+  CellsView cells;
+  int points[3], group[3], tiles[3];  ///< points of the mesh; cells a tile and tiles along an axis
+  int size[3];                        ///< points that a tile's charges reach
+  int moved[3];                       ///< points that they may have moved
+  const int *first, *charge;          ///< of a tile's charges, all tiles' one after the other; [tiles * runs + 1], [N]
+  float over_plane, over_row;         ///< 1 / points of a region's plane and row, a little more
+
+  int count() const { return tiles[0] * tiles[1] * tiles[2]; }
+  LICHTENBERG_HOST_DEVICE int region() const { return size[0] * size[1] * size[2]; }
+  LICHTENBERG_HOST_DEVICE int runs() const { return group[0] * group[1]; }
+  LICHTENBERG_HOST_DEVICE int begin(int tile) const { return first[tile * runs()]; }
+
+  LICHTENBERG_HOST_DEVICE int cell(int tile, int axis) const {
+    const int at = axis == 0 ? tile / (tiles[1] * tiles[2]) : axis == 1 ? tile / tiles[2] % tiles[1] : tile % tiles[2];
+    return at * group[axis];
+  }
+  LICHTENBERG_HOST_DEVICE int low(int tile, int axis) const {
+    return static_cast<int>(static_cast<long>(cell(tile, axis)) * points[axis] / cells.cells[axis]) - moved[axis];
+  }
+  /// Of a point of the mesh, in a region that begins at `from`.
+  LICHTENBERG_HOST_DEVICE int local(int point, int from, int axis) const {
+    const int d = point - from;
+    return d < 0 ? d + points[axis] : d >= points[axis] ? d - points[axis] : d;
+  }
+  LICHTENBERG_HOST_DEVICE int wrapped(int local, int axis) const {
+    return local >= points[axis] ? local - points[axis] : local;
+  }
+  /// Point of the mesh of a region's k-th.
+  LICHTENBERG_HOST_DEVICE int global(const int* from, int k) const {
+    // Whole numbers of 20 bits over others, without a division.
+    const int plane = static_cast<int>(static_cast<float>(k) * over_plane), in_plane = k - plane * size[1] * size[2];
+    const int row = static_cast<int>(static_cast<float>(in_plane) * over_row);
+    const int x = wrapped_global(from[0] + plane, 0), y = wrapped_global(from[1] + row, 1),
+              z = wrapped_global(from[2] + in_plane - row * size[2], 2);
+    return (x * points[1] + y) * points[2] + z;
+  }
+
+  /// Of sorted charges: where those of a column of cells within a tile begin, and end.
+  LICHTENBERG_HOST_DEVICE void run(int tile, int r, int& begin, int& end) const {
+    const int x = cell(tile, 0) + r / group[1], y = cell(tile, 1) + r % group[1], z = cell(tile, 2);
+    begin = end = 0;
+    if (x >= cells.cells[0] || y >= cells.cells[1]) return;
+    const int last = z + group[2] < cells.cells[2] ? z + group[2] : cells.cells[2];
+    begin = cells.first[cells.number(x, y, z)];
+    end = cells.first[cells.number(x, y, 0) + last];
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE int wrapped_global(int point, int axis) const {
+    return point < 0 ? point + points[axis] : point >= points[axis] ? point - points[axis] : point;
+  }
+};
+
+}  // namespace lichtenberg::periodic::device

@@ -1,0 +1,76 @@
+#pragma once
+
+// Weights of a charge's points of the mesh.
+
+#include <cmath>
+#include <cstdint>
+
+#include "solvers/geometry/host_device.hpp"
+#include "solvers/parallel/unroll.hpp"
+
+namespace lichtenberg::periodic::device {
+
+/// Weights of a charge's points along one axis, by what lies behind the point before it.
+template <int order>
+struct Window {
+  float term[order][order];  ///< of t^d in the c-th weight: [d][c]
+
+  LICHTENBERG_HOST_DEVICE void weights(float t, float* weight) const {
+    LICHTENBERG_UNROLL(8)
+    for (int c = 0; c < order; ++c) {
+      float value = term[order - 1][c];
+      LICHTENBERG_UNROLL(8)
+      for (int d = order - 2; d >= 0; --d) value = value * t + term[d][c];
+      weight[c] = value;
+    }
+  }
+  /// And their derivatives by t.
+  LICHTENBERG_HOST_DEVICE void weights(float t, float* weight, float* slope) const {
+    LICHTENBERG_UNROLL(8)
+    for (int c = 0; c < order; ++c) {
+      float value = term[order - 1][c], by_t = 0;
+      LICHTENBERG_UNROLL(8)
+      for (int d = order - 2; d >= 0; --d) by_t = by_t * t + value, value = value * t + term[d][c];
+      weight[c] = value, slope[c] = by_t;
+    }
+  }
+};
+
+/// Second derivatives of these weights.
+template <int order>
+LICHTENBERG_HOST_DEVICE void curvatures(const Window<order>& window, float t, float* curvature) {
+  LICHTENBERG_UNROLL(8)
+  for (int c = 0; c < order; ++c) {
+    float value = 0;
+    LICHTENBERG_UNROLL(8)
+    for (int d = order - 1; d >= 2; --d) value = value * t + static_cast<float>(d * (d - 1)) * window.term[d][c];
+    curvature[c] = value;
+  }
+}
+
+/// What is spread and gathered: as Kind of the CPU's.
+enum class Sought { of_charges, of_dipoles, forces };
+
+/// A place on the mesh along one axis: the point before it, and how far behind that it lies.
+struct OnMesh {
+  int point = 0;
+  float behind = 0;
+
+  LICHTENBERG_HOST_DEVICE OnMesh(std::uint32_t turns, int points) {
+    const std::uint64_t product = static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(points);
+    point = static_cast<int>(product >> 32);
+    behind = static_cast<float>(static_cast<std::uint32_t>(product)) * 0x1p-32f;
+    // Rounded up to the next point, it lies at the end of this one.
+    if (behind > 0x1.fffffep-1f) behind = 0x1.fffffep-1f;
+  }
+};
+
+LICHTENBERG_HOST_DEVICE inline int whole(float value) {
+#ifdef __CUDA_ARCH__
+  return __float2int_rn(value);
+#else
+  return static_cast<int>(std::nearbyint(value));
+#endif
+}
+
+}  // namespace lichtenberg::periodic::device

@@ -2,7 +2,9 @@
 // many charges, from the CPU's mesh at 1e-6). Charges of +1 and -1 at random places at density .1458, no two nearer
 // than 1, and the same in one dense ball.
 //
-//   device_charges [--sizes 50016,1000000] [--accuracies 1e-3,1e-4] [--skin 0.5] [--host]
+//   device_charges [--sizes 50016,1000000] [--accuracies 1e-3,1e-4] [--skin 0.5] [--cutoffs 4,5 --orders 5,6]
+//   [--no-error]
+//                  [--host]
 
 #include <fmt/format.h>
 
@@ -93,9 +95,16 @@ double error_of(const Gas& gas, const Response& found, parallel::Team& team) {
   return relative_error(found, exact, sample, false);
 }
 
-void measure(const Gas& gas, const char* name, double accuracy, double skin, bool host, parallel::Team& team) {
+/// `by_hand`: what is not to be chosen.
+void measure(const Gas& gas, const char* name, double accuracy, const ByHand& by_hand, double skin, bool host,
+             bool error, parallel::Team& team) {
   const int count = static_cast<int>(gas.charge.size());
-  const MeshChoice choice = choose_mesh(accuracy, count, gas.lengths, 1);
+  const MeshChoice choice = by_hand.any() ? choose_quick_mesh({.accuracy = accuracy,
+                                                               .charges = count,
+                                                               .lengths = gas.lengths,
+                                                               .by_hand = by_hand,
+                                                               .only_double = true})
+                                          : choose_mesh(accuracy, count, gas.lengths, 1);
   const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
   const auto mesh = host ? device::make_host_mesh(choice.mesh, cloud) : device::make_cuda_mesh(choice.mesh, cloud);
   Response found, again;
@@ -105,7 +114,8 @@ void measure(const Gas& gas, const char* name, double accuracy, double skin, boo
   fmt::print("{:7d} {:<8} {:.0e}  {:.2f} {} {:3d}^3  {:5.0f} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f}",
              count, name, accuracy, choice.cutoff, choice.mesh.order, choice.mesh.points[0], p.partners, 1e6 * p.lists,
              1e6 * p.near, 1e6 * p.spread, 1e6 * p.transforms, 1e6 * p.gather, 1e6 * p.forces, 1e6 * p.with_potentials);
-  fmt::print("  {:.2e}  {}\n", error_of(gas, found, team), found.force == again.force ? "same bits" : "OTHER BITS");
+  fmt::print("  {:.2e}  {}\n", error ? error_of(gas, found, team) : NAN,
+             found.force == again.force ? "same bits" : "OTHER BITS");
   std::fflush(stdout);
 }
 
@@ -113,13 +123,17 @@ void measure(const Gas& gas, const char* name, double accuracy, double skin, boo
 
 int main(int argc, char** argv) {
   std::vector<int> sizes{50016, 1000000};
-  std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
+  std::vector<double> accuracies{1e-3, 1e-4, 1e-6}, cutoffs;
+  std::vector<int> orders;
   double skin = 0.5;
-  bool host = false;
+  bool host = false, no_error = false;
   CLI::App app("Times periodic Coulomb sums on a CUDA device and compares them with the CPU's");
   app.add_option("--sizes", sizes, "numbers of charges")->delimiter(',');
   app.add_option("--accuracies", accuracies, "rms error of a force over rms force")->delimiter(',');
+  app.add_option("--cutoffs", cutoffs, "in place of the one that is chosen")->delimiter(',');
+  app.add_option("--orders", orders, "likewise, of splines")->delimiter(',');
   app.add_option("--skin", skin, "of the lists of partners");
+  app.add_flag("--no-error", no_error, "compare with nothing");
   app.add_flag("--host", host, "run the device's algorithms on the CPU");
   CLI11_PARSE(app, argc, argv);
   try {
@@ -130,8 +144,13 @@ int main(int argc, char** argv) {
     for (const int count : sizes) {
       const Gas gas = random_gas(count, team), dense = cluster(count);
       for (const double accuracy : accuracies) {
-        measure(gas, "random", accuracy, skin, host, team);
-        measure(dense, "cluster", accuracy, skin, host, team);
+        if (cutoffs.empty() && orders.empty()) {
+          measure(gas, "random", accuracy, {}, skin, host, !no_error, team);
+          measure(dense, "cluster", accuracy, {}, skin, host, !no_error, team);
+        }
+        for (const double cutoff : cutoffs)
+          for (const int order : orders)
+            measure(gas, "random", accuracy, {.cutoff = cutoff, .order = order}, skin, host, !no_error, team);
       }
     }
   } catch (const std::exception& error) {

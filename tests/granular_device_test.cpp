@@ -247,6 +247,25 @@ TEST_CASE("a gas whose charges polarize each other is on the device what it is o
   CHECK(cpu.gas.save().integers.at("effects.coulomb.counters")[0] == evaluations);
 }
 
+TEST_CASE("dipoles to 1e-4 take a device two evaluations a short step, three a long one") {
+  for (const bool is_short : {true, false}) {
+    Scene scene = polarized_gas();
+    scene.effects.remove("charge_exchange");
+    scene.effects.find<effects::InducedDipolesOptions>()->tolerance = 1e-4;
+    if (is_short) scene.mechanics.step = 0.005;
+    const grains::Run cpu(scene);
+    const Checkpoint start = cpu.gas.save();
+    const auto device = granular::device::make_host_gas(scene);
+    device->load(start, cpu.gas.law(), false);
+    device->step(10, 5);  // until they have a history
+    const std::vector<std::int64_t> before = stored(*device, start).integers.at("effects.coulomb.counters");
+    device->step(10, 40);
+    const std::vector<std::int64_t> after = stored(*device, start).integers.at("effects.coulomb.counters");
+    CHECK(after[0] - before[0] == 40);
+    CHECK(after[1] - before[1] <= (is_short ? 42 : 82));  // beyond the first one of each
+  }
+}
+
 TEST_CASE("a gas with dipoles goes on bit for bit from a device's checkpoint") {
   const Scene scene = polarized_gas();
   const grains::Run cpu(scene);

@@ -99,25 +99,27 @@ class ChargeSums {
   }
   /// Partners beyond the cutoff change nothing. Without potentials their energy is not computed either.
   void evaluate(const Charged* charges, const TableView& partners, bool potentials) {
-    totals_.zero();
     run_->beside(
         [&] {
           mesh_.spread(charges);
           mesh_.solve();
         },
-        [&] { compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data()); });
+        [&] {
+          totals_.zero();
+          compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data());
+        });
     mesh_.gather(charges, felt_.data());
     add_up(charges);
   }
   /// The same of charges with dipoles, and the forces on them.
   void evaluate(const Charged* charges, const Moment* moments, const TableView& partners) {
-    totals_.zero();
     run_->beside(
         [&] {
           mesh_.spread(charges, moments, true);
           mesh_.solve();
         },
         [&] {
+          totals_.zero();
           compute_near_force(*run_, n_, tables_.multipoles, partners, charges, moments, felt_.data(), force_.data());
         });
     mesh_.gather_forces(charges, moments, felt_.data(), force_.data());
@@ -132,6 +134,10 @@ class ChargeSums {
         },
         [&] { compute_near_field(*run_, n_, tables_.multipoles, partners, charges, moments, field); });
     mesh_.gather_field(charges, moments, field);
+  }
+  /// Overwrites `field` with that of near dipoles alone, less what the mesh has of them.
+  void near_dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
+    compute_near_field(*run_, n_, tables_.multipoles, partners, charges, moments, field);
   }
   Felt* felt() const { return felt_.data(); }
   /// Of charges with dipoles. In place of a potential stands how much of the net force is taken off each, for a whole

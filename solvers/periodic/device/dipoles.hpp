@@ -48,10 +48,12 @@ struct ExactPair {
 /// How far the solver is.
 struct DipoleSolve {
   ExactSum residual, field, curvature;  ///< squares over all; of a direction p, p.(1/A - T)p
+  ExactSum change;                      ///< of squares of what a sweep of near dipoles changes, over A
   double goal = 0, square = 0, step = 0, turn = 0;
+  double before = INFINITY;       ///< the residual's square at the last evaluation of this solve
   std::int64_t applications = 0;  ///< of T, ever
-  int go = 0, changed = 0;
-  int iterations = 0;
+  int go = 0, correct = 0, changed = 0;
+  int iterations = 0, sweeps = 0;
   int unstable = 0, unsolved = 0;  ///< 1: it has been found so
   int known = 0;                   ///< steps of the history
 };
@@ -207,19 +209,29 @@ class InducedDipolesOn {
     const Vec3* dipole = dipole_.data();
     Vec3* scaled = scaled_.data();
     Moment* moments = moments_.data();
+    DipoleSolve* solve = solve_.data();
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
       scaled[s] = *scale * dipole[s];
       moments[s] = moment(scaled[s]);
+      if (s == 0) solve->before = INFINITY;
     });
   }
 
-  /// With 1/A as the preconditioner's inverse, and the field of charges and dipoles at the start as what the residual
-  /// is compared with. What charges and the start's dipoles do is what is wanted, if the start is good enough.
+  /// What charges and the start's dipoles do is all that is wanted, if the start is good enough; or what they do once
+  /// near dipoles have taken off most of the residual, again and again while that takes off much. If it does not,
+  /// conjugate gradients follow, with 1/A as the preconditioner's inverse. The residual is compared with the field of
+  /// charges and dipoles.
   void solve(const Charged* charges, const double* scale, const TableView& partners) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
     begin();
     DipoleSolve* solve = solve_.data();
+    run_->repeat_while(&solve->correct, [&] {
+      run_->repeat_while(&solve->go, [&] { sweep(charges, partners); });
+      correct();
+      sums_->evaluate(charges, moments_.data(), partners);
+      begin();
+    });
     run_->repeat_while(&solve->go, [&] {
       sums_->dipole_field(charges, moments_.data(), partners, field_.data());
       turn();
@@ -227,6 +239,45 @@ class InducedDipolesOn {
     });
     run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
     finish(scale);
+  }
+  /// The correction A r + A T d of what d was, T of near dipoles alone: what is left of a residual r by them is by how
+  /// much d changes, over A. If that does not fall the series has no end, and what it has brought is a start.
+  void sweep(const Charged* charges, const TableView& partners) {
+    constexpr int most = 8;
+    sums_->near_dipole_field(charges, moments_.data(), partners, field_.data());
+    const Felt* field = field_.data();
+    const Vec3* residual = residual_.data();
+    Vec3* direction = direction_.data();
+    Moment* moments = moments_.data();
+    DipoleSolve* solve = solve_.data();
+    const double a = polarizability_;
+    sum(
+        [=] LICHTENBERG_HOST_DEVICE(int s) {
+          const Vec3 now = residual[s] + Vec3{field[s].x, field[s].y, field[s].z};
+          const Vec3 change = now - (1 / a) * direction[s];
+          direction[s] = a * now;
+          moments[s] = moment(a * now);
+          return ExactPair{ExactSum::of(norm2(change)), {}};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) { solve->change.add_atomically(of.first); });
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      constexpr double share = 0.25;  // of the goal: far dipoles leave something too
+      const double now = solve->change.value();
+      solve->go = now > share * solve->goal && now < solve->square && ++solve->sweeps < most;
+      solve->square = now;
+      solve->change = {};
+    });
+  }
+  void correct() {
+    Vec3* scaled = scaled_.data();
+    const Vec3* direction = direction_.data();
+    Moment* moments = moments_.data();
+    DipoleSolve* solve = solve_.data();
+    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      scaled[s] += direction[s];
+      moments[s] = moment(scaled[s]);
+      if (s == 0) ++solve->applications;
+    });
   }
   void begin() {
     const Felt* felt = sums_->felt();
@@ -246,9 +297,13 @@ class InducedDipolesOn {
         });
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
       solve->goal = tolerance2 * solve->field.value(), solve->square = solve->residual.value();
-      solve->changed = solve->go = solve->square > solve->goal;
-      solve->iterations = 0;
-      solve->curvature = solve->residual = {};
+      constexpr double much = 16;  // a quarter of it is left, or less
+      solve->go = solve->square > solve->goal;
+      solve->correct = solve->go && much * solve->square < solve->before;
+      solve->changed = solve->go && !solve->correct;
+      solve->before = solve->square;
+      solve->iterations = solve->sweeps = 0;
+      solve->curvature = solve->residual = solve->change = {};
     });
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
       if (solve->go) moments[s] = moment(direction[s]);

@@ -130,13 +130,12 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
 }
 
 /// Places for all that a warp keeps are taken at once: they stand in order.
-template <class Count, class Keep, class Put>
-__global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
-  begin_kernel();
+template <class Keep, class Put>
+__device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
   constexpr int rounds = 8, lanes = 32;
-  const int lane = threadIdx.x % lanes, n = count();
+  const int lane = threadIdx.x % lanes;
   const long warps = gridDim.x * static_cast<long>(blockDim.x) / lanes;
-  long first = (blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes * (rounds * lanes);
+  long first = (threadIdx.x / lanes * static_cast<long>(gridDim.x) + blockIdx.x) * (rounds * lanes);
   for (; first < n; first += warps * rounds * lanes) {
     unsigned kept[rounds];
     int total = 0, place = 0;
@@ -156,6 +155,11 @@ __global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
       place += __popc(kept[r]);
     }
   }
+}
+template <class Count, class Keep, class Put>
+__global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
+  begin_kernel();
+  select_by_warps(count(), taken, keep, put);
 }
 
 /// The threads of a block, as HostExecutor::Block.
@@ -199,6 +203,13 @@ class CudaGrid {
     cooperative_groups::this_grid().sync();
 #endif
   }
+  template <class Keep, class Put>
+  __host__ __device__ void select(int n, int* taken, Keep keep, Put put) const {
+#ifdef __CUDA_ARCH__
+    select_by_warps(n, taken, keep, put);
+    cooperative_groups::this_grid().sync();
+#endif
+  }
 };
 
 template <int threads, class F>
@@ -212,6 +223,17 @@ __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Fla
   begin_kernel();
   cudaGraphSetConditional(condition, *flag != 0);
 }
+
+/// Whether what is being recorded within `repeat` is done again.
+struct CudaAgain {
+  cudaGraphConditionalHandle condition;
+
+  __host__ __device__ void operator()(bool go) const {
+#ifdef __CUDA_ARCH__
+    cudaGraphSetConditional(condition, go);
+#endif
+  }
+};
 
 struct Copy {
   int* to;
@@ -443,11 +465,25 @@ class CudaExecutor {
 
   template <class F>
   void when(const int* flag, F f) const {
-    conditionally(cudaGraphCondTypeIf, flag, f);
+    const cudaGraphConditionalHandle condition = make_condition();
+    launch(condition_kernel<int>, 1, 1, 0, condition, flag);
+    conditionally(cudaGraphCondTypeIf, condition, f);
   }
   template <class F>
   void repeat_while(const int* flag, F f) const {
-    conditionally(cudaGraphCondTypeWhile, flag, f);
+    const cudaGraphConditionalHandle condition = make_condition();
+    launch(condition_kernel<int>, 1, 1, 0, condition, flag);
+    conditionally(cudaGraphCondTypeWhile, condition, [&] {
+      f();
+      launch(condition_kernel<int>, 1, 1, 0, condition, flag);
+    });
+  }
+  using Again = CudaAgain;
+  template <class F>
+  void repeat(F f) const {
+    cudaGraphConditionalHandle condition{};
+    check_cuda(cudaGraphConditionalHandleCreate(&condition, recorded().graph, 1, cudaGraphCondAssignDefault));
+    conditionally(cudaGraphCondTypeWhile, condition, [&] { f(Again{condition}); });
   }
 
   template <class F>
@@ -533,16 +569,19 @@ class CudaExecutor {
     if (status != cudaStreamCaptureStatusActive) throw Failure("CUDA device: a condition outside of a recording");
     return now;
   }
+  cudaGraphConditionalHandle make_condition() const {
+    cudaGraphConditionalHandle condition{};
+    check_cuda(cudaGraphConditionalHandleCreate(&condition, recorded().graph, 0, 0));
+    return condition;
+  }
   /// Records f as the body of a condition.
   template <class F>
-  void conditionally(cudaGraphConditionalNodeType type, const int* flag, F f) const {
+  void conditionally(cudaGraphConditionalNodeType type, cudaGraphConditionalHandle condition, F f) const {
     cudaGraphNodeParams node{};
     node.type = cudaGraphNodeTypeConditional;
+    node.conditional.handle = condition;
     node.conditional.type = type;
     node.conditional.size = 1;
-    check_cuda(cudaGraphConditionalHandleCreate(&node.conditional.handle, recorded().graph, 0, 0));
-    const cudaGraphConditionalHandle condition = node.conditional.handle;
-    launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     const Recorded now = recorded();
     cudaGraphNode_t added = nullptr;
     check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
@@ -555,7 +594,6 @@ class CudaExecutor {
     check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeRelaxed));
     std::swap(stream_, body), std::swap(beside_, beside);
     f();
-    if (type == cudaGraphCondTypeWhile) launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     std::swap(stream_, body), std::swap(beside_, beside);
     check_cuda(cudaStreamEndCapture(body, &graph));
     check_cuda(cudaStreamDestroy(body));

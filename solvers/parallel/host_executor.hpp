@@ -35,6 +35,33 @@ LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
   return (*count)++;
 #endif
 }
+/// Whether this is the last of n that come here, after all that the others have done; n more may come then.
+LICHTENBERG_HOST_DEVICE inline bool comes_last(int* count, int n) {
+#ifdef __CUDA_ARCH__
+  __threadfence();
+  const bool last = atomicAdd(count, 1) == n - 1;
+  if (last) *count = 0;
+  __threadfence();
+  return last;
+#else
+  const bool last = ++*count == n;
+  if (last) *count = 0;
+  return last;
+#endif
+}
+/// A value as others have left it, in the kernel that changes it.
+template <class T>
+LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
+#ifdef __CUDA_ARCH__
+  static_assert(sizeof(T) % sizeof(int) == 0);
+  T copy;
+  for (unsigned w = 0; w < sizeof(T) / sizeof(int); ++w)
+    reinterpret_cast<int*>(&copy)[w] = reinterpret_cast<const volatile int*>(value)[w];
+  return copy;
+#else
+  return *value;
+#endif
+}
 /// Puts a value there, and returns what was there before.
 LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
 #ifdef __CUDA_ARCH__
@@ -110,6 +137,12 @@ class HostExecutor {
     template <class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
+    }
+    /// As HostExecutor::select.
+    template <class Keep, class Put>
+    void select(int n, int* taken, Keep keep, Put put) const {
+      for (int k = 0; k < n; ++k)
+        if (keep(k)) put(take_place(taken), k);
     }
   };
   /// f(Grid): loops that follow each other without the time that a kernel takes to start.
@@ -204,6 +237,18 @@ class HostExecutor {
   template <class F>
   void repeat_while(const int* flag, F f) const {
     while (*flag) f();
+  }
+  /// Within what is recorded: f(Again), and again while the Again, which a kernel of it calls, was last given true.
+  struct Again {
+    bool* more;
+    void operator()(bool go) const { *more = go; }
+  };
+  template <class F>
+  void repeat(F f) const {
+    for (bool more = true; more;) {
+      more = false;
+      f(Again{&more});
+    }
   }
 
   /// Runs f(0) ... f(n - 1), which touch nothing in common, at the same time where that can be done.

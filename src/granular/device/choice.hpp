@@ -99,4 +99,28 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const Found& found, const StepPar
   now.exchanges += now.exchanged;
 }
 
+/// Nothing follows a step.
+struct NoMore {
+  LICHTENBERG_HOST_DEVICE void operator()() const {}
+};
+/// The step is booked and the next one chosen.
+template <class Law, class Again>
+struct GoOn {
+  StepRule<Law> by;
+  const Found* found;
+  StepParameters* parameters;
+  Progress* now;
+  const int* unstable;  ///< null: there are no dipoles
+  bool exchanges;
+  Again again;
+
+  LICHTENBERG_HOST_DEVICE void operator()() const {
+    const Found seen = parallel::fresh(found);
+    count_step(seen, *parameters, exchanges, *now);
+    if (unstable && *unstable) now->left = 0;
+    choose(by, seen, *now, *parameters);
+    again(now->go);
+  }
+};
+
 }  // namespace lichtenberg::granular::device

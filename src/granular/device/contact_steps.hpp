@@ -50,7 +50,7 @@ struct GrainsView {
   const double *over_mass = nullptr, *radius = nullptr;
   const int* number = nullptr;  ///< by which the scene knows it
   Located* located = nullptr;
-  const Vec3* held = nullptr;  ///< forces of charges
+  Vec3* held = nullptr;  ///< forces of charges
   // What its pairs add up to within a step; all 0 between two.
   WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
   int* busy = nullptr;                   ///< 1: some pair of its is active
@@ -62,14 +62,20 @@ struct GrainsView {
 };
 constexpr int no_end = -1;
 
-/// A pair that may matter within an outer step.
-struct NearPair {
+/// Two grains.
+struct GrainPair {
   int lower = 0, higher = 0;  ///< where the two are sorted: that of the lower number first
-  int entry = 0;              ///< of the table: what is known of a contact stands there
+};
+/// A pair that may matter within an outer step.
+struct alignas(16) NearPair : GrainPair {
+  int entry = 0;  ///< of the table: what is known of a contact stands there
+  int due = 0;    ///< the step of contacts from which on it may matter; open: in contact
+
+  static constexpr int open = -1;
 };
 /// One that is computed in a step of contacts. Its ends are 2 k and 2 k + 1 if it is the k-th: lower and higher.
-struct ActivePair {
-  NearPair pair;
+struct alignas(16) ActivePair : GrainPair {
+  int near = 0;  ///< which near pair it is
   int touching = 0;
 };
 
@@ -80,7 +86,6 @@ struct ContactsView {
   int* alone = nullptr;
 
   NearPair* near = nullptr;
-  int* due = nullptr;  ///< of a near pair: the step of contacts from which on it may matter
   ActivePair* active = nullptr;
   PairState<3>* seen = nullptr;                                 ///< of an active pair, at the start of a step
   double* scale = nullptr;                                      ///< of its law
@@ -98,7 +103,8 @@ struct Found {
   double charge = 0;         ///< the largest magnitude
   int lost = 0;              ///< grains whose places are no numbers
   int pairs = 0, active = 0;
-  int passed = 0;  ///< 1 + number of a grain through which another flew
+  int passed = 0;   ///< 1 + number of a grain through which another flew
+  int arrived = 0;  ///< of those who look for the largest of these
 };
 /// What is kept from step to step.
 struct Extremes {
@@ -139,26 +145,34 @@ struct ContactSteps {
   std::uint64_t seed = 0;
   bool exchanges = false;
 
-  LICHTENBERG_HOST_DEVICE double reach(const NearPair& p) const {
+  LICHTENBERG_HOST_DEVICE double reach(const GrainPair& p) const {
     return grains.radius[p.lower] + grains.radius[p.higher];
   }
   /// 1 / reduced mass.
-  LICHTENBERG_HOST_DEVICE double over_mass(const NearPair& p) const {
+  LICHTENBERG_HOST_DEVICE double over_mass(const GrainPair& p) const {
     return grains.over_mass[p.lower] + grains.over_mass[p.higher];
   }
-  LICHTENBERG_HOST_DEVICE Vec3 apart(const NearPair& p) const {
+  LICHTENBERG_HOST_DEVICE Vec3 apart(const GrainPair& p) const {
     Vec3 r = grains.place[p.higher] - grains.place[p.lower];
     for (int k = 0; k < 3; ++k) r[k] = nearest(r[k], k);
     return r;
   }
-  LICHTENBERG_HOST_DEVICE PairState<3> state(const NearPair& p) const {
+  LICHTENBERG_HOST_DEVICE PairState<3> state(const GrainPair& p) const {
     return {apart(p), grains.over_mass[p.higher] * grains.momentum[p.higher] -
                           grains.over_mass[p.lower] * grains.momentum[p.lower]};
   }
-  LICHTENBERG_HOST_DEVICE double scale(const NearPair& p) const {
+  LICHTENBERG_HOST_DEVICE double scale(const GrainPair& p) const {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
+  /// At the start of an outer step, with the force of charges then.
+  LICHTENBERG_HOST_DEVICE void enter(int s, Vec3 force) const {
+    grains.held[s] = force;
+    grains.located[s].radius = static_cast<float>(grains.radius[s]);
+    grains.touches[s] = 0;
+    locate(s, grains.place[s]);
+    if (s == 0) *found = {};
+  }
   /// Whether an entry's two may matter within an outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
@@ -166,41 +180,28 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void list_near(int place, int e) const {
     const int i = contacts.owner[e], j = contacts.table.partner[e];
     const bool first = grains.number[i] < grains.number[j];
-    contacts.near[place] = {first ? i : j, first ? j : i, e};
-    contacts.due[place] = 0;
+    contacts.near[place] = {{first ? i : j, first ? j : i}, e, contacts.since[e] >= 0 ? NearPair::open : 0};
   }
 
   // A step of contacts, one after the other.
 
-  /// Whether a pair is in contact, or so near that it may come to it; one that is not is looked at again when it may
-  /// be.
-  LICHTENBERG_HOST_DEVICE bool may_matter(int k, int step) const {
-    if (contacts.due[k] > step) return false;
+  /// A pair that is in contact, or may come to it, is active: notes what the last step has made of a contact, finds out
+  /// whether this step moves it, and what its contact does at the start. One that is too far apart is looked at again
+  /// when it may matter.
+  LICHTENBERG_HOST_DEVICE void look(int k, int step) const {
     const NearPair p = contacts.near[k];
-    if (contacts.since[p.entry] >= 0) return true;
-    const double dt = parameters->inner;
-    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
-    const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->bend * dt * dt);
-    if (least < path) return true;
-    // Nearer by less than the path in a step; rounding leaves the number of steps a little too small.
-    const float steps = least / (path * (1 + 1e-5f));
-    if (steps >= 1) contacts.due[k] = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
-    return false;
-  }
-  /// Of a pair that may matter: notes what the last step has made of a contact; finds out whether this step moves it,
-  /// and what its contact does at the start.
-  LICHTENBERG_HOST_DEVICE void find_active(int k) const {
-    const NearPair p = contacts.near[k];
-    const bool open = contacts.since[p.entry] >= 0;
+    if (p.due > step) return;
     const double dt = parameters->inner, slack = parameters->bend * dt * dt;
+    const bool open = p.due == NearPair::open;
+    if (!open && !may_matter(k, p, step)) return;
     const PairState<3> at = state(p);
-    const bool touching = open && stays(p, norm2(at.apart));
+    const bool touching = open && stays(k, p, norm2(at.apart));
     if (!touching && !may_touch(reach(p) + slack, at, dt)) return;
     const int a = parallel::take_place(&found->active);
     const double of_pair = scale(p);
     Vec3 push{};
     if (touching) push = force({law, of_pair}, reach(p), at);
-    contacts.active[a] = {p, touching};
+    contacts.active[a] = {{p.lower, p.higher}, k, touching};
     contacts.seen[a] = at;
     contacts.scale[a] = of_pair;
     contacts.force[a] = push;
@@ -210,7 +211,7 @@ struct ContactSteps {
 
   /// In the middle of a step grains are where the forces at its start carry them.
   LICHTENBERG_HOST_DEVICE void push_halfway(int a) const {
-    const NearPair p = contacts.active[a].pair;
+    const ActivePair p = contacts.active[a];
     const PairState<3> at = contacts.seen[a];
     const double h = 0.5 * parameters->inner;
     const Vec3 acceleration = relative(grains.force, p);
@@ -225,15 +226,16 @@ struct ContactSteps {
 
   /// A pair by itself, with what its two feel of others linear in time.
   LICHTENBERG_HOST_DEVICE void integrate(int a, int step) const {
-    const auto [p, touching] = contacts.active[a];
+    const ActivePair p = contacts.active[a];
     const double dt = parameters->inner, time = parameters->begin + step * dt, over = over_mass(p);
     const PairState<3> at = contacts.seen[a];
     const Vec3 first = contacts.first[a], middle = relative(grains.halfway, p) - over * contacts.halfway[a];
     const Outside<3> outside{first, (2 / dt) * (middle - first)};
-    const double age = touching ? time - contacts.since[p.entry] : 0;
+    const int entry = contacts.near[p.near].entry;
+    const double age = p.touching ? time - contacts.since[entry] : 0;
     const PairPath<LawOfPair<Law>> path({law, contacts.scale[a]}, reach(p), over, outside);
-    const PairStep<3> result = path.over(at, touching, age > 0 ? age : 0, dt);
-    if (!touching && result.touched < 0) return;
+    const PairStep<3> result = path.over(at, p.touching, age > 0 ? age : 0, dt);
+    if (!p.touching && result.touched < 0) return;
     const double reduced = 1 / over;
     const Vec3 impulse = reduced * (result.end.velocity - at.velocity - outside.velocity(dt));
     const Vec3 shift = reduced * (result.end.apart - at.apart - dt * at.velocity - outside.path(dt));
@@ -242,10 +244,14 @@ struct ContactSteps {
     parallel::add_atomically(&grains.dissipated[p.lower], whole(result.dissipated / quanta.energy));
     parallel::add_atomically(&grains.touches[p.lower], 1);
     parallel::add_atomically(&grains.touches[p.higher], 1);
-    if (touching) return;
-    contacts.since[p.entry] = time + result.touched;
-    contacts.impact_speed[p.entry] = result.impact_speed;
-    contacts.alone[p.entry] = 1;
+    if (!p.touching) begin(a, p, time, result);
+  }
+  LICHTENBERG_HOST_DEVICE void begin(int a, const ActivePair& p, double time, const PairStep<3>& result) const {
+    NearPair& near = contacts.near[p.near];
+    near.due = NearPair::open;
+    contacts.since[near.entry] = time + result.touched;
+    contacts.impact_speed[near.entry] = result.impact_speed;
+    contacts.alone[near.entry] = 1;
     parallel::add_atomically(&found->begun, std::int64_t{1});
     if (!exchanges) return;
     contacts.next[2 * a] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * a);
@@ -277,13 +283,24 @@ struct ContactSteps {
   /// to its two.
   LICHTENBERG_HOST_DEVICE double impact2(int k) const {
     const NearPair p = contacts.near[k];
-    if (!(contacts.since[p.entry] >= 0)) return 0;
+    if (p.due != NearPair::open) return 0;
     const double distance2 = norm2(apart(p));
-    if (!stays(p, distance2)) return 0;
+    if (!stays(k, p, distance2)) return 0;
     return 2 * over_mass(p) * law.push(reach(p) - root(distance2), scale(p)).stored;
   }
 
  private:
+  /// Whether two are so near that they may come into contact in this step; if not, notes when they may.
+  LICHTENBERG_HOST_DEVICE bool may_matter(int k, const NearPair& p, int step) const {
+    const double dt = parameters->inner;
+    const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
+    const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->bend * dt * dt);
+    if (least < path) return true;
+    // Nearer by less than the path in a step; rounding leaves the number of steps a little too small.
+    const float steps = least / (path * (1 + 1e-5f));
+    if (steps >= 1) contacts.near[k].due = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
+    return false;
+  }
   /// Whether the gap between two is less than `gap`, or by rounding hardly more.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
     const Located a = grains.located[i], b = grains.located[j];
@@ -308,27 +325,28 @@ struct ContactSteps {
   }
 
   /// To both of a pair, of what is done to the higher.
-  LICHTENBERG_HOST_DEVICE static void add(WholeVec* to, const NearPair& p, Vec3 quanta) {
+  LICHTENBERG_HOST_DEVICE static void add(WholeVec* to, const GrainPair& p, Vec3 quanta) {
     const std::int64_t x = whole(quanta.x), y = whole(quanta.y), z = whole(quanta.z);
     parallel::add_atomically(&to[p.higher].x, x), parallel::add_atomically(&to[p.lower].x, -x);
     parallel::add_atomically(&to[p.higher].y, y), parallel::add_atomically(&to[p.lower].y, -y);
     parallel::add_atomically(&to[p.higher].z, z), parallel::add_atomically(&to[p.lower].z, -z);
   }
   /// The relative acceleration by all forces, of which those of contacts are `of`.
-  LICHTENBERG_HOST_DEVICE Vec3 relative(const WholeVec* of, const NearPair& p) const {
+  LICHTENBERG_HOST_DEVICE Vec3 relative(const WholeVec* of, const GrainPair& p) const {
     const double lower = grains.over_mass[p.lower], higher = grains.over_mass[p.higher];
     return higher * (grains.held[p.higher] + of[p.higher].times(quanta.force)) -
            lower * (grains.held[p.lower] + of[p.lower].times(quanta.force));
   }
 
   /// Whether a contact is still one, at this distance.
-  LICHTENBERG_HOST_DEVICE bool stays(const NearPair& p, double distance2) const {
+  LICHTENBERG_HOST_DEVICE bool stays(int k, const NearPair& p, double distance2) const {
     const double sum = reach(p), distance = root(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
     parallel::enlarge_atomically(&extremes->overlap, (sum - distance) / sum);
     if (distance < too_close * sum) parallel::enlarge_atomically(&found->passed, 1 + grains.number[p.lower]);
     if (distance < sum) return true;
     contacts.since[p.entry] = -1;
+    contacts.near[k].due = 0;
     return false;
   }
 
@@ -356,15 +374,15 @@ struct ContactSteps {
   }
   /// The number of the grain at the other end.
   LICHTENBERG_HOST_DEVICE int partner(int end) const {
-    const NearPair& p = contacts.active[end / 2].pair;
+    const GrainPair& p = contacts.active[end / 2];
     return grains.number[end % 2 ? p.lower : p.higher];
   }
   LICHTENBERG_HOST_DEVICE void exchange_charge(int a, std::int64_t count) const {
-    const NearPair p = contacts.active[a].pair;
+    const ActivePair p = contacts.active[a];
+    const int entry = contacts.near[p.near].entry;
     Random random({seed, RandomPurpose::exchange, static_cast<std::uint64_t>(grains.number[p.lower]),
                    static_cast<std::uint64_t>(grains.number[p.higher]), static_cast<std::uint64_t>(count)});
-    const std::int64_t moved =
-        whole(exchange(1 / over_mass(p), contacts.impact_speed[p.entry], random) / quanta.charge);
+    const std::int64_t moved = whole(exchange(1 / over_mass(p), contacts.impact_speed[entry], random) / quanta.charge);
     parallel::add_atomically(&grains.moved_charge[p.lower], moved);
     parallel::add_atomically(&grains.moved_charge[p.higher], -moved);
     parallel::add_atomically(&found->transfers, std::int64_t{1});

@@ -24,23 +24,28 @@ struct Landing {
   }
 };
 
-/// All steps of contacts of an outer step, and what the last has left.
+/// An outer step's contacts: forces at its start, the pairs that may matter within it, all steps of contacts, and what
+/// the last has left.
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
+  ForceView force;
   Landing land;
 
   template <class Grid>
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
-    const int count = steps.parameters->steps, pairs = steps.found->pairs;
+    const int count = steps.parameters->steps, grains = steps.grains.count;
+    grid.each(grains, [&](int s) { steps.enter(s, force(s)); });
+    grid.select(
+        steps.contacts.table.end(grains - 1), &steps.found->pairs, [&](int e) { return steps.is_near(e); },
+        [&](int place, int e) { steps.list_near(place, e); });
+    const int pairs = steps.found->pairs;
     for (int step = 0; step < count; ++step) {
-      grid.each(pairs, [&](int k) {
-        if (steps.may_matter(k, step)) steps.find_active(k);
-      });
+      grid.each(pairs, [&](int k) { steps.look(k, step); });
       const int active = steps.found->active;
       grid.each(active, [&](int a) { steps.push_halfway(a); });
       grid.each(active, [&](int a) { steps.integrate(a, step); });
-      grid.each(steps.grains.count, [&](int s) {
+      grid.each(grains, [&](int s) {
         steps.move(s);
         if (step == count - 1) land(steps.grains, s);
       });

@@ -167,9 +167,8 @@ class GasOn final : public DeviceGas {
   void begin(const Law& law) {
     parameters_.host() = {};
     parameters_.send();
-    enter(law);  // those that overlap
-    follow(law);
-    finish();
+    follow(law);  // those that overlap
+    finish(NoMore());
     found_.fetch();
   }
 
@@ -232,65 +231,29 @@ class GasOn final : public DeviceGas {
     parameters_.send();
     progress_.send();
     Progress* now = progress_.device();
-    run_->repeat_while(&now->go, [&] {
-      enter(law);
+    const bool exchanges = sums_ && gas_.options.exchanges;
+    run_->repeat([&](typename Executor::Again again) {
       follow(law);
       if (dipoles_)
         dipoles_->follow(gas_.charges.data(), scale(), lists_.partners());
       else if (sums_)
         sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
-      finish();
-      go_on(law);
-      if (sums_ && gas_.options.exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
+      finish(GoOn<Law, typename Executor::Again>{rule(law), found_.device(), parameters_.device(), now,
+                                                 dipoles_ ? dipoles_->unstable() : nullptr, exchanges, again});
+      if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
     });
     progress_.fetch();
     found_.fetch();
   }
-  /// Forces at the start of a step, and the pairs that may matter within it.
-  template <class Law>
-  void enter(const Law& law) {
-    const ContactSteps<Law> steps = contact_steps(law);
-    const ForceView force = forces();
-    Found* found = found_.device();
-    Vec3* held = gas_.held.data();
-    const int n = gas_.n;
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      held[s] = force(s);
-      steps.grains.located[s].radius = static_cast<float>(steps.grains.radius[s]);
-      steps.grains.touches[s] = 0;
-      steps.locate(s, steps.grains.place[s]);
-      if (s == 0) *found = {};
-    });
-    // Kernels that are recorded ask how many entries there are.
-    run_->select(
-        lists_.entries(), [=] LICHTENBERG_HOST_DEVICE() { return steps.contacts.table.end(n - 1); }, &found->pairs,
-        [=] LICHTENBERG_HOST_DEVICE(int e) { return steps.is_near(e); },
-        [=] LICHTENBERG_HOST_DEVICE(int place, int e) { steps.list_near(place, e); });
-  }
   template <class Law>
   void follow(const Law& law) {
     const Landing land{gas_.box, gas_.turns_a_length(), gas_.image.data(), gas_.charges.data()};
-    run_->together(FollowContacts<Law>{contact_steps(law), land});
+    run_->together(FollowContacts<Law>{contact_steps(law), forces(), land});
   }
-  /// Books the step, and chooses the next.
-  template <class Law>
-  void go_on(const Law& law) {
-    const StepRule<Law> by = rule(law);
-    const Found* found = found_.device();
-    StepParameters* parameters = parameters_.device();
-    Progress* now = progress_.device();
-    const bool exchanges = sums_ && gas_.options.exchanges;
-    const int* unstable = dipoles_ ? dipoles_->unstable() : nullptr;
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      count_step(*found, *parameters, exchanges, *now);
-      if (unstable && *unstable) now->left = 0;
-      choose(by, *found, *now, *parameters);
-    });
-  }
-
   /// Momenta change as if forces of charges had changed linearly; charges move; and what the host wants to know before
-  /// the next step.
-  void finish() {
+  /// the next step; `then` comes after all that.
+  template <class Then>
+  void finish(Then then) {
     const ForceView force = forces();
     const Vec3 *held = gas_.held.data(), *place = gas_.place.data();
     Vec3* momentum = gas_.momentum.data();
@@ -302,33 +265,33 @@ class GasOn final : public DeviceGas {
     Found* found = found_.device();
     const Turns* sorted_at = gas_.sorted_at.data();
     const Vec3 over = gas_.turns_a_length();
-    const int n = gas_.n;
-    run_->sum_segments((n + a_warp - 1) / a_warp,
-                       [=] LICHTENBERG_HOST_DEVICE(int w) { return n - w * a_warp < a_warp ? n - w * a_warp : a_warp; },
-                       [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
-                         const int s = w * a_warp + t;
-                         const Vec3 now = force(s), at = place[s],
-                                    p = momentum[s] + (0.5 * parameters->outer) * (now - held[s]);
-                         momentum[s] = p;
-                         if (s == 0) book->energy = force.energy();
-                         if (moved[s] != 0) charge[s] += quantum * static_cast<double>(moved[s]), moved[s] = 0;
-                         const Turns then = sorted_at[s];
-                         const Vec3 path{lichtenberg::apart(turns(at.x, over.x), then.x) / over.x,
-                                         lichtenberg::apart(turns(at.y, over.y), then.y) / over.y,
-                                         lichtenberg::apart(turns(at.z, over.z), then.z) / over.z};
-                         Largest here;
-                         here.speed2 = norm2(over_mass[s] * p), here.acceleration2 = norm2(over_mass[s] * now);
-                         here.moved2 = norm2(path), here.charge = std::abs(charge[s]);
-                         here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
-                         return here;
-                       },
-                       [=] LICHTENBERG_HOST_DEVICE(int, Largest most) {
-                         parallel::enlarge_atomically(&found->speed2, most.speed2);
-                         parallel::enlarge_atomically(&found->acceleration2, most.acceleration2);
-                         parallel::enlarge_atomically(&found->moved2, most.moved2);
-                         parallel::enlarge_atomically(&found->charge, most.charge);
-                         parallel::enlarge_atomically(&found->lost, most.lost);
-                       });
+    const int n = gas_.n, warps = (n + a_warp - 1) / a_warp;
+    run_->sum_segments(
+        warps, [=] LICHTENBERG_HOST_DEVICE(int w) { return n - w * a_warp < a_warp ? n - w * a_warp : a_warp; },
+        [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
+          const int s = w * a_warp + t;
+          const Vec3 now = force(s), at = place[s], p = momentum[s] + (0.5 * parameters->outer) * (now - held[s]);
+          momentum[s] = p;
+          if (s == 0) book->energy = force.energy();
+          if (moved[s] != 0) charge[s] += quantum * static_cast<double>(moved[s]), moved[s] = 0;
+          const Turns from = sorted_at[s];
+          const Vec3 path{lichtenberg::apart(turns(at.x, over.x), from.x) / over.x,
+                          lichtenberg::apart(turns(at.y, over.y), from.y) / over.y,
+                          lichtenberg::apart(turns(at.z, over.z), from.z) / over.z};
+          Largest here;
+          here.speed2 = norm2(over_mass[s] * p), here.acceleration2 = norm2(over_mass[s] * now);
+          here.moved2 = norm2(path), here.charge = std::abs(charge[s]);
+          here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
+          return here;
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int, Largest most) {
+          parallel::enlarge_atomically(&found->speed2, most.speed2);
+          parallel::enlarge_atomically(&found->acceleration2, most.acceleration2);
+          parallel::enlarge_atomically(&found->moved2, most.moved2);
+          parallel::enlarge_atomically(&found->charge, most.charge);
+          parallel::enlarge_atomically(&found->lost, most.lost);
+          if (parallel::comes_last(&found->arrived, warps)) then();
+        });
   }
 
  private:

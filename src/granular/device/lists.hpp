@@ -98,7 +98,6 @@ class GasLists {
             .impact_speed = impact_speed_.data(),
             .alone = alone_.data(),
             .near = near_.data(),
-            .due = due_.data(),
             .active = active_.data(),
             .seen = seen_.data(),
             .scale = scale_.data(),
@@ -110,7 +109,7 @@ class GasLists {
   Kernels kernels() const {
     const TableView table = table_.view(), partners = partners_.view();
     return {{table.start, table.partner, partners.start, partners.partner, since_.data(), impact_speed_.data(),
-             alone_.data(), owner_.data(), near_.data(), due_.data(), active_.data(), seen_.data(), scale_.data(),
+             alone_.data(), owner_.data(), near_.data(), active_.data(), seen_.data(), scale_.data(),
              active_force_.data(), active_halfway_.data(), active_first_.data(), next_.data()},
             near_.capacity(),
             table.columns,
@@ -140,7 +139,7 @@ class GasLists {
   void resize_contacts() {
     const std::size_t entries = table_.entries();
     const auto resize = [&](auto&... arrays) { (arrays.resize(entries), ...); };
-    resize(since_, impact_speed_, alone_, owner_, near_, due_);
+    resize(since_, impact_speed_, alone_, owner_, near_);
     resize(active_, seen_, scale_, active_force_, active_halfway_, active_first_);
     next_.resize(2 * entries);
     const TableView table = table_.view();
@@ -208,7 +207,6 @@ class GasLists {
   Array<double> since_{*run_}, impact_speed_{*run_};
   Array<int> alone_{*run_}, owner_{*run_}, next_{*run_};
   Array<NearPair> near_{*run_};
-  Array<int> due_{*run_};
   Array<ActivePair> active_{*run_};
   Array<PairState<3>> seen_{*run_};
   Array<double> scale_{*run_};

@@ -107,6 +107,44 @@ TEST_CASE("random dipoles: errors are those of charges times their waves' number
     }
 }
 
+TEST_CASE("random charges with dipoles: the error is the one that is estimated, whatever their share") {
+  for (const double factor : {0.1, 0.5, 3.0}) {
+    const Crowd crowd = with_dipoles(gas(4), factor);
+    const Response exact = by_ewald(crowd, 1e-11);
+    const double charge2 = product(crowd.charge, crowd.charge);
+    const double dipole2 = product(crowd.dipole, crowd.dipole) / charge2;
+    const double rms = std::sqrt(product(exact.force, exact.force) / crowd.size());
+    const double of_charges = random_force(charge2, crowd.size(), std::pow(crowd.lengths.x, 3), 1);
+    for (const Cloud& cloud : {gauss_cloud(0.75, 4.5), prolate_cloud(9, 3), prolate_cloud(15.4, 5.3)})
+      for (const int points : {18, 24})
+        for (int order = lowest_dipole_order; order <= 7; ++order) {
+          const Mesh mesh{crowd.lengths, {points, points, points}, order};
+          ParticleMesh sum(mesh, cloud);
+          const double estimate = relative_error(mesh, cloud, 1, dipole2);
+          const double error = relative_difference(evaluated_on(sum, crowd).force, exact.force) * rms / of_charges;
+          CAPTURE(factor);
+          CAPTURE(points);
+          CAPTURE(order);
+          CAPTURE(estimate);
+          CHECK(error < 2 * estimate);
+          CHECK(error > estimate / 2);
+        }
+  }
+}
+
+TEST_CASE("dipoles that touching charges induce are as large as is foreseen") {
+  // A = .05, in a box so dense that each has several neighbours.
+  const Crowd crowd = random_crowd(300, {8, 8, 8}, 1, false, 5);
+  Ewald ewald(1e-6);
+  std::vector<double> dipole;
+  Response response;
+  InducedDipoles(ewald, DipoleSum::ewald, 0.05, 1e-4).evaluate(crowd, {}, alone, dipole, response);
+  const double found = product(dipole, dipole) / product(crowd.charge, crowd.charge);
+  const double foreseen = induced_dipole2(0.05, 300 / 512.0, 1);
+  CHECK(found < foreseen);
+  CHECK(found > foreseen / 4);
+}
+
 TEST_CASE("dipoles of a tenth of the charges, as induced ones are, leave forces what is asked for") {
   const Crowd crowd = with_dipoles(gas(2), 0.1);
   const Response exact = by_ewald(crowd, 1e-11);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
 #include "solvers/periodic/single_mesh.hpp"
@@ -81,6 +82,18 @@ Way in_single_precision(Vec3 lengths) {
   return {numbers_of({2, 3, 5}), 4, 8, SingleNear::longest_cutoff(lengths), near, 18, 1.2, point};
 }
 
+/// What a cloud loses of the forces of charges and their dipoles.
+double lost_with(const Cloud& cloud, double dipole2) {
+  const double third = dipole2 / 3;
+  return cloud.lost + third * (2 * cloud.lost_slope + third * cloud.lost_curvature);
+}
+
+double dipole2_of(const MeshRequest& request) {
+  const Vec3 lengths = request.lengths;
+  const double density = request.charges / (lengths.x * lengths.y * lengths.z);
+  return request.polarizability ? induced_dipole2(*request.polarizability, density, request.contact) : 0;
+}
+
 double work(const Way& way, int charges, const Mesh& mesh, double cutoff) {
   const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
   return charges * (way.near(charges / mesh.volume(), cutoff) + way.charge + way.row * mesh.order * mesh.order) +
@@ -110,32 +123,32 @@ Mesh sample_of(const Mesh& mesh) {
 }
 
 /// The lowest band limit that loses no more than `most`; the loss falls with it.
-double band_limit_for(double most, double cutoff) {
+double band_limit_for(double most, double cutoff, double dipole2) {
   double low = 1, high = 100;
   while (high - low > 1e-3) {
     const double middle = 0.5 * (low + high);
-    (prolate_cloud(middle, cutoff).lost > most ? low : high) = middle;
+    (lost_with(prolate_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
   }
   return high;
 }
 
 /// The smallest alpha of a gauss_cloud that loses no more than `most`; the loss falls with it.
-double alpha_for(double most, double cutoff) {
+double alpha_for(double most, double cutoff, double dipole2) {
   double low = 0.1 / cutoff, high = 20 / cutoff;
   while (high - low > 1e-4 * high) {
     const double middle = 0.5 * (low + high);
-    (gauss_cloud(middle, cutoff).lost > most ? low : high) = middle;
+    (lost_with(gauss_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
   }
   return high;
 }
 
 /// The coarsest mesh of `candidates` along the longest side, `numbers` along others, whose error is no more than
 /// `most`.
-std::optional<Mesh> coarsest(const Cloud& cloud, double most, const std::vector<int>& candidates,
+std::optional<Mesh> coarsest(const Cloud& cloud, double dipole2, double most, const std::vector<int>& candidates,
                              const std::vector<int>& numbers, Vec3 lengths, int order) {
   const auto fine_enough = [&](int number) {
     const auto mesh = mesh_of(number, numbers, lengths, order);
-    return mesh && mesh_error(sample_of(*mesh), cloud) <= most;
+    return mesh && mesh_error(sample_of(*mesh), cloud, dipole2) <= most;
   };
   const auto number = std::ranges::partition_point(candidates, [&](int n) { return !fine_enough(n); });
   return number == candidates.end() ? std::nullopt : mesh_of(*number, numbers, lengths, order);
@@ -147,8 +160,13 @@ double random_force(double charge2, double charges, double volume, double contac
   return charge2 * std::sqrt(force2(contact) / (charges * volume));
 }
 
-double relative_error(const Mesh& mesh, const Cloud& cloud, double contact) {
-  return std::sqrt((cloud.lost + mesh_error(mesh, cloud)) / force2(contact));
+double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2) {
+  return std::sqrt((lost_with(cloud, dipole2) + mesh_error(mesh, cloud, dipole2)) / force2(contact));
+}
+
+double induced_dipole2(double polarizability, double density, double contact) {
+  constexpr double neighbours = 6;
+  return polarizability * polarizability * (density * force2(contact) + neighbours / std::pow(contact, 4));
 }
 
 namespace {
@@ -161,20 +179,24 @@ void require_sensible(double accuracy, Vec3 lengths, double contact) {
     throw InputError(fmt::format("an accuracy of {} cannot be asked of a mesh: 1e-8 to 0.1 can", accuracy));
 }
 
-double error_of(const MeshChoice& choice, double contact) {
-  const double by_mesh = relative_error(sample_of(choice.mesh), choice.cloud(), contact);
+double error_of(const MeshChoice& choice, const MeshRequest& request) {
+  const double by_mesh = relative_error(sample_of(choice.mesh), choice.cloud(), request.contact, dipole2_of(request));
   return choice.single ? std::hypot(by_mesh, error_of_single_precision) : by_mesh;
 }
 
+/// Errors are largest just beyond the cutoff: not where charges touch.
 std::vector<double> cutoffs(double longest, double contact) {
+  constexpr double from_contact = 1.5;
   std::vector<double> cutoffs;
-  for (double cutoff = longest; cutoff > contact; cutoff /= 1.1) cutoffs.push_back(cutoff);
+  if (longest > contact) cutoffs.push_back(longest);
+  for (double cutoff = longest / 1.1; cutoff > from_contact * contact; cutoff /= 1.1) cutoffs.push_back(cutoff);
   return cutoffs;
 }
 
 /// Those that leave the error `most`, squared, to near part and mesh each; none if there are none.
 std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
   const ByHand& by_hand = request.by_hand;
+  const double dipole2 = dipole2_of(request);
   auto numbers = way.points;
   if (by_hand.points) numbers.insert(std::ranges::lower_bound(numbers, *by_hand.points), *by_hand.points);
   const auto points = by_hand.points ? std::vector{*by_hand.points} : numbers;
@@ -184,13 +206,13 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   for (const double cutoff : within) {
     if (cutoff > way.longest_cutoff) continue;
     MeshChoice now{.cutoff = cutoff, .alpha = by_hand.alpha.value_or(0)};
-    if (request.gauss && now.alpha == 0) now.alpha = alpha_for(most, cutoff);
-    if (now.alpha == 0) now.band_limit = band_limit_for(most, cutoff);
+    if (request.gauss && now.alpha == 0) now.alpha = alpha_for(most, cutoff, dipole2);
+    if (now.alpha == 0) now.band_limit = band_limit_for(most, cutoff, dipole2);
     const Cloud cloud = now.cloud();
-    if (now.alpha > 0 && cloud.lost > most) continue;
+    if (now.alpha > 0 && lost_with(cloud, dipole2) > most) continue;
     for (int order = way.lowest_order; order <= way.highest_order; ++order) {
       if (order != by_hand.order.value_or(order)) continue;
-      const auto mesh = coarsest(cloud, most, points, numbers, request.lengths, order);
+      const auto mesh = coarsest(cloud, dipole2, most, points, numbers, request.lengths, order);
       if (!mesh || work(way, request.charges, *mesh, cutoff) >= least) continue;
       least = work(way, request.charges, *mesh, cutoff);
       now.mesh = *mesh;
@@ -203,7 +225,7 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
 /// Throws InputError for an order by hand that a ParticleMesh does not know.
 void require_order_in_double(const MeshRequest& request) {
   const int order = request.by_hand.order.value_or(highest_double_order);
-  const int lowest = request.dipoles ? lowest_dipole_order : 4;
+  const int lowest = request.polarizability ? lowest_dipole_order : 4;
   if (order >= lowest && order <= highest_double_order) return;
   const std::string reason = why_not_single(request);
   throw InputError(fmt::format(
@@ -224,7 +246,7 @@ MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_ord
                     "{} x {} with a cutoff of up to half of it{}",
                     accuracy, request.lengths.x, request.lengths.y, request.lengths.z,
                     request.by_hand.any() ? ", with what is given by hand" : ""));
-  best->error = error_of(*best, request.contact);
+  best->error = error_of(*best, request);
   return *best;
 }
 
@@ -239,13 +261,13 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
   for (double limit = 1; limit <= 40 && choice.alpha == 0; limit += 0.25) {
     MeshChoice other = choice;
     other.band_limit = limit;
-    if (error_of(other, request.contact) < error_of(choice, request.contact)) choice = other;
+    if (error_of(other, request) < error_of(choice, request)) choice = other;
   }
   choice.single = why_not_single(request).empty() && choice.mesh.points[2] % 2 == 0 &&
                   std::ssize(cloud_polynomial(choice.cloud())) <= SingleNear::highest_degree + 1 &&
-                  error_of(choice, request.contact) >= finest_single;
+                  error_of(choice, request) >= finest_single;
   if (!choice.single) require_order_in_double(request);
-  choice.error = error_of(choice, request.contact);
+  choice.error = error_of(choice, request);
   return choice;
 }
 
@@ -254,7 +276,7 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
 std::string why_not_single(const MeshRequest& request) {
   const ByHand& by_hand = request.by_hand;
   if (request.only_double) return "that is asked for";
-  if (request.dipoles) return "single knows no dipoles";
+  if (request.polarizability) return "single knows no dipoles";
   if (!by_hand.complete() && request.accuracy < finest_single)
     return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
   if (by_hand.points.value_or(0) % 2 != 0) return "single needs an even number of points";
@@ -277,10 +299,10 @@ MeshChoice choose_quick_mesh(const MeshRequest& request) {
   if (why_not_single(request).empty()) best = choose(most, request, in_single_precision(request.lengths));
   if (!best) {
     require_order_in_double(request);
-    return in_double(request.accuracy, request, request.dipoles ? lowest_dipole_order : 4);
+    return in_double(request.accuracy, request, request.polarizability ? lowest_dipole_order : 4);
   }
   best->single = true;
-  best->error = error_of(*best, request.contact);
+  best->error = error_of(*best, request);
   return *best;
 }
 
@@ -301,14 +323,17 @@ std::vector<int> spread_over(int size, int most) {
   return sample;
 }
 
-Response evaluated(Sum& sum, const Sources& sources) {
+std::vector<Pair> pairs_for(const Sum& sum, const Sources& sources) {
+  if (sum.cutoff() == 0) return {};
   Box<3> box{sources.lengths};
   box.sides.fill(Boundary::periodic);
   const std::vector<double> radius(sources.charge.size());
-  std::vector<Pair> pairs;
-  if (sum.cutoff() > 0) pairs = pairs_closer_than(Spheres<3>{sources.position, radius, box}, sum.cutoff());
+  return pairs_closer_than(Spheres<3>{sources.position, radius, box}, sum.cutoff());
+}
+
+Response evaluated(Sum& sum, const Sources& sources) {
   Response response;
-  sum.evaluate(sources, pairs, parallel::Team::single(), response);
+  sum.evaluate(sources, pairs_for(sum, sources), parallel::Team::single(), response);
   return response;
 }
 
@@ -318,7 +343,9 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   const double finer = request.accuracy * share;
   if (sources.size() > few && finer >= 1e-8) {
     try {
-      const MeshChoice choice = choose_mesh(finer, request.charges, request.lengths, request.contact);
+      MeshRequest exact = request;
+      exact.accuracy = finer, exact.only_double = true, exact.by_hand = {}, exact.longest_cutoff = INFINITY;
+      const MeshChoice choice = choose_quick_mesh(exact);
       return {spread_over(sources.size(), sources.size()),
               evaluated(*make_mesh_sum(choice, request.charges), sources).force};
     } catch (const InputError&) {  // no mesh is so fine
@@ -330,6 +357,21 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12)))
       .evaluate_at(sample, sources, parallel::Team::single(), response);
   return {sample, response.force};
+}
+
+/// Those that the charges induce on this mesh; none where that has no end, of which a run says more.
+std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest& request, const Sources& sources) {
+  std::vector<double> dipole;
+  if (!request.polarizability) return dipole;
+  const auto sum = make_mesh_sum(choice, sources.size());
+  Response response;
+  try {
+    InducedDipoles(*sum, DipoleSum::ewald, *request.polarizability, request.accuracy)
+        .evaluate(sources, pairs_for(*sum, sources), parallel::Team::single(), dipole, response);
+  } catch (const InputError&) {
+    dipole.clear();
+  }
+  return dipole;
 }
 
 /// Where one charge alone is not 0, what it feels is rounding, and no error is a part of that.
@@ -360,10 +402,12 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
-  const Sources sources{given.lengths, given.position, charge};
+  MeshChoice best = choose_quick_mesh(request);  // throws if that is out of reach
+  Sources sources{given.lengths, given.position, charge};
+  const std::vector<double> dipole = induced_dipoles(best, request, sources);
+  sources.dipole = dipole;
   const Exact exact = exact_forces(request, sources);
   constexpr int rounds = 4;
-  MeshChoice best = choose_quick_mesh(request);  // throws if that is out of reach
   if (!has_forces(exact, sources, request.contact)) return best;
   MeshRequest now = request;
   now.accuracy = std::max(0.5 * request.accuracy, 1e-8);

@@ -16,7 +16,13 @@ double random_force(double charge2, double charges, double volume, double contac
 
 /// Root mean square error of the force on such charges over that force: as the square of a pair's error, integrated, to
 /// that of its force. So it depends neither on the charges nor on the size of the box.
-double relative_error(const Mesh& mesh, const Cloud& cloud, double contact);
+/// With dipoles of mean square `dipole2`, where that of charges is 1, it is the error of all forces over that of
+/// charges among each other.
+double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2 = 0);
+
+/// Mean square of the dipoles that charges of mean square 1 induce at such a density, from the field at random places,
+/// 4 pi density / contact, and from six neighbours that touch: spheres that carry each other have no more on average.
+double induced_dipole2(double polarizability, double density, double contact);
 
 /// Parameters of a mesh.
 struct MeshChoice {
@@ -46,7 +52,7 @@ struct MeshRequest {
   int charges = 0;
   Vec3 lengths;
   double contact = 1;
-  bool dipoles = false;  ///< splines that know them; errors are those of charges alone (README, dipoles on a mesh)
+  std::optional<double> polarizability{};  ///< of dipoles that the charges induce; none: there are no dipoles
   ByHand by_hand{};
   double longest_cutoff = INFINITY;  ///< of a ParticleMesh, in a box whose half is longer
   // For comparisons; runs have no reason to ask for either.
@@ -64,7 +70,8 @@ constexpr double error_of_single_precision = 4e-7;
 
 /// The parameters of a ParticleMesh that reach `accuracy`, 1e-8 to 0.1, as a relative_error with least work, which is
 /// estimated for `charges` of them: a larger cutoff is more pairs, a smaller one more points. Throws InputError if no
-/// cutoff up to half of the box does. With `lowest_order` at least lowest_dipole_order it is good for dipoles.
+/// cutoff up to half of the box does. With `lowest_order` at least lowest_dipole_order it can do dipoles, which its
+/// error doesn't count.
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order = 4);
 /// The same of a SingleMesh, if there are no dipoles, the accuracy is 6e-7 or more and the box is long enough for one.
 /// With all given by hand only the cloud's band limit is left to choose: the one of least error. Throws InputError if
@@ -74,7 +81,7 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// errors of clusters differ from those of charges at random places by up to two, either way. It is measured against a
 /// finer mesh, or Ewald's sum of some charges. Charges at random places get half of what is asked for, so that
 /// clusters which form later do not exceed it. What cannot be had so says it in `error`. Charges that are all 0 are
-/// taken for +1 and -1 in turns.
+/// taken for +1 and -1 in turns; dipoles are those that they induce.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
 
 /// The ParticleMesh or SingleMesh, for about so many charges.

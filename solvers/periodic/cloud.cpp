@@ -21,6 +21,9 @@ Cloud gauss_cloud(double alpha, double cutoff) {
   of.background = M_PI / (alpha * alpha);
   of.dipole_field = 4 * alpha * alpha * alpha / (3 * std::sqrt(M_PI));
   of.lost = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
+  const double steepness = 2 * alpha * alpha * cutoff + 2 / cutoff;  // each derivative, beyond the cutoff
+  of.lost_slope = of.lost * steepness * steepness;
+  of.lost_curvature = of.lost_slope * steepness * steepness;
   return of;
 }
 
@@ -112,6 +115,11 @@ Cloud prolate_cloud(double band_limit, double cutoff) {
   // over all numbers, 4 sqrt(pi c) exp(-2c) lies outside of [-1, 1] (Fuchs 1964), half of it on this side.
   of.lost = 8 * of.band_limit * 4 * std::sqrt(M_PI * band_limit) * std::exp(-2 * band_limit) * psi.square() /
             (middle * middle);
+  // Near the cutoff the cloud is steeper than its waves can be, c^2 / 2 where they have c: what is lost of derivatives
+  // is more than its wave numbers. By quadrature of psi and its derivatives, to a tenth for band limits from 4 to 18.
+  const double wave2 = of.band_limit * of.band_limit;
+  of.lost_slope = of.lost * wave2 * (0.92 * band_limit - 0.4);
+  of.lost_curvature = of.lost * wave2 * wave2 * (0.072 * std::pow(band_limit, 3) + 3);
   return of;
 }
 

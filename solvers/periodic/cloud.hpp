@@ -14,6 +14,8 @@ struct Cloud {
   double background = 0;                    ///< integral of the near rest over all space
   double dipole_field = 0;                  ///< in the middle of its own cloud, against it, by moment: -potential''(0)
   double lost = 0;  ///< integral over space of the square of the force between unit charges that is left out
+  double lost_slope = 0, lost_curvature = 0;  ///< of the squares of that force's first and second derivatives, which
+                                              ///< dipoles feel and make
 };
 
 /// Ewald's: exp(-alpha^2 r^2), whose near rest is erfc(alpha r) / r. What is lost lies beyond the cutoff (Kolafa and

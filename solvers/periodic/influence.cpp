@@ -15,8 +15,8 @@ constexpr int far_turns = 6, near_turns = 1;
 /// One axis of a mesh: what the sums over modes that look alike are made of, for mode 0 to points / 2.
 struct Axis {
   struct Mode {
-    double u2 = 0, k2u2 = 0;                                ///< sums of U^2 and of k^2 U^2, U the spline's transform
-    std::array<double, 2> shifted{};                        ///< sums of U(m) U(m + 1), U(m) U(m + 2)
+    double u2 = 0, k2u2 = 0, k4u2 = 0;  ///< sums of U^2, k^2 U^2 and k^4 U^2, U the spline's transform
+    std::array<double, 2> shifted{};    ///< sums of U(m) U(m + 1), U(m) U(m + 2)
     std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 one by one
   };
   std::vector<Mode> modes;
@@ -32,6 +32,7 @@ struct Axis {
         spline[m + far_turns] = u;
         sums.u2 += u * u;
         sums.k2u2 += k * k * u * u;
+        sums.k4u2 += k * k * k * k * u * u;
         if (std::abs(m) > near_turns) continue;
         sums.k2[m + near_turns] = k * k;
         sums.square[m + near_turns] = u * u;
@@ -52,21 +53,43 @@ struct Alike {
   double factor() const { return cloud_u2 / (u2 * k2u2); }
 };
 
-Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud) {
-  Alike sums;
-  sums.u2 = x.u2 * y.u2 * z.u2;
-  sums.k2u2 = x.k2u2 * y.u2 * z.u2 + x.u2 * y.k2u2 * z.u2 + x.u2 * y.u2 * z.k2u2;
+/// use(k^2, U^2, 4 pi w) for the modes that the cloud has.
+template <class Use>
+void visit_alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud, Use&& use) {
   const double limit = cloud.band_limit * cloud.band_limit;
   for (std::size_t a = 0; a < x.k2.size(); ++a)
     for (std::size_t b = 0; b < y.k2.size(); ++b)
       for (std::size_t c = 0; c < z.k2.size(); ++c) {
         const double k2 = x.k2[a] + y.k2[b] + z.k2[c];
-        if (k2 > limit) continue;
-        const double w = 4 * M_PI * cloud.transform(std::sqrt(k2));
-        sums.cloud_u2 += w * x.square[a] * y.square[b] * z.square[c];
-        sums.force2 += w * w / k2;
+        if (k2 <= limit) use(k2, x.square[a] * y.square[b] * z.square[c], 4 * M_PI * cloud.transform(std::sqrt(k2)));
       }
+}
+
+Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud) {
+  Alike sums;
+  sums.u2 = x.u2 * y.u2 * z.u2;
+  sums.k2u2 = x.k2u2 * y.u2 * z.u2 + x.u2 * y.k2u2 * z.u2 + x.u2 * y.u2 * z.k2u2;
+  visit_alike(x, y, z, cloud, [&](double k2, double u2, double w) {
+    sums.cloud_u2 += w * u2;
+    sums.force2 += w * w / k2;
+  });
   return sums;
+}
+
+/// What modes that look alike leave of the force, squared, if charges have dipoles of mean square 3 `third`: the source
+/// in mode m and what feels it in mode n count 1 + third k^2 each, and what should be comes from m = n alone.
+double error_with_dipoles(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud,
+                          double factor, double third) {
+  const double u2 = x.u2 * y.u2 * z.u2;
+  const double k2u2 = x.k2u2 * y.u2 * z.u2 + x.u2 * y.k2u2 * z.u2 + x.u2 * y.u2 * z.k2u2;
+  const double k4u2 = x.k4u2 * y.u2 * z.u2 + x.u2 * y.k4u2 * z.u2 + x.u2 * y.u2 * z.k4u2 +
+                      2 * (x.k2u2 * y.k2u2 * z.u2 + x.k2u2 * y.u2 * z.k2u2 + x.u2 * y.k2u2 * z.k2u2);
+  double error = factor * factor * (u2 + third * k2u2) * (k2u2 + third * k4u2);
+  visit_alike(x, y, z, cloud, [&](double k2, double square, double w) {
+    const double both = (1 + third * k2) * (1 + third * k2);
+    error += both * w * (w / k2 - 2 * factor * square);
+  });
+  return error;
 }
 
 struct Octant {
@@ -111,10 +134,15 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
   return influence;
 }
 
-double mesh_error(const Mesh& mesh, const Cloud& cloud) {
+double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2) {
   double sum = 0;
-  Octant(mesh).visit(mesh, cloud, [&](std::array<int, 3>, const Alike& sums, int images) {
-    sum += images * std::max(0.0, sums.force2 - sums.cloud_u2 * sums.factor());
+  const Octant octant(mesh);
+  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
+    const auto along = [&](int k) -> const Axis::Mode& { return octant.axes[k].modes[mode[k]]; };
+    const double error = dipole2 > 0
+                             ? error_with_dipoles(along(0), along(1), along(2), cloud, sums.factor(), dipole2 / 3)
+                             : sums.force2 - sums.cloud_u2 * sums.factor();
+    sum += images * std::max(0.0, error);
   });
   return sum / mesh.volume();
 }

@@ -33,7 +33,8 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);
 
 /// Integral over space, averaged over the first charge's place on the mesh, of the square of the error of the force
 /// between two unit charges, with the optimal influence (Hockney and Eastwood 1988, 8-23). It hardly depends on the
-/// size of the box.
-double mesh_error(const Mesh& mesh, const Cloud& cloud);
+/// size of the box. With dipoles that point anywhere beside the charges, of mean square `dipole2` where that of charges
+/// is 1: a wave k of either is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (README, dipoles on a mesh).
+double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2 = 0);
 
 }  // namespace lichtenberg::periodic

@@ -107,7 +107,7 @@ periodic::MeshRequest request_for(const ChargedSubject& subject, double accuracy
           .charges = subject.bodies.size(),
           .lengths = subject.bodies.box.lengths,
           .contact = subject.diameter(),
-          .dipoles = subject.dipoles.has_value()};
+          .polarizability = subject.dipoles ? std::optional(subject.dipoles->polarizability) : std::nullopt};
 }
 
 Method mesh(const ChargedSubject& subject, std::string name, std::string description, bool gauss, bool only_double) {

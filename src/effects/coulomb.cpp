@@ -45,11 +45,12 @@ double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_c
 
 periodic::MeshRequest mesh_request(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
+  const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
   return {.accuracy = options.accuracy,
           .charges = static_cast<int>(scene.conductors.size()),
           .lengths = lengths_of(scene),
           .contact = 2 * smallest_radius(scene),
-          .dipoles = scene.effects.has("induced_dipoles"),
+          .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
           .by_hand = {options.cutoff, options.alpha, options.mesh, options.order},
           .longest_cutoff = longest_cutoff(scene)};
 }

@@ -57,11 +57,13 @@ void check_scene(const Scene& scene) {
 namespace {
 
 periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions& options) {
-  const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
-  constexpr int lowest_order = 4;
-  return periodic::choose_mesh(options.accuracy, static_cast<int>(scene.conductors.size()), scene.domain.box().lengths,
-                               2 * smallest,
-                               scene.effects.has("induced_dipoles") ? periodic::lowest_dipole_order : lowest_order);
+  const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
+  return periodic::choose_quick_mesh({.accuracy = options.accuracy,
+                                      .charges = static_cast<int>(scene.conductors.size()),
+                                      .lengths = scene.domain.box().lengths,
+                                      .contact = 2 * std::ranges::min(scene.conductors, {}, &Conductor::radius).radius,
+                                      .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
+                                      .only_double = true});  // for how it counts work
 }
 
 }  // namespace

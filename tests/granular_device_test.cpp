@@ -208,6 +208,19 @@ TEST_CASE("on a device, too, forces are held for a quarter of the swing of bound
   CHECK(device->time() == cpu.gas.time());
 }
 
+TEST_CASE("on a device, too, the accuracy of forces says how long they are held") {
+  Scene scene = charged_gas(60, 7, 0.3);
+  scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-4;
+  scene.mechanics.step = INFINITY;
+  grains::Run cpu(scene);
+  const auto device = granular::device::make_host_gas(scene);
+  device->load(cpu.gas.save(), cpu.gas.law(), false);
+  cpu.step(10);
+  device->step(10);
+  // Single precision of the largest force.
+  CHECK(device->time() == doctest::Approx(cpu.gas.time()).epsilon(1e-5));
+}
+
 TEST_CASE("a device knows the energy of charges that none exchange") {
   Scene scene = charged_gas(60, 7, 3);
   scene.effects.remove("charge_exchange");

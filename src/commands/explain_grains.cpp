@@ -14,6 +14,7 @@
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
+#include "src/granular/pace.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
 
@@ -42,14 +43,6 @@ void explain_sums(const Scene& scene) {
                std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
 }
 
-/// Speed of the fastest of so many Maxwellian grains over sqrt(T): the tail sqrt(2/pi) u exp(-u^2/2) holds one of them.
-double fastest(std::size_t grains) {
-  const double tail = 0.8 * static_cast<double>(std::max<std::size_t>(grains, 2));
-  double u = 3;
-  for (int k = 0; k < 20; ++k) u = std::sqrt(2 * std::log(tail * std::max(u, 1.0)));
-  return u;
-}
-
 /// The part of the time between two collisions that one lasts, at this temperature.
 double crowding(const Scene& scene, const GrainContactLaw& law, double temperature) {
   const auto duration = [&](double speed, double) { return contact_duration(law, speed); };
@@ -57,7 +50,7 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
 }
 
 void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
-  const double speed = 2 * fastest(scene.conductors.size()) * std::sqrt(temperature);
+  const double speed = 2 * granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature);
   fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps\n",
              shortest_contact(law, speed), scene.mechanics.contact_steps);
   fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
@@ -117,12 +110,20 @@ struct Steps {
   double outer = 0, contact = 0;
 };
 
+/// That the fastest grain flies in a step whose length the accuracy of forces decides.
+double way_of(const Scene& scene) {
+  return granular::way_for(number_in(scene, &EffectKind::force_accuracy).value(), scene.conductors.size());
+}
+
 Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
-  constexpr double path = 0.2;  // granular::Multirate's
+  const bool by_accuracy = std::isinf(scene.mechanics.step);
+  const double way = by_accuracy ? way_of(scene) : granular::longest_way;
+  // A run stops for its notes, ten times a frame.
+  const double longest = std::min(scene.mechanics.step, 0.1 * scene.output.every);
   Steps steps;
   const auto add = [&](double duration, double temperature, const GrainContactLaw& then) {
-    const double speed = fastest(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));
-    const double outer = std::min(scene.mechanics.step, path / speed);
+    const double speed = granular::fastest_of(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));
+    const double outer = std::min(longest, way / speed);
     const double inner = shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
     steps.outer += duration / outer;
     steps.contact += duration / outer * std::ceil(outer / inner);
@@ -134,17 +135,33 @@ Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen
   return steps;
 }
 
+/// What the first step is as long as it is for.
+std::string why_so_long(const granular::Gas& gas, double step) {
+  const Scene& scene = gas.scene();
+  if (step == scene.mechanics.step) return "mechanics.step";
+  if (step == granular::longest_hold(gas))
+    return "longer would drive the swinging of grains that charges hold together";
+  if (!std::isinf(scene.mechanics.step)) return "the fastest grain flies 0.2 d0";
+  const double accuracy = number_in(scene, &EffectKind::force_accuracy).value();
+  return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way_of(scene), accuracy);
+}
+
 /// As a run begins. Throws InputError for a step that a run refuses.
 void explain_integrator(const Scene& scene) {
-  const granular::Gas gas(scene);
+  granular::Gas gas(scene);
   const double asked = scene.mechanics.step;
-  const double step = granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);
-  fmt::print("  integrator           {}, steps of at most {:g} t0\n", name_of(scene.mechanics.integrator), asked);
+  // Without the forces of the first instant, which nothing else here needs.
+  const double step = std::isinf(asked)
+                          ? std::min(granular::longest_hold(gas), granular::time_for(way_of(scene), gas.fastest(), 0))
+                          : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);
+  fmt::print(
+      "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
+      std::isinf(asked) ? std::string("as the accuracy of forces asks for") : fmt::format("of at most {:g} t0", asked));
   if (scene.mechanics.integrator != Integrator::multirate || !gas.has_smooth_forces()) return;
+  if (std::isinf(step)) return;  // nothing moves
   const double contact = shortest_contact(gas.law(), gas.fastest_impact()) / scene.mechanics.contact_steps;
   fmt::print("  held forces          for {:.0f} steps of contacts at the start, {:.2g} t0: {}\n",
-             std::max(1.0, std::ceil(step / contact)), step,
-             step < asked ? "the fastest grain flies 0.2 d0" : "mechanics.step");
+             std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
 }
 
 void explain_stages(const Scene& scene) {

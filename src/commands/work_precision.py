@@ -43,6 +43,7 @@ STYLES = {
     "dipoles-mixed-consistent": ("#009e73", "D-"),
     "dipoles-minimum-image": ("#8c8c8c", "D--"),
     "dipoles-source": ("#cc79a7", "D--"),
+    "accuracy": ("#56b4e9", "*-"),
     "multirate-charges": ("#009e73", "D-"),
     "multirate-forces": ("#cc79a7", "D-"),
     "ewald": ("#e69f00", "s-"),

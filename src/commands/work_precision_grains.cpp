@@ -108,6 +108,18 @@ Method charges_held(const GasSubject& subject) {
   return method;
 }
 
+/// Nothing else given: contacts as the scene has them.
+Method by_accuracy(const GasSubject& subject) {
+  Method method{"accuracy", "one knob: it says how forces of charges are summed and how long they are held", {}};
+  for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5}) {
+    Scene scene = with(subject, Integrator::multirate, INFINITY, subject.scene.mechanics.contact_steps);
+    scene.effects.find<effects::CoulombOptions>()->accuracy = accuracy;
+    method.candidates.push_back(
+        candidate(subject, {{"accuracy", accuracy}}, 1 / std::sqrt(accuracy), std::move(scene)));
+  }
+  return method;
+}
+
 /// In steps that cost next to no accuracy.
 Method force_accuracy(const GasSubject& subject) {
   Method method{"multirate-forces", "the same, all steps short: what the accuracy of forces costs", {}};
@@ -145,7 +157,7 @@ std::vector<Method> all_methods(const GasSubject& subject) {
   const auto* coulomb = subject.scene.effects.find<effects::CoulombOptions>();
   if (coulomb) all.push_back(charges_held(subject));
   if (coulomb && coulomb->sum == effects::CoulombSum::mesh && !(coulomb->cutoff && coulomb->mesh && coulomb->order))
-    all.push_back(force_accuracy(subject));
+    all.insert(all.end(), {by_accuracy(subject), force_accuracy(subject)});
   if (const auto* dipoles = subject.scene.effects.find<effects::InducedDipolesOptions>())
     for (const auto variant : {periodic::DipoleSum::ewald, periodic::DipoleSum::mixed_consistent,
                                periodic::DipoleSum::minimum_image, periodic::DipoleSum::source})

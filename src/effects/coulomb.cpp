@@ -110,6 +110,13 @@ std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) 
   return std::make_unique<periodic::ShiftedForce>(options.cutoff.value_or(default_cutoff(scene)), options.damping);
 }
 
+/// Pairs alone promise nothing, and are right to 1e-2 at the best.
+double force_accuracy(const Scene& scene) {
+  const auto& options = *scene.effects.find<CoulombOptions>();
+  constexpr double of_pairs = 1e-2;
+  return options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald ? options.accuracy : of_pairs;
+}
+
 std::string precision_in_words(const periodic::MeshChoice& choice, const periodic::MeshRequest& request) {
   if (choice.single) return "single precision";
   const std::string reason = periodic::why_not_single(request);
@@ -230,6 +237,7 @@ const EffectKind& CoulombOptions::kind() {
       .make = [](const Scene& scene) -> std::unique_ptr<Effect> { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
+      .force_accuracy = force_accuracy,
       .seconds = 2.4e-7};
   return kind;
 }

@@ -14,7 +14,7 @@ constexpr double tolerance = 1e-13;  ///< of a step, in each component
 /// the time since the last touch in place of time: a contact is smooth in it. Charges move at the instant of touch.
 class Cvode final : public GasIntegrator {
  public:
-  double longest_step(const Gas& gas) const override { return gas.scene().mechanics.step; }
+  double longest_step(Gas& gas) const override { return gas.scene().mechanics.step; }
 
   void step(Gas& gas, double end) override {
     const double begin = gas.time(), half = 0.5 * (end - begin);

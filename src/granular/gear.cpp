@@ -21,7 +21,7 @@ class Gear final : public GasIntegrator {
  public:
   explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
 
-  double longest_step(const Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
+  double longest_step(Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
 
   void step(Gas& gas, double end) override {
     const double begin = gas.time(), dt = end - begin, half = 0.5 * dt;

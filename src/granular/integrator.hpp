@@ -11,7 +11,7 @@ class GasIntegrator {
  public:
   virtual ~GasIntegrator() = default;
   /// The longest step that it may take from here. Throws InputError if the scene's is too long.
-  virtual double longest_step(const Gas& gas) const = 0;
+  virtual double longest_step(Gas& gas) const = 0;
   /// Carries the gas on to `end`, at most a longest step away.
   virtual void step(Gas& gas, double end) = 0;
 

@@ -1,9 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/granular/integrator.hpp"
+#include "src/granular/pace.hpp"
+#include "src/granular/pair_state.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -14,15 +18,16 @@ namespace {
 /// gain by it, step after step. Charges move from grain to grain between two steps, each with its own charges.
 class Multirate final : public GasIntegrator {
  public:
-  double longest_step(const Gas& gas) const override {
+  double longest_step(Gas& gas) const override {
     const double speed = gas.fastest(), asked = gas.scene().mechanics.step, hold = longest_hold(gas);
+    if (std::isinf(asked)) return std::min(hold, by_accuracy(gas, speed));
     if (asked > hold && gas.steps == 0)  // later, when charges have grown, steps become shorter by themselves
       throw InputError(
           fmt::format("{}: mechanics.step = {:g} is too long: forces that are held so long would drive the swinging of "
                       "grains that their charges hold together; {:.2g} is the longest",
                       gas.scene().path, asked, 0.99 * hold));
     const double most = std::min(asked, hold);
-    return speed * most > path ? path / speed : most;
+    return speed * most > longest_way ? longest_way / speed : most;
   }
 
   void step(Gas& gas, double end) override {
@@ -34,8 +39,14 @@ class Multirate final : public GasIntegrator {
   }
 
  private:
-  /// No grain flies farther in a step, in diameters: forces change over a diameter.
-  static constexpr double path = 0.2;
+  static double by_accuracy(Gas& gas, double speed) {
+    const double accuracy = number_in(gas.scene(), &EffectKind::force_accuracy).value();
+    const double acceleration = largest_over_mass(gas.bodies(), gas.smooth_forces());
+    const double step = time_for(way_for(accuracy, gas.bodies().mass.size()), speed, acceleration);
+    // Shorter than a step of contacts gains nothing.
+    const double impact = gas.fastest_impact() + 2 * acceleration * step;
+    return std::max(step, shortest_contact(gas.law(), impact) / gas.scene().mechanics.contact_steps);
+  }
 };
 
 }  // namespace

@@ -10,7 +10,7 @@ constexpr double steps_a_contact = 10;  ///< with fewer, restitutions are off by
 /// contacts' forces at the beginning it is of second.
 class Verlet final : public GasIntegrator {
  public:
-  double longest_step(const Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
+  double longest_step(Gas& gas) const override { return step_that_resolves_contacts(gas, steps_a_contact); }
 
   void step(Gas& gas, double end) override {
     const double begin = gas.time(), dt = end - begin, half = 0.5 * dt;

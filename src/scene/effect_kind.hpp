@@ -58,6 +58,8 @@ struct EffectKind {
   double (*contact_gap)(const Scene&) = nullptr;
   /// K of the energy K q_i q_j / r of two charged grains.
   double (*charge_strength)(const Scene&) = nullptr;
+  /// The error that forces of charges may have, rms over rms.
+  double (*force_accuracy)(const Scene&) = nullptr;
   /// How often a step of grains computes the forces of charges; 1 where no effect says it.
   double (*evaluations_a_step)(const Scene&) = nullptr;
   /// d0: two grains whose centres come that close polarize each other without end.

@@ -142,11 +142,13 @@ void check_grains(const Draft& draft) {
 
 namespace {
 
-/// t0: for charges that act as impulses, or for the shortest contact of grains at T = 10 in a stage ten times as stiff.
-double default_step(Integrator integrator) {
+/// t0: of multirate what the accuracy of charges' forces asks for, if there is one; of others for the shortest contact
+/// of grains at T = 10 in a stage ten times as stiff.
+double default_step(const Scene& scene) {
+  const Integrator integrator = scene.mechanics.integrator;
   if (integrator == Integrator::verlet) return 0.005;
   if (integrator == Integrator::gear || integrator == Integrator::gear_printed) return 0.0015;
-  return 0.05;
+  return integrator == Integrator::multirate && number_in(scene, &EffectKind::force_accuracy) ? INFINITY : 0.05;
 }
 
 }  // namespace
@@ -156,7 +158,7 @@ void fill_in_grains(Draft& draft) {
   const auto is_given = [&](const char* key) { return draft.line(key) > 0; };
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
-  if (!is_given("mechanics.step")) scene.mechanics.step = default_step(scene.mechanics.integrator);
+  if (!is_given("mechanics.step")) scene.mechanics.step = default_step(scene);
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
   scene.stop.stationary = false;

@@ -183,7 +183,7 @@ struct MechanicsOptions {
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Of grains:
-  double step = 0.05;      ///< t0, the longest
+  double step = 0.05;      ///< t0, the longest; of multirate infinite: as long as the accuracy of forces allows
   int contact_steps = 45;  ///< multirate: steps of contacts in the shortest contact that there could be
   int threads = 0;         ///< 0: one a core, fewer for few grains
 };

@@ -161,9 +161,11 @@ Table mechanics() {
                .place = [](Draft& d) { return &d.scene.mechanics.step; },
                .unit = "t0",
                .range = positive,
-               .computed_default = "0.05; 0.005 of verlet, 0.0015 of gear",
-               .help = "of grains: the longest step; multirate's is shorter where the fastest grain would fly farther "
-                       "than .2 d0, those of verlet and gear must resolve the shortest contact"},
+               .computed_default =
+                   "multirate: what effects.coulomb.accuracy asks for, or 0.05; 0.005 of verlet, 0.0015 of gear",
+               .help = "of grains: the longest step, over which multirate holds the forces of charges; it is shorter "
+                       "where the fastest grain would fly farther than .2 d0; those of verlet and gear must resolve "
+                       "the shortest contact"},
               {.name = "contact_steps",
                .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
                .range = {.low = 4, .high = 1e4},

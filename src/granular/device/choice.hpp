@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "src/granular/device/contact_steps.hpp"
+#include "src/granular/pace.hpp"
 #include "src/granular/resonance.hpp"
 
 namespace lichtenberg::granular::device {
@@ -14,16 +15,19 @@ template <class Law>
 struct StepRule {
   Law law;
   double longest = 0;  ///< mechanics.step
+  double way = 0;      ///< if that is infinite: of the fastest grain, as the accuracy of forces asks for
   double contact_steps = 1;
   double largest_radius = 0, lightest = 1;
   double strength = 0;  ///< of charges
   double skin = 0;      ///< of lists
 
-  static constexpr double path = 0.2;  ///< Multirate's
-
-  LICHTENBERG_HOST_DEVICE double longest_step(double speed, double held) const {
+  LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration, double held) const {
+    if (std::isinf(longest)) {
+      const double step = time_for(way, speed, acceleration);
+      return std::fmin(held, std::fmax(step, law.shortest_contact(impact + 2 * acceleration * step) / contact_steps));
+    }
     const double most = held < longest ? held : longest;
-    return speed * most > path ? path / speed : most;
+    return speed * most > longest_way ? longest_way / speed : most;
   }
   /// Acceleration that a contact of two that meet at this speed does not exceed: even if nothing is lost, the overlap
   /// is less than half of the way that they would fly meanwhile.
@@ -68,11 +72,10 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
     now.hold = longest_hold(rule.law, rule.strength * found.charge * found.charge, 0.5 * rule.lightest);
   }
   const double speed = std::sqrt(found.speed2), acceleration = std::sqrt(found.acceleration2);
-  const double left = now.target - now.time;
-  const double count = now.whole ? 1 : std::ceil(left / rule.longest_step(speed, now.hold));
+  const double impact = std::fmax(2 * speed, std::sqrt(found.impact2)), left = now.target - now.time;
+  const double count = now.whole ? 1 : std::ceil(left / rule.longest_step(speed, impact, acceleration, now.hold));
   now.end = count <= 1 ? now.target : now.time + left / count;
-  const double dt = now.end - now.time, gain = acceleration * dt,
-               impact = std::fmax(2 * speed, std::sqrt(found.impact2));
+  const double dt = now.end - now.time, gain = acceleration * dt;
   const double resolved = rule.law.shortest_contact(impact + 2 * gain) / rule.contact_steps;
   const double steps = std::fmax(1.0, std::ceil(dt / resolved));
   constexpr double most = 1e8;

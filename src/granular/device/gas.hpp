@@ -338,6 +338,7 @@ class GasOn final : public DeviceGas {
   StepRule<Law> rule(const Law& law) const {
     return {law,
             gas_.options.step,
+            gas_.options.way,
             static_cast<double>(gas_.options.contact_steps),
             gas_.largest_radius,
             *std::ranges::min_element(gas_.options.mass),

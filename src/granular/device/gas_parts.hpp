@@ -23,7 +23,8 @@ using periodic::device::Totals;
 struct GasOptions {
   Vec3 lengths;
   std::vector<double> mass, radius;  ///< [N]
-  double step = 0;                   ///< the longest
+  double step = 0;                   ///< the longest; infinite: the fastest grain flies `way`
+  double way = 0;
   int contact_steps = 1;
   std::uint64_t seed = 0;
   std::string path;

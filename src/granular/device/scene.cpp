@@ -12,6 +12,7 @@
 #include "src/effects/uniform_force.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/pace.hpp"
 #include "src/model/bodies.hpp"
 
 namespace lichtenberg::granular::device {
@@ -102,6 +103,7 @@ GasOptions gas_options(const Scene& scene) {
     options.tables =
         periodic::device::make_tables(choice.mesh, periodic::prolate_cloud(choice.band_limit, choice.cutoff));
     options.strength = coulomb->strength;
+    options.way = way_for(coulomb->accuracy, scene.conductors.size());
     options.charged = true;
   }
   if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>())

@@ -105,6 +105,22 @@ class VtkTest(unittest.TestCase):
             np.testing.assert_array_equal(lines, result.frame(4).contacts)
 
     @needs("vtk")
+    def test_contacts_with_walls_are_no_lines(self):
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+
+        folder = exported(runs.packing(), "vtk")
+        with load(runs.packing()) as result:
+            frame = result.frame()
+            inside = (frame.contacts < result.count).all(axis=1)
+            self.assertTrue(inside.any() and not inside.all())
+            reader = vtk.vtkXMLPolyDataReader()
+            reader.SetFileName(str(folder / f"contacts-{frame.index:06}.vtp"))
+            reader.Update()
+            lines = vtk_to_numpy(reader.GetOutput().GetLines().GetConnectivityArray()).reshape(-1, 2)
+            np.testing.assert_array_equal(lines, frame.contacts[inside])
+
+    @needs("vtk")
     def test_the_field_fills_the_domain(self):
         import vtk
         from vtk.util.numpy_support import vtk_to_numpy

@@ -160,7 +160,7 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   op.build(problem, level);
   Multigrid multigrid(LinkFormula::log_fitted);
   multigrid.prepare(problem, level.layout);
-  multigrid.build_coarse(problem);
+  multigrid.build_coarse(problem, level);
   multigrid.build_finest(problem, level);
   REQUIRE(multigrid.levels() > 2);
   crowds::Random random(7);
@@ -254,5 +254,20 @@ TEST_CASE("iterations do not grow with the number of disks that the coarse grids
     problem.sides[top].potential = 1;
     CutCellSolver solver(options(8 * n));
     CHECK(solver.solve(problem).iterations <= 13);
+  }
+}
+
+TEST_CASE("chains of disks below the coarse grids' cells that all but touch are solved as fast as disks apart") {
+  // In a row 1e-5 cells apart, each floating alone or in one of six groups that lie all along it. 54 and 20 iterations
+  // where coarse grids do not know of the direct links. Regression values, with 2 to spare: 9, 9.
+  for (const int groups : {60, 6}) {
+    CAPTURE(groups);
+    LaplaceProblem problem{.permittivity = 1};
+    problem.size = {128, 128};
+    problem.sides[left].kind = Side::Kind::electrode;
+    for (int g = 0; g < groups; ++g) problem.groups.push_back({.floating = true, .charge = 1.0 + g % 3});
+    for (int k = 0; k < 60; ++k) problem.bodies.push_back({Disk{{10 + (1.6 + 1e-5) * k, 64.3}, 0.8}, k % groups});
+    CutCellSolver solver(options(128));
+    CHECK(solver.solve(problem).iterations <= 11);
   }
 }

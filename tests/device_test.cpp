@@ -261,7 +261,7 @@ TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled di
   Multigrid multigrid(LinkFormula::log_fitted, parallel::Team::single(),
                       1);  // launches are dear on the device: one sweep
   multigrid.prepare(problem, level.layout);
-  multigrid.build_coarse(problem);
+  multigrid.build_coarse(problem, level);
   multigrid.build_finest(problem, level);
   parallel::HostExecutor run;
   device::DeviceProblem<parallel::HostExecutor> on_device(run);

@@ -27,9 +27,16 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-Sets strongly_coupled(const LaplaceProblem& problem) {
-  constexpr double least = 0.05;
-  Sets sets{coupled_sets(problem, least * problem.permittivity), std::vector<char>(problem.groups.size(), 0)};
+/// Couplings, and the finer grid's direct links that conduct more than a face between two cells: of conductors that all
+/// but touch.
+Sets strongly_coupled(const LaplaceProblem& problem, const Level* finer) {
+  constexpr double least = 0.05, least_direct = 1;
+  LaplaceProblem coupled{.groups = problem.groups, .couplings = problem.couplings};
+  for (std::size_t k = 0; finer && k < finer->pairs.size(); ++k)
+    if (const PairLink& pair = finer->pairs[k]; pair.conductance > least_direct)
+      coupled.couplings.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group,
+                                   pair.conductance * problem.permittivity});
+  Sets sets{coupled_sets(coupled, least * problem.permittivity), std::vector<char>(problem.groups.size(), 0)};
   const auto hold = [&](int group) { sets.is_held[sets.of_group[group]] = 1; };
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     if (!problem.groups[g].floating) hold(static_cast<int>(g));
@@ -59,12 +66,26 @@ void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, con
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   east.clear();
   north.clear();
-  const Sets sets = strongly_coupled(problem);
+  const Sets sets = strongly_coupled(problem, finer);
   choose_resolved(problem, sets);
   absorb_groups(problem, sets, finer);
   discretize(problem, formula, team);
+  if (finer) inherit_pairs(problem, *finer);
   couple(problem, largest_coarse_coupling);
   if (!is_resolved_.empty()) fill_fluid(effective_permittivity(problem), team);
+}
+
+/// What conductors that all but touch exchange does not pass through cells: where one of them is thin here, the finer
+/// grid's direct links stay what they are. Conductances do not depend on the size of cells.
+void Level::inherit_pairs(const LaplaceProblem& problem, const Level& finer) {
+  for (const PairLink& pair : finer.pairs) {
+    if (resolves(pair.body_a) && resolves(pair.body_b)) continue;
+    const auto is_unknown = [&](int body) {
+      const int group = problem.bodies[body].group;
+      return !problem.groups[group].floating || has_unknown(group);
+    };
+    if (is_unknown(pair.body_a) && is_unknown(pair.body_b)) pairs.push_back(pair);
+  }
 }
 
 void Level::choose_resolved(const LaplaceProblem& problem, const Sets& sets) {

@@ -157,6 +157,7 @@ class Level {
   void link_sides(const LaplaceProblem& problem);
   void couple(const LaplaceProblem& problem, double largest);
   void choose_resolved(const LaplaceProblem& problem, const Sets& sets);
+  void inherit_pairs(const LaplaceProblem& problem, const Level& finer);
   void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer);
   std::vector<float> effective_permittivity(const LaplaceProblem& problem) const;
   void fill_fluid(const std::vector<float>& permittivity, parallel::Team& team);

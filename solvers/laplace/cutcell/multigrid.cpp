@@ -28,9 +28,9 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
   row_product_.resize(finest.ny);
 }
 
-void Multigrid::build_coarse(const LaplaceProblem& problem) {
+void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest) {
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
-    coarse_levels_[l]->build_coarse(problem, formula_, l > 0 ? coarse_levels_[l - 1].get() : nullptr, team_);
+    coarse_levels_[l]->build_coarse(problem, formula_, l > 0 ? coarse_levels_[l - 1].get() : &finest, team_);
     grids_[l + 1]->build(problem, *coarse_levels_[l]);
   }
   if (!coarse_levels_.empty()) team_.start([&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); });

@@ -22,8 +22,9 @@ class Multigrid {
 
   /// Chooses the grids below `finest`, at the first call. Then the two builds, in this order.
   void prepare(const LaplaceProblem& problem, const Layout& finest);
-  /// Discretizes the coarser grids and leaves the factorization of the coarsest to a helper of the team.
-  void build_coarse(const LaplaceProblem& problem);
+  /// Discretizes the coarser grids, from the finest on, and leaves the factorization of the coarsest to a helper of the
+  /// team.
+  void build_coarse(const LaplaceProblem& problem, const Level& finest);
   /// Takes over the finest grid's system and waits for that factorization.
   void build_finest(const LaplaceProblem& problem, const Level& finest);
 

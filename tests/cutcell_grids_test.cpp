@@ -258,8 +258,8 @@ TEST_CASE("iterations do not grow with the number of disks that the coarse grids
 }
 
 TEST_CASE("chains of disks below the coarse grids' cells that all but touch are solved as fast as disks apart") {
-  // In a row 1e-5 cells apart, each floating alone or in one of six groups that lie all along it. 54 and 20 iterations
-  // where coarse grids do not know of the direct links. Regression values, with 2 to spare: 9, 9.
+  // In a row 1e-5 cells apart, each floating alone or in one of six groups that lie all along it. More than 50 and 20
+  // iterations where coarse grids do not know of the direct links. Regression value, with 2 to spare: 12.
   for (const int groups : {60, 6}) {
     CAPTURE(groups);
     LaplaceProblem problem{.permittivity = 1};
@@ -268,6 +268,6 @@ TEST_CASE("chains of disks below the coarse grids' cells that all but touch are 
     for (int g = 0; g < groups; ++g) problem.groups.push_back({.floating = true, .charge = 1.0 + g % 3});
     for (int k = 0; k < 60; ++k) problem.bodies.push_back({Disk{{10 + (1.6 + 1e-5) * k, 64.3}, 0.8}, k % groups});
     CutCellSolver solver(options(128));
-    CHECK(solver.solve(problem).iterations <= 11);
+    CHECK(solver.solve(problem).iterations <= 14);
   }
 }

@@ -22,7 +22,7 @@ struct Price {
 };
 
 constexpr Price cut_cell_price{100, 2.5e-8, 8.5e-9, 1.25};
-constexpr Price cut_cell_price_on_device{200, 1.3e-10, 9e-11, 1.5, 6e-4, 2e-4};
+constexpr Price cut_cell_price_on_device{200, 1.3e-10, 1.5e-10, 1.5, 6e-4, 3.3e-4};
 constexpr Price assembled_price{373, 1.3e-6, 4.5e-8, 2.25};
 constexpr Price multipole_price{2000, 1.5e-6, 1.8e-7, 3};
 constexpr Price spheres_price{800, 5e-7, 4e-7, 3};

@@ -42,7 +42,8 @@ class DeviceProblem {
     view_.permittivity = problem.permittivity;
     view_.grounded = problem.has_ground();
     if (view_.shape && static_cast<int>(bodies) == view_.bodies && static_cast<int>(groups) <= view_.groups) return;
-    const std::size_t room = view_.shape ? groups + groups / 4 : groups;  // in motion they become more by and by
+    // In motion they become more by and by, and making room anew takes as long as a hundred solves: once, for all.
+    const std::size_t room = view_.shape ? std::max(groups, bodies) : groups;
     view_.bodies = static_cast<int>(bodies);
     view_.groups = static_cast<int>(room);
     std::tie(shape_, group_of_, body_at_, rank_of_, first_rank_, floating_, charge_, potential_) =

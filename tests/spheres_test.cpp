@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/spheres/close_pairs.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
 #include "solvers/laplace/spheres/translation.hpp"
 #include "solvers/periodic/dipoles.hpp"
@@ -227,6 +228,16 @@ TEST_CASE("a moving scene needs fewer iterations, and forgets when told to; thre
   const SphereSolution alone = solver.solve(problem), together = SphereSolver({.accuracy = 1e-8}, team).solve(problem);
   CHECK(alone.group_potential == together.group_potential);
   CHECK(alone.sphere_force[1] == together.sphere_force[1]);
+}
+
+TEST_CASE("what a gap's tail has of energy is known to some digits at any accuracy, or the matrix is not positive") {
+  for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4}) {
+    const int degree = static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap));
+    const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};
+    const std::vector<spheres::NearPair> pair{{0, 1, 0, 1, {0, 0, -2 - gap}}};
+    const double rough = spheres::close_pairs(sites, pair, 0.03).at(0).energy;
+    CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
+  }
 }
 
 TEST_CASE("large groups in a flat dish take few iterations, from nothing and when they merge") {

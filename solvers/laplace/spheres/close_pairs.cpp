@@ -100,8 +100,11 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
         std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
     const int degree =
         tail_degree(gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
-    // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha.
-    const auto solution = pair_solution(a.radius, b.radius, width, degree, 0.01 * accuracy * slowest);
+    // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha. A tail begins where
+    // multipoles have fallen to the accuracy, so that its energy, which the matrix is divided by, goes with that
+    // squared.
+    const double left_out = std::max(0.01 * accuracy * accuracy, 1e-16) * slowest;
+    const auto solution = pair_solution(a.radius, b.radius, width, degree, left_out);
     const Vec3 to_source = gap.way * (-1 / distance);
     // The image's harmonics are those of the sphere itself, mirrored and with the sign of the image.
     const Vec3 back = mirrored(to_source * -1.0, gap.mask);

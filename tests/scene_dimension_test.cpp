@@ -78,14 +78,11 @@ TEST_CASE("places and velocities have as many numbers as the domain") {
                 {"conductor.velocity has 3 numbers", "the domain has 2"});
 }
 
-TEST_CASE("effects that know neither three dimensions nor periodic sides say so") {
+TEST_CASE("effects that know no periodic sides say so") {
   const std::string fluid = "medium = { relative_permittivity = 2.0, viscosity = 1.0 }\n";
   const auto table = [](const std::string& effect) { return "effects." + effect + " = {}\n"; };
-  check_refused(cube + fluid + table("contact_resistance") + ball("[0.5, 0.5, 0.5]"),
-                {"effects.contact_resistance is not allowed in 3 dimensions: it can do 2"});
-  for (const std::string effect : {"floating_conductors", "contact_resistance"})
-    check_refused(around + fluid + table(effect) + ball("[0.5, 0.5]"),
-                  {"effects." + effect + " is not allowed with a periodic side"});
+  check_refused(around + fluid + table("floating_conductors") + ball("[0.5, 0.5]"),
+                {"effects.floating_conductors is not allowed with a periodic side"});
   check_refused(around + table("contact_potential") + ball("[0.5, 0.5]"),
                 {"effects.contact_potential is not allowed with a periodic side"});
   for (const std::string effect : {"hertz_contact", "stokes_drag", "wall_contact", "gravity"}) {

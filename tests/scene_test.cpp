@@ -201,8 +201,6 @@ TEST_CASE("wrong unit or type") {
                 {"test.toml:4:", "medium.viscosity = \"0.7 Pa s\"", "wrong unit or type", "a number in Pa s",
                  "without the unit"});
   check_refused("domain.size = 0.017\n", {"domain.size = 0.017 has the wrong unit or type", "two numbers"});
-  check_refused("domain.size = [0.04, 0.02, 0.01]\neffects.contact_resistance = {}\n",
-                {"test.toml:1:", "effects.contact_resistance", "in 3 dimensions", "it can do 2"});
   check_refused("domain.size = [0.04, 0.02, 0.01, 0.01]\n", {"domain.size", "wrong unit or type", "two numbers"});
   check_refused(box + "field.cells = 64.5\n", {"field.cells = 64.5", "wrong unit or type", "an integer"});
   check_refused(box + "seed = \"lucky\"\n", {"seed = \"lucky\"", "wrong unit or type", "an integer"});

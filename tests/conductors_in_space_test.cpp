@@ -356,6 +356,23 @@ TEST_CASE("a series circuit of spheres in an insulated cube: its level and its c
   CHECK(std::abs(gained + now.flows.dissipated() - now.flows.supplied()) < 1e-4 * now.flows.supplied());
 }
 
+TEST_CASE(
+    "a resistor between two spheres in an insulated cube, which nothing supplies: its heat is the field's energy") {
+  Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}}, 1e-6);
+  scene.conductors[0].charge = 1e-11, scene.conductors[1].charge = -1e-11;
+  for (Conductor& conductor : scene.conductors) conductor.held = true;
+  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e10});
+  Simulation simulation(scene);
+  const ConductorFrame first = simulation.now();
+  CHECK(first.potential[0] == near(-first.potential[1], 1e-9));  // their mean is 0
+  CHECK(first.potential[0] > 0);
+  simulation.advance_to(0.1);  // R C is some 2e-3 s
+  const ConductorFrame frame = simulation.now();
+  CHECK(std::abs(frame.potential[0]) < 1e-6 * first.potential[0]);
+  CHECK(frame.energy_balance->flows.contacts == near(first.energy, 1e-3));
+}
+
 TEST_CASE("a circuit of spheres is restored bit for bit") {
   const Scene scene = series_circuit();
   Simulation whole(scene);

@@ -71,6 +71,7 @@ void set_level(Electrostatics& field, const NodeCharges& charges) {
     missing -= resistor.conductance * (potential - resistor.potential);
     conductance += resistor.conductance;
   }
+  if (conductance == 0) return;
   for (std::vector<double>* potentials : {&field.potential, &field.terminal_potential})
     for (double& potential : *potentials) potential += missing / conductance;
 }

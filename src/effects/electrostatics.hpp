@@ -54,7 +54,7 @@ void neutralize(std::vector<laplace::Group>& groups);
 
 /// The level of the potentials in an insulated box at an instant, when nothing but resistors leads to a supply and they
 /// carry nothing, so that the field leaves it open: their currents are to carry off what is fed, since the box cannot
-/// take up any net charge (Kirchhoff's current law). All terminals must be nodes.
+/// take up any net charge (Kirchhoff's current law). Without any supply it stays as it is. All terminals must be nodes.
 void set_level(Electrostatics& field, const NodeCharges& charges);
 
 }  // namespace lichtenberg::effects

@@ -593,6 +593,7 @@ TEST_CASE("what is no problem is refused") {
   problem = mixed_box();
   problem.box.sides[1] = Boundary::wall;
   CHECK_THROWS_AS(problem.check(), InputError);
+  CHECK_THROWS_AS(SphereSolver({.degree = 201}), InputError);
   problem = mixed_box();
   problem.groups.push_back({.charge = 1});
   CHECK_THROWS_WITH_AS(problem.check(), "group 3 has no sphere, and is coupled to none that has", InputError);

@@ -182,11 +182,9 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
   }
 }
 
-/// Spheres may overlap by so much of the smaller radius, and reach so far into a side.
-constexpr double deepest_contact = 0.01;
-
 /// What the field of spheres cannot solve, which contact forces should not let happen; empty: nothing.
 std::string too_deep(const Scene& scene, const Bodies& bodies) {
+  using laplace::deepest_contact;
   const auto sentence = [&](const std::string& who, double depth, const std::string& effect, bool there) {
     return fmt::format(
         "{} by {:.3g} m, more than a hundredth of the radius, which the field of spheres cannot solve: {}", who, depth,

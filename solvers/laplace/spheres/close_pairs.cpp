@@ -46,13 +46,12 @@ constexpr double largest_tail = 30000;
 /// Up to where a pair's tail goes on. Throws Failure for a gap that takes too long.
 int tail_degree(const NearPair& gap, double width, double degree) {
   if (degree <= largest_tail) return static_cast<int>(degree);
-  const std::string who = gap.source == gap.target
-                              ? fmt::format("sphere {} and its image in a side are", gap.target)
-                              : fmt::format("spheres {} and {} are", gap.target, gap.source);
-  throw Failure(
-      fmt::format("{} {:.2g} m apart at different potentials, and their field takes harmonics up to degree {:.2g} where "
-                  "{:g} can be done: join them sooner, keep them apart or ask for less accuracy",
-                  who, width, degree, largest_tail));
+  const std::string who = gap.source == gap.target ? fmt::format("sphere {} and its image in a side are", gap.target)
+                                                   : fmt::format("spheres {} and {} are", gap.target, gap.source);
+  throw Failure(fmt::format(
+      "{} {:.2g} m apart at different potentials, and their field takes harmonics up to degree {:.2g} where "
+      "{:g} can be done: join them sooner, keep them apart or ask for less accuracy",
+      who, width, degree, largest_tail));
 }
 
 /// What multipoles of a source up to its degree make on a target, both axial about the way to each other: all signs are

@@ -4,10 +4,11 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Bispherical coordinate of sphere `radius` beside another one: harmonics fall off like exp(-alpha l). `gap` between
-/// the surfaces.
-double cosh_less_one(double radius, double other, double gap);  ///< of it, less one
+/// Bispherical coordinate alpha of sphere `radius` beside another one: harmonics fall off like exp(-alpha l). `gap`
+/// (m) between the surfaces.
 double bispherical_coordinate(double radius, double other, double gap);
+/// cosh(alpha) - 1 of the same.
+double cosh_less_one(double radius, double other, double gap);
 
 /// Two spheres alone with equal and opposite charges and a potential difference of 1: the axial multipoles of the one
 /// of `radius` (m = 0 about the way to the other), l = 0, 1, ... up to the degree, and its potential. By image charges:

@@ -30,7 +30,7 @@ constexpr int targets_a_chunk = 32;
 class DegreesByDistance {
  public:
   explicit DegreesByDistance(double accuracy) {
-    for (int l = 1; l <= most; ++l) largest_ratio_[l - 1] = std::pow(accuracy, 1.0 / l);
+    for (int l = 1; l <= largest_degree; ++l) largest_ratio_[l - 1] = std::pow(accuracy, 1.0 / l);
   }
   int at(double reach, double distance) const {
     if (reach >= distance) return 1 << 20;
@@ -39,8 +39,7 @@ class DegreesByDistance {
   }
 
  private:
-  static constexpr int most = 200;
-  std::array<double, most> largest_ratio_{};
+  std::array<double, largest_degree> largest_ratio_{};
 };
 
 /// In what order pairs are taken: by chunk of targets, then by degrees, as numbers that can be sorted.

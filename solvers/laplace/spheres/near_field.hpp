@@ -8,6 +8,9 @@
 
 namespace lichtenberg::laplace::spheres {
 
+/// Of harmonics: a sphere has 40401 of them then, and equal ones at contact take 85 for 1e-10.
+inline constexpr int largest_degree = 200;
+
 /// What has harmonics about its centre: a sphere with its degree, or a point at which a field is wanted (degree 1, and
 /// any length as its radius).
 struct Site {

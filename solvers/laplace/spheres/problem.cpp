@@ -10,9 +10,6 @@
 namespace lichtenberg::laplace {
 namespace {
 
-/// Overlaps of up to so much of the smaller radius are contacts.
-constexpr double deepest_contact = 0.01;
-
 /// Of each group whether it, or one that it is coupled to, has a sphere.
 std::vector<char> reached_by_field(const SphereProblem& problem) {
   const std::vector<int> set = coupled_sets(static_cast<int>(problem.groups.size()), problem.couplings);

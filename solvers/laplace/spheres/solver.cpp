@@ -39,6 +39,10 @@ SphereSolver::SphereSolver(SphereOptions options, parallel::Team& team)
     : implementation_(std::make_unique<Implementation>()) {
   if (!(options.accuracy >= 1e-12 && options.accuracy <= 0.1))
     throw InputError(fmt::format("accuracy = {}: the solver of spheres takes 1e-12 to 0.1", options.accuracy));
+  if (options.degree < 0 || options.degree > largest_degree)
+    throw InputError(
+        fmt::format("degree = {}: the solver of spheres takes 1 to {}, or 0 for what the accuracy asks for",
+                    options.degree, largest_degree));
   implementation_->options = options;
   implementation_->team = &team;
 }

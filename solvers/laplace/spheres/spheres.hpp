@@ -24,6 +24,9 @@ struct Sphere {
   bool is_conductor() const { return relative_permittivity == std::numeric_limits<double>::infinity(); }
 };
 
+/// Spheres may overlap by so much of the smaller radius, and reach so far into a side that insulates: contacts do.
+inline constexpr double deepest_contact = 0.01;
+
 /// Laplace's equation div(eps grad V) = 0 outside conducting and in dielectric spheres, in the box [0, lengths] or in
 /// free space, where V tends to 0. Unlike in `LaplaceProblem` nothing is per metre of depth: `Group::charge` is in C,
 /// energies are in J.
@@ -86,17 +89,18 @@ struct PointField {
 
 struct SphereOptions {
   double accuracy = 1e-3;  ///< error of potentials, charges and forces, relative to the largest; 1e-12 to 0.1
-  int degree = 0;  ///< of the harmonics on all spheres; 0: what the accuracy takes. Gaps are not treated apart then
+  int degree =
+      0;  ///< of the harmonics on all spheres, up to 200; 0: what the accuracy takes. Gaps are not treated apart then
 };
 
-/// Conducting spheres by real solid harmonics on each (README.md). Degrees follow from the accuracy and the neighbours
-/// of each sphere. Different potentials of electrodes that meet at an edge are refused. What speeds up the next solve
-/// of a similar scene is kept: of the last solutions a mixture is the first
-/// guess, so that the scene may move, be charged and regroup.
+/// Conducting and dielectric spheres by real solid harmonics on each (README.md). Degrees follow from the accuracy and
+/// the neighbours of each sphere. Different potentials of electrodes that meet at an edge are refused. What speeds up
+/// the next solve of a similar scene is kept: a mixture of the last solutions is the first guess, and what
+/// preconditions serves until a sphere has moved by its radius, so that the scene may move, be charged and regroup.
 class SphereSolver {
  public:
-  /// Throws InputError for an accuracy out of range. `team` must outlive the solver; results are the same bits for any
-  /// number of threads.
+  /// Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver; results are the same
+  /// bits for any number of threads.
   explicit SphereSolver(SphereOptions options = {}, parallel::Team& team = parallel::Team::single());
   /// Has a team of its own.
   SphereSolver(SphereOptions options, std::unique_ptr<parallel::Team> team);

@@ -10,12 +10,6 @@
 #include "solvers/laplace/spheres/results.hpp"
 
 namespace lichtenberg::laplace::spheres {
-namespace {
-
-constexpr int largest_degree = 200;
-
-}  // namespace
-
 WallPotential::WallPotential(const SphereProblem& problem) {
   if (problem.free_space) {
     slope = -problem.uniform_field;

@@ -385,6 +385,24 @@ TEST_CASE("a circuit of spheres is restored bit for bit") {
   CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
 }
 
+TEST_CASE("many spheres are restored bit for bit: what preconditions was made where they were before") {
+  Scene scene = cube_of({}, 1e-2);
+  for (int i = 0; i < 49; ++i)  // more than are summed pair by pair
+    scene.conductors.push_back(
+        {.position = Vec3{0.012, 0.012, 0.03} + radius * Vec3{3.4 * (i % 7), 3.4 * (i / 7), 0.1 * (i % 3)},
+         .radius = radius,
+         .charge = 1e-10});
+  scene.domain.sides[4].electrode = true;
+  Simulation whole(scene);
+  whole.advance_to(0.01);
+  const Checkpoint middle = whole.checkpoint();
+  whole.advance_to(0.02);
+  Simulation resumed(scene);
+  resumed.restore(middle);
+  resumed.advance_to(0.02);
+  CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
+}
+
 TEST_CASE("free space is a domain: no sides, and V = Q / 4 pi eps R of a lone sphere") {
   const std::string open =
       "domain = { size = [0.02, 0.02, 0.005], open = true }\nmedium = { relative_permittivity = 4.7 }\n";

@@ -39,7 +39,7 @@ struct GranularMotion::Implementation {
         theory(HomogeneousGas::of(here)),
         device(std::move(on)) {
     check_shortest(scene);
-    integrator->longest_step(here);  // refuses one that is too long before anything is written
+    if (std::isfinite(scene.mechanics.step)) integrator->longest_step(here);  // refuses one before anything is written
     load();
     energy_at_start = here.energy(potential()).total();
   }

@@ -213,8 +213,8 @@ TEST_CASE("explain and run say what becomes of accuracy: double precision, and p
   const std::string poor = "cutoff = 1.1\nalpha = 0.3\nmesh = 8\norder = 4";
   said("explain", poor, "with the cutoff, mesh and order given by hand: 0.1 is the most");
   said("run", poor, "lichtenberg: effects.coulomb: forces are off by ");
-  // The error of a mesh follows from its spacing: 1024^3 points are no work for that.
-  said("explain", "cutoff = 2\nmesh = 1024\norder = 4", "1024 x 1024 x 1024 points");
+  // The error of a mesh follows from its spacing. More points than these would take gigabytes.
+  said("explain", "cutoff = 2\nmesh = 256\norder = 4", "256 x 256 x 256 points");
 }
 
 TEST_CASE("numbers that there are not are not printed: one grain, grains at rest, contacts that lose nothing") {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "src/commands/device.hpp"
 #include "src/commands/gas_parameters.hpp"
-#include "src/effects/effects.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
@@ -112,7 +112,9 @@ struct Steps {
 
 /// That the fastest grain flies in a step whose length the accuracy of forces decides.
 double way_of(const Scene& scene) {
-  return granular::way_for(number_in(scene, &EffectKind::force_accuracy).value(), scene.conductors.size());
+  const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  return granular::way_for(number_in(scene, &EffectKind::force_accuracy).value(), scene.conductors.size(),
+                           2 * smallest);
 }
 
 Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
@@ -142,24 +144,28 @@ std::string why_so_long(const granular::Gas& gas, double step) {
   if (step == granular::longest_hold(gas))
     return "longer would drive the swinging of grains that charges hold together";
   if (!std::isinf(scene.mechanics.step)) return "the fastest grain flies 0.2 d0";
+  if (step * gas.fastest() > 1.001 * way_of(scene)) return "forces come with each step of contacts";
   const double accuracy = number_in(scene, &EffectKind::force_accuracy).value();
   return fmt::format("the fastest grain flies {:.2g} d0, which costs what forces to {:g} do", way_of(scene), accuracy);
 }
 
 /// As a run begins. Throws InputError for a step that a run refuses.
-void explain_integrator(const Scene& scene) {
-  granular::Gas gas(scene);
+void explain_integrator(granular::Gas& gas) {
+  const Scene& scene = gas.scene();
   const double asked = scene.mechanics.step;
+  const double contact = shortest_contact(gas.law(), gas.fastest_impact()) / scene.mechanics.contact_steps;
   // Without the forces of the first instant, which nothing else here needs.
-  const double step = std::isinf(asked)
-                          ? std::min(granular::longest_hold(gas), granular::time_for(way_of(scene), gas.fastest(), 0))
-                          : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);
+  const auto by_accuracy = [&] {
+    const double flight = granular::time_for(way_of(scene), gas.fastest(), 0);
+    return std::min(granular::longest_hold(gas), std::max(flight, contact));
+  };
+  const double step =
+      std::isinf(asked) ? by_accuracy() : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);
   fmt::print(
       "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
       std::isinf(asked) ? std::string("as the accuracy of forces asks for") : fmt::format("of at most {:g} t0", asked));
   if (scene.mechanics.integrator != Integrator::multirate || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // nothing moves
-  const double contact = shortest_contact(gas.law(), gas.fastest_impact()) / scene.mechanics.contact_steps;
   fmt::print("  held forces          for {:.0f} steps of contacts at the start, {:.2g} t0: {}\n",
              std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
 }
@@ -187,7 +193,8 @@ void explain_cost(const Scene& scene, const Steps& steps) {
 }  // namespace
 
 void explain_grains(const Scene& scene) {
-  const GrainContactLaw law = granular::contact_law(scene, effects::make_model(scene));
+  granular::Gas gas(scene);
+  const GrainContactLaw law = granular::contact_law(scene, std::as_const(gas).model());
   const Foreseen foreseen = foresee(scene, law);
   const double initial = initial_temperature(scene);
   const auto [length, mass, velocity, charge] = *scene.reference;
@@ -197,7 +204,7 @@ void explain_grains(const Scene& scene) {
   fmt::print("  filling              {:.4f} of the box\n", filling(scene));
   explain_sums(scene);
   explain_stages(scene);
-  explain_integrator(scene);
+  explain_integrator(gas);
   if (is_for_cuda(scene)) {
     granular::device::check_scene(scene);
     fmt::print("  device               cuda: some {:.0f} MiB of its memory\n",

@@ -42,7 +42,9 @@ class Multirate final : public GasIntegrator {
   static double by_accuracy(Gas& gas, double speed) {
     const double accuracy = number_in(gas.scene(), &EffectKind::force_accuracy).value();
     const double acceleration = largest_over_mass(gas.bodies(), gas.smooth_forces());
-    const double step = time_for(way_for(accuracy, gas.bodies().mass.size()), speed, acceleration);
+    const std::vector<double>& radius = gas.bodies().radius;
+    const double way = way_for(accuracy, radius.size(), 2 * *std::ranges::min_element(radius));
+    const double step = time_for(way, speed, acceleration);
     // Shorter than a step of contacts gains nothing.
     const double impact = gas.fastest_impact() + 2 * acceleration * step;
     return std::max(step, shortest_contact(gas.law(), impact) / gas.scene().mechanics.contact_steps);

@@ -8,7 +8,7 @@
 
 namespace lichtenberg::granular {
 
-/// The way, in diameters, that no grain flies while forces are held: they change over a diameter.
+/// The way, in diameters, farther than which no grain flies while forces are held: they change over a diameter.
 constexpr double longest_way = 0.2;
 
 /// Speed of the fastest of so many Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2) holds one of
@@ -20,11 +20,11 @@ inline double fastest_of(std::size_t grains) {
   return u;
 }
 
-/// The way, in diameters, that the fastest grain may fly while forces of charges are held, such that it costs what an
-/// error `accuracy` of these forces (rms over rms) does: sqrt(T/m) h = sqrt(accuracy) diameters (README, how long
-/// forces are held).
-inline double way_for(double accuracy, std::size_t grains) {
-  return std::min(longest_way, std::sqrt(accuracy) * fastest_of(grains));
+/// The way that the fastest of so many grains may fly while forces of charges are held, such that it costs what an
+/// error `accuracy` of these forces (rms over rms) does: sqrt(T/m) h = sqrt(accuracy) diameters, of the smallest
+/// (README, how long forces are held).
+inline double way_for(double accuracy, std::size_t grains, double diameter) {
+  return diameter * std::min(longest_way, std::sqrt(accuracy) * fastest_of(grains));
 }
 
 /// The time in which speed and acceleration lead no farther than `way`; infinite if there are none.

@@ -57,12 +57,16 @@ void check_scene(const Scene& scene) {
 
 namespace {
 
+double smallest_diameter(const Scene& scene) {
+  return 2 * std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+}
+
 periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions& options) {
   const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
   return periodic::choose_quick_mesh({.accuracy = options.accuracy,
                                       .charges = static_cast<int>(scene.conductors.size()),
                                       .lengths = scene.domain.box().lengths,
-                                      .contact = 2 * std::ranges::min(scene.conductors, {}, &Conductor::radius).radius,
+                                      .contact = smallest_diameter(scene),
                                       .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
                                       .only_double = true});  // for how it counts work
 }
@@ -103,7 +107,7 @@ GasOptions gas_options(const Scene& scene) {
     options.tables =
         periodic::device::make_tables(choice.mesh, periodic::prolate_cloud(choice.band_limit, choice.cutoff));
     options.strength = coulomb->strength;
-    options.way = way_for(coulomb->accuracy, scene.conductors.size());
+    options.way = way_for(coulomb->accuracy, scene.conductors.size(), smallest_diameter(scene));
     options.charged = true;
   }
   if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>())

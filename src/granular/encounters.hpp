@@ -50,10 +50,10 @@ class Encounters {
   /// Contacts have accelerated a grain by so much.
   void push(double acceleration) { hardest_push_ = std::max(hardest_push_, acceleration); }
   double hardest_push() const { return hardest_push_; }  ///< since the search
-  /// Whether all pairs that may touch within `time` from now are waited for, if the fastest of late is so fast.
+  /// Whether all pairs that may touch within `time` from now are waited for; `fastest`: what is the largest speed now.
   bool cover(double time, double fastest) const {
     constexpr double margin = 1.2;  // by which pushes may grow within a step
-    return now_ + time <= horizon_ && fastest <= bounds_.fastest && jolts_ <= bounds_.jolt &&
+    return now_ + time <= horizon_ && fastest <= bounds_.speed() && jolts_ <= bounds_.jolt &&
            2 * margin * hardest_push_ <= bounds_.acceleration;
   }
   /// Looks for all pairs that may touch within `horizon`, without those that are open, for steps of length `step`.

@@ -382,6 +382,8 @@ void Coulomb::save(Checkpoint& checkpoint) const {
     checkpoint.reals[fmt::format("dipole_{}", step++)] = earlier;
 }
 
+bool Coulomb::saves_exactly() const { return !implementation_->spheres; }
+
 void Coulomb::restore(const Checkpoint& checkpoint) {
   Implementation& self = *implementation_;
   const std::vector<std::int64_t>& counters = integers(checkpoint, "counters");

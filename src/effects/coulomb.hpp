@@ -52,6 +52,7 @@ class Coulomb : public Effect {
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void save(Checkpoint& checkpoint) const override;
+  bool saves_exactly() const override;
   void restore(const Checkpoint& checkpoint) override;
   std::map<std::string, double> seconds() const override;
   std::vector<std::string> warnings() const override;

@@ -170,17 +170,26 @@ double GranularMotion::next_frame() const {
 void GranularMotion::advance_to(double time, const std::function<bool()>& pause) {
   Implementation& self = *implementation_;
   const Stopwatch stopwatch(self.seconds);
+  const auto is_to_stop = [&] {
+    if (!pause || !pause()) return false;
+    if (!exact_anywhere()) throw Paused();
+    return true;
+  };
   while (self.time() < time) {
     const double due = self.next_note();
     const bool noted = due < time - 1e-9 * self.here.scene().output.every;
     const double end = noted ? due : time;
     while (self.time() < end) {
       self.step(end);
-      if (self.time() < end && pause && pause()) return;
+      if (self.time() < end && is_to_stop()) return;
     }
     self.note();  // before any pause: a run that is resumed here goes on to the next one
-    if (pause && pause()) return;
+    if (is_to_stop()) return;
   }
+}
+
+bool GranularMotion::exact_anywhere() const {
+  return std::ranges::all_of(implementation_->here.model().effects, [](const auto& e) { return e->saves_exactly(); });
 }
 
 Frame GranularMotion::frame() {

@@ -24,7 +24,7 @@ class GranularMotion : public Motion {
   double end_time() const override;
   void advance_to(double time, const std::function<bool()>& pause) override;
   bool finished() override;
-  bool exact_anywhere() const override { return true; }
+  bool exact_anywhere() const override;
 
   Frame frame() override;
   std::string progress() override;

@@ -119,6 +119,8 @@ class Effect {
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
   /// Puts its state into a checkpoint of its own, and takes it from there. Throws Failure for what is no state of it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
+  /// Whether save changes nothing of what follows, whenever it is called.
+  virtual bool saves_exactly() const { return true; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
   /// Wall time (s) that its forces have taken since the start, by part, if it tells parts apart.
   virtual std::map<std::string, double> seconds() const { return {}; }

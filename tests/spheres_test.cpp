@@ -500,6 +500,28 @@ TEST_CASE("a coupling without end is a wire, and none is none: both ends of the 
   for (int i = 0; i < 4; ++i) CHECK(std::abs(coupled.sphere_charge[i] - merged.sphere_charge[i]) < 1e-7);
 }
 
+TEST_CASE("a coupling to a supply is a wire however large it is") {
+  SphereProblem problem{.free_space = true, .permittivity = 4.2e-11};
+  problem.groups = {{.charge = 2e-10}, {.charge = 0}, {.floating = false, .potential = 100}};
+  problem.spheres = {{{0.003, 0.005, 0.005}, 7.75e-4, 0}, {{0.005, 0.008, 0.005}, 5e-4, 1}};
+  for (const double capacitance : {1e5, 1e27, 1e200, 1e300}) {
+    problem.couplings = {{1, 2, capacitance}};
+    CHECK(SphereSolver({.accuracy = 1e-9}).solve(problem).group_potential[1] == doctest::Approx(100).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("a neutral sphere in a box of one potential has that potential and no charge anywhere") {
+  SphereProblem problem{.permittivity = 1};
+  problem.box.lengths = {0.01, 0.01, 0.01};
+  problem.box.sides[4] = Boundary::electrode;
+  problem.side_potential.fill(50);
+  problem.groups = {{.charge = 0}};
+  problem.spheres = {{{0.004, 0.005, 0.006}, 1e-3, 0}};
+  const SphereSolution solution = SphereSolver({.accuracy = 1e-6}).solve(problem);
+  CHECK(std::abs(solution.group_potential[0] - 50) < 1e-12);
+  CHECK(std::abs(solution.side_charge[4]) < 1e-12);
+}
+
 TEST_CASE("a moving circuit starts from what its couplings carried") {
   SphereSolver solver({.accuracy = 1e-8});
   SphereProblem problem = coupled_spheres(true, 0.01);  // a hundredth of what charges a sphere

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace lichtenberg::laplace::spheres {
@@ -26,25 +27,31 @@ GivenCharges::GivenCharges(const SphereProblem& problem, const std::vector<int>&
   }
   std::vector<double> ground(charge_.size());
   std::vector<NetworkLink> network;
+  // The ends of a coupling r times the spheres' capacitance differ by 1 / r of the potentials, and what it has of its
+  // supply is known to sqrt(r) roundings: where both are the same it is a wire, and a larger one no better.
+  double wire = 0;
+  for (const Sphere& sphere : problem.spheres)
+    wire += sphere.radius * std::pow(std::numeric_limits<double>::epsilon(), -2.0 / 3);
   for (const Sphere& sphere : problem.spheres) {
     node_of_sphere_.push_back(node_of_group_[sphere.group]);
     root_.push_back(std::sqrt(sphere.radius));
     if (node_of_sphere_.back() >= 0) ground[node_of_sphere_.back()] += sphere.radius;
   }
   for (std::size_t k = 0; k < problem.couplings.size(); ++k) {
-    const auto& [a, b, capacitance] = problem.couplings[k];
+    const auto& [a, b, given] = problem.couplings[k];
+    const double capacitance = std::min(given / scale_, wire);
     const Group &from = problem.groups[a], &to = problem.groups[b];
     if (capacitance == 0 || (!from.floating && !to.floating)) continue;
     const Link link{.a = node_of_group_[a],
                     .b = node_of_group_[b],
                     .coupling = static_cast<int>(k),
-                    .root = std::sqrt(capacitance / scale_),
+                    .root = std::sqrt(capacitance),
                     .supply = (to.floating ? 0 : to.potential) - (from.floating ? 0 : from.potential)};
     links_.push_back(link);
     if (link.a >= 0 && link.b >= 0)
-      network.push_back({link.a, link.b, capacitance / scale_});
+      network.push_back({link.a, link.b, capacitance});
     else
-      ground[std::max(link.a, link.b)] += capacitance / scale_;
+      ground[std::max(link.a, link.b)] += capacitance;
   }
   factors_ = NetworkFactors(std::move(ground), network);
 }

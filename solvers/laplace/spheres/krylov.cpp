@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <petscksp.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -44,6 +46,14 @@ double length(const std::vector<double>& x) {
   return std::sqrt(sum);
 }
 
+/// Of the right hand side, from which a potential that the sides give to all of a floating group is taken off: some
+/// roundings of it stay. Of a neutral sphere in a box of one potential nothing else does.
+double rounding(const System& system) {
+  double sum = 0;
+  for (const Site& site : system.sites()) sum += site.radius * std::pow(system.wall().at(site.centre), 2);
+  return 4 * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
+}
+
 /// Its length.
 double residual_of(const System& system, const std::vector<double>& x, const std::vector<double>& given,
                    std::vector<double>& residual) {
@@ -81,7 +91,8 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
     x = cold;
     first = residual_of(system, x, given, residual);
   }
-  if (first <= tolerance * scale) return {0, scale > 0 ? first / scale : 0};
+  const double goal = std::max(tolerance * scale, rounding(system));
+  if (first <= goal) return {0, scale > 0 ? first / scale : 0};
 
   Objects petsc;
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, residual.data(), &petsc.b));
@@ -98,7 +109,7 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
   check_petsc(PCShellSetApply(pc, precondition));
   check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
   check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
-  check_petsc(KSPSetTolerances(petsc.ksp, 0, tolerance * scale, PETSC_DEFAULT, 2000));
+  check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
   check_petsc(KSPSetFromOptions(petsc.ksp));
   check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
   PetscInt iterations = 0;

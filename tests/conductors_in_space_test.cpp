@@ -373,6 +373,23 @@ TEST_CASE(
   CHECK(frame.energy_balance->flows.contacts == near(first.energy, 1e-3));
 }
 
+TEST_CASE("spheres pressed together behind a contact's resistance share their charge as one conductor") {
+  Scene scene =
+      cube_of({{0.028, 0.03, 0.03}, {0.028 + 2 * radius - 1e-8, 0.03, 0.03}, {radius - 1e-8, 0.03, 0.03}}, 1e-3);
+  scene.domain.sides[0].electrode = true;
+  scene.domain.sides[0].potential = 100;
+  for (Conductor& conductor : scene.conductors) conductor.held = true;
+  scene.conductors[0].charge = 2e-11;
+  scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
+  Scene merged = scene;
+  scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e3});
+  Simulation resistive(scene), ideal(merged);
+  resistive.advance_to(0.1), ideal.advance_to(0.1);
+  const ConductorFrame got = resistive.now(), expected = ideal.now();
+  for (int i = 0; i < 3; ++i) CHECK(got.potential[i] == near(expected.potential[i], 2e-3));  // twice the accuracy
+  for (int i = 0; i < 2; ++i) CHECK(got.charge[i] == near(expected.charge[i], 2e-3));
+}
+
 TEST_CASE("a circuit of spheres is restored bit for bit") {
   const Scene scene = series_circuit();
   Simulation whole(scene);

@@ -21,15 +21,54 @@ int group_at(double potential, std::vector<laplace::Group>& groups) {
   return static_cast<int>(groups.size()) - 1;
 }
 
-/// Off the electrode sides that have its potential.
-Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential, const Domain& domain) {
+/// Off the electrode sides that have its potential, or to which a contact's resistor joins it.
+Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential, bool joined, const Domain& domain) {
   const double least = (1 + 1e-3) * radius;
-  const auto is_one = [&](const DomainSide& side) { return side.electrode && potential == side.potential; };
+  const auto is_one = [&](const DomainSide& side) { return side.electrode && (joined || potential == side.potential); };
   for (int k = 0; k < 3; ++k) {
     if (is_one(domain.sides[2 * k])) centre[k] = std::max(centre[k], least);
     if (is_one(domain.sides[2 * k + 1])) centre[k] = std::min(centre[k], domain.size[k] - least);
   }
   return centre;
+}
+
+/// Of each conductor whether a contact's resistor joins it to a side of the domain.
+std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges) {
+  std::vector<char> joined(scene.conductors.size());
+  for (const Resistor& resistor : charges.resistors)
+    if (!resistor.series && resistor.b < 0 && resistor.supply >= static_cast<int>(scene.electrodes.size()))
+      joined[resistor.a] = 1;
+  return joined;
+}
+
+/// The sphere at the other end of a contact's resistor; -1: a side.
+int sphere_beyond(const Scene& scene, const Resistor& resistor) {
+  const int conductors = static_cast<int>(scene.conductors.size());
+  const int electrodes = static_cast<int>(scene.electrodes.size());
+  if (resistor.b < 0) return resistor.supply < electrodes ? conductors + resistor.supply : -1;
+  int sphere = resistor.b, node = conductors;
+  for (int e = 0; e < electrodes && resistor.b >= conductors; ++e)
+    if (scene.electrodes[e].series_resistance > 0 && node++ == resistor.b) sphere = conductors + e;
+  return sphere;
+}
+
+/// Spheres that a contact's resistor joins have two groups and may touch, with potentials as near to each other as the
+/// field is known (Electrics::pressed_apart_in_potential ends a run otherwise). They are shown to the solver a share
+/// `accuracy` of the smaller radius apart, each smaller by half of that: what is charged there is wrong by as much, and
+/// so is the force, of which a difference dV has some pi eps dV^2 / accuracy in such a gap. Not below 1e-5, to which
+/// gaps keep their digits.
+void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resistors, double accuracy,
+                         std::vector<laplace::Sphere>& spheres) {
+  std::vector<double> shrink(spheres.size());
+  for (const Resistor& resistor : resistors) {
+    const int other = resistor.series ? -1 : sphere_beyond(scene, resistor);
+    if (other < 0 || spheres[resistor.a].group == spheres[other].group) continue;
+    const laplace::Sphere &a = spheres[resistor.a], &b = spheres[other];
+    const double least = std::max(accuracy, 1e-5) * std::min(a.radius, b.radius);
+    const double gap = norm(a.centre - b.centre) - a.radius - b.radius;
+    for (const int one : {resistor.a, other}) shrink[one] = std::max(shrink[one], 0.5 * (least - gap));
+  }
+  for (std::size_t i = 0; i < spheres.size(); ++i) spheres[i].radius -= shrink[i];
 }
 
 }  // namespace
@@ -42,15 +81,17 @@ laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bod
     problem.side_potential[s] = scene.domain.sides[s].potential;
   NodeGroups nodes = groups_of_nodes(groups, charges, 1);
   problem.groups = std::move(nodes.groups);
+  const std::vector<char> at_side = joined_to_sides(scene, charges);
   for (int i = 0; i < bodies.size(); ++i)
-    problem.spheres.push_back(
-        {clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i], scene.domain),
-         bodies.radius[i], nodes.of_node[i]});
+    problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i],
+                                              at_side[i] != 0, scene.domain),
+                               bodies.radius[i], nodes.of_node[i]});
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes)
     problem.spheres.push_back(
         {electrode.centre(), std::get<Disk>(electrode.shape).radius,
          electrode.series_resistance > 0 ? nodes.of_node[node++] : group_at(electrode.potential, problem.groups)});
+  keep_contacts_apart(scene, charges.resistors, scene.field().moving_tolerance, problem.spheres);
   add_couplings(groups, charges, nodes.of_node, 1, problem.groups, problem.couplings);
   return problem;
 }

@@ -221,6 +221,8 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
        "stage.temperature = 2 cannot be had: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
       {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
+      {box + few + contact + coulomb + "[effects.induced_dipoles]\ndegree = 4\ntolerance = 1e-14\n",
+       "effects.induced_dipoles.tolerance = 1e-14 is not allowed with a degree above 1: it must be at least 1e-12"},
       {box + few + contact + "[effects.induced_dipoles]\n",
        "effects.induced_dipoles needs the table [effects.coulomb]"},
       {box + few + "[effects.charge_exchange]\n", "needs effects.viscoelastic_contact or effects.linear_contact"},

@@ -613,6 +613,14 @@ TEST_CASE("multipoles above dipoles: grains in contact attract each other as die
   CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
 }
 
+TEST_CASE("explain says of dielectric grains that multipoles take the place of the sum of charges") {
+  Scene scene = two_dielectric_grains(1.6, 6);
+  scene.effects.add(effects::CoulombOptions{});  // a mesh
+  const auto remarks = effects::CoulombOptions::kind().explain(scene);
+  REQUIRE(remarks.size() == 1);
+  CHECK(remarks[0].text.find("relative permittivity 5.5, multipoles to degree 6, to 1e-06") != std::string::npos);
+}
+
 TEST_CASE("a gas of dielectric grains goes on from a checkpoint with the same bits") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::ewald});

@@ -608,6 +608,10 @@ TEST_CASE("what is no problem is refused") {
   problem.spheres[0].centre = {0.5, 0.6, 0.4};
   CHECK_THROWS_WITH_AS(problem.check(), "spheres 0 and 1 touch, but belong to different groups", InputError);
   problem = {.free_space = true, .permittivity = 1};
+  problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 1.975}, 1, 0}};
+  problem.groups = {{.charge = 1}};
+  CHECK_THROWS_WITH_AS(problem.check(),
+                       "spheres 0 and 1 overlap by 2.5 % of the smaller radius: at most 1 % is allowed", InputError);
   problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 2 + 1e-10}, 1, 1}};
   problem.groups = {{.floating = false, .potential = 1}, {.floating = false}};
   CHECK_THROWS_WITH_AS(SphereSolver().solve(problem),

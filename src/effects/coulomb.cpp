@@ -125,6 +125,12 @@ std::string precision_in_words(const periodic::MeshChoice& choice, const periodi
 
 std::vector<Remark> explain(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
+  if (const auto* dipoles = scene.effects.find<InducedDipolesOptions>(); dipoles && dipoles->degree > 1)
+    return {{"charges",
+             fmt::format("forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree "
+                         "{}, to {:g}, in place of effects.coulomb.sum; a run takes longer than is said "
+                         "below, which counts pairs and a mesh",
+                         dipoles->relative_permittivity(smallest_radius(scene)), dipoles->degree, dipoles->tolerance)}};
   if (options.sum != CoulombSum::mesh) return {};
   const periodic::MeshChoice choice = naming_the_table(scene, [&] { return mesh_for(scene); });
   const bool by_hand = mesh_request(scene).by_hand.complete();

@@ -32,6 +32,12 @@ void check(const Draft& draft) {
     refuse(draft.scene.path, line,
            "effects.induced_dipoles.degree above 1 is not allowed with effects.induced_dipoles.sum, which is for "
            "dipoles: leave one of the two out");
+  // What laplace::SphereSolver takes.
+  if (!(options.tolerance >= 1e-12 && options.tolerance <= 0.1))
+    refuse(draft.scene.path, draft.line("effects.induced_dipoles.tolerance"),
+           fmt::format("effects.induced_dipoles.tolerance = {:g} is not allowed with a degree above 1: it must be at "
+                       "least 1e-12 and at most 0.1",
+                       options.tolerance));
 }
 
 void complete(const Draft& draft, Scene& scene) {

@@ -59,9 +59,10 @@ void check_pairs(const SphereProblem& problem) {
     const double overlap = a.radius + b.radius - norm(spheres.box.difference(a.centre, b.centre));
     if (a.group != b.group && a.is_conductor() && b.is_conductor())
       refuse(fmt::format("spheres {} and {} touch, but belong to different groups", pair.i, pair.j));
-    if (overlap > deepest_contact * std::min(a.radius, b.radius))
-      refuse(fmt::format("spheres {} and {} overlap by {:.3g} m: more than 1 % of the smaller radius", pair.i, pair.j,
-                         overlap));
+    const double smaller = std::min(a.radius, b.radius);
+    if (overlap > deepest_contact * smaller)
+      refuse(fmt::format("spheres {} and {} overlap by {:.3g} % of the smaller radius: at most 1 % is allowed", pair.i,
+                         pair.j, 100 * overlap / smaller));
   }
 }
 

@@ -530,13 +530,17 @@ TEST_CASE("forces of charges are held as long as costs what their own error does
 }
 
 TEST_CASE("charges at rest that fall towards each other are not held as if they never moved") {
-  Scene scene = viscoelastic(10);
-  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-6});
-  add_pair(scene, 0, 0.5, 1);
-  scene.mechanics.step = INFINITY;
-  Run run(scene);
-  const double way = 1e-3 * granular::fastest_of(2), force = std::abs(run.gas.smooth_forces()[0]);
-  CHECK(run.integrator->longest_step(run.gas) == doctest::Approx(std::sqrt(2 * way / force)).epsilon(1e-9));
+  for (const double radius : {0.5, 0.25}) {
+    Scene scene = viscoelastic(10);
+    scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-6});
+    add_pair(scene, 0, 0.5, 1);
+    for (Conductor& grain : scene.conductors) grain.radius = radius;
+    scene.mechanics.step = INFINITY;
+    Run run(scene);
+    const double way = 2 * radius * 1e-3 * granular::fastest_of(2);
+    const double acceleration = std::abs(run.gas.smooth_forces()[0]) / run.gas.bodies().mass[0];
+    CHECK(run.integrator->longest_step(run.gas) == doctest::Approx(std::sqrt(2 * way / acceleration)).epsilon(1e-9));
+  }
 }
 
 // Free grains: each component is drawn anew after each hold, of variance speed^2 tanh(S hold / 2). 3 N components at

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
-#include "src/effects/contact_resistance.hpp"
+#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
@@ -193,7 +193,7 @@ TEST_CASE("an effect that knows no periodic side refuses bodies in a periodic bo
   scene.domain.size = {1, 1};
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
   scene.conductors = {{.position = {0.5, 0.5}, .radius = 0.1}};
-  scene.effects.add(effects::ContactResistanceOptions{.resistance = 1});
+  scene.effects.add(effects::ContactPotentialOptions{});
   CHECK_THROWS_WITH_AS(effects::make_model(scene),
-                       doctest::Contains("effects.contact_resistance is not allowed with a periodic"), InputError);
+                       doctest::Contains("effects.contact_potential is not allowed with a periodic"), InputError);
 }

@@ -248,10 +248,13 @@ struct Plus {
   }
 };
 
+/// Whether a kernel is brought to the processors after those ahead of it, or before they are done (begin_kernel).
+enum class KernelStart { in_turn, early };
+
 /// Runs a device's algorithms on the current CUDA device, in the stream given: another library's, or the default one.
 class CudaExecutor {
  public:
-  explicit CudaExecutor(cudaStream_t stream = nullptr) : stream_(stream) {
+  explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
     check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
     check_cuda(cudaStreamCreateWithFlags(&beside_, cudaStreamNonBlocking));
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
@@ -260,7 +263,7 @@ class CudaExecutor {
     int device = 0, generation = 0;
     check_cuda(cudaGetDevice(&device));
     check_cuda(cudaDeviceGetAttribute(&generation, cudaDevAttrComputeCapabilityMajor, device));
-    starts_early_ = generation >= 9;
+    starts_early_ = start == KernelStart::early && generation >= 9;
     sums_ = allocate(sizeof(int) + sums_size);
     fill(sums_, 0, sizeof(int) + sums_size);
   }

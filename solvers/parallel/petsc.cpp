@@ -1,5 +1,7 @@
 #include "solvers/parallel/petsc.hpp"
 
+#include <dlfcn.h>
+
 #include <cctype>
 #include <cstdlib>
 
@@ -25,6 +27,13 @@ PetscErrorCode keep_message(MPI_Comm, int, const char*, const char*, PetscErrorC
                             const char* message, void*) {
   if (type == PETSC_ERROR_INITIAL) last_message() = message ? message : "";
   return code;
+}
+
+/// Threads of OpenBLAS, where that is the machine's BLAS, would change scalar products' bits with the number of cores,
+/// and wait for each other on vectors of some thousand unknowns for longer than these take.
+void keep_blas_to_one_thread() {
+  using Set = void (*)(int);
+  if (const auto set = reinterpret_cast<Set>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) set(1);
 }
 
 }  // namespace
@@ -57,6 +66,7 @@ void finish_petsc() {
 
 void start_petsc() {
   if (petsc_started()) return;
+  keep_blas_to_one_thread();
   std::vector<std::string> arguments = options();
   // Options come from the command line and from PETSC_OPTIONS, which results record, and not from files that lie about.
   arguments.insert(arguments.begin(), {"lichtenberg", "-skip_petscrc"});

@@ -12,7 +12,7 @@ struct PetscSide<parallel::CudaExecutor> {
     parallel::check_petsc(PetscDeviceInitialize(PETSC_DEVICE_CUDA));
     cudaStream_t stream = nullptr;
     parallel::check_petsc(PetscGetCurrentCUDAStream(&stream));
-    return std::make_unique<parallel::CudaExecutor>(stream);
+    return std::make_unique<parallel::CudaExecutor>(stream, parallel::KernelStart::early);
   }
 };
 

@@ -221,11 +221,11 @@ TEST_CASE("a resumed run says the same, whoever looked in between") {
 
 TEST_CASE("a run that pauses after any step has the notes of one that does not") {
   GranularMotion whole(scene()), paused(scene());
-  go_on(whole, 0.7);
+  go_on(whole, 1);
   int pauses = 0;
   const auto pause = [&] { return ++pauses > 0; };
   std::vector<double> times;
-  while (paused.time() < 0.7) {
+  while (paused.time() < 1) {
     paused.advance_to(paused.next_frame(), pause);
     for (const double time : reals_of(paused.take_history(), "time")) times.push_back(time);
     paused.restore(paused.checkpoint());

@@ -8,6 +8,7 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/current_source.hpp"
+#include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/gravity.hpp"
 #include "src/effects/hertz_contact.hpp"
@@ -271,6 +272,16 @@ TEST_CASE("a heavy sphere sinks as Stokes says") {
   // v = 2/9 (density - 960) g R^2 / viscosity after 65 relaxation times
   const double speed = 2.0 / 9 * (8050 - 960) * 9.81 * radius * radius / 0.7;
   CHECK(simulation.now().velocity[0].z == near(-speed, 1e-6));
+}
+
+TEST_CASE("what weight stores is the way up times weight less buoyancy") {
+  Scene low = cube_of({{0.03, 0.03, 0.02}, {0.04, 0.03, 0.02}}, 1e-3);
+  low.effects.add(effects::GravityOptions{.acceleration = 9.81, .fluid_density = 960});
+  Scene high = low;
+  high.conductors[1].position.z = 0.035;
+  const auto stored = [](const Scene& scene) { return effects::make_model_without_field(scene).stored_energy(0); };
+  const double weight = (8050 - 960) * 9.81 * 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
+  CHECK(stored(high) - stored(low) == near(weight * 0.015, 1e-12));
 }
 
 TEST_CASE("a sphere on the bottom of a dish lies there: weight and elastic contact balance") {

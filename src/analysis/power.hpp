@@ -16,7 +16,7 @@ struct Power {
   double drag = 0;     ///< dissipated by drag, sum_i 6 pi eta R_i v_i^2 of Stokes's
   double field = 0;    ///< what the field's forces do, sum_i F_i . v_i
   double kinetic = 0;  ///< J, energy of motion
-  double elastic = 0;  ///< J, stored by effects, in contacts of conductors with each other and with walls for example
+  double elastic = 0;  ///< J, stored by effects, in contacts with each other and with walls, by weight
 };
 
 /// `mass`: kg, [N].

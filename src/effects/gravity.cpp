@@ -6,6 +6,12 @@
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
+namespace {
+
+/// The place of a body's last component, along which it falls.
+int height_of(const Bodies& bodies, int i) { return (i + 1) * bodies.dimension - 1; }
+
+}  // namespace
 
 const EffectKind& GravityOptions::kind() {
   static const EffectKind kind = {
@@ -36,10 +42,16 @@ Gravity::Gravity(const Scene& scene) {
 
 void Gravity::add_forces(const State& state, std::span<double> force) const {
   const Bodies& bodies = state.bodies;
-  for (int i = 0; i < bodies.size(); ++i) {
-    const int down = (i + 1) * bodies.dimension - 1;  // the last component
-    force[down] -= pull_ * 4.0 / 3.0 * std::numbers::pi * std::pow(bodies.radius[i], 3);
-  }
+  for (int i = 0; i < bodies.size(); ++i) force[height_of(bodies, i)] -= pull(bodies.radius[i]);
 }
+
+double Gravity::stored_energy(const State& state) const {
+  const Bodies& bodies = state.bodies;
+  double energy = 0;
+  for (int i = 0; i < bodies.size(); ++i) energy += pull(bodies.radius[i]) * bodies.position[height_of(bodies, i)];
+  return energy;
+}
+
+double Gravity::pull(double radius) const { return pull_ * 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3); }
 
 }  // namespace lichtenberg::effects

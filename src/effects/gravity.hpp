@@ -18,9 +18,11 @@ class Gravity : public Effect {
 
   const EffectKind& kind() const override { return GravityOptions::kind(); }
   void add_forces(const State& state, std::span<double> force) const override;
+  double stored_energy(const State& state) const override;  ///< from z = 0 of three dimensions on, y = 0 of two
 
  private:
-  double pull_;  ///< N/m^3, of the volume
+  double pull(double radius) const;  ///< N
+  double pull_;                      ///< N/m^3, of the volume
 };
 
 }  // namespace lichtenberg::effects

@@ -63,7 +63,7 @@ class Cvode final : public GasIntegrator {
    private:
     /// Puts the gas where the variables have it.
     void put(std::span<const double> y, double time) {
-      Bodies& b = gas_.model().bodies;
+      Bodies& b = gas_.model_to_change().bodies;
       const std::size_t n = b.momentum.size();
       b.position = start_.position, b.image = start_.image;
       gas_.move(y.first(n), time);

@@ -31,8 +31,8 @@ class Gas {
 
   const Scene& scene() const { return scene_; }
   const Bodies& bodies() const { return model_.bodies; }
-  /// To change it.
-  Model& model() {
+  /// Pairs are searched for anew after that.
+  Model& model_to_change() {
     forget();
     return model_;
   }

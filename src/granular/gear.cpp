@@ -66,7 +66,7 @@ class Gear final : public GasIntegrator {
 
   void predict(Gas& gas, double end) {
     const double dt = end - gas.time();
-    Bodies& b = gas.model().bodies;
+    Bodies& b = gas.model_to_change().bodies;
     auto& [a, jerk, snap, crackle] = derivative_;
     std::vector<double> path;
     for (std::size_t k = 0; k < b.momentum.size(); ++k) {
@@ -82,7 +82,7 @@ class Gear final : public GasIntegrator {
   }
 
   void correct(Gas& gas, double dt, std::span<const double> smooth, std::span<const double> contacts) {
-    Bodies& b = gas.model().bodies;
+    Bodies& b = gas.model_to_change().bodies;
     std::vector<double> path;
     for (std::size_t k = 0; k < smooth.size(); ++k) {
       const double mass = b.mass[k / b.dimension];

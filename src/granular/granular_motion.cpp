@@ -218,7 +218,7 @@ Frame GranularMotion::frame() {
                                     {"driven_energy", energy.driven}})
     frame.add_system(name, "m0 v0^2", value);
   frame.add_system("collisions", "1", self.here.collisions);
-  self.here.model().add_columns(time(), frame);
+  self.here.model_to_change().add_columns(time(), frame);
   return frame;
 }
 

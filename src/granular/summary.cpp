@@ -153,7 +153,7 @@ Summary summarize(Gas& gas, const Note& now, double energy_at_start) {
   const double energy_error = now.energy.total() - energy_at_start;
   add_lines(gas, now, energy_error, summary);
   add_quantities(gas, now, energy_error, summary);
-  gas.model().summarize(now.time, summary);
+  gas.model_to_change().summarize(now.time, summary);
   return summary;
 }
 

@@ -45,7 +45,7 @@ class Verlet final : public GasIntegrator {
 
  private:
   static void push(Gas& gas, double dt, std::span<const double> force) {
-    std::vector<double>& momentum = gas.model().bodies.momentum;
+    std::vector<double>& momentum = gas.model_to_change().bodies.momentum;
     for (std::size_t k = 0; k < momentum.size(); ++k) momentum[k] += dt * force[k];
   }
 
@@ -62,7 +62,7 @@ class Verlet final : public GasIntegrator {
     const std::vector<double> momentum = gas.bodies().momentum;
     push(gas, half, load_.force);
     ContactLoad load = gas.contact_load(near);
-    gas.model().bodies.momentum = momentum;
+    gas.model_to_change().bodies.momentum = momentum;
     return load;
   }
 

@@ -147,12 +147,11 @@ double Split::move(double time, double target) {
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
 /// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
-/// the event, and the charges there, must be known. Seven tenths of a step have a third of its error: so far the
+/// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
 /// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
 /// old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time, FieldGrid grid) {
-  constexpr double unjudged = 0.7;
-  if (at_.electrics->has_resistors() || time - held().time >= unjudged * step_) return false;
+  if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
   std::vector<double> charge;
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge.push_back(held().charge_at(i, time));
   at_.electrics->share(time, charge);

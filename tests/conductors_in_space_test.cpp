@@ -18,6 +18,7 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/folder.hpp"
 #include "tests/message.hpp"
+#include "tests/restored.hpp"
 #include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
 
@@ -218,22 +219,7 @@ TEST_CASE("charge is balanced to the last digit while spheres are fed, touch and
   CHECK(most > 0);  // along z too
 }
 
-TEST_CASE("a run in space is restored bit for bit") {
-  const Scene scene = crowd_in_space();
-  Simulation whole(scene);
-  whole.advance_to(0.1);
-  const Checkpoint middle = whole.checkpoint();
-  whole.advance_to(0.2);
-  Simulation resumed(scene);
-  resumed.restore(middle);
-  resumed.advance_to(0.2);
-  const ConductorFrame a = whole.now(), b = resumed.now();
-  REQUIRE(a.position.size() == 7);
-  CHECK(a.position == b.position);
-  CHECK(a.velocity == b.velocity);
-  CHECK(a.charge == b.charge);
-  CHECK(a.potential == b.potential);
-}
+TEST_CASE("a run in space is restored bit for bit") { check_restored(crowd_in_space(), 0.1, 0.2); }
 
 TEST_CASE("through a periodic side spheres see each other, and come in where they leave") {
   Scene scene = cube_of({{0.0001, 0.03, 0.03}, {0.0562, 0.03, 0.03}}, 1e-3);
@@ -401,17 +387,7 @@ TEST_CASE("spheres pressed together behind a contact's resistance share their ch
   for (int i = 0; i < 2; ++i) CHECK(got.charge[i] == near(expected.charge[i], 2e-3));
 }
 
-TEST_CASE("a circuit of spheres is restored bit for bit") {
-  const Scene scene = series_circuit();
-  Simulation whole(scene);
-  whole.advance_to(0.005);
-  const Checkpoint middle = whole.checkpoint();
-  whole.advance_to(0.01);
-  Simulation resumed(scene);
-  resumed.restore(middle);
-  resumed.advance_to(0.01);
-  CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
-}
+TEST_CASE("a circuit of spheres is restored bit for bit") { check_restored(series_circuit(), 0.005, 0.01); }
 
 TEST_CASE("many spheres are restored bit for bit: what preconditions was made where they were before") {
   Scene scene = cube_of({}, 1e-2);
@@ -421,14 +397,7 @@ TEST_CASE("many spheres are restored bit for bit: what preconditions was made wh
          .radius = radius,
          .charge = 1e-10});
   scene.domain.sides[4].electrode = true;
-  Simulation whole(scene);
-  whole.advance_to(0.01);
-  const Checkpoint middle = whole.checkpoint();
-  whole.advance_to(0.02);
-  Simulation resumed(scene);
-  resumed.restore(middle);
-  resumed.advance_to(0.02);
-  CHECK(resumed.checkpoint().reals == whole.checkpoint().reals);
+  check_restored(scene, 0.01, 0.02);
 }
 
 TEST_CASE("free space is a domain: no sides, and V = Q / 4 pi eps R of a lone sphere") {

@@ -10,6 +10,7 @@
 #include "src/effects/stokes_drag.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/restored.hpp"
 #include "tests/spheres.hpp"
 
 using namespace lichtenberg;
@@ -332,14 +333,7 @@ TEST_CASE("a neutral simulation is restored bit for bit as well") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
   scene.conductors[0].velocity = {0.1, 0};
   scene.effects.add<effects::HertzContactOptions>();
-  Simulation whole(scene);
-  whole.advance_to(0.1);
-  const Checkpoint middle = whole.checkpoint();
-  whole.advance_to(0.3);
-  Simulation resumed(scene);
-  resumed.restore(middle);
-  resumed.advance_to(0.3);
-  CHECK(whole.checkpoint().reals == resumed.checkpoint().reals);
+  check_restored(scene, 0.1, 0.3);
 }
 
 TEST_CASE("a checkpoint of another scene or program is refused with a sentence") {

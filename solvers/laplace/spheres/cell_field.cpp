@@ -15,7 +15,7 @@ int odd_axes(int l, int m) {
 double trigonometric(bool odd, double phase) { return odd ? std::sin(phase) : std::cos(phase); }
 
 /// Terms fall off like (2 reach / distance)^(l + t), and most charges are not at the rim of their cells.
-double fall_off(const Cells& cells) { return 1.6 * cells.reach / cells.range; }
+double fall_off(const Cells& cells) { return 1.3 * cells.reach / cells.range; }
 
 }  // namespace
 

@@ -42,7 +42,22 @@ class DegreesByDistance {
   std::array<double, largest_degree> largest_ratio_{};
 };
 
-/// In what order pairs are taken: by chunk of targets, then by degrees, as numbers that can be sorted.
+/// What pairs of one batch have in common, then the pair, as one number that can be sorted.
+struct Key {
+  int chunk = 0, source_degree = 0, target_degree = 0, mask = 0;
+  std::uint32_t pair = 0;
+
+  std::uint64_t packed() const {
+    return (static_cast<std::uint64_t>(chunk) << 51) + (static_cast<std::uint64_t>(source_degree) << 43) +
+           (static_cast<std::uint64_t>(target_degree) << 35) + (static_cast<std::uint64_t>(mask) << 32) + pair;
+  }
+  static Key of(std::uint64_t packed) {
+    return {static_cast<int>(packed >> 51), static_cast<int>(packed >> 43 & 255), static_cast<int>(packed >> 35 & 255),
+            static_cast<int>(packed >> 32 & 7), static_cast<std::uint32_t>(packed)};
+  }
+};
+
+/// In what order pairs are taken: by chunk of targets, then by degrees and mirrors.
 std::vector<std::uint64_t> order_of(const std::vector<NearPair>& pairs, const std::vector<Site>& targets,
                                     const std::vector<Site>& sources, double accuracy) {
   const DegreesByDistance degrees(accuracy);
@@ -50,14 +65,23 @@ std::vector<std::uint64_t> order_of(const std::vector<NearPair>& pairs, const st
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
     const double d = norm(pairs[p].way);
-    const int source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius));
-    const int target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius));
-    order[p] = (static_cast<std::uint64_t>(pairs[p].target / targets_a_chunk) << 48) +
-               (static_cast<std::uint64_t>(source_degree) << 40) + (static_cast<std::uint64_t>(target_degree) << 32) +
-               p;
+    order[p] = Key{.chunk = pairs[p].target / targets_a_chunk,
+                   .source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius)),
+                   .target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius)),
+                   .mask = pairs[p].mask,
+                   .pair = static_cast<std::uint32_t>(p)}
+                   .packed();
   }
   std::sort(order.begin(), order.end());
   return order;
+}
+
+/// One harmonic of eight sources. Built in a register: eight numbers that are stored one by one cannot be loaded as one
+/// vector until all stores are through.
+Lanes gathered(const std::array<const double*, lanes>& from, int harmonic) {
+  Lanes value;
+  for (int k = 0; k < lanes; ++k) value[k] = from[k][harmonic];
+  return value;
 }
 
 }  // namespace
@@ -65,27 +89,21 @@ std::vector<std::uint64_t> order_of(const std::vector<NearPair>& pairs, const st
 NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, std::vector<NearPair> pairs,
                      double accuracy)
     : target_start_(starts(targets)), source_start_(starts(sources)) {
-  int filled = lanes, chunk = -1;
-  for (const std::uint64_t key : order_of(pairs, targets, sources, accuracy)) {
-    const int source_degree = key >> 40 & 255, target_degree = key >> 32 & 255;
-    for (; chunk < static_cast<int>(key >> 48); ++chunk) {
-      chunk_.push_back(static_cast<int>(batches_.size()));
-      filled = lanes;
+  int chunk = -1;
+  for (const std::uint64_t packed : order_of(pairs, targets, sources, accuracy)) {
+    const Key key = Key::of(packed);
+    const bool new_chunk = chunk < key.chunk;
+    for (; chunk < key.chunk; ++chunk) chunk_.push_back(static_cast<int>(batches_.size()));
+    const auto fits = [&](const Batch& batch) {
+      return batch.count < lanes && batch.source_degree == key.source_degree &&
+             batch.target_degree == key.target_degree && batch.mask == key.mask;
+    };
+    if (new_chunk || !fits(batches_.back())) {
+      batches_.push_back({key.source_degree, key.target_degree, key.mask});
+      largest_degree_ = std::max({largest_degree_, key.source_degree, key.target_degree});
     }
-    if (filled == lanes || batches_.back().source_degree != source_degree ||
-        batches_.back().target_degree != target_degree) {
-      batches_.push_back({source_degree, target_degree});
-      largest_degree_ = std::max({largest_degree_, source_degree, target_degree});
-      for (int k = 0; k < lanes; ++k) batches_.back().ways.set(k, {0, 0, 1});
-      filled = 0;
-    }
-    const NearPair& pair = pairs[key & 0xffffffff];
-    const Site &target = targets[pair.target], &source = sources[pair.source];
-    const double d = norm(pair.way);
-    batches_.back().ways.set(filled, pair.way);
-    batches_.back().lane[filled++] = {
-        pair.target,          pair.source, pair.mask, 2 * source.radius / d, pair.sign * source.radius / d,
-        2 * target.radius / d};
+    const NearPair& pair = pairs[key.pair];
+    add_to_batch(batches_.back(), pair, targets[pair.target], sources[pair.source]);
   }
   chunk_.push_back(static_cast<int>(batches_.size()));
   translation_ = translation_up_to(largest_degree_);
@@ -94,25 +112,33 @@ NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& 
       for (int m = -l; m <= l; ++m) signs_.push_back(mirror_sign(l, m, mask));
 }
 
+void NearField::add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const {
+  if (batch.count == 0)
+    for (int k = 0; k < lanes; ++k) batch.ways.set(k, {0, 0, 1});
+  const int k = batch.count++;
+  const double d = norm(pair.way);
+  batch.ways.set(k, pair.way);
+  batch.target[k] = target_start_[pair.target];
+  batch.source[k] = source_start_[pair.source];
+  batch.sign[k] = pair.sign * source.radius / d;
+  batch.source_factor[k] = 2 * source.radius / d;
+  batch.target_factor[k] = 2 * target.radius / d;
+}
+
 void NearField::add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value,
                           Lanes* scratch) const {
-  for (int k = 0; k < lanes; ++k) {
-    const Lane& lane = batch.lane[k];
-    const double* from = multipoles + source_start_[lane.source];
-    const double* signs = signs_.data() + static_cast<std::ptrdiff_t>(lane.mask) * harmonics(largest_degree_);
-    double factor = lane.target < 0 ? 0 : lane.sign;
-    for (int l = 0; l <= batch.source_degree; ++l, factor *= lane.source_factor)
-      for (int h = at(l, -l); h <= at(l, l); ++h) value[h][k] = factor * from[h] * signs[h];
-  }
+  std::array<const double*, lanes> from;
+  for (int k = 0; k < lanes; ++k) from[k] = multipoles + batch.source[k];
+  const double* sign = signs_.data() + static_cast<std::ptrdiff_t>(batch.mask) * harmonics(largest_degree_);
+  Lanes factor = batch.sign;
+  for (int l = 0; l <= batch.source_degree; ++l, factor *= batch.source_factor)
+    for (int h = at(l, -l); h <= at(l, l); ++h) value[h] = factor * sign[h] * gathered(from, h);
   translation_->apply(batch.ways, batch.source_degree, batch.target_degree, value, scratch);
-  for (int k = 0; k < lanes; ++k) {
-    const Lane& lane = batch.lane[k];
-    if (lane.target < 0) continue;
-    double* to = local + target_start_[lane.target];
-    double factor = 1;
-    for (int l = 0; l <= batch.target_degree; ++l, factor *= lane.target_factor)
-      for (int h = at(l, -l); h <= at(l, l); ++h) to[h] += factor * value[h][k];
-  }
+  factor = Lanes{} + 1;
+  for (int l = 0; l <= batch.target_degree; ++l, factor *= batch.target_factor)
+    for (int h = at(l, -l); h <= at(l, l); ++h) value[h] *= factor;
+  for (int k = 0; k < batch.count; ++k)
+    for (int h = 0; h < harmonics(batch.target_degree); ++h) local[batch.target[k] + h] += value[h][k];
 }
 
 void NearField::add(const double* multipoles, double* local, parallel::Team& team) const {

@@ -41,16 +41,13 @@ class NearField {
   void add(const double* multipoles, double* local, parallel::Team& team) const;
 
  private:
-  struct Lane {
-    int target = -1, source = 0, mask = 0;
-    double source_factor = 0, sign = 0;  ///< 2 R_s/d, and sign R_s/d
-    double target_factor = 0;            ///< 2 R_t/d
-  };
   struct Batch {
-    int source_degree = 0, target_degree = 0;
+    int source_degree = 0, target_degree = 0, mask = 0, count = 0;
     Ways ways;
-    std::array<Lane, lanes> lane;
+    std::array<int, lanes> target{}, source{};
+    Lanes sign{}, source_factor{}, target_factor{};  ///< sign R_s/d, 2 R_s/d, 2 R_t/d; 0 in lanes that are empty
   };
+  void add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const;
   void add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value, Lanes* scratch) const;
 
   std::vector<int> target_start_, source_start_;

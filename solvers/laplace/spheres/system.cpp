@@ -126,7 +126,7 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
     range_ = choose_range(mirrors, sites_);
   std::vector<NearPair> pairs = near_pairs(sites_);
   choose_degrees(problem, pairs);
-  near_ = std::make_unique<NearField>(sites_, sites_, std::move(pairs), 0.1 * accuracy);
+  near_ = std::make_unique<NearField>(sites_, sites_, std::move(pairs), accuracy);
   if (cells_) {
     convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
                        ? past->convolution_

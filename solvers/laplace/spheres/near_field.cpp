@@ -44,29 +44,28 @@ class DegreesByDistance {
 
 /// What pairs of one batch have in common, then the pair, as one number that can be sorted.
 struct Key {
-  int chunk = 0, source_degree = 0, target_degree = 0, mask = 0;
+  int source_degree = 0, target_degree = 0, mask = 0;
   std::uint32_t pair = 0;
 
   std::uint64_t packed() const {
-    return (static_cast<std::uint64_t>(chunk) << 51) + (static_cast<std::uint64_t>(source_degree) << 43) +
-           (static_cast<std::uint64_t>(target_degree) << 35) + (static_cast<std::uint64_t>(mask) << 32) + pair;
+    return (static_cast<std::uint64_t>(source_degree) << 43) + (static_cast<std::uint64_t>(target_degree) << 35) +
+           (static_cast<std::uint64_t>(mask) << 32) + pair;
   }
   static Key of(std::uint64_t packed) {
-    return {static_cast<int>(packed >> 51), static_cast<int>(packed >> 43 & 255), static_cast<int>(packed >> 35 & 255),
-            static_cast<int>(packed >> 32 & 7), static_cast<std::uint32_t>(packed)};
+    return {static_cast<int>(packed >> 43), static_cast<int>(packed >> 35 & 255), static_cast<int>(packed >> 32 & 7),
+            static_cast<std::uint32_t>(packed)};
   }
 };
 
-/// In what order pairs are taken: by chunk of targets, then by degrees and mirrors.
-std::vector<std::uint64_t> order_of(const std::vector<NearPair>& pairs, const std::vector<Site>& targets,
+/// In what order pairs are taken: by degrees and mirrors.
+std::vector<std::uint64_t> order_of(std::span<const NearPair> pairs, const std::vector<Site>& targets,
                                     const std::vector<Site>& sources, double accuracy) {
   const DegreesByDistance degrees(accuracy);
   std::vector<std::uint64_t> order(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
     const double d = norm(pairs[p].way);
-    order[p] = Key{.chunk = pairs[p].target / targets_a_chunk,
-                   .source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius)),
+    order[p] = Key{.source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius)),
                    .target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius)),
                    .mask = pairs[p].mask,
                    .pair = static_cast<std::uint32_t>(p)}
@@ -74,6 +73,15 @@ std::vector<std::uint64_t> order_of(const std::vector<NearPair>& pairs, const st
   }
   std::sort(order.begin(), order.end());
   return order;
+}
+
+/// Where the pairs of each chunk of targets begin.
+std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::size_t targets) {
+  std::vector<std::size_t> start;
+  for (std::size_t first = 0; first < targets; first += targets_a_chunk)
+    start.push_back(std::ranges::lower_bound(pairs, static_cast<int>(first), {}, &NearPair::target) - pairs.begin());
+  start.push_back(pairs.size());
+  return start;
 }
 
 /// One harmonic of eight sources. Built in a register: eight numbers that are stored one by one cannot be loaded as one
@@ -86,30 +94,37 @@ Lanes gathered(const std::array<const double*, lanes>& from, int harmonic) {
 
 }  // namespace
 
-NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, std::vector<NearPair> pairs,
-                     double accuracy)
+NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& sources,
+                     const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team)
     : target_start_(starts(targets)), source_start_(starts(sources)) {
-  int chunk = -1;
-  for (const std::uint64_t packed : order_of(pairs, targets, sources, accuracy)) {
-    const Key key = Key::of(packed);
-    const bool new_chunk = chunk < key.chunk;
-    for (; chunk < key.chunk; ++chunk) chunk_.push_back(static_cast<int>(batches_.size()));
-    const auto fits = [&](const Batch& batch) {
-      return batch.count < lanes && batch.source_degree == key.source_degree &&
-             batch.target_degree == key.target_degree && batch.mask == key.mask;
-    };
-    if (new_chunk || !fits(batches_.back())) {
-      batches_.push_back({key.source_degree, key.target_degree, key.mask});
-      largest_degree_ = std::max({largest_degree_, key.source_degree, key.target_degree});
-    }
-    const NearPair& pair = pairs[key.pair];
-    add_to_batch(batches_.back(), pair, targets[pair.target], sources[pair.source]);
-  }
-  chunk_.push_back(static_cast<int>(batches_.size()));
+  const std::vector<std::size_t> start = chunk_starts(pairs, targets.size());
+  chunks_.resize(start.size() - 1);
+  team.for_each(static_cast<int>(chunks_.size()), [&](int c) {
+    chunks_[c] = batches(std::span(pairs).subspan(start[c], start[c + 1] - start[c]), targets, sources, accuracy);
+  });
+  for (const std::vector<Batch>& chunk : chunks_)
+    for (const Batch& batch : chunk)
+      largest_degree_ = std::max({largest_degree_, batch.source_degree, batch.target_degree});
   translation_ = translation_up_to(largest_degree_);
   for (int mask = 0; mask < 8; ++mask)
     for (int l = 0; l <= largest_degree_; ++l)
       for (int m = -l; m <= l; ++m) signs_.push_back(mirror_sign(l, m, mask));
+}
+
+std::vector<NearField::Batch> NearField::batches(std::span<const NearPair> pairs, const std::vector<Site>& targets,
+                                                 const std::vector<Site>& sources, double accuracy) const {
+  std::vector<Batch> made;
+  for (const std::uint64_t packed : order_of(pairs, targets, sources, accuracy)) {
+    const Key key = Key::of(packed);
+    const auto fits = [&](const Batch& batch) {
+      return batch.count < lanes && batch.source_degree == key.source_degree &&
+             batch.target_degree == key.target_degree && batch.mask == key.mask;
+    };
+    if (made.empty() || !fits(made.back())) made.push_back({key.source_degree, key.target_degree, key.mask});
+    const NearPair& pair = pairs[key.pair];
+    add_to_batch(made.back(), pair, targets[pair.target], sources[pair.source]);
+  }
+  return made;
 }
 
 void NearField::add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const {
@@ -142,10 +157,9 @@ void NearField::add_batch(const Batch& batch, const double* multipoles, double* 
 }
 
 void NearField::add(const double* multipoles, double* local, parallel::Team& team) const {
-  team.for_each(static_cast<int>(chunk_.size()) - 1, [&](int c) {
+  team.for_each(static_cast<int>(chunks_.size()), [&](int c) {
     std::vector<Lanes> value(harmonics(largest_degree_)), scratch(value.size());
-    for (int b = chunk_[c]; b < chunk_[c + 1]; ++b)
-      add_batch(batches_[b], multipoles, local, value.data(), scratch.data());
+    for (const Batch& batch : chunks_[c]) add_batch(batch, multipoles, local, value.data(), scratch.data());
   });
 }
 

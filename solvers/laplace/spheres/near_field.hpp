@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "solvers/laplace/spheres/images.hpp"
@@ -33,9 +34,9 @@ struct NearPair {
 /// (r/R)^l C_lm, a source's a_lm (R/r)^(l+1) C_lm.
 class NearField {
  public:
-  /// Terms below `accuracy` times the largest coefficient are left out at a distance.
-  NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, std::vector<NearPair> pairs,
-            double accuracy);
+  /// `pairs` by ascending target. Terms below `accuracy` times the largest coefficient are left out at a distance.
+  NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, const std::vector<NearPair>& pairs,
+            double accuracy, parallel::Team& team);
 
   /// Adds to the targets' local coefficients what the sources' multipoles make there.
   void add(const double* multipoles, double* local, parallel::Team& team) const;
@@ -47,12 +48,13 @@ class NearField {
     std::array<int, lanes> target{}, source{};
     Lanes sign{}, source_factor{}, target_factor{};  ///< sign R_s/d, 2 R_s/d, 2 R_t/d; 0 in lanes that are empty
   };
+  std::vector<Batch> batches(std::span<const NearPair> pairs, const std::vector<Site>& targets,
+                             const std::vector<Site>& sources, double accuracy) const;
   void add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const;
   void add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value, Lanes* scratch) const;
 
   std::vector<int> target_start_, source_start_;
-  std::vector<Batch> batches_;
-  std::vector<int> chunk_;  ///< where the batches of a chunk of targets begin
+  std::vector<std::vector<Batch>> chunks_;  ///< by targets, so that no two threads add to one
   int largest_degree_ = 0;
   std::vector<double> signs_;  ///< [mask][harmonic]: mirror_sign
   std::shared_ptr<const Translation> translation_;

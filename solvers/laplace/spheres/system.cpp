@@ -116,7 +116,8 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
   close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_);
 }
 
-Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past)
+Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
+               parallel::Team& team)
     : mirrors_(&mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
   const double accuracy = accuracy_;
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
@@ -124,9 +125,9 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
     cells_ = std::make_unique<Cells>(problem, sites_);
   else if (mirrors.bounded)
     range_ = choose_range(mirrors, sites_);
-  std::vector<NearPair> pairs = near_pairs(sites_);
+  const std::vector<NearPair> pairs = near_pairs(sites_);
   choose_degrees(problem, pairs);
-  near_ = std::make_unique<NearField>(sites_, sites_, std::move(pairs), accuracy);
+  near_ = std::make_unique<NearField>(sites_, sites_, pairs, accuracy, team);
   if (cells_) {
     convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
                        ? past->convolution_
@@ -159,7 +160,7 @@ void Fields::add_at(std::span<const Vec3> points, double unit, const double* mul
                     parallel::Team& team) const {
   std::vector<Site> targets;
   for (const Vec3 point : points) targets.push_back({point, unit, 1});
-  NearField(targets, sites_, near_pairs(targets), 0.01 * accuracy_).add(multipoles, local, team);
+  NearField(targets, sites_, near_pairs(targets), 0.01 * accuracy_, team).add(multipoles, local, team);
   if (!mirrors_->bounded) return;
   if (cells_)
     CellField(convolution_, *cells_, targets, sites_).add(multipoles, local, team);
@@ -179,7 +180,7 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
     : problem_(problem),
       mirrors_(problem),
       wall_(problem),
-      fields_(problem, mirrors_, options, past ? &past->fields_ : nullptr),
+      fields_(problem, mirrors_, options, past ? &past->fields_ : nullptr, team),
       sites_(fields_.sites()),
       start_(starts(sites_)),
       team_(&team),

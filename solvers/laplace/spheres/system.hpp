@@ -28,7 +28,8 @@ class Fields {
  public:
   /// Chooses the spheres' degrees, unless the options give one. `past` may have what serves again. Throws InputError
   /// where a degree is out of reach.
-  Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past);
+  Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
+         parallel::Team& team);
 
   const std::vector<Site>& sites() const { return sites_; }
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }

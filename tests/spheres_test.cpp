@@ -368,7 +368,7 @@ TEST_CASE("to degree one spheres are the induced dipoles of a gas, polarizabilit
                               if (norm2(way) > 0) pairs.push_back({t, s, 0, 1, way});
                             });
   parallel::Team& team = parallel::Team::single();
-  const laplace::spheres::NearField near(sites, sites, pairs, 1e-13);
+  const laplace::spheres::NearField near(sites, sites, pairs, 1e-13, team);
   const laplace::spheres::FarField far(mirrors, sites, sites, range, 1e-13);
   std::vector<double> a(12), b(12);
   for (int i = 0; i < 3; ++i) a[4 * i] = charge[i] / radius;

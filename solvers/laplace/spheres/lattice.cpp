@@ -83,17 +83,18 @@ void Coupling::add(const double* derivatives, int source_degree, double source_r
   }
 }
 
-LatticeSum::LatticeSum(const Mirrors& mirrors, double range, int degree, double accuracy)
-    : mirrors_(&mirrors), range_(range), degree_(degree) {
-  // erfc(x) is about exp(-x^2): so much at the range leaves the accuracy behind the cut-off, beyond the range since
-  // higher derivatives are screened later.
-  const double decay = std::sqrt(-std::log(accuracy)) + 0.5;
-  alpha_ = decay / range;
-  cutoff_ = 1.3 * range;
-  make_waves(2 * alpha_ * (decay + 1));
+EwaldSplit ewald_split(double range, double accuracy) {
+  const double decay = std::sqrt(-std::log(accuracy)) + 0.5, alpha = decay / range;
+  return {.alpha = alpha, .cutoff = 1.3 * range, .largest_wave = 2 * alpha * (decay + 1)};
 }
 
-void LatticeSum::make_waves(double most) {
+LatticeSum::LatticeSum(const Mirrors& mirrors, double range, int degree, double accuracy)
+    : mirrors_(&mirrors), range_(range), split_(ewald_split(range, accuracy)), degree_(degree) {
+  make_waves();
+}
+
+void LatticeSum::make_waves() {
+  const double most = split_.largest_wave;
   const Vec3 period = mirrors_->period;
   std::array<int, 3> high;
   std::array<double, 3> unit;
@@ -119,7 +120,8 @@ void LatticeSum::make_waves(double most) {
     const double k2 = norm2(wave_[w]);
     regular_harmonics(wave_[w], degree_, value.data());
     // Twice, for the wave that goes the other way; i^l of the derivatives and (-1)^l of their definition together.
-    double factor = 2 * copies * 4 * std::numbers::pi / mirrors_->volume() / k2 * std::exp(-k2 / (4 * alpha_ * alpha_));
+    double factor =
+        2 * copies * 4 * std::numbers::pi / mirrors_->volume() / k2 * std::exp(-k2 / (4 * split_.alpha * split_.alpha));
     int even = 0, odd = 0;
     for (int l = 0; l <= degree_; ++l) {
       if (l > 0) factor /= 2 * l - 1;
@@ -155,8 +157,8 @@ void LatticeSum::add_near(int mask, Vec3 from, Vec3 place, double* value) const 
   std::vector<double> term(harmonics(degree_));
   for (const MirrorImage& image : mirrors_->images) {
     if (image.mask != mask) continue;
-    mirrors_->for_each_copy(place, from + image.shift, cutoff_, [&](Vec3 r) {
-      add_screened(r, alpha_, norm2(r) < range_ * range_, image.sign, degree_, term.data(), value);
+    mirrors_->for_each_copy(place, from + image.shift, split_.cutoff, [&](Vec3 r) {
+      add_screened(r, split_.alpha, norm2(r) < range_ * range_, image.sign, degree_, term.data(), value);
     });
   }
 }
@@ -181,7 +183,7 @@ Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& f
   Eigen::MatrixXd result(harmonics(degree_), count);
   for (std::size_t k = 0; k < even_at_.size(); ++k) result.row(even_at_[k]) = even.row(k);
   for (std::size_t k = 0; k < odd_at_.size(); ++k) result.row(odd_at_[k]) = odd.row(k);
-  result.row(0).array() -= net * std::numbers::pi / (alpha_ * alpha_ * mirrors_->volume());
+  result.row(0).array() -= net * std::numbers::pi / (split_.alpha * split_.alpha * mirrors_->volume());
   for (Eigen::Index p = 0; p < count; ++p) add_near(mask, from[p], places[p], result.col(p).data());
   return result;
 }

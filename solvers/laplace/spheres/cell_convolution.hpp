@@ -1,0 +1,69 @@
+#pragma once
+
+#include <memory>
+
+#include "solvers/laplace/spheres/cell_axes.hpp"
+#include "solvers/laplace/spheres/images.hpp"
+#include "solvers/laplace/spheres/lattice.hpp"
+#include "solvers/parallel/team.hpp"
+
+namespace lichtenberg::laplace::spheres {
+
+/// What cells that are not near do to each other, images included: the multipoles of a cell's spheres are moved to its
+/// centre, their field arrives as local coefficients about each cell's centre. From cell to cell that is a convolution
+/// on the continued grid, a product of Fourier coefficients. A mirror makes each multipole even or odd, so that an axis
+/// with mirrors needs cosines or sines of the cells inside only.
+class CellConvolution {
+ public:
+  CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy);
+  /// Up to a degree, and no better than that: for a preconditioner.
+  CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree);
+
+  int degree() const { return degree_; }
+  double unit() const { return unit_; }  ///< length, in powers of which the coefficients are
+  /// Both [harmonics(degree)][cell]. Multipoles are moments over unit^(l+1), local ones potentials times unit^l.
+  void apply(const std::vector<double>& multipoles, std::vector<double>& local, parallel::Team& team) const;
+  /// Whether it would be the same for other cells.
+  bool fits(const Mirrors& mirrors, const Cells& cells, double accuracy) const;
+
+ private:
+  using Complex = std::complex<double>;
+  /// A product of coefficients, for all modes: local[target] += factor kernel[derivative] multipoles[source], times -i
+  /// if it is `turned`.
+  struct Product {
+    int target = 0, source = 0, derivative = 0;
+    double factor = 0;
+    bool turned = false;
+  };
+  CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy, int degree);
+  bool is_sine(int axis, int odd) const;
+  Product product(const Coupling::Term& term) const;
+  Eigen::Index modes(int axis) const { return static_cast<Eigen::Index>(axis_[axis].mode.size()); }
+  template <class Scalar>
+  RowMatrix<Scalar> to_waves(int axis, int odd) const;
+  template <class Scalar>
+  RowMatrix<Scalar> from_waves(int axis, int odd) const;
+  template <class Scalar>
+  void convolve(const std::vector<double>& multipoles, std::vector<double>& local, parallel::Team& team) const;
+  template <class Scalar>
+  void transform(int harmonic, const double* in_cells, Scalar* in_waves) const;
+  template <class Scalar>
+  void transform_back(int harmonic, const Scalar* in_waves, double* in_cells) const;
+  template <class Scalar>
+  void multiply(Eigen::Index first, Eigen::Index size, const Scalar* source, Scalar* field) const;
+  void add_background(const std::vector<double>& multipoles, std::vector<double>& local) const;
+
+  Cells cells_;
+  double accuracy_, unit_;
+  int degree_;
+  bool bounded_;
+  std::vector<MirrorImage> images_;
+  double volume_ = 0;
+  std::array<CellAxis, 3> axis_;
+  std::vector<int> odd_;  ///< odd_axes of each harmonic
+  std::vector<Product> products_;
+  RowMatrix<double> kernel_;             ///< as cell_kernel gives it
+  mutable std::vector<double> scratch_;  ///< that is large, and would be cleared for each product
+};
+
+}  // namespace lichtenberg::laplace::spheres

@@ -134,11 +134,10 @@ class CudaExecutor {
   }
   cudaStream_t stream() const { return stream_; }
 
-  template <class Value, class Finish>
+  template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     using Sum = decltype(value(0));
     constexpr int threads = 512;
-    constexpr long a_thread = 4;  // at least
     static_assert(sizeof(Sum) <= sums_size / most_sums && alignof(Sum) <= alignof(double));
     const long wanted = (n + threads * a_thread - 1) / (threads * a_thread);
     const auto blocks = static_cast<unsigned>(wanted < 1 ? 1 : wanted < most_sums ? wanted : most_sums);

@@ -3,6 +3,8 @@
 #include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
+#include "solvers/parallel/host_executor.hpp"
+
 // What CudaExecutor launches, and what an algorithm on it meets within a kernel.
 
 namespace lichtenberg::parallel {
@@ -104,9 +106,9 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
 }
 
 /// Places for all that a warp keeps are taken at once: they stand in order.
-template <class Keep, class Put>
+template <int rounds, class Keep, class Put>
 __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
-  constexpr int rounds = 8, lanes = 32;
+  constexpr int lanes = 32;
   const int lane = threadIdx.x % lanes;
   const long warps = gridDim.x * static_cast<long>(blockDim.x) / lanes;
   long first = (threadIdx.x / lanes * static_cast<long>(gridDim.x) + blockIdx.x) * (rounds * lanes);
@@ -133,7 +135,7 @@ __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
 template <class Count, class Keep, class Put>
 __global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
   begin_kernel();
-  select_by_warps(count(), taken, keep, put);
+  select_by_warps<8>(count(), taken, keep, put);
 }
 
 /// The threads of a block, as HostExecutor::Block.
@@ -180,7 +182,25 @@ class CudaGrid {
   template <class Keep, class Put>
   __host__ __device__ void select(int n, int* taken, Keep keep, Put put) const {
 #ifdef __CUDA_ARCH__
-    select_by_warps(n, taken, keep, put);
+    // As many to a warp as keep all warps busy; more, if many would otherwise ask for places at once.
+    if (n > 1 << 20)
+      select_by_warps<8>(n, taken, keep, put);
+    else
+      select_by_warps<2>(n, taken, keep, put);
+    cooperative_groups::this_grid().sync();
+#endif
+  }
+  template <class Value>
+  __host__ __device__ void largest(int n, double* to, Value value) const {
+#ifdef __CUDA_ARCH__
+    constexpr int lanes = 32;
+    double most = 0;
+    for (long k = blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x; k < n;
+         k += gridDim.x * static_cast<long>(blockDim.x))
+      most = fmax(most, value(static_cast<int>(k)));
+#pragma unroll
+    for (int offset = lanes / 2; offset > 0; offset /= 2) most = fmax(most, __shfl_down_sync(0xffffffffu, most, offset));
+    if (threadIdx.x % lanes == 0) enlarge_atomically(to, most);
     cooperative_groups::this_grid().sync();
 #endif
   }

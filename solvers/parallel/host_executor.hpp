@@ -35,20 +35,6 @@ LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
   return (*count)++;
 #endif
 }
-/// Whether this is the last of n that come here, after all that the others have done; n more may come then.
-LICHTENBERG_HOST_DEVICE inline bool comes_last(int* count, int n) {
-#ifdef __CUDA_ARCH__
-  __threadfence();
-  const bool last = atomicAdd(count, 1) == n - 1;
-  if (last) *count = 0;
-  __threadfence();
-  return last;
-#else
-  const bool last = ++*count == n;
-  if (last) *count = 0;
-  return last;
-#endif
-}
 /// A value as others have left it, in the kernel that changes it.
 template <class T>
 LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
@@ -138,6 +124,11 @@ class HostExecutor {
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
     }
+    /// Makes *to the largest of value(k), if that is larger; none is negative.
+    template <class Value>
+    void largest(int n, double* to, Value value) const {
+      for (int k = 0; k < n; ++k) enlarge_atomically(to, value(k));
+    }
     /// As HostExecutor::select.
     template <class Keep, class Put>
     void select(int n, int* taken, Keep keep, Put put) const {
@@ -174,8 +165,8 @@ class HostExecutor {
   }
 
   /// finish(sum of value(k) over k = 0 ... n - 1), in the same order of summation each time. Not within `beside` or
-  /// `side_by_side`.
-  template <class Value, class Finish>
+  /// `side_by_side`. On a device a thread takes `a_thread` values at least.
+  template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
     for (long k = 0; k < n; ++k) sum += value(static_cast<int>(k));

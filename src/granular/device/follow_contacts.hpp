@@ -14,13 +14,13 @@ struct Landing {
   TurnsAround* image;
   Charged* charges;
 
-  LICHTENBERG_HOST_DEVICE void operator()(const GrainsView& grains, int s) const {
-    Vec3 p = grains.place[s];
-    Image<3> around{image[s].x, image[s].y, image[s].z};
+  LICHTENBERG_HOST_DEVICE void operator()(int s, int axis, double& place) const {
+    Vec3 p{axis == 0 ? place : 0, axis == 1 ? place : 0, axis == 2 ? place : 0};
+    Image<3> around{};
     box.wrap(p, around);
-    grains.place[s] = p;
-    image[s] = {around[0], around[1], around[2]};
-    charges[s].at = {turns(p.x, turns_a_length.x), turns(p.y, turns_a_length.y), turns(p.z, turns_a_length.z)};
+    place = p.x + p.y + p.z;
+    component(image[s], axis) += around[0] + around[1] + around[2];
+    component(charges[s].at, axis) = turns(place, turns_a_length[axis]);
   }
 };
 
@@ -36,21 +36,22 @@ struct FollowContacts {
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
     const int count = steps.parameters->steps, grains = steps.grains.count;
     grid.each(grains, [&](int s) { steps.enter(s, force(s)); });
-    grid.select(
-        steps.contacts.table.end(grains - 1), &steps.found->pairs, [&](int e) { return steps.is_near(e); },
-        [&](int place, int e) { steps.list_near(place, e); });
+    const int entries = steps.contacts.table.end(grains - 1);
+    const auto list = [&](int place, int e) { steps.list_near(place, e); };
+    grid.select(entries, &steps.found->pairs, [&](int e) { return steps.is_open(e); }, list);
+    grid.select(entries, &steps.found->pairs, [&](int e) { return !steps.is_open(e) && steps.is_near(e); }, list);
     const int pairs = steps.found->pairs;
     for (int step = 0; step < count; ++step) {
       grid.each(pairs, [&](int k) { steps.look(k, step); });
-      const int active = steps.found->active;
-      grid.each(active, [&](int a) { steps.push_halfway(a); });
-      grid.each(active, [&](int a) { steps.integrate(a, step); });
-      grid.each(grains, [&](int s) {
-        steps.move(s);
-        if (step == count - 1) land(steps.grains, s);
+      grid.each(pairs, [&](int k) { steps.push_halfway(k); });
+      grid.each(pairs, [&](int k) { steps.integrate(k, step); });
+      grid.each(3 * grains, [&](int k) {
+        steps.move(k, step, [&](int s, int axis, double& place) {
+          if (step == count - 1) land(s, axis, place);
+        });
       });
     }
-    grid.each(pairs, [&](int k) { parallel::enlarge_atomically(&steps.found->impact2, steps.impact2(k)); });
+    grid.largest(pairs, &steps.found->impact2, [&](int k) { return steps.impact2(k); });
   }
 };
 

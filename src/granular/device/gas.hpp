@@ -265,11 +265,9 @@ class GasOn final : public DeviceGas {
     Found* found = found_.device();
     const Turns* sorted_at = gas_.sorted_at.data();
     const Vec3 over = gas_.turns_a_length();
-    const int n = gas_.n, warps = (n + a_warp - 1) / a_warp;
-    run_->sum_segments(
-        warps, [=] LICHTENBERG_HOST_DEVICE(int w) { return n - w * a_warp < a_warp ? n - w * a_warp : a_warp; },
-        [=] LICHTENBERG_HOST_DEVICE(int w, int t) {
-          const int s = w * a_warp + t;
+    run_->template sum<1>(
+        gas_.n,
+        [=] LICHTENBERG_HOST_DEVICE(int s) {
           const Vec3 now = force(s), at = place[s], p = momentum[s] + (0.5 * parameters->outer) * (now - held[s]);
           momentum[s] = p;
           if (s == 0) book->energy = force.energy();
@@ -284,13 +282,11 @@ class GasOn final : public DeviceGas {
           here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
           return here;
         },
-        [=] LICHTENBERG_HOST_DEVICE(int, Largest most) {
-          parallel::enlarge_atomically(&found->speed2, most.speed2);
-          parallel::enlarge_atomically(&found->acceleration2, most.acceleration2);
-          parallel::enlarge_atomically(&found->moved2, most.moved2);
-          parallel::enlarge_atomically(&found->charge, most.charge);
-          parallel::enlarge_atomically(&found->lost, most.lost);
-          if (parallel::comes_last(&found->arrived, warps)) then();
+        [=] LICHTENBERG_HOST_DEVICE(Largest most) {
+          found->speed2 = most.speed2, found->acceleration2 = most.acceleration2;
+          found->moved2 = most.moved2, found->charge = most.charge;
+          found->lost = most.lost;
+          then();
         });
   }
 
@@ -330,6 +326,7 @@ class GasOn final : public DeviceGas {
             .extremes = gas_.extremes.data(),
             .exchange = gas_.options.exchange,
             .quanta = gas_.quanta,
+            .over_quanta = gas_.quanta.inverse(),
             .seed = gas_.options.seed,
             .exchanges = gas_.options.exchanges && !gas_.elastic};
   }

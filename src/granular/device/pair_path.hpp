@@ -139,7 +139,8 @@ class PairPath {
   LICHTENBERG_HOST_DEVICE PairStep<3> press(const PairStep<3>& step, double age, double begin, double end) const {
     if (end <= begin) return step;
     const double from = root(age), whole = root(age + (end - begin)) - from, half = 0.5 * whole, over = 1 / whole;
-    const auto state = [&](const Load& constant, const Load& slope, const Load& bend, double s) {
+    // Of a load of so many terms.
+    const auto state = [&]<int terms>(const Load (&of)[terms], double s) {
       const double s2 = s * s, f2 = from * from, fs = from * s;
       const double once_0 = s * (2 * from + s), once_1 = s2 * (from + 2.0 / 3 * s),
                    once_2 = s2 * s * (2.0 / 3 * from + 0.5 * s);
@@ -148,16 +149,20 @@ class PairPath {
                    twice_2 = s2 * s2 * (1.0 / 3 * f2 + 7.0 / 15 * fs + 1.0 / 6 * s2);
       PairStep<3> then = step;
       then.end = flown(step.end, begin, begin + once_0);
-      then.end.velocity += once_0 * constant.acceleration + once_1 * slope.acceleration + once_2 * bend.acceleration;
-      then.end.apart += twice_0 * constant.acceleration + twice_1 * slope.acceleration + twice_2 * bend.acceleration;
-      then.dissipated += once_0 * constant.dissipation + once_1 * slope.dissipation + once_2 * bend.dissipation;
+      const double once[] = {once_0, once_1, once_2}, twice[] = {twice_0, twice_1, twice_2};
+      LICHTENBERG_UNROLL(3)
+      for (int k = 0; k < terms; ++k) {
+        then.end.velocity += once[k] * of[k].acceleration;
+        then.end.apart += twice[k] * of[k].acceleration;
+        then.dissipated += once[k] * of[k].dissipation;
+      }
       return then;
     };
     const Load first = load(step.end);
-    const Load guess = load(state(first, {}, {}, half).end);
-    const Load middle = load(state(first, (2 * over) * (guess - first), {}, half).end);
-    const Load last = load(state(first, (2 * over) * (middle - first), {}, whole).end);
-    return state(first, over * (4.0 * middle - 3.0 * first - last), (2 * over * over) * (first - 2.0 * middle + last),
+    const Load guess = load(state({first}, half).end);
+    const Load middle = load(state({first, (2 * over) * (guess - first)}, half).end);
+    const Load last = load(state({first, (2 * over) * (middle - first)}, whole).end);
+    return state({first, over * (4.0 * middle - 3.0 * first - last), (2 * over * over) * (first - 2.0 * middle + last)},
                  whole);
   }
 

@@ -18,7 +18,7 @@ namespace lichtenberg::periodic {
 
 namespace {
 
-// As many numbers as the processor has lanes: those of a cluster's charges, each `beside` times for as many others.
+// As many others as the processor has lanes.
 #if defined(__AVX512F__)
 constexpr int width = 16;
 #else
@@ -73,32 +73,25 @@ unsigned below_one(const Many& x) {
 #endif
 }
 
-constexpr int beside = width / SingleNear::together;
-constexpr int rows = width / beside;  ///< of `beside` others make up as many as there are lanes
-using Reaction = std::array<Many, rows>;
+using Eight = Lanes<SingleNear::together, float>;
+using EightPlaces = Lanes<SingleNear::together, std::int32_t>;
 
-/// Of vectors with lanes for a cluster's charges, each `beside` times: the sums over its charges, one vector's behind
-/// the other's.
-[[gnu::always_inline]] inline Many over_charges(const Reaction& of) {
+/// 0, 1, 2 ...
+template <class Numbers>
+Numbers ascending() {
+  Numbers numbers;
+  for (std::size_t k = 0; k < sizeof(Numbers) / sizeof(numbers[0]); ++k) numbers[k] = static_cast<std::int32_t>(k);
+  return numbers;
+}
+/// The sum over all lanes, four numbers at a time.
+Lanes<4, float> quarters_of(const Many& of) {
 #if defined(__AVX512F__)
-  const auto halves = [](const Many& a, const Many& b) {
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23) +
-           __builtin_shufflevector(a, b, 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31);
-  };
-  const auto quarters = [](const Many& a, const Many& b) {
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27) +
-           __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31);
-  };
-  const Many even = quarters(halves(of[0], of[2]), halves(of[4], of[6]));
-  const Many odd = quarters(halves(of[1], of[3]), halves(of[5], of[7]));
-  return __builtin_shufflevector(even, odd, 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29) +
-         __builtin_shufflevector(even, odd, 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31);
+  const Lanes<8, float> half = __builtin_shufflevector(of, of, 0, 1, 2, 3, 4, 5, 6, 7) +
+                               __builtin_shufflevector(of, of, 8, 9, 10, 11, 12, 13, 14, 15);
 #else
-  Many sum{};
-  for (int lane = 0; lane < width; ++lane)
-    for (int k = lane % beside; k < width; k += beside) sum[lane] += of[lane / beside][k];
-  return sum;
+  const Lanes<8, float>& half = of;
 #endif
+  return __builtin_shufflevector(half, half, 0, 1, 2, 3) + __builtin_shufflevector(half, half, 4, 5, 6, 7);
 }
 
 /// Four numbers of each lane, together.
@@ -161,21 +154,20 @@ class SingleNear::Neighbourhood {
       : near_(near), columns_(columns), cluster_(cluster), sums_(sums) {
     std::copy_n(near.polynomial_.begin(), degree + 1, polynomial_.begin());
     std::copy_n(near.slope_.begin(), degree, slope_.begin());
-    for (int lane = 0; lane < width; ++lane) {
-      const int i = lane / beside, s = cluster.first + std::min(i, cluster.size - 1);
-      for (int k = 0; k < 3; ++k)
-        at_[k][lane] = near.scale_[k] * static_cast<float>(nearest_image(columns.place(k)[s], cluster.centre[k]));
-      charge_[lane] = i < cluster.size ? columns.charge()[s] : 0;
+    for (int k = 0; k < 3; ++k) {
+      const auto* places = reinterpret_cast<const std::int32_t*>(columns.place(k) + cluster.first);
+      const EightPlaces apart = lanes<together>(places) - static_cast<std::int32_t>(cluster.centre[k]);
+      lanes<together>(at_[k].data()) = near.scale_[k] * __builtin_convertvector(apart, Eight);
     }
+    lanes<together>(at_[3].data()) = lanes<together>(columns.charge() + cluster.first);
   }
 
   void add_all(std::span<const NearColumn> columns) {
     for (const NearColumn& column : columns) add_column(column);
-    act();
     add_own();
     for (int i = 0; i < cluster_.size; ++i)
-      for (int lane = i * beside; lane < (i + 1) * beside; ++lane)
-        for (int k = 0; k < 4; ++k) sums_[4 * (cluster_.first + i) + k] += sum_[k][lane];
+      lanes<4>(&sums_[4 * (cluster_.first + i)]) +=
+          totals(quarters_of(sum_[i][0]), quarters_of(sum_[i][1]), quarters_of(sum_[i][2]), quarters_of(sum_[i][3]));
   }
 
  private:
@@ -212,100 +204,63 @@ class SingleNear::Neighbourhood {
       const unsigned bits = below_one(square) & ((std::uint64_t{1} << std::min(end - s, width)) - 1);
       for (int k = 0; k < 3; ++k) store_those(apart[k], bits, &near_by_[k][count_]);
       store_those(lanes<width>(columns_.charge() + s), bits, &near_by_[3][count_]);
-      store_those(ascending() + s, bits, &number_[count_]);
+      store_those(ascending<Places>() + s, bits, &number_[count_]);
       count_ += __builtin_popcount(bits);
       if (count_ > most) act();
     }
   }
 
-  static Places ascending() {
-    Places numbers;
-    for (int k = 0; k < width; ++k) numbers[k] = k;
-    return numbers;
-  }
-
-  /// `beside` numbers, and again.
-  static Many repeated(const float* p) {
-#if defined(__AVX512F__)
-    long long both;
-    __builtin_memcpy(&both, p, sizeof(both));
-    return reinterpret_cast<Many>(Lanes<width / 2, long long>{} + both);
-#else
-    return Many{} + *p;
-#endif
-  }
-
   /// What the cluster and that which is gathered do to each other.
   void act() {
     fill_up();
-    Many sum[4] = {sum_[0], sum_[1], sum_[2], sum_[3]};
-    for (int block = 0; block < count_; block += width) {
-      Reaction reaction[4];
-#pragma GCC unroll 8
-      for (int row = 0; row < rows; ++row) {
-        const int c = block + row * beside;
-        const Apart apart = from(c);
-        const auto [field, potential] = interaction(apart.square, apart.square < 1);
-        const Many charge = repeated(&near_by_[3][c]), here = charge * field, there = -charge_ * field;
-        for (int k = 0; k < 3; ++k) {
-          sum[k] += here * apart.along[k];
-          reaction[k][row] = there * apart.along[k];
-        }
-        if constexpr (potentials) {
-          sum[3] += charge * potential;
-          reaction[3][row] = charge_ * potential;
-        }
-      }
-      react(reaction, block);
-    }
-    for (int k = 0; k < 4; ++k) sum_[k] = sum[k];
+    for (int block = 0; block < count_; block += width) meet<false>(block);
     count_ = 0;
+  }
+
+  /// The same of what is gathered still, and of the cluster's charges with each other. Two at one place make the sums
+  /// infinite.
+  void add_own() {
+    const int others = count_, mixed = others / width * width;
+    for (int k = 0; k < 4; ++k) lanes<together>(&near_by_[k][others]) = lanes<together>(at_[k].data());
+    lanes<together>(&number_[others]) = ascending<EightPlaces>() + cluster_.first;
+    count_ += cluster_.size;
+    fill_up();
+    for (int block = 0; block < mixed; block += width) meet<false>(block);
+    for (int block = mixed; block < count_; block += width) meet<true>(block);
+  }
+
+  /// The cluster and as many as there are lanes; not twice with its own.
+  template <bool may_be_own>
+  [[gnu::always_inline]] void meet(int block) {
+    const auto of = [&](int k) -> const Many& { return lanes<width>(&near_by_[k][block]); };
+    const Many x = of(0), y = of(1), z = of(2), charge = of(3);
+    const Places number = lanes<width>(&number_[block]) - cluster_.first;
+    Many reaction[4]{};
+    for (int i = 0; i < cluster_.size; ++i) {
+      const Many along[3] = {at_[0][i] - x, at_[1][i] - y, at_[2][i] - z};
+      const Many square = along[0] * along[0] + along[1] * along[1] + along[2] * along[2];
+      Places within = square < 1;
+      if constexpr (may_be_own) within &= number > i;
+      const auto [field, potential] = interaction(square, within);
+      const Many here = charge * field, there = at_[3][i] * field;
+      for (int k = 0; k < 3; ++k) {
+        sum_[i][k] += here * along[k];
+        reaction[k] -= there * along[k];
+      }
+      if constexpr (potentials) {
+        sum_[i][3] += charge * potential;
+        reaction[3] += at_[3][i] * potential;
+      }
+    }
+    const Interleaved on_others(reaction);
+    for (int k = 0; k < std::min(width, count_ - block); ++k)
+      lanes<4>(&sums_[4 * number_[block + k]]) += on_others.of(k);
   }
 
   /// With what is beyond the cut-off, behind the last.
   void fill_up() {
     constexpr float far = 8;
     for (int k = 0; k < 4; ++k) lanes<width>(&near_by_[k][count_]) = Many{} + (k < 3 ? far : 0);
-  }
-
-  void react(const Reaction* reaction, int block) {
-    const Many sums[4] = {over_charges(reaction[0]), over_charges(reaction[1]), over_charges(reaction[2]),
-                          potentials ? over_charges(reaction[3]) : Many{}};
-    const Interleaved on_others(sums);
-    for (int k = 0; k < std::min(width, count_ - block); ++k)
-      lanes<4>(&sums_[4 * number_[block + k]]) += on_others.of(k);
-  }
-
-  /// From others to the cluster's charges.
-  struct Apart {
-    Many square, along[3];
-  };
-  Apart from(int c) const {
-    Apart apart{};
-    for (int k = 0; k < 3; ++k) {
-      apart.along[k] = at_[k] - repeated(&near_by_[k][c]);
-      apart.square += apart.along[k] * apart.along[k];
-    }
-    return apart;
-  }
-
-  /// The cluster's charges with each other, each pair twice. Two at one place make the sums infinite.
-  void add_own() {
-    for (int j = 0; j < cluster_.size; ++j) {
-      for (int k = 0; k < 3; ++k) near_by_[k][j] = at_[k][j * beside];
-      near_by_[3][j] = charge_[j * beside];
-    }
-    count_ = cluster_.size;
-    fill_up();
-    for (int c = 0; c < cluster_.size; c += beside) {
-      const Apart apart = from(c);
-      Places other;
-      for (int lane = 0; lane < width; ++lane) other[lane] = lane / beside == c + lane % beside ? 0 : -1;
-      const auto [field, potential] = interaction(apart.square, other & (apart.square < 1));
-      const Many charge = repeated(&near_by_[3][c]);
-      for (int k = 0; k < 3; ++k) sum_[k] += charge * field * apart.along[k];
-      if constexpr (potentials) sum_[3] += charge * potential;
-    }
   }
 
   /// 1/r less the cloud's potential, a polynomial in 2 r^2 - 1, and minus its slope over r.
@@ -329,8 +284,9 @@ class SingleNear::Neighbourhood {
   float* sums_;
   std::array<float, degree + 1> polynomial_;
   std::array<float, degree> slope_;
-  Many at_[3], charge_;  ///< the cluster's charges, from its centre, in cut-offs
-  Many sum_[4]{};
+  alignas(64) std::array<std::array<float, together>, 4> at_;  ///< the cluster's places, from its centre and in
+                                                               ///< cut-offs, and charges
+  Many sum_[together][4]{};
   int count_ = 0;
   alignas(64) std::array<std::array<float, most + 3 * width>, 4> near_by_;  ///< the same of what is near
   alignas(64) std::array<int, most + 3 * width> number_;                    ///< of that, as it is sorted
@@ -354,8 +310,19 @@ double SingleNear::longest_cutoff(Vec3 lengths) { return std::min({lengths.x, le
 
 /// As many charges from `first` on as are not too far apart along z.
 SingleNear::Cluster SingleNear::cluster_from(const Columns& columns, int first, int end) const {
-  Cluster cluster{.first = first};
+  Cluster cluster{.first = first, .size = std::min(together, end - first)};
   std::array<std::int32_t, 3> low{}, high{};
+  const EightPlaces there = ascending<EightPlaces>() < cluster.size;
+  for (int k = 0; k < 3; ++k) {
+    const auto* places = reinterpret_cast<const std::int32_t*>(columns.place(k)) + first;
+    const EightPlaces from_first = there ? lanes<together>(places) - *places : EightPlaces{};
+    for (int n = 0; n < together; ++n)
+      low[k] = std::min(low[k], from_first[n]), high[k] = std::max(high[k], from_first[n]);
+  }
+  if (!(scale_[2] * (static_cast<float>(high[2]) - static_cast<float>(low[2])) > highest_))
+    return boxed(columns, cluster, low, high);
+  low = high = {};
+  cluster.size = 0;
   for (; cluster.size < together && first + cluster.size < end; ++cluster.size) {
     auto lower = low, higher = high;
     for (int k = 0; k < 3; ++k) {
@@ -365,9 +332,15 @@ SingleNear::Cluster SingleNear::cluster_from(const Columns& columns, int first, 
     if (scale_[2] * (static_cast<float>(higher[2]) - static_cast<float>(lower[2])) > highest_) break;
     low = lower, high = higher;
   }
+  return boxed(columns, cluster, low, high);
+}
+
+/// With the box that reaches from `low` to `high`, seen from the first.
+SingleNear::Cluster SingleNear::boxed(const Columns& columns, Cluster cluster, const std::array<std::int32_t, 3>& low,
+                                      const std::array<std::int32_t, 3>& high) const {
   for (int k = 0; k < 3; ++k) {
     const std::int32_t middle = low[k] / 2 + high[k] / 2;
-    cluster.centre[k] = columns.place(k)[first] + static_cast<Turns>(middle);
+    cluster.centre[k] = columns.place(k)[cluster.first] + static_cast<Turns>(middle);
     cluster.half[k] = scale_[k] * (0.5f * (static_cast<float>(high[k]) - static_cast<float>(low[k])) + 2) * 1.00001f;
   }
   return cluster;

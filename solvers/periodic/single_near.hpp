@@ -37,6 +37,8 @@ class SingleNear {
   template <int degree, bool potentials>
   void compute_column(const Columns& columns, int column, float* sums) const;
   Cluster cluster_from(const Columns& columns, int first, int end) const;
+  Cluster boxed(const Columns& columns, Cluster cluster, const std::array<std::int32_t, 3>& low,
+                const std::array<std::int32_t, 3>& high) const;
 
   float highest_;               ///< cluster, in cut-offs: no more than a third of the box, nor with much nothing in it
   std::array<float, 3> scale_;  ///< of Turns, to cut-offs

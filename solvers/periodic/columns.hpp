@@ -39,10 +39,7 @@ class Columns {
 
   std::array<int, 2> count() const { return {tiles_[0] * columns_[0], tiles_[1] * columns_[1]}; }
   /// Columns are numbered in the order in which charges are sorted.
-  int number_of(int x, int y) const {
-    const int tile = x / columns_[0] * tiles_[1] + y / columns_[1];
-    return (tile * columns_[0] + x % columns_[0]) * columns_[1] + y % columns_[1];
-  }
+  int number_of(int x, int y) const { return before_[0][x] + before_[1][y]; }
   std::array<int, 2> column(int number) const {
     const int tile = number / columns_a_tile(), inside = number % columns_a_tile();
     return {tile / tiles_[1] * columns_[0] + inside / columns_[1],
@@ -64,10 +61,11 @@ class Columns {
 
  private:
   int columns_a_tile() const { return columns_[0] * columns_[1]; }
-  void place_charge(const Sources& sources, int i);
+  void place_charges(const Sources& sources, int first, int last);
 
   Vec3 lengths_;
-  std::array<int, 2> tiles_, columns_;  ///< along x and y: one or an even number of tiles; columns of a tile
+  std::array<int, 2> tiles_, columns_;      ///< along x and y: one or an even number of tiles; columns of a tile
+  std::array<std::vector<int>, 2> before_;  ///< columns by their place along an axis: number_of
   int bins_;
   double charge_unit_ = 1, total_charge_ = 0;
   std::vector<std::array<Turns, 3>> found_;  ///< places, by number

@@ -9,8 +9,8 @@
 // The waves of what a charge sees of its own cloud by splines.
 namespace lichtenberg::periodic {
 
-/// cos(2 pi s), and its derivative by s^2, by their Taylor series, of four numbers: off by 2e-7 at the mesh's points,
-/// half a spacing from the middle, of an effect that is itself an error of the mesh.
+/// cos(2 pi s), and its derivative by s^2, by their Taylor series, of four numbers: off by 2e-7 (single precision:
+/// 2e-3) at the mesh's points, half a spacing from the middle, of an effect that is itself an error of the mesh.
 template <class Real = double>
 struct Turn {
   using Four = Lanes<4, Real>;
@@ -26,7 +26,7 @@ struct Turn {
   Four twice() const { return 2 * cosine * cosine - 1; }
 
  private:
-  static constexpr int terms = 9;
+  static constexpr int terms = sizeof(Real) == sizeof(double) ? 9 : 7;
   /// In powers of s^2.
   static constexpr std::array<Real, terms> series = [] {
     std::array<Real, terms> of{};

@@ -64,6 +64,60 @@ Crowd ball() {
 
 }  // namespace
 
+TEST_CASE("windows are as wide as their order, smooth, and have the transforms that are said") {
+  for (const Window window : {Window::spline, Window::prolate})
+    for (int order = 4; order <= 8; ++order) {
+      const auto pieces = window_pieces(window, order);
+      CHECK(std::ssize(pieces) == order);
+      const auto weight = [&](int c, double s) {
+        double sum = 0;
+        for (auto term = pieces.rbegin(); term != pieces.rend(); ++term) sum = sum * s + (*term)[c];
+        return sum;
+      };
+      // The c-th of the points around a place lies c + 1 - order / 2 - (s + 1 / 2) from it, up to half of an odd
+      // order's spacing; its weight is the window's there. Ends meet, as boxes make them.
+      for (int c = 0; c + 1 < order; ++c) CHECK(weight(c, -0.5) == doctest::Approx(weight(c + 1, 0.5)).epsilon(1e-12));
+      CHECK(std::abs(weight(order - 1, -0.5)) + std::abs(weight(0, 0.5)) < 1e-14);
+      const WindowTransform transform(window, order);
+      constexpr int parts = 400;  // of a spacing; the midpoint rule leaves (k / parts)^2 / 24
+      for (const double k : {0.0, 0.7, 3.0})
+        for (const int turns : {0, 1}) {
+          double sum = 0;
+          for (int c = 0; c < order; ++c)
+            for (int part = 0; part < parts; ++part) {
+              const double s = (part + 0.5) / parts - 0.5, x = s + 0.5 * (order - 1) - c;
+              sum += weight(c, s) * std::cos((k + 2 * M_PI * turns) * x) / parts;
+            }
+          CHECK(transform(k)[WindowTransform::far_turns + turns] == doctest::Approx(sum).epsilon(1e-5).scale(0.1));
+        }
+    }
+}
+
+TEST_CASE("with any window the error is the one that is estimated, and prolate ones have the least") {
+  const Crowd crowd = gas();
+  const Response exact = by_ewald(crowd, 1e-11);
+  const auto estimate = [&](Window window, int order, int points, const Cloud& cloud) {
+    const Mesh mesh{crowd.lengths, {points, points, points}, order, window};
+    SingleMesh sum(mesh, cloud, crowd.size());
+    const double expected = std::hypot(relative_error(mesh, cloud, 1), error_of_single_precision);
+    const double error = relative_difference(evaluated(sum, crowd).force, exact.force);
+    CAPTURE(order);
+    CHECK(error < 1.5 * expected);  // 300 charges are few: found .8 to 1.1
+    CHECK(error > expected / 1.5);
+    return expected;
+  };
+  // Spacings of about what an accuracy of 1e-2 to 1e-6 takes with prolate windows.
+  struct Case {
+    int order, points;
+    double band_limit, cutoff;
+  };
+  for (const Case& of : {Case{4, 12, 7, 3}, {5, 14, 9, 3.5}, {6, 18, 12, 4}, {7, 18, 14, 4.2}, {8, 20, 17, 4.2}}) {
+    const Cloud cloud = prolate_cloud(of.band_limit, of.cutoff);
+    CHECK(estimate(Window::prolate, of.order, of.points, cloud) <
+          0.9 * estimate(Window::spline, of.order, of.points, cloud));
+  }
+}
+
 TEST_CASE("single precision gives what double precision does, for any order of splines") {
   for (const int order : {4, 5, 6, 7})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, {20, 24, 16}, order}, prolate_cloud(16, 3.9));
@@ -204,6 +258,9 @@ TEST_CASE("what single precision cannot do is refused") {
   CHECK(message_of([&] {
           SingleMesh({crowd.lengths, {24, 24, 23}, 7}, prolate_cloud(11, 4), 300);
         }) == "a mesh in single precision has an even number of points along z: 23 are not");
+  CHECK(message_of([&] {
+          ParticleMesh({crowd.lengths, {24, 24, 24}, 6, Window::prolate}, prolate_cloud(11, 4));
+        }) == "a mesh in double precision has splines for windows");
   SingleMesh sum(fine, prolate_cloud(11, 4), 300);
   Crowd polarized = crowd;
   polarized.dipole.resize(crowd.position.size());

@@ -45,7 +45,8 @@ constexpr int highest_double_order = 7;
 
 /// What a way to sum can do, and the nanoseconds that it takes on one core (validation/benchmarks/periodic.cpp).
 struct Way {
-  std::vector<int> points;  ///< a side, that its transforms are quick for
+  std::vector<int> points;      ///< a side, that its transforms are quick for
+  std::vector<Window> windows;  ///< the better ones first
   int lowest_order, highest_order;
   double longest_cutoff;
   std::function<double(double density, double cutoff)> near;  ///< a charge's pairs
@@ -60,6 +61,7 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
     return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
   };
   return {quick_for_fftw(),
+          {Window::spline},
           lowest_order,
           highest_double_order,
           0.5 * std::min({lengths.x, lengths.y, lengths.z}),
@@ -69,17 +71,17 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
           [](int) { return 0.55; }};
 }
 
-Way in_single_precision(Vec3 lengths) {
-  // What is within the cut-off of a cube with a cluster's charges meets each of them.
-  constexpr double meeting = 1;
+Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
+  // What is within the cut-off of a cube with a cluster's charges meets each of them; to look for it takes time too.
+  constexpr double meeting = 0.45, looking = 15;
   const auto near = [](double density, double cutoff) {
     const double edge = std::cbrt(SingleNear::together / density), r = cutoff;
     const double volume = std::pow(edge, 3) + 6 * edge * edge * r + 3 * M_PI * edge * r * r + 4 * M_PI / 3 * r * r * r;
-    return meeting * 0.5 * density * volume;
+    return looking + meeting * 0.5 * density * volume;
   };
   // Large meshes do not fit into the second-level cache.
-  const auto point = [](int points) { return points <= 100 ? 0.15 : 0.25; };
-  return {numbers_of({2, 3, 5}), 4, 8, SingleNear::longest_cutoff(lengths), near, 18, 1.2, point};
+  const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
+  return {numbers_of({2, 3, 5}), windows, 4, 8, SingleNear::longest_cutoff(lengths), near, 28, 1.1, point};
 }
 
 /// What a cloud loses of the forces of charges and their dipoles.
@@ -101,9 +103,10 @@ double work(const Way& way, int charges, const Mesh& mesh, double cutoff) {
 }
 
 /// With spacings of at most that of `along_longest` points along the longest side, if there are so many.
-std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, Vec3 lengths, int order) {
+std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, Vec3 lengths, int order,
+                            Window window) {
   const double longest = std::max({lengths.x, lengths.y, lengths.z});
-  Mesh mesh{lengths, {}, order};
+  Mesh mesh{lengths, {}, order, window};
   for (int k = 0; k < 3; ++k) {
     const auto points = std::ranges::lower_bound(numbers, lengths[k] / longest * along_longest * (1 - 1e-12));
     if (points == numbers.end()) return {};
@@ -145,13 +148,13 @@ double alpha_for(double most, double cutoff, double dipole2) {
 /// The coarsest mesh of `candidates` along the longest side, `numbers` along others, whose error is no more than
 /// `most`.
 std::optional<Mesh> coarsest(const Cloud& cloud, double dipole2, double most, const std::vector<int>& candidates,
-                             const std::vector<int>& numbers, Vec3 lengths, int order) {
+                             const std::vector<int>& numbers, Vec3 lengths, int order, Window window) {
   const auto fine_enough = [&](int number) {
-    const auto mesh = mesh_of(number, numbers, lengths, order);
+    const auto mesh = mesh_of(number, numbers, lengths, order, window);
     return mesh && mesh_error(sample_of(*mesh), cloud, dipole2) <= most;
   };
   const auto number = std::ranges::partition_point(candidates, [&](int n) { return !fine_enough(n); });
-  return number == candidates.end() ? std::nullopt : mesh_of(*number, numbers, lengths, order);
+  return number == candidates.end() ? std::nullopt : mesh_of(*number, numbers, lengths, order, window);
 }
 
 }  // namespace
@@ -189,7 +192,7 @@ std::vector<double> cutoffs(double longest, double contact) {
   constexpr double from_contact = 1.5;
   std::vector<double> cutoffs;
   if (longest > contact) cutoffs.push_back(longest);
-  for (double cutoff = longest / 1.1; cutoff > from_contact * contact; cutoff /= 1.1) cutoffs.push_back(cutoff);
+  for (double cutoff = longest / 1.05; cutoff > from_contact * contact; cutoff /= 1.05) cutoffs.push_back(cutoff);
   return cutoffs;
 }
 
@@ -212,7 +215,9 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
     if (now.alpha > 0 && lost_with(cloud, dipole2) > most) continue;
     for (int order = way.lowest_order; order <= way.highest_order; ++order) {
       if (order != by_hand.order.value_or(order)) continue;
-      const auto mesh = coarsest(cloud, dipole2, most, points, numbers, request.lengths, order);
+      std::optional<Mesh> mesh;
+      for (const Window window : way.windows)
+        if (!mesh) mesh = coarsest(cloud, dipole2, most, points, numbers, request.lengths, order, window);
       if (!mesh || work(way, request.charges, *mesh, cutoff) >= least) continue;
       least = work(way, request.charges, *mesh, cutoff);
       now.mesh = *mesh;
@@ -250,12 +255,17 @@ MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_ord
   return *best;
 }
 
+std::vector<Window> windows_in_single(const MeshRequest& request) {
+  if (request.splines) return {Window::spline};
+  return {Window::prolate, Window::spline};
+}
+
 /// With the band limit of least error, which a larger one makes in the mesh and a smaller one near by.
-MeshChoice by_hand_alone(const MeshRequest& request) {
+MeshChoice by_hand_with(Window window, const MeshRequest& request) {
   const auto [cutoff, alpha, points, order] = request.by_hand;
   auto numbers = quick_for_fftw();
   numbers.insert(std::ranges::lower_bound(numbers, *points), *points);
-  const auto mesh = mesh_of(*points, numbers, request.lengths, *order);
+  const auto mesh = mesh_of(*points, numbers, request.lengths, *order, window);
   if (!mesh) throw InputError(fmt::format("{} points along the longest side are more than 1024", *points));
   MeshChoice choice{.mesh = *mesh, .cutoff = *cutoff, .band_limit = 1, .alpha = alpha.value_or(0)};
   for (double limit = 1; limit <= 40 && choice.alpha == 0; limit += 0.25) {
@@ -266,7 +276,22 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
   choice.single = why_not_single(request).empty() && choice.mesh.points[2] % 2 == 0 &&
                   std::ssize(cloud_polynomial(choice.cloud())) <= SingleNear::highest_degree + 1 &&
                   error_of(choice, request) >= finest_single;
-  if (!choice.single) require_order_in_double(request);
+  choice.error = error_of(choice, request);
+  return choice;
+}
+
+MeshChoice by_hand_alone(const MeshRequest& request) {
+  const bool known_in_single = *request.by_hand.order >= 4 && *request.by_hand.order <= 8;
+  std::optional<MeshChoice> best;
+  for (const Window window : windows_in_single(request)) {
+    if (!known_in_single) break;
+    const MeshChoice choice = by_hand_with(window, request);
+    if (choice.single && (!best || choice.error < best->error)) best = choice;
+  }
+  if (best) return *best;
+  require_order_in_double(request);
+  MeshChoice choice = by_hand_with(Window::spline, request);
+  choice.single = false;
   choice.error = error_of(choice, request);
   return choice;
 }
@@ -296,7 +321,8 @@ MeshChoice choose_quick_mesh(const MeshRequest& request) {
   const double own2 = error_of_single_precision * error_of_single_precision;
   const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);
   std::optional<MeshChoice> best;
-  if (why_not_single(request).empty()) best = choose(most, request, in_single_precision(request.lengths));
+  if (why_not_single(request).empty())
+    best = choose(most, request, in_single_precision(request.lengths, windows_in_single(request)));
   if (!best) {
     require_order_in_double(request);
     return in_double(request.accuracy, request, request.polarizability ? lowest_dipole_order : 4);

@@ -55,8 +55,9 @@ struct MeshRequest {
   std::optional<double> polarizability{};  ///< of dipoles that the charges induce; none: there are no dipoles
   ByHand by_hand{};
   double longest_cutoff = INFINITY;  ///< of a ParticleMesh, in a box whose half is longer
-  // For comparisons; runs have no reason to ask for either.
+  // For comparisons; runs have no reason to ask for any.
   bool gauss = false;        ///< Ewald's splitting in place of the prolate one
+  bool splines = false;      ///< splines for windows of a SingleMesh too
   bool only_double = false;  ///< a ParticleMesh in any case
 };
 

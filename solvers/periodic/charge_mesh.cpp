@@ -37,6 +37,15 @@ const Mesh& checked(const Mesh& mesh, int highest_order) {
   return mesh;
 }
 
+namespace {
+
+const Mesh& with_splines(const Mesh& mesh) {
+  if (mesh.window != Window::spline) throw InputError("a mesh in double precision has splines for windows");
+  return checked(mesh, 7);
+}
+
+}  // namespace
+
 template <class Work>
 void ChargeMesh::with_constants(Kind kind, Work&& work) const {
   const auto with_kind = [&](auto order) {
@@ -53,7 +62,7 @@ void ChargeMesh::with_constants(Kind kind, Work&& work) const {
 }
 
 ChargeMesh::ChargeMesh(const Mesh& mesh, const Cloud& cloud)
-    : mesh_(checked(mesh, 7)),
+    : mesh_(with_splines(mesh)),
       influence_(optimal_influence(mesh, cloud)),
       wave_(waves_from_middle(influence_, mesh.order)),
       self_(cloud.potential(0)),

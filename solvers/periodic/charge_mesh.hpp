@@ -29,7 +29,7 @@ struct FeltSums {
   std::span<double> force{};  ///< four numbers each, the last without a meaning; only of Kind::multipoles
 };
 
-/// The mesh. Throws InputError unless there are splines of its order and enough points for them.
+/// The mesh. Throws InputError unless there are windows of its order and enough points for them.
 const Mesh& checked(const Mesh& mesh, int highest_order);
 
 /// Charges and dipoles taken for clouds, on a mesh: `spread` them, `solve` for the potential, `add` what it is at their
@@ -37,7 +37,7 @@ const Mesh& checked(const Mesh& mesh, int highest_order);
 /// fields and forces are all slopes of one energy. Each is the same bits for any number of threads.
 class ChargeMesh {
  public:
-  /// Orders from 4 to 7; at least twice the order in points along each axis. Throws InputError.
+  /// Splines of orders from 4 to 7; at least twice the order in points along each axis. Throws InputError.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
   int order() const { return mesh_.order; }

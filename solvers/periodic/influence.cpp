@@ -8,28 +8,25 @@ namespace lichtenberg::periodic {
 namespace {
 
 /// Modes that a mesh cannot tell apart differ by whole numbers of turns a spacing. Splines of order 4 leave 1e-7 of the
-/// seventh: those up to `far_turns` make the sums over splines alone. A cloud that a mesh can carry at all has nothing
+/// seventh: those up to `far_turns` make the sums over windows alone. A cloud that a mesh can carry at all has nothing
 /// left of the second.
-constexpr int far_turns = 6, near_turns = 1;
+constexpr int far_turns = WindowTransform::far_turns, near_turns = 1;
 
 /// One axis of a mesh: what the sums over modes that look alike are made of, for mode 0 to points / 2.
 struct Axis {
   struct Mode {
-    double u2 = 0, k2u2 = 0, k4u2 = 0;  ///< sums of U^2, k^2 U^2 and k^4 U^2, U the spline's transform
+    double u2 = 0, k2u2 = 0, k4u2 = 0;  ///< sums of U^2, k^2 U^2 and k^4 U^2, U the window's transform
     std::array<double, 2> shifted{};    ///< sums of U(m) U(m + 1), U(m) U(m + 2)
     std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 one by one
   };
   std::vector<Mode> modes;
 
-  Axis(double length, int points, int order) {
-    const double spacing = length / points;
+  Axis(double length, int points, const WindowTransform& transform) {
     for (int mode = 0; mode <= points / 2; ++mode) {
-      std::array<double, 2 * far_turns + 1> spline;
+      const WindowTransform::Turned window = transform(2 * M_PI * mode / points);
       Mode& sums = modes.emplace_back();
       for (int m = -far_turns; m <= far_turns; ++m) {
-        const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, phase = k * spacing / 2;
-        const double u = phase == 0 ? 1 : std::pow(std::sin(phase) / phase, order);
-        spline[m + far_turns] = u;
+        const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, u = window[m + far_turns];
         sums.u2 += u * u;
         sums.k2u2 += k * k * u * u;
         sums.k4u2 += k * k * k * k * u * u;
@@ -38,7 +35,7 @@ struct Axis {
         sums.square[m + near_turns] = u * u;
       }
       for (int n = 1; n <= 2; ++n)
-        for (int m = 0; m + n <= 2 * far_turns; ++m) sums.shifted[n - 1] += spline[m] * spline[m + n];
+        for (int m = 0; m + n <= 2 * far_turns; ++m) sums.shifted[n - 1] += window[m] * window[m + n];
     }
   }
 };
@@ -95,9 +92,10 @@ double error_with_dipoles(const Axis::Mode& x, const Axis::Mode& y, const Axis::
 struct Octant {
   std::array<Axis, 3> axes;
 
-  explicit Octant(const Mesh& mesh)
-      : axes{Axis(mesh.lengths.x, mesh.points[0], mesh.order), Axis(mesh.lengths.y, mesh.points[1], mesh.order),
-             Axis(mesh.lengths.z, mesh.points[2], mesh.order)} {}
+  explicit Octant(const Mesh& mesh) : Octant(mesh, WindowTransform(mesh.window, mesh.order)) {}
+  Octant(const Mesh& mesh, const WindowTransform& transform)
+      : axes{Axis(mesh.lengths.x, mesh.points[0], transform), Axis(mesh.lengths.y, mesh.points[1], transform),
+             Axis(mesh.lengths.z, mesh.points[2], transform)} {}
 
   /// use(modes, Alike, how many modes of the mesh are this one's mirror images) for all but the constant.
   template <class Use>

@@ -5,14 +5,16 @@
 
 #include "solvers/geometry/vec.hpp"
 #include "solvers/periodic/cloud.hpp"
+#include "solvers/periodic/window.hpp"
 
 namespace lichtenberg::periodic {
 
-/// A mesh in a periodic box, and how charges come on it: by B-splines of an order.
+/// A mesh in a periodic box, and how charges come on it: by windows of an order.
 struct Mesh {
   Vec3 lengths;  ///< of the box
   std::array<int, 3> points{};
   int order = 0;
+  Window window = Window::spline;
 
   Vec3 spacing() const { return {lengths.x / points[0], lengths.y / points[1], lengths.z / points[2]}; }
   double volume() const { return lengths.x * lengths.y * lengths.z; }

@@ -17,8 +17,59 @@ using Four = Lanes<4, float>;
 
 int halo_of(int order) { return order <= 4 ? 4 : 8; }
 
+/// Weights of a row of points, zeros behind the last, and with their slopes behind them: as wide as vectors of numbers
+/// that processors have.
 template <int order>
-using FloatSpline = Spline<order, float>;
+constexpr int lanes_of = order <= 4 ? 4 : 8;
+template <int order>
+using Row = Lanes<lanes_of<order>, float>;
+template <int order>
+using Both = Lanes<2 * lanes_of<order>, float>;
+
+template <int order>
+Row<order> low_half(const Both<order>& both) {
+  if constexpr (order <= 4)
+    return __builtin_shufflevector(both, both, 0, 1, 2, 3);
+  else
+    return __builtin_shufflevector(both, both, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+template <int order>
+Row<order> high_half(const Both<order>& both) {
+  if constexpr (order <= 4)
+    return __builtin_shufflevector(both, both, 4, 5, 6, 7);
+  else
+    return __builtin_shufflevector(both, both, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+template <int order>
+Both<order> joined(const Row<order>& low, const Row<order>& high) {
+  if constexpr (order <= 4)
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+  else
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+std::vector<float> table_of(const Mesh& mesh) {
+  const int lanes = mesh.order <= 4 ? 4 : 8;
+  const auto pieces = window_pieces(mesh.window, mesh.order);
+  std::vector<float> table(2 * lanes * pieces.size());
+  for (std::size_t d = 0; d < pieces.size(); ++d)
+    for (int c = 0; c < mesh.order; ++c) {
+      table[2 * lanes * d + c] = static_cast<float>(pieces[d][c]);
+      if (d > 0) table[2 * lanes * (d - 1) + lanes + c] = static_cast<float>(static_cast<double>(d) * pieces[d][c]);
+    }
+  return table;
+}
+
+/// Rows, or rows with their slopes, at three places between points.
+template <class Numbers, int order>
+[[gnu::always_inline]] inline void polynomials(const std::vector<float>& table, const std::array<float, 3>& s,
+                                               Numbers (&of)[3]) {
+  constexpr int numbers = sizeof(Numbers) / sizeof(float);
+  const auto coefficients = [&](int d) -> const Numbers& { return lanes<numbers>(&table[2 * lanes_of<order> * d]); };
+  for (int k = 0; k < 3; ++k) of[k] = coefficients(order - 1);
+#pragma GCC unroll 8
+  for (int d = order - 2; d >= 0; --d)
+    for (int k = 0; k < 3; ++k) of[k] = of[k] * s[k] + coefficients(d);
+}
 
 }  // namespace
 
@@ -31,6 +82,7 @@ const Mesh& SingleChargeMesh::checked_even(const Mesh& mesh) {
 
 SingleChargeMesh::SingleChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influence& influence)
     : mesh_(mesh),
+      window_(table_of(mesh)),
       grid_(mesh.points, halo_of(mesh.order), influence.factor, cloud.cutoff),
       self_(static_cast<float>(cloud.potential(0) * cloud.cutoff)),
       background_(-cloud.background / mesh.volume() * cloud.cutoff) {
@@ -46,21 +98,19 @@ double SingleChargeMesh::reach() const {
   return 0.5 * mesh_.order * std::max({spacing.x, spacing.y, spacing.z});
 }
 
-/// Where the points around a place are, and their weights.
+/// Where the points around a place are.
 template <int order>
 struct SingleChargeMesh::Rows {
-  using S = FloatSpline<order>;
   std::array<std::ptrdiff_t, order> plane, row;
-  std::array<float, 3> behind;  ///< the point before it, in spacings
-  typename S::Row weight[3];
+  std::array<float, 3> from_middle;  ///< between two points, in spacings
 
   Rows(const SingleConvolution& grid, const Columns& columns, int s) {
     std::array<int, 3> point;
     for (int k = 0; k < 3; ++k) {
       const std::uint64_t spacings = static_cast<std::uint64_t>(columns.place(k)[s]) * grid.points()[k];
       point[k] = static_cast<int>(spacings >> 32);
-      behind[k] = static_cast<float>(static_cast<std::int64_t>(spacings & 0xffffffff)) * 0x1p-32f;
-      S::weights(behind[k], weight[k]);
+      from_middle[k] =
+          static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(spacings) ^ 0x80000000u)) * 0x1p-32f;
     }
     for (int c = 0; c < order; ++c) {
       plane[c] = wrapped(point[0] + c, grid.points()[0]) * grid.plane() + point[2];
@@ -72,13 +122,16 @@ struct SingleChargeMesh::Rows {
 
 template <int order>
 void SingleChargeMesh::spread_charge(const Columns& columns, int s) {
-  using S = FloatSpline<order>;
   const Rows<order> rows(grid_, columns, s);
-  const typename S::Row z = columns.charge()[s] * rows.weight[2];
+  Row<order> weight[3];
+  polynomials<Row<order>, order>(window_, rows.from_middle, weight);
+  const Row<order> z = columns.charge()[s] * weight[2];
+#pragma GCC unroll 8
   for (int a = 0; a < order; ++a) {
-    const typename S::Row along_z = rows.weight[0][a] * z;
+    const Row<order> along_z = weight[0][a] * z;
     float* plane = grid_.data() + rows.plane[a];
-    for (int b = 0; b < order; ++b) lanes<S::lanes>(&plane[rows.row[b]]) += rows.weight[1][b] * along_z;
+#pragma GCC unroll 8
+    for (int b = 0; b < order; ++b) lanes<lanes_of<order>>(&plane[rows.row[b]]) += weight[1][b] * along_z;
   }
 }
 
@@ -94,42 +147,47 @@ void SingleChargeMesh::spread(const Columns& columns, parallel::Team& team) {
 
 template <int order>
 void SingleChargeMesh::add_to(const Columns& columns, int s, float background, float* sum) const {
-  using S = FloatSpline<order>;
-  using Row = typename S::Row;
   const Rows<order> rows(grid_, columns, s);
-  Row slope[3];
-  for (int k = 0; k < 3; ++k) S::slopes(rows.behind[k], slope[k]);
-  Row potential{}, along_x{}, along_y{};
+  Both<order> both[3];  // weights, and slopes
+  polynomials<Both<order>, order>(window_, rows.from_middle, both);
+  Both<order> along_y[order];
+#pragma GCC unroll 8
+  for (int b = 0; b < order; ++b)
+    along_y[b] = joined<order>(Row<order>{} + both[1][b], Row<order>{} + both[1][lanes_of<order> + b]);
+  Both<order> here_and_slope_y{};
+  Row<order> slope_x{};
+#pragma GCC unroll 8
   for (int a = 0; a < order; ++a) {
     const float* plane = grid_.data() + rows.plane[a];
-    Row here{}, slope_y{};
+    Both<order> in_plane{};
+#pragma GCC unroll 8
     for (int b = 0; b < order; ++b) {
-      const Row& row = lanes<S::lanes>(&plane[rows.row[b]]);
-      here += rows.weight[1][b] * row;
-      slope_y += slope[1][b] * row;
+      const Row<order>& row = lanes<lanes_of<order>>(&plane[rows.row[b]]);
+      in_plane += along_y[b] * joined<order>(row, row);
     }
-    potential += rows.weight[0][a] * here;
-    along_x += slope[0][a] * here;
-    along_y += rows.weight[0][a] * slope_y;
+    here_and_slope_y += both[0][a] * in_plane;
+    slope_x += both[0][lanes_of<order> + a] * low_half<order>(in_plane);
   }
-  const auto half = [](const Row& weight, const Row& row) {
-    const Row product = weight * row;
-    if constexpr (S::lanes == 4)
+  const Row<order> potential = low_half<order>(here_and_slope_y), slope_y = high_half<order>(here_and_slope_y);
+  const Row<order> weight_z = low_half<order>(both[2]), slope_z = high_half<order>(both[2]);
+  const auto half = [](const Row<order>& weight, const Row<order>& row) {
+    const Row<order> product = weight * row;
+    if constexpr (order <= 4)
       return product;
     else
       return Four(__builtin_shufflevector(product, product, 0, 1, 2, 3) +
                   __builtin_shufflevector(product, product, 4, 5, 6, 7));
   };
   const Four& over_spacing = lanes<4>(over_spacing_.data());
-  Four felt = -over_spacing * totals(half(rows.weight[2], along_x), half(rows.weight[2], along_y),
-                                     half(slope[2], potential), half(rows.weight[2], potential));
+  Four felt = -over_spacing * totals(half(weight_z, slope_x), half(weight_z, slope_y), half(slope_z, potential),
+                                     half(weight_z, potential));
   // What it sees of its own cloud, as in ChargeMesh.
   const float charge = columns.charge()[s];
-  const Four behind = Four{rows.behind[0], rows.behind[1], rows.behind[2], 0.5f} - 0.5f;
-  const Turn<float> turn(behind);
+  const Four place{rows.from_middle[0], rows.from_middle[1], rows.from_middle[2], 0};
+  const Turn<float> turn(place);
   const Four first = lanes<4>(wave_[0].data()), second = lanes<4>(wave_[1].data());
   const Four own = first * turn.cosine + second * turn.twice();
-  Four off = turn.slope * behind * (first + 4 * second * turn.cosine) * over_spacing * charge;
+  Four off = turn.slope * place * (first + 4 * second * turn.cosine) * over_spacing * charge;
   off[3] = background - charge * (self_ + own[0] + own[1] + own[2]);
   lanes<4>(sum) += felt + off;
 }

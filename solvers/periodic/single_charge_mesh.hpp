@@ -10,8 +10,8 @@
 
 namespace lichtenberg::periodic {
 
-/// What ChargeMesh does with charges, in single precision: `spread` them, `solve` for the potential, `add` what it is
-/// at their places, in this order. Each is the same bits for any number of threads.
+/// What ChargeMesh does with charges, in single precision and with windows of either kind: `spread` them, `solve` for
+/// the potential, `add` what it is at their places, in this order. Each is the same bits for any number of threads.
 class SingleChargeMesh {
  public:
   /// Orders from 4 to 8; at least twice the order in points along each axis, an even number along z. Throws InputError.
@@ -38,6 +38,7 @@ class SingleChargeMesh {
   void add_to(const Columns& columns, int s, float background, float* sum) const;
 
   Mesh mesh_;
+  std::vector<float> window_;  ///< of s^d: weights of the points around a place, and their slopes; [d][2 x lanes]
   SingleConvolution grid_;
   // In units of the cut-off, as in ChargeMesh.
   std::array<float, 4> over_spacing_;

@@ -35,6 +35,8 @@ STYLES = {
     "euler": ("#8c8c8c", "^-"),
     "mesh": ("#0072b2", "o-"),
     "mesh-gauss": ("#0072b2", "o--"),
+    "mesh-splines": ("#999933", "v-"),
+    "mesh-splines-gauss": ("#999933", "v--"),
     "mesh-double": ("#56b4e9", "o-"),
     "mesh-double-gauss": ("#56b4e9", "o--"),
     "mesh-cuda": ("#009e73", "D-"),

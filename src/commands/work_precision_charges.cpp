@@ -110,27 +110,35 @@ periodic::MeshRequest request_for(const ChargedSubject& subject, double accuracy
           .polarizability = subject.dipoles ? std::optional(subject.dipoles->polarizability) : std::nullopt};
 }
 
-Method mesh(const ChargedSubject& subject, std::string name, std::string description, bool gauss, bool only_double) {
+/// What of a mesh is to be otherwise than runs have it.
+struct Otherwise {
+  bool gauss = false, splines = false, only_double = false;
+};
+
+Method mesh(const ChargedSubject& subject, std::string name, std::string description, const Otherwise& otherwise) {
   Method method{std::move(name), std::move(description), {}};
   for (const double accuracy : accuracies)
     method.candidates.push_back(
         candidate(subject, {{"accuracy", accuracy}}, cost_of_mesh(accuracy), accuracy, [=, &subject] {
           periodic::MeshRequest request = request_for(subject, accuracy);
-          request.gauss = gauss;
-          request.only_double = only_double;
+          request.gauss = otherwise.gauss;
+          request.splines = otherwise.splines;
+          request.only_double = otherwise.only_double;
           return periodic::make_mesh_sum(periodic::choose_quick_mesh(request), request.charges);
         }));
   return method;
 }
 
-/// A device has single precision for charges alone; what it is asked for is chosen as for the CPU's.
+/// A device has single precision for charges alone, and splines: what it is asked for is chosen as for a run.
 Method mesh_on_device(const ChargedSubject& subject) {
   Method method{"mesh-cuda", "the same mesh on a CUDA device, by the device's clock", {}};
   for (const double accuracy : accuracies)
     if (accuracy >= periodic::finest_single)
       method.candidates.push_back({{{"accuracy", accuracy}}, cost_of_mesh(accuracy), [=, &subject] {
-                                     return std::make_unique<DeviceTrial>(
-                                         subject, periodic::choose_quick_mesh(request_for(subject, accuracy)));
+                                     periodic::MeshRequest request = request_for(subject, accuracy);
+                                     request.only_double = true;
+                                     return std::make_unique<DeviceTrial>(subject,
+                                                                          periodic::choose_quick_mesh(request));
                                    }});
   return method;
 }
@@ -188,8 +196,8 @@ Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant
 
 std::vector<Method> all_methods(const ChargedSubject& subject) {
   const std::string to = "with the parameters that an accuracy asks for";
-  Method quick = mesh(subject, "mesh", "what a run takes: near pairs, all else on a mesh, " + to, false, false);
-  Method gauss = mesh(subject, "mesh-gauss", "the same with Ewald's splitting", true, false);
+  Method quick = mesh(subject, "mesh", "what a run takes: near pairs, all else on a mesh, " + to, {});
+  Method gauss = mesh(subject, "mesh-gauss", "the same with Ewald's splitting", {.gauss = true});
   if (subject.dipoles)
     return {quick,
             gauss,
@@ -197,15 +205,18 @@ std::vector<Method> all_methods(const ChargedSubject& subject) {
             dipole_variant(subject, periodic::DipoleSum::mixed_consistent),
             dipole_variant(subject, periodic::DipoleSum::minimum_image),
             dipole_variant(subject, periodic::DipoleSum::source)};
-  return {quick,
-          gauss,
-          mesh(subject, "mesh-double", "the mesh in double precision throughout", false, true),
-          mesh(subject, "mesh-double-gauss", "the same with Ewald's splitting", true, true),
-          mesh_on_device(subject),
-          ewald(subject),
-          minimum_image(subject),
-          shifted_force(subject),
-          lammps(subject)};
+  return {
+      quick,
+      gauss,
+      mesh(subject, "mesh-splines", "the mesh with B-splines in place of prolate windows", {.splines = true}),
+      mesh(subject, "mesh-splines-gauss", "the same with Ewald's splitting", {.gauss = true, .splines = true}),
+      mesh(subject, "mesh-double", "the mesh in double precision throughout, with B-splines", {.only_double = true}),
+      mesh(subject, "mesh-double-gauss", "the same with Ewald's splitting", {.gauss = true, .only_double = true}),
+      mesh_on_device(subject),
+      ewald(subject),
+      minimum_image(subject),
+      shifted_force(subject),
+      lammps(subject)};
 }
 
 /// Gaussian charges, where the scene has none yet.

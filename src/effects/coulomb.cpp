@@ -136,11 +136,12 @@ std::vector<Remark> explain(const Scene& scene) {
   const bool by_hand = mesh_request(scene).by_hand.complete();
   std::vector<Remark> remarks = {
       {"charges",
-       fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with splines of order {}, in "
+       fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with {} of order {}, in "
                    "{}; error {:.1e} of the rms force {}",
                    by_hand ? "by what is given by hand" : fmt::format("to {:g} of the rms force", options.accuracy),
                    choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
-                   choice.mesh.order, precision_in_words(choice, mesh_request(scene)), choice.error,
+                   choice.mesh.window == periodic::Window::prolate ? "prolate windows" : "splines", choice.mesh.order,
+                   precision_in_words(choice, mesh_request(scene)), choice.error,
                    by_hand ? "at random places" : "where the grains are")}};
   if (const std::string doubt = doubt_about(scene, choice); !doubt.empty()) remarks.push_back({"warning", doubt});
   return remarks;

@@ -41,7 +41,7 @@ class Motion final : public ContactMotion {
         followed.stored_at_start = total(stored_, touching_);
       else
         note(time + n * dt_, followed.record);
-      if (!encounters_.cover(dt_, of.fastest)) search(of, n, team);
+      if (!encounters_.cover(dt_, of.fastest)) search(of, n, team), ++followed.searches;
       step(n, time + n * dt_, team, followed.record);
     }
     look(time + dt, false, team);

@@ -15,6 +15,7 @@ namespace lichtenberg::granular {
 struct ContactsFollowed {
   ContactRecord record;
   double stored_at_start = 0, stored_at_end = 0;
+  int searches = 0;            ///< for pairs
   double fastest_release = 0;  ///< to which what is stored in one contact would bring its two, apart from rounding
 };
 

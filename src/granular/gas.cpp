@@ -177,6 +177,7 @@ ContactRecord Gas::advance_contacts(std::span<const double> held, double dt, int
                          .way = std::min(way_a_search, room)};
   const Stopwatch stopwatch(seconds_.contacts);
   ContactsFollowed followed = contact_motion_->advance(model_.bodies, contacts_, held, all, *team_);
+  searches_ += followed.searches;
   change_velocities(0);
   kicked_ = 0;
   release_ = followed.fastest_release;

@@ -91,6 +91,8 @@ class Gas {
   double largest_overlap = 0;  ///< over the sum of radii
   RestitutionCheck restitution;
   const GasSeconds& seconds() const { return seconds_; }
+  /// How often it has been looked for pairs that may touch, since this program started.
+  std::int64_t searches() const { return searches_ + list_.searches(); }
 
  private:
   ContactRecord advance_contacts(std::span<const double> held, double dt, int times, double gain);
@@ -119,6 +121,7 @@ class Gas {
   std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
   GasEnergy book_;                    ///< the flows
   GasSeconds seconds_;
+  std::int64_t searches_ = 0;                        ///< of contact_motion_
   mutable std::optional<double> fastest_, kinetic_;  ///< of the grains as they are; empty: to be found
   std::optional<double> release_;  ///< to which one contact might bring its two, by and large; empty: to be found
   double kicked_ = INFINITY;       ///< by which velocities may have changed since contacts were followed

@@ -188,6 +188,8 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
   }
 }
 
+std::int64_t GranularMotion::searches() const { return implementation_->here.searches(); }
+
 bool GranularMotion::exact_anywhere() const {
   return std::ranges::all_of(implementation_->here.model().effects, [](const auto& e) { return e->saves_exactly(); });
 }

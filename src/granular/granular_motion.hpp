@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "src/model/motion.hpp"
@@ -36,6 +37,8 @@ class GranularMotion : public Motion {
   ColumnGroup take_history() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;
+  /// How often it has been looked for pairs that may touch, on the CPU.
+  std::int64_t searches() const;
 
  private:
   struct Implementation;

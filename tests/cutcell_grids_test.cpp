@@ -6,6 +6,7 @@
 
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
+#include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/multigrid.hpp"
 #include "solvers/laplace/cutcell/operator.hpp"
 #include "solvers/laplace/cutcell/system.hpp"
@@ -29,6 +30,31 @@ TEST_CASE("a log-fitted link tends to 1 / cut for a large circle") {
   const Conductance c = log_fitted_link({0, 0}, {0.5, 0.5}, {0.5, -0.5}, {R + cut, 0}, R);
   // c = dtheta / ln(1 + cut/R), dtheta = 1/(R + cut - 1/2): relative difference of order 1/R
   CHECK(c.value == doctest::Approx(1 / cut).epsilon(2.0 / R));
+}
+
+TEST_CASE("links taken several at a time are those taken one by one") {
+  for (const double R : {least_batched_radius, 1.0, 7.75, 1000.0})
+    for (int k = 0; k < 1000; ++k) {
+      // Centres anywhere in a cell; a cell beside the rim, in any direction of it.
+      const Vec2 centre{std::fmod(0.618 * k, 1), std::fmod(0.414 * k, 1)};
+      const Vec2 rim = centre + R * Vec2{std::cos(0.1 * k), std::sin(0.1 * k)};
+      const Outline disk{Outline::Kind::disk, centre, {}, R};
+      const int i = static_cast<int>(std::floor(rim.x)), j = static_cast<int>(std::floor(rim.y));
+      for (int side = 0; side < 4; ++side) {
+        const Vec2 p = cell_centre(i, j), e = direction(side);
+        if (norm(p - centre) <= R || norm(p + e - centre) > R) continue;
+        const Conductance alone = fluid_link(disk, p, e, LinkFormula::log_fitted);
+        LinkBatch batch;
+        batch.x.fill(p.x - centre.x), batch.y.fill(p.y - centre.y), batch.ex.fill(e.x), batch.ey.fill(e.y);
+        const BatchConductances together = log_fitted_links(batch, R);
+        // Either has r^2 - R^2 to the rounding of R^2, over some cells times R, or a ten-thousandth if the cut is
+        // short.
+        const double cut = std::max(norm(p - centre) - R, smallest_cut), rounding = 1e-15 * (1 + R / cut);
+        CHECK(together.value[k % 8] == doctest::Approx(alone.value).epsilon(rounding));
+        const Vec2 gradient{together.gradient_x[k % 8], together.gradient_y[k % 8]};
+        CHECK(norm(gradient - alone.gradient) < 2 * rounding * norm(alone.gradient));
+      }
+    }
 }
 
 TEST_CASE("gradients of the links are the derivatives of their values") {

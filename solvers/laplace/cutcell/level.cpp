@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "solvers/laplace/cutcell/apertures.hpp"
+#include "solvers/laplace/cutcell/link_batch.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -162,7 +163,33 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
         part.rim.push_back(slot);
         link_cell(problem, formula, {i, j}, body, part);
       }
+    link_batches(body, part);
   }
+}
+
+bool Level::takes_batches(int body, LinkFormula formula) const {
+  const Outline& outline = outlines_[body];
+  return formula == LinkFormula::log_fitted && outline.kind == Outline::Kind::disk &&
+         outline.size >= least_batched_radius;
+}
+
+void Level::link_batches(int body, Part& part) const {
+  const int count = static_cast<int>(part.batched.size());
+  for (int from = 0; from < count; from += LinkBatch::width) {
+    LinkBatch batch;
+    const auto of = [&](int k) { return part.batched[std::min(from + k, count - 1)]; };  // the last one fills up
+    for (int k = 0; k < LinkBatch::width; ++k) {
+      const auto [link, centre, e] = of(k);
+      batch.x[k] = centre.x, batch.y[k] = centre.y, batch.ex[k] = e.x, batch.ey[k] = e.y;
+    }
+    const BatchConductances c = log_fitted_links(batch, outlines_[body].size);
+    for (int k = 0; k < std::min(LinkBatch::width, count - from); ++k) {
+      FluidLink& link = part.links[part.batched[from + k].link];
+      link.conductance = c.value[k];
+      link.gradient = {c.gradient_x[k], c.gradient_y[k]};
+    }
+  }
+  part.batched.clear();
 }
 
 void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part) {
@@ -172,9 +199,15 @@ void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell c
     if (!inside(next)) continue;
     const std::ptrdiff_t slot = layout(next.i, next.j);
     if (cover[slot].is_fluid()) {
-      Conductance c = fluid_link(outlines_[body], centre(next), -e, formula);
       const Cell beyond{next.i + static_cast<int>(e.x), next.j + static_cast<int>(e.y)};
-      if (inside(beyond)) squeeze_link(problem, cell, body, e, cover[layout(beyond.i, beyond.j)], c, part);
+      const Cover behind = inside(beyond) ? cover[layout(beyond.i, beyond.j)] : Cover();
+      Conductance c;
+      if (behind.is_fluid() && takes_batches(body, formula)) {
+        part.batched.push_back({static_cast<int>(part.links.size()), centre(next) - outlines_[body].centre, -e});
+      } else {
+        c = fluid_link(outlines_[body], centre(next), -e, formula);
+        squeeze_link(problem, cell, body, e, behind, c, part);
+      }
       part.links.push_back({slot, body, c.value, c.gradient});
       part.link_row.push_back(next.j);
     } else if (const int other = cover[slot].body();

@@ -130,6 +130,12 @@ class Level {
     int body;
     CellRange range;
   };
+  /// A part's link that has no conductance yet: its cell's centre from the body's, and the direction to the body's
+  /// cell.
+  struct BatchedLink {
+    int link;
+    Vec2 centre, e;
+  };
   /// Consecutive pieces, the work of one thread, and what it makes of them.
   struct Part {
     int from_piece, to_piece;
@@ -139,6 +145,7 @@ class Level {
     std::vector<int> link_row;
     std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
     std::vector<PairLink> pairs;
+    std::vector<BatchedLink> batched;  // of one body
   };
   void discretize(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team);
   void divide();
@@ -147,6 +154,8 @@ class Level {
   bool has_cell(int body) const;
   void link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part);
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
+  bool takes_batches(int body, LinkFormula formula) const;
+  void link_batches(int body, Part& part) const;
   void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, Cover beyond, Conductance& c,
                     Part& part);
   void join_parts(parallel::Team& team);

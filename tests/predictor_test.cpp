@@ -67,6 +67,29 @@ TEST_CASE("the predictor takes the place of most field solves and leaves traject
   CHECK(largest_distance(with, exact) < 10e-3 * radius);
 }
 
+TEST_CASE("a prediction's correction fades with the force that it has corrected, and never grows") {
+  const Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
+  std::vector<Vec2> coarse{{3e-7, 4e-7}, {0, 0}};  // N
+  const std::vector<Vec2> wrong_by{{1e-8, -2e-8}, {3e-8, 0}}, fine{coarse[0] + wrong_by[0], coarse[1] + wrong_by[1]};
+  effects::FloatingConductors field(scene, scripted([&](const auto&) { return fine; }));
+  field.set_predictor(scripted([&](const auto&) { return coarse; }));
+  const Bodies bodies = make_bodies(scene);
+  const effects::ElectricalGroups groups = effects::electrical_groups(scene, {});
+  const effects::NodeCharges charges{.charge = {1e-10, 1e-10}};
+  field.predict(bodies, groups, charges);
+  field.correct(field.solve(bodies, groups, charges));
+  const auto added = [&](int body, Vec2 force) {
+    coarse[body] = force;
+    return plane(field.predict(bodies, groups, charges).force[body]) - force;
+  };
+  const auto is = [](Vec2 found, Vec2 expected) { return norm(found - expected) < 1e-6 * 1e-8; };  // rounding
+  CHECK(is(added(0, {3e-7, 4e-7}), wrong_by[0]));
+  CHECK(is(added(0, {-2e-7, 1.5e-7}), 0.5 * wrong_by[0]));  // half as large, whichever way it points
+  CHECK(is(added(0, {9e-7, 12e-7}), wrong_by[0]));
+  CHECK(is(added(0, {0, 0}), {0, 0}));
+  CHECK(is(added(1, {1e-7, 0}), wrong_by[1]));  // nothing was corrected that could have fallen
+}
+
 TEST_CASE("a prediction that fails leaves nothing behind: charge is balanced to rounding") {
   Scene scene = resolved_crowd();
   scene.mechanics.position_tolerance *= 0.1;

@@ -188,6 +188,7 @@ TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   multigrid.prepare(problem, level.layout);
   multigrid.build_coarse(problem, level);
   multigrid.build_finest(problem, level);
+  multigrid.finish();
   REQUIRE(multigrid.levels() > 2);
   crowds::Random random(7);
   std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());

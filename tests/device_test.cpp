@@ -263,6 +263,7 @@ TEST_CASE("one V-cycle on the device is the CPU's where no groups are coupled di
   multigrid.prepare(problem, level.layout);
   multigrid.build_coarse(problem, level);
   multigrid.build_finest(problem, level);
+  multigrid.finish();
   parallel::HostExecutor run;
   device::DeviceProblem<parallel::HostExecutor> on_device(run);
   device::DeviceMultigrid<parallel::HostExecutor> device(run, problem, nx, ny, LinkFormula::log_fitted);

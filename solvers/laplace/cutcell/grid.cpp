@@ -89,9 +89,9 @@ Grid::GroupCoupling Grid::couple_groups(const LaplaceProblem& problem, const Lev
   return coupling;
 }
 
-void Grid::build(const LaplaceProblem& problem, const Level& level) {
+void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
   const std::size_t groups = problem.groups.size();
-  for_each_row(*team_, layout, [&](int j) {
+  for_each_row(team, layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
       const double* diagonal = &level.diagonal[row];
@@ -102,13 +102,13 @@ void Grid::build(const LaplaceProblem& problem, const Level& level) {
       std::fill_n(&v[row], layout.row_length(colour, j), 0.0f);
     }
   });
-  links_.build(problem, level, *team_);
+  links_.build(problem, level, team);
   covered_cell_.assign(level.covered.begin(), level.covered.end());
   covered_start_ = level.covered_start;
   body_group_.clear();
   for (const Body& body : problem.bodies) body_group_.push_back(body.group);
 
-  const std::vector<float> group_diagonal = group_diagonals(problem, level, links_, *team_);
+  const std::vector<float> group_diagonal = group_diagonals(problem, level, links_, team);
   phi.assign(groups, 0.0f);
   charge.assign(groups, 0.0f);
   flux_.assign(groups, 0.0f);

@@ -16,7 +16,8 @@ class Grid {
   /// `sweeps` over the cells go before, and as many after, the correction from the next coarser grid.
   Grid(const Layout& at, int sweeps, parallel::Team& team);
 
-  void build(const LaplaceProblem& problem, const Level& level);
+  /// On `team`, which may be another than the passes'.
+  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team);
 
   /// Smooths f and charge from zero (conductors, red cells, black cells) and finds the residual.
   void smooth_from_zero();

@@ -13,8 +13,11 @@ namespace lichtenberg::laplace {
 class LinearSystem {
  public:
   virtual ~LinearSystem() = default;
-  /// Discretizes the problem on `level`, in `op` and in whatever the preconditioner needs; both must outlive this.
+  /// Discretizes the problem on `level`, in `op` and in whatever the preconditioner needs; both must outlive this. A
+  /// helper may go on with the preconditioner until `finish`, so that all three must stay as they are.
   virtual void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) = 0;
+  /// Waits for that helper; before first_guess and solve, and before the problem goes.
+  virtual void finish() {}
   /// Sets x, in units of `scale` (V), to what is easily had without an earlier solution.
   virtual void first_guess(const LaplaceProblem& /*problem*/, double /*scale*/, std::vector<double>& x) {
     std::fill(x.begin(), x.end(), 0.0);

@@ -91,21 +91,12 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
   parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
-/// The factorization of the coarsest grid knows nothing of the operator: it is made beside it.
+/// The coarse grids know nothing of the operator: they are made beside it.
 void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   multigrid_.prepare(problem, level.layout);
   level.build(problem, links_, team_);
   multigrid_.build_coarse(problem, level);
-  try {
-    op.build(problem, level, team_);
-  } catch (...) {
-    // Out of memory, say. The factorization must have ended before its problem goes.
-    try {
-      team_.finish();
-    } catch (...) {
-    }
-    throw;
-  }
+  op.build(problem, level, team_);
   multigrid_.build_finest(problem, level);
 }
 

@@ -12,6 +12,7 @@ class MatrixFreeSystem : public LinearSystem {
   MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
+  void finish() override { multigrid_.finish(); }
   void first_guess(const LaplaceProblem& problem, double scale, std::vector<double>& x) override;
   void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
              const StopCriterion& criterion, LaplaceSolution& solution) override;

@@ -29,17 +29,27 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
 }
 
 void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest) {
+  if (coarse_levels_.empty()) return;
+  const auto factorize = [&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); };
+  if (team_.size() == 2)
+    return team_.start([this, &problem, &finest, factorize] {
+      discretize_coarse(problem, finest, parallel::Team::single());
+      factorize();
+    });
+  discretize_coarse(problem, finest, team_);
+  team_.start(factorize);
+}
+
+void Multigrid::discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team) {
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
-    coarse_levels_[l]->build_coarse(problem, formula_, l > 0 ? coarse_levels_[l - 1].get() : &finest, team_);
-    grids_[l + 1]->build(problem, *coarse_levels_[l]);
+    coarse_levels_[l]->build_coarse(problem, formula_, l > 0 ? coarse_levels_[l - 1].get() : &finest, team);
+    grids_[l + 1]->build(problem, *coarse_levels_[l], team);
   }
-  if (!coarse_levels_.empty()) team_.start([&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); });
 }
 
 void Multigrid::build_finest(const LaplaceProblem& problem, const Level& finest) {
-  grids_[0]->build(problem, finest);
+  grids_[0]->build(problem, finest, team_);
   if (coarse_levels_.empty()) coarse_solver_->factorize(problem, finest);
-  team_.finish();
 }
 
 void Multigrid::take_row(int j, const double* r) {

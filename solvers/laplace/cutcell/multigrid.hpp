@@ -20,13 +20,16 @@ class Multigrid {
   explicit Multigrid(LinkFormula formula, parallel::Team& team = parallel::Team::single(), int coarse_sweeps = 2);
   ~Multigrid();
 
-  /// Chooses the grids below `finest`, at the first call. Then the two builds, in this order.
+  /// Chooses the grids below `finest`, at the first call. Then the two builds, in this order, and `finish`.
   void prepare(const LaplaceProblem& problem, const Layout& finest);
-  /// Discretizes the coarser grids, from the finest on, and leaves the factorization of the coarsest to a helper of the
-  /// team.
+  /// Discretizes the coarser grids, from the finest on. The factorization of the coarsest is left to a helper of the
+  /// team; where the caller has one helper only, all of it is, so that neither waits for the other in each of their
+  /// loops.
   void build_coarse(const LaplaceProblem& problem, const Level& finest);
-  /// Takes over the finest grid's system and waits for that factorization.
+  /// Takes over the finest grid's system.
   void build_finest(const LaplaceProblem& problem, const Level& finest);
+  /// Waits for the helper. Before that nothing but the builds may be called, and `problem` and `finest` must stand.
+  void finish() { team_.finish(); }
 
   /// z = M r. Vectors in the finest level's layout, followed by one entry a group.
   void apply(const double* r, double* z);
@@ -48,6 +51,7 @@ class Multigrid {
   int levels() const;
 
  private:
+  void discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team);
   void cycle(int l, const double* r, double* row_product);
   void spread_correction(int l);
   double share(int l) const;

@@ -31,7 +31,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 int team_size(const CutCellOptions& options) {
   if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
   if (options.threads > 0) return options.threads;
-  constexpr long cells_a_thread = 32768;
+  constexpr long cells_a_thread = 8192;
   const long useful = static_cast<long>(options.cells) * options.cells / cells_a_thread;
   const long available = std::max(1u, std::thread::hardware_concurrency());
   return static_cast<int>(std::clamp(useful, 1L, available));
@@ -77,6 +77,24 @@ struct CutCellSolver::Implementation {
 };
 
 namespace {
+
+/// Whatever is thrown, no helper goes on with a problem that has gone.
+class Finished {
+ public:
+  explicit Finished(LinearSystem& system) : system_(system) {}
+  Finished(const Finished&) = delete;
+  Finished& operator=(const Finished&) = delete;
+  ~Finished() {
+    try {
+      system_.finish();
+    } catch (...) {
+      // What was thrown first is on its way.
+    }
+  }
+
+ private:
+  LinearSystem& system_;
+};
 
 std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, parallel::Team& team) {
   if (options.linear_solver == CutCellOptions::LinearSolver::multigrid)
@@ -138,6 +156,7 @@ double CutCellSolver::Implementation::rounding_of_residual(const std::vector<dou
 /// Returns its work, in evaluations of the operator.
 double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem) {
   if (history.empty()) {
+    system->finish();
     system->first_guess(problem, scale, x);
     return 0;
   }
@@ -167,6 +186,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   auto start = std::chrono::steady_clock::now();
   prepare_grids(problem);
   if (!history.empty() && history.bodies() != problem.bodies.size()) history.clear();
+  const Finished finished(*system);
   system->build(problem, *level, op);
   x.resize(op.size());
   b.resize(op.size());
@@ -181,6 +201,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
   if (op.grounded_by_couplings()) op.level_out(x.data(), residual.data());
+  system->finish();
   system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0, rounding_of_residual(x)}, solution);
   op.balance(problem, scale, b.data(), x.data());
   if (!problem.has_ground()) fix_mean(problem);

@@ -9,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/laplace/accuracy/price.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/gas_parameters.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
@@ -177,12 +179,24 @@ void explain_stages(const Scene& scene) {
                stage.temperature ? fmt::format(", then scaled to T = {:g}", *stage.temperature) : "");
 }
 
+/// s a grain, of all effects' forces. Dielectric grains beyond dipoles are a field of spheres, solved anew, in place of
+/// the sums of charges.
+double seconds_of_forces(const Scene& scene) {
+  const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
+  if (dipoles && dipoles->degree > 1) {
+    const double grains = static_cast<double>(scene.conductors.size());
+    const double unknowns = grains * (dipoles->degree + 1) * (dipoles->degree + 1);
+    return laplace::spheres_price.seconds(unknowns, dipoles->tolerance) / grains;
+  }
+  double seconds = 0;
+  for (const Effects::Entry& effect : scene.effects) seconds += effect.kind->seconds;
+  return seconds;
+}
+
 void explain_cost(const Scene& scene, const Steps& steps) {
   // One core of an AMD EPYC (validation/benchmarks/README.md).
   constexpr double contact_step = 8e-8, lists = 3e-8;  // s a grain
-  const double n = static_cast<double>(scene.conductors.size());
-  double evaluation = 0;
-  for (const Effects::Entry& effect : scene.effects) evaluation += effect.kind->seconds;
+  const double n = static_cast<double>(scene.conductors.size()), evaluation = seconds_of_forces(scene);
   const double evaluations = steps.outer * number_in(scene, &EffectKind::evaluations_a_step).value_or(1);
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", steps.outer, steps.contact);

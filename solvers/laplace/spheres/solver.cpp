@@ -27,7 +27,7 @@ namespace {
 /// dipole that may leave wrong on the largest, R', beside it makes there a field that is sqrt(R' / R) as wrong. Not
 /// below fifty roundings, or what is asked for.
 double tolerance_for(const SphereProblem& problem, double accuracy) {
-  const double asked = 0.3 * accuracy;
+  const double asked = 0.2 * accuracy;
   if (problem.spheres.empty()) return asked;
   const auto [smallest, largest] = std::ranges::minmax(problem.spheres, {}, &Sphere::radius);
   return std::max(asked * std::sqrt(smallest.radius / largest.radius), std::min(asked, 1e-14));

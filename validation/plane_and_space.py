@@ -27,6 +27,7 @@ def dendrite(count, in_space):
     text = (SCENES / "dendrite-3d.toml").read_text()
     for old, new in [("5.12e-2", f"{size:.6g}"), ("2.56e-2", f"{size / 2:.6g}"), ("count = 324", f"count = {count}")]:
         text = text.replace(old, new)
+    text = text.replace("hysteresis = 0.2 ", "hysteresis = 0.05 ")  # that of scenes/dendrite.toml
     text = text.replace("[output]", "[output]\npicture = false")
     if in_space:
         return text

@@ -134,7 +134,7 @@ double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) 
 
 /// The method without a grid. Returns its unknowns.
 double explain_multipoles(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  const long unknowns = laplace::multipole_unknowns(problem, {.tolerance = scene.field().tolerance});
+  const long unknowns = laplace::multipole_unknowns(problem, effects::multipole_options(scene.field()));
   fmt::print("  grid                 none\n");
   fmt::print("  unknowns             {}: some {} a disk, more in narrow gaps\n", unknowns,
              unknowns / std::max(static_cast<long>(problem.bodies.size()), 1L));
@@ -176,15 +176,18 @@ std::string refusal_of_run(const Scene& scene) {
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, double solves) {
   const int cells = effects::predictor_cells(scene);
   if (cells == 0) {
-    fmt::print("  a run                {}: some {:.2g} field solves\n", duration(solves * cost.moving_seconds), solves);
+    fmt::print("  a run                {}, recording and pictures aside: some {:.2g} field solves\n",
+               duration(solves * cost.moving_seconds), solves);
     return;
   }
   constexpr double share = 1.0 / 6;  // of field solves among them: a tenth to a quarter (README.md of this folder)
   const double coarsening = static_cast<double>(scene.field().cells) / cells;
   const FieldCost prediction = estimate_field_cost(scene.field(), size / (coarsening * coarsening));
   const double seconds = solves * (share * cost.moving_seconds + (1 - share) * prediction.moving_seconds);
-  fmt::print("  a run                {}: some {:.2g} field solves, and {:.2g} on {} cells between them\n",
-             duration(seconds), share * solves, (1 - share) * solves, cells);
+  fmt::print(
+      "  a run                {}, recording and pictures aside: some {:.2g} field solves, and {:.2g} on {} cells "
+      "between them\n",
+      duration(seconds), share * solves, (1 - share) * solves, cells);
 }
 
 void explain_run(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {

@@ -123,14 +123,17 @@ int predictor_cells(const Scene& scene) {
   return cells <= scene.field().cells / 4 ? cells : 0;
 }
 
+laplace::MultipoleOptions multipole_options(const FieldOptions& options) {
+  return {.tolerance = options.tolerance, .results_only = options.chosen_for.has_value(), .cells = options.cells};
+}
+
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options) {
   check_device(options.device, options.method);
   if (options.method == FieldMethod::relaxation)
     return std::make_unique<laplace::RelaxationSolver>(laplace::RelaxationOptions{
         .sites = options.cells, .eta = options.relaxation_eta, .tolerance = options.tolerance});
   if (options.method == FieldMethod::multipole)
-    return std::make_unique<laplace::MultipoleSolver>(
-        laplace::MultipoleOptions{.tolerance = options.tolerance, .cells = options.cells});
+    return std::make_unique<laplace::MultipoleSolver>(multipole_options(options));
   return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/electrostatics.hpp"
@@ -40,6 +41,9 @@ void check_device(FieldDevice device, std::optional<FieldMethod> method);
 /// Throws InputError for a device that a run of the scene cannot use: what resistors carry is beyond other devices than
 /// the CPU.
 void check_device(const Scene& scene);
+
+/// The multipole method as a scene asks for it: where it asks for an accuracy, no more than that is to come out.
+laplace::MultipoleOptions multipole_options(const FieldOptions& options);
 
 /// The solver that a scene asks for, at the tolerance of a single solve. Throws InputError for a device that the method
 /// cannot use, or that is not there.

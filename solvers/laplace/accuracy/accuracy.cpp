@@ -20,11 +20,6 @@ namespace {
 
 /// CG's error in the energy norm, in units of the accuracy: in potentials and forces it can be 100 times as large.
 constexpr double linear_share = 1e-4;
-/// The multipole method's error is mostly a thirtieth of its tolerance, but up to four times that where forces are
-/// small by cancellation. Two tolerances a factor 10 apart tell: the finer's error is at most this share of their
-/// difference.
-constexpr double coarser = 10, share_of_difference = 1, tolerances = 0.3;
-
 constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
 
 constexpr double estimate_over_error = 2.5;  // of the cut-cell method, mostly
@@ -106,28 +101,19 @@ class GridSolutions {
   std::unique_ptr<CutCellSolver> solver_;
 };
 
-/// Pairs of tolerances: the solution with the finer one, and the estimate from both.
-struct MultipoleAttempt {
-  std::unique_ptr<MultipoleSolver> solver;
-  LaplaceSolution solution;
-  double estimate = 0;
-};
+MultipoleOptions multipole_options(const Choice& choice) {
+  return {.tolerance = choice.tolerance, .results_only = true, .cells = choice.cells};
+}
 
-MultipoleAttempt try_multipoles(const LaplaceProblem& problem, double tolerance, int cells) {
-  const double rough = std::min(coarser * tolerance, coarsest_tolerance);
-  const LaplaceSolution first = MultipoleSolver({.tolerance = rough, .cells = cells}).solve(problem);
-  MultipoleAttempt attempt;
-  attempt.solver = std::make_unique<MultipoleSolver>(MultipoleOptions{.tolerance = tolerance, .cells = cells});
-  attempt.solution = attempt.solver->solve(problem);
-  const double difference = largest_error(problem, attempt.solution, first, scales_of(problem, attempt.solution));
-  attempt.estimate = std::max({share_of_difference * difference, tolerances * tolerance, attempt.solution.residual});
-  return attempt;
+/// The tolerance, or more where what the solution says of itself is more.
+double multipole_estimate(const Choice& choice, const LaplaceSolution& solution) {
+  return std::max(choice.tolerance, solution.residual);
 }
 
 /// The unknowns of the multipole method if it can solve the problem at all.
 std::optional<long> multipoles_possible(const LaplaceProblem& problem, double tolerance) {
   try {
-    return multipole_unknowns(problem, {.tolerance = tolerance});
+    return multipole_unknowns(problem, {.tolerance = tolerance, .results_only = true});
   } catch (const InputError&) {
     return std::nullopt;
   }
@@ -173,13 +159,13 @@ void check_hope(const Choice& foreseen, const AccuracyRequest& request) {
            unsure * foreseen.estimate);
 }
 
-/// Is the multipole method cheaper, the coarser solutions of both included?
+/// Is the multipole method cheaper, the coarser solutions of grids included?
 bool multipole_is_cheaper(const LaplaceProblem& problem, long unknowns, const Choice& multipole,
                           const Choice& cut_cell) {
-  constexpr double coarser_grids = 1.75, coarser_tolerance = 1.5;
+  constexpr double coarser_grids = 1.75;
   const double cells = cut_cell.cells * static_cast<double>(cut_cell.cells) * std::min(problem.size.x, problem.size.y) /
                        std::max(problem.size.x, problem.size.y);
-  return coarser_tolerance * multipole_price.seconds(static_cast<double>(unknowns), multipole.tolerance) <
+  return multipole_price.seconds(static_cast<double>(unknowns), multipole.tolerance) <
          coarser_grids * cut_cell_price.seconds(cells, cut_cell.tolerance);
 }
 
@@ -187,13 +173,14 @@ AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const Accura
   constexpr double margin = 0.8, most_finer = 1e-2;
   for (double least = INFINITY, finer = 1;;) {
     choice.tolerance = std::max(finer * choice.tolerance, finest_tolerance);
-    MultipoleAttempt attempt = try_multipoles(problem, choice.tolerance, choice.cells);
-    choice.estimate = attempt.estimate;
-    if (attempt.estimate <= request.accuracy) return {choice, std::move(attempt.solver), std::move(attempt.solution)};
-    least = std::min(least, attempt.estimate);
+    auto solver = std::make_unique<MultipoleSolver>(multipole_options(choice));
+    LaplaceSolution solution = solver->solve(problem);
+    choice.estimate = multipole_estimate(choice, solution);
+    if (choice.estimate <= request.accuracy) return {choice, std::move(solver), std::move(solution)};
+    least = std::min(least, choice.estimate);
     if (choice.tolerance == finest_tolerance)
       refuse(request.accuracy, "rounding ends the multipole method's digits here, and", least);
-    finer = std::max(margin * request.accuracy / attempt.estimate, most_finer);  // errors go with the tolerance
+    finer = std::max(margin * request.accuracy / choice.estimate, most_finer);  // errors go with the tolerance
   }
 }
 
@@ -251,7 +238,7 @@ Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
                                  request.accuracy, finest_accuracy, coarsest_tolerance));
   if (request.method == Method::multipole) {
     const Choice choice = foresee_multipole(problem, request);
-    multipole_unknowns(problem, {.tolerance = choice.tolerance});
+    multipole_unknowns(problem, multipole_options(choice));
     return choice;
   }
   const Choice cut_cell = foresee_cut_cell(problem, request);
@@ -269,7 +256,8 @@ Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
 }
 
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell) {
-  if (choice.method == Method::multipole) return try_multipoles(problem, choice.tolerance, choice.cells).estimate;
+  if (choice.method == Method::multipole)
+    return multipole_estimate(choice, MultipoleSolver(multipole_options(choice)).solve(problem));
   CutCellOptions options = cut_cell;
   options.tolerance = choice.tolerance;
   return GridSolutions(problem, options).error(choice.cells);

@@ -35,8 +35,8 @@ struct Choice {
 /// experience makes likely (README.md). Throws InputError where the method asked for cannot solve the problem.
 Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request);
 
-/// Upper estimate of the error of what the choice's method, cells and tolerance give, by coarser solutions: five grids
-/// of S/4 to S/2 cells, or ten times the tolerance.
+/// Upper estimate of the error of what the choice's method, cells and tolerance give: by coarser solutions on five
+/// grids of S/4 to S/2 cells, or by what the multipole method's says of itself.
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell);
 
 struct AccurateSolution {

@@ -75,6 +75,8 @@ void Krylov::solve(LaplaceSolution& solution) {
   PetscInt iterations = 0;
   parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
   parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
+  if (reason == KSP_DIVERGED_NANORINF)
+    throw Failure("field solver: charges or potentials are too large for double precision, or lengths too small");
   if (reason < 0)
     throw Failure(std::string("field solver: no convergence after ") + std::to_string(iterations) + " iterations (" +
                   KSPConvergedReasons[reason] + ", relative error estimate " + std::to_string(criterion.last) +

@@ -95,18 +95,33 @@ double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
   return ratio;
 }
 
+/// -ln of the coefficients that may be left out where they fall off like exp(-alpha k). Potentials and charges lack the
+/// square of what is left out, forces a product of two neighbours, and sums over it 1 / alpha terms (README.md, where
+/// the factor comes from).
+double geometric_digits(Truncation wanted, double alpha) {
+  if (!wanted.results_only) return -std::log(wanted.accuracy);
+  return -std::log(1.8 * std::sqrt(wanted.accuracy) * std::min(1.0, alpha));
+}
+
+/// The same where circles touch (measured: README.md).
+double contact_digits(Truncation wanted) {
+  if (!wanted.results_only) return -std::log(wanted.accuracy);
+  return -std::log(std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
+}
+
 /// Terms for coefficients that fall off like exp(-alpha k).
-double geometric_order(double alpha, double digits) { return digits / alpha + 2; }
+double geometric_order(double alpha, Truncation wanted) { return geometric_digits(wanted, alpha) / alpha + 2; }
 
 /// Terms for two circles at the same potential, however close: the field on the first falls off like exp(-beta / theta)
 /// towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2 beta k)) (README.md).
-double contact_order(double radius, double other, double digits) {
+double contact_order(double radius, double other, Truncation wanted) {
+  const double digits = contact_digits(wanted);
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi) + 2;
 }
 
 }  // namespace
 
-Arrangement::Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, double accuracy)
+Arrangement::Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, Truncation truncation)
     : disks(static_cast<int>(problem.bodies.size())),
       sources(circles(problem)),
       decay(disks, 0.0),
@@ -114,7 +129,7 @@ Arrangement::Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, 
       anchored(disks, false),
       cells(mirrors, sources) {
   if (mirrors.bounded) check_against_sides(problem);
-  find_orders(problem, accuracy);
+  find_orders(problem, truncation);
 }
 
 /// Puts centres that are meant to be on a side exactly there.
@@ -161,14 +176,15 @@ void Arrangement::check_overlap(const LaplaceProblem& problem, int i, int j, dou
                      "of one group apart or in contact");
 }
 
-void Arrangement::find_orders(const LaplaceProblem& problem, double accuracy) {
-  const double digits = -std::log(accuracy);
+void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncation) {
   for (int i = 0; i < disks; ++i) {
     const Source disk = sources[i];
+    // The charge and the force of a part of a circle go with the coefficients themselves.
+    const Truncation wanted{truncation.accuracy, truncation.results_only && copies[i] == 1};
     // Whatever is not near is beyond the window.
     const double window = cells.window * std::min(cells.width, cells.height);
     decay[i] = std::max(disk.radius / (disk.radius + window), nearest_jump(problem, disk));
-    double order = geometric_order(-std::log(decay[i]), digits);
+    double order = geometric_order(-std::log(decay[i]), wanted);
     std::vector<std::pair<int, std::pair<Image, Complex>>> close;
     cells.for_each_near(disk.centre, [&](int j, const Image& image, Complex shift) {
       if (j >= disks) return;
@@ -181,13 +197,14 @@ void Arrangement::find_orders(const LaplaceProblem& problem, double accuracy) {
         gap = 0;  // as if they touched: an overlap is below the resolution
       }
       const double alpha = bipolar_coordinate(disk.radius, other, gap);
-      const double geometric = geometric_order(alpha, digits), contact = contact_order(disk.radius, other, digits);
+      const double geometric = geometric_order(alpha, wanted);
+      const double contact = contact_order(disk.radius, other, wanted);
       decay[i] = std::max(decay[i], std::exp(-alpha));
       order = std::max(order, std::min(geometric, std::max(few_terms, contact)));
       const double alpha_other = bipolar_coordinate(other, disk.radius, gap);
-      const double geometric_other = geometric_order(alpha_other, digits);
+      const double geometric_other = geometric_order(alpha_other, wanted);
       if (geometric > std::max(few_terms, contact) ||
-          geometric_other > std::max(few_terms, contact_order(other, disk.radius, digits)))
+          geometric_other > std::max(few_terms, contact_order(other, disk.radius, wanted)))
         close.push_back({j, {image, shift}});
     });
     sources[i].order = static_cast<int>(std::min<double>(order, largest_order));

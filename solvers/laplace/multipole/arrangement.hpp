@@ -8,6 +8,12 @@ namespace lichtenberg::laplace::multipole {
 /// Beyond this order products of powers and binomials leave the range of double precision.
 constexpr int largest_order = 1000;
 
+/// What orders are chosen for: an error, of the field or of charges, potentials and forces alone.
+struct Truncation {
+  double accuracy = 0;
+  bool results_only = false;
+};
+
 /// Two disks of different potential, or a disk and an electrode side, so close that multipoles alone would take very
 /// many terms: the field in the gap is that of two opposite point charges, one inside each circle at its limit point
 /// (bipolar coordinates), which is constant on both circles. What is left has no potential difference across the gap
@@ -24,7 +30,7 @@ struct Arrangement {
   /// Throws InputError for a body that is no disk; for disks of different groups, or a disk and an electrode side, that
   /// touch or overlap; for an overlap deeper than 1 % of the radius where both have one potential; and for a disk
   /// centred on an electrode side that doesn't have its potential.
-  Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, double accuracy);
+  Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, Truncation truncation);
 
   int disks = 0;                ///< bodies
   std::vector<Source> sources;  ///< the disks by body, then the point charges of close pairs
@@ -35,7 +41,7 @@ struct Arrangement {
   Cells cells;
 
  private:
-  void find_orders(const LaplaceProblem& problem, double accuracy);
+  void find_orders(const LaplaceProblem& problem, Truncation truncation);
   void add_close_pair(const LaplaceProblem& problem, int i, int j, const Image& image, Complex shift);
   void check_overlap(const LaplaceProblem& problem, int i, int j, double depth) const;
   void check_against_sides(const LaplaceProblem& problem);

@@ -89,7 +89,7 @@ KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_han
     return {};
   }
   const double first = x.isZero(0) ? scale : system.precondition(right_hand_side - system * x).norm();
-  if (first <= tolerance * scale) return {0, first / scale};
+  if (first <= tolerance * scale) return {0, first / scale, scale};
   // Directions kept: no more than 512 MiB of them, and 80 where the charges are preconditioned and 70 iterations are
   // many (README.md): Eigen clears room for all before it begins, which took as long as ten iterations.
   const int restart = std::clamp((1 << 26) / system.size(), 20, system.has_preconditioner() ? 80 : 200);
@@ -100,7 +100,7 @@ KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_han
   gmres.setMaxIterations(most_iterations);
   gmres.setTolerance(tolerance * scale / first);  // Eigen measures against the first residual
   x = gmres.solveWithGuess(right_hand_side, x);
-  const KrylovResult result{static_cast<int>(gmres.iterations()), gmres.error() * first / scale};
+  const KrylovResult result{static_cast<int>(gmres.iterations()), gmres.error() * first / scale, scale};
   if (gmres.info() == Eigen::Success) return result;
   std::ostringstream message;
   message << "the multipole method's iteration stopped at a relative residual of " << result.residual << " after "

@@ -9,6 +9,7 @@ class System;
 struct KrylovResult {
   int iterations = 0;
   double residual = 0;  ///< |preconditioned residual| / |preconditioned right-hand side|
+  double scale = 0;     ///< the latter, V
 };
 
 /// GMRES (Eigen's) on the system from the first guess x. Throws Failure if it doesn't reach the tolerance.

@@ -188,7 +188,7 @@ double field_energy(const Setting& setting, const LaplaceSolution& solution) {
 
 }  // namespace
 
-void evaluate(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
+void evaluate_bodies(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
   const double eps = setting.problem.permittivity;
   std::vector<std::vector<Complex>> multipoles = all_multipoles(setting, coefficients);
   for (int i = 0; i < setting.arrangement.disks; ++i) {
@@ -206,6 +206,9 @@ void evaluate(const Setting& setting, const std::vector<Complex>& coefficients, 
     solution.body_charge.push_back(eps * flux);
     solution.body_force.push_back(0.5 * eps / disk.radius * Vec2{pull.real(), pull.imag()});
   }
+}
+
+void evaluate_sides(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution) {
   find_side_charges(setting, coefficients, solution);
   solution.energy = field_energy(setting, solution);
 }

@@ -20,12 +20,12 @@ struct Layout {
 /// A problem in this method's terms; stays where it is, its parts point at each other.
 struct Setting {
   /// Throws InputError as Arrangement does.
-  Setting(const LaplaceProblem& p, bool unbounded, double accuracy)
+  Setting(const LaplaceProblem& p, bool unbounded, Truncation truncation)
       : problem(p),
         mirrors(unbounded ? Mirrors() : Mirrors(problem)),
         lattice(mirrors),
         wall(mirrors, lattice, problem.sides),
-        arrangement(problem, mirrors, accuracy),
+        arrangement(problem, mirrors, truncation),
         layout(arrangement.sources) {}
   Setting(const Setting&) = delete;
   Setting& operator=(const Setting&) = delete;

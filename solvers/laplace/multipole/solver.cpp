@@ -1,5 +1,6 @@
 #include "solvers/laplace/multipole/solver.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "solvers/error.hpp"
@@ -13,18 +14,28 @@ namespace lichtenberg::laplace {
 using multipole::Cells;
 using multipole::Complex;
 using multipole::FarField;
+using multipole::KrylovResult;
 using multipole::Setting;
 using multipole::Solved;
 using multipole::System;
+using multipole::Truncation;
 
 namespace {
 
 /// Beyond this rounding stops GMRES.
-constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
-/// What is left out of the interactions, and of GMRES's residual, in units of the tolerance.
-constexpr double interaction_share = 0.1, krylov_share = 0.01;
-/// Errors of potentials and forces are up to this many times GMRES's residual (measured; gaps down to 1e-4 R).
-constexpr double krylov_error = 10;
+constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1, finest_residual = 1e-15;
+/// How much each part may leave out.
+struct Parts {
+  Truncation truncation;    ///< multipoles
+  double interactions = 0;  ///< terms of what disks do to each other
+  double krylov = 0;        ///< GMRES's residual
+};
+
+Parts parts_of(const MultipoleOptions& options) {
+  const double tolerance = options.tolerance;
+  if (!options.results_only) return {{tolerance, false}, 0.1 * tolerance, 0.01 * tolerance};
+  return {{tolerance, true}, 0.2 * tolerance, std::max(0.003 * tolerance, finest_residual)};
+}
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -66,6 +77,56 @@ double multipoles_left_out(const Solved& solved) {
   return largest > 0 ? worst / largest : 0.0;
 }
 
+/// Differences of potential, V.
+double potential_range(const Solved& solved) {
+  std::vector<double> potentials = solved.group_potential;
+  for (const Side& side : solved.setting->problem.sides)
+    if (side.kind == Side::Kind::electrode) potentials.push_back(side.potential);
+  if (potentials.empty()) return 0;
+  const auto [low, high] = std::ranges::minmax(potentials);
+  return high - low;
+}
+
+/// The largest charge of a disk over 2 pi eps, V.
+double largest_charge(const Solved& solved) {
+  double largest = 0;
+  for (int i = 0; i < solved.setting->arrangement.disks; ++i)
+    largest = std::max(largest, std::abs(solved.coefficients[solved.setting->layout.start[i]]));
+  return largest;
+}
+
+/// Estimates what forces lack for the multipoles left out, over the largest force: what the last ones add, less by two
+/// steps of the decay, since a term of a force is a product of two neighbours.
+double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
+  const multipole::Setting& setting = *solved.setting;
+  std::vector<Complex> shorter = solved.coefficients;
+  for (int i = 0; i < setting.arrangement.disks; ++i)
+    if (setting.layout.order(i) > 0) shorter[setting.layout.start[i + 1] - 1] = 0;
+  LaplaceSolution without;
+  evaluate_bodies(setting, shorter, without);
+  double worst = 0, largest = 0;
+  for (int i = 0; i < setting.arrangement.disks; ++i) {
+    const double decay = setting.arrangement.decay[i];
+    worst = std::max(worst, decay * decay * norm(solution.body_force[i] - without.body_force[i]));
+    largest = std::max(largest, norm(solution.body_force[i]));
+  }
+  return largest > 0 ? worst / largest : 0;
+}
+
+/// Of the field as well: errors of potentials and forces are up to ten times GMRES's residual (measured; gaps down to
+/// 1e-4 R).
+double estimate_with_reserve(const Solved& solved, const KrylovResult& krylov) {
+  return std::max(10 * krylov.residual, multipoles_left_out(solved));
+}
+
+/// Of charges, potentials and forces alone: GMRES's residual in units of the smaller of what they are measured by, and
+/// what is left out, times what is seldom exceeded (README.md).
+double estimate_of_results(const Solved& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
+  const double unit = std::min(potential_range(solved), largest_charge(solved));
+  const double iteration = unit > 0 ? 50 * krylov.residual * krylov.scale / unit : 0;
+  return std::max(iteration, 5 * forces_left_out(solved, solution));
+}
+
 }  // namespace
 
 struct MultipoleSolver::Implementation {
@@ -80,7 +141,7 @@ struct MultipoleSolver::Implementation {
 /// Takes over the last one, with its kernel, if it fits.
 void MultipoleSolver::Implementation::make_far_field(Solved& next) {
   const Cells& cells = next.setting->arrangement.cells;
-  const double terms = std::log(interaction_share * options.tolerance) / std::log(cells.separation);
+  const double terms = std::log(parts_of(options).interactions) / std::log(cells.separation);
   const int order = static_cast<int>(std::ceil(terms)) + 1;
   if (last.far && last.far->fits(next.setting->mirrors, cells, order))
     next.far = std::move(last.far);
@@ -90,10 +151,11 @@ void MultipoleSolver::Implementation::make_far_field(Solved& next) {
 
 LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& problem) {
   auto start = std::chrono::steady_clock::now();
+  const Parts parts = parts_of(options);
   Solved next;
-  next.setting = std::make_unique<Setting>(problem, options.unbounded, options.tolerance);
+  next.setting = std::make_unique<Setting>(problem, options.unbounded, parts.truncation);
   make_far_field(next);
-  const System system(*next.setting, *next.far, interaction_share * options.tolerance);
+  const System system(*next.setting, *next.far, parts.interactions);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(system.size());
   if (last.setting) x = system.first_guess(last.setting->layout, last.coefficients, last.extra);
   last = {};
@@ -102,8 +164,7 @@ LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& pro
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  const multipole::KrylovResult krylov =
-      solve_krylov(system, system.right_hand_side(), krylov_share * options.tolerance, x);
+  const KrylovResult krylov = solve_krylov(system, system.right_hand_side(), parts.krylov, x);
   solution.iterations = krylov.iterations;
   solution.seconds.solve = seconds_since(start);
 
@@ -113,8 +174,10 @@ LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& pro
   const System::Potentials potentials = system.potentials(x, next.coefficients);
   next.level = potentials.level;
   next.group_potential = solution.group_potential = potentials.group;
-  solution.residual = std::max(krylov_error * krylov.residual, multipoles_left_out(next));
-  evaluate(*next.setting, next.coefficients, solution);
+  evaluate_bodies(*next.setting, next.coefficients, solution);
+  evaluate_sides(*next.setting, next.coefficients, solution);
+  solution.residual =
+      options.results_only ? estimate_of_results(next, krylov, solution) : estimate_with_reserve(next, krylov);
   solution.seconds.forces = seconds_since(start);
   last = std::move(next);
   return solution;
@@ -163,7 +226,7 @@ long multipole_unknowns(const LaplaceProblem& problem, const MultipoleOptions& o
   check(options);
   check(problem, options.unbounded);
   const multipole::Mirrors mirrors = options.unbounded ? multipole::Mirrors() : multipole::Mirrors(problem);
-  const multipole::Unknowns unknowns(problem, mirrors, {problem, mirrors, options.tolerance});
+  const multipole::Unknowns unknowns(problem, mirrors, {problem, mirrors, parts_of(options).truncation});
   return unknowns.multipoles + unknowns.others;
 }
 

@@ -7,9 +7,10 @@
 namespace lichtenberg::laplace {
 
 struct MultipoleOptions {
-  double tolerance = 1e-10;  ///< error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
-  bool unbounded = false;    ///< no box: the plane, V bounded at infinity. `sides` must be insulating.
-  int cells = 512;           ///< cells of `field()` along the longer side of the box
+  double tolerance = 1e-10;   ///< error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
+  bool results_only = false;  ///< it is asked of these alone, which allows half the multipoles; else of the field, too
+  bool unbounded = false;     ///< no box: the plane, V bounded at infinity. `sides` must be insulating.
+  int cells = 512;            ///< cells of `field()` along the longer side of the box
 };
 
 /// Spectral solution for disks: each has a logarithm and Fourier multipoles, the walls are mirrors (README.md). Disks
@@ -20,7 +21,8 @@ struct MultipoleOptions {
 ///
 /// `residual` estimates the relative error: the larger of ten times GMRES's relative residual and what the multipoles
 /// left out add up to, extrapolated from the last ones, for the worst disk over the largest coefficient of all. It
-/// exceeds `tolerance` where order 1000 is not enough: a disk beside one 50 times smaller, or less.
+/// exceeds `tolerance` where order 1000 is not enough: a disk beside one 50 times smaller, or less. With `results_only`
+/// it is what the last multipoles add to forces and what GMRES may lack, and mostly of the size of the error.
 class MultipoleSolver : public LaplaceSolver {
  public:
   /// Throws InputError for options out of range.

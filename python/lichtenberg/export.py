@@ -12,8 +12,8 @@ from . import vtk
 from .result import Failure, InputError, check_output, chosen_frames, default_output, load, write_whole
 
 formats = ("vtk", "xyz", "csv")
-# OVITO's names of what it draws by; all else keeps its own
-OVITO = {"position": "pos", "velocity": "velo", "cluster": "Cluster"}
+# The names of OVITO's manual (XYZ file reader) where it has others; what it does not know keeps its own
+OVITO = {"position": "pos", "velocity": "velo", "image": "map_shift", "dipole": "dipoles"}
 
 
 def export(source, to, out=None, frames=None, overwrite=False):

@@ -10,7 +10,7 @@ Command export_command() {
   auto request = std::make_shared<PackageRequest>();
   return {
       "export",
-      "Writes particles, field, observables and tables for ParaView, OVITO, ASE or a spreadsheet",
+      "Writes particles, field, observables and tables for ParaView, ASE or a spreadsheet",
       {{"RESULT",
         &request->result,
         "result file of a run (.h5), or for csv the folder of an ensemble",

@@ -53,6 +53,20 @@ class ExtendedXyzTest(unittest.TestCase):
                     np.testing.assert_allclose(atoms.cell.lengths()[: result.dimension], result.size, rtol=1e-9)
                     self.assertEqual(atoms.pbc.tolist(), result.periodic)
 
+    def test_columns_have_the_names_and_kinds_of_ovitos_manual(self):
+        manual = {"species": "S:1", "pos": "R:3", "velo": "R:3", "force": "R:3", "color": "R:3", "radius": "R:1"}
+        manual |= {"mass": "R:1", "charge": "R:1", "cluster": "I:1", "map_shift": "I:3", "dipoles": "R:3"}
+        # What it knows by these names alone; of ours, others are properties of the user's.
+        ours = {"position", "velocity", "image", "dipole", "type", "id", "orientation", "selection"}
+        for path, known in ((runs.seedling(), 7), (runs.gas(), 8)):
+            head = exported(path, "xyz").read_text().splitlines()[1]
+            words = next(word for word in head.split() if word.startswith("Properties=")).removeprefix("Properties=").split(":")
+            columns = {name: f"{kind}:{count}" for name, kind, count in zip(words[::3], words[1::3], words[2::3])}
+            self.assertFalse(ours & columns.keys())
+            met = manual.keys() & columns.keys()
+            self.assertGreaterEqual(len(met), known, columns)
+            self.assertEqual({name: columns[name] for name in met}, {name: manual[name] for name in met})
+
     def test_one_scale_of_colours_in_the_whole_run(self):
         """White is zero; the largest of all frames has the full colour, in its frame alone."""
         with load(runs.gas()) as result:

@@ -106,13 +106,14 @@ Ended run_within_a_minute(const Folder& folder, const std::string& arguments) {
   return run_shell(folder, "timeout -s KILL 60 LICHTENBERG " + arguments);
 }
 
-/// The status of a run that gets the signal once it has saved its first frame.
-Ended run_with_signal(const Folder& folder, const std::string& signal) {
+/// The status of a run that gets the signal so long (s) after this file is there: the lock before it has solved
+/// anything, the result once it has saved its first frame.
+Ended run_with_signal(const Folder& folder, const std::string& signal, const std::string& file, double later) {
   return run_shell(folder, fmt::format("LICHTENBERG run scene.toml --out x.h5 & run=$!; "
                                        "{{ sleep 60; kill -KILL $run; }} & watchdog=$!; "
-                                       "while [ ! -e x.h5 ]; do sleep 0.01; done; sleep 0.1; "
+                                       "while [ ! -e {} ]; do sleep 0.001; done; sleep {}; "
                                        "kill -{} $run; wait $run; status=$?; kill $watchdog; exit $status",
-                                       signal));
+                                       file, later, signal));
 }
 
 void check_refused(const Ended& ended, int status, const std::string& part) {
@@ -140,13 +141,16 @@ TEST_CASE("a terminated run ends between two steps, with its last checkpoint") {
   std::string endless = replaced(lone_supply, "every = 0.05", "every = 1000");
   endless = replaced(endless, "time = 0.2", "time = 1000\nstationary = false\n[mechanics]\nlargest_step = 1e-4");
   folder.write("scene.toml", endless);
-  for (const auto& [signal, status] : {std::pair{"TERM", 143}, std::pair{"HUP", 129}}) {
-    std::filesystem::remove(folder / "x.h5");
-    const Ended ended = run_with_signal(folder, signal);
-    CHECK_MESSAGE(ended.status == status, ended.err);
-    CHECK_MESSAGE(contains(ended.err, "stopped at t = 0 s; the same command with --resume goes on from there"),
-                  ended.err);
-  }
+  for (const auto& [signal, status] : {std::pair{"TERM", 143}, std::pair{"HUP", 129}})
+    for (const auto& [file, later] : {std::pair{"x.h5", 0.1}, std::pair{"x.h5.lock", 0.0}}) {
+      CAPTURE(file);
+      std::filesystem::remove(folder / "x.h5");
+      const Ended ended = run_with_signal(folder, signal, file, later);
+      CHECK_MESSAGE(ended.status == status, ended.err);
+      CHECK_MESSAGE(contains(ended.err, "stopped at t = 0 s; the same command with --resume goes on from there"),
+                    ended.err);
+      CHECK_FALSE(std::filesystem::exists(folder / "x.h5.lock"));
+    }
 }
 
 TEST_CASE("a file that may grow no larger is an error of writing") {

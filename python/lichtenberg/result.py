@@ -162,7 +162,9 @@ class Result:
         return isinstance(self._column(name), h5py.Group)
 
     def __getitem__(self, name):
-        """[T, N], [T, N, 3] a column of all frames, or [N] of one that does not change. Throws InputError."""
+        """[T, N], [T, N, 3] a column of all frames, or [N] of one that does not change; of a number, that frame. Throws InputError."""
+        if isinstance(name, (int, np.integer)):
+            return self.frame(name)
         return self._read(value_of(self._column(name)))
 
     def read_column(self, name, index):

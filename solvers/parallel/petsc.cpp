@@ -69,7 +69,8 @@ void start_petsc() {
   keep_blas_to_one_thread();
   std::vector<std::string> arguments = options();
   // Options come from the command line and from PETSC_OPTIONS, which results record, and not from files that lie about.
-  arguments.insert(arguments.begin(), {"lichtenberg", "-skip_petscrc"});
+  // PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program, and take its handlers away.
+  arguments.insert(arguments.begin(), {"lichtenberg", "-skip_petscrc", "-no_signal_handler"});
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
@@ -81,9 +82,7 @@ void start_petsc() {
     setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
     setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   }
-  // PETSc's signal handler would hide crashes from debuggers and Ctrl-C from the program.
   if (PetscInitialize(&count, &values, nullptr, nullptr)) throw Failure("PETSc could not be started");
-  PetscPopSignalHandler();
   check_petsc(PetscPushErrorHandler(keep_message, nullptr));
   std::atexit(finish_petsc);
 }

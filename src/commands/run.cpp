@@ -51,6 +51,12 @@ Scene requested_scene(const RunArguments& request) {
   return effects::with_field_chosen(std::move(scene));
 }
 
+/// An accuracy may take seconds to choose a method for.
+[[noreturn]] void stop_before_start() {
+  fmt::print(stderr, "lichtenberg: stopped before the run began: it left nothing\n");
+  Interruption::obey();
+}
+
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
   if (scene.effects.has(&EffectKind::packing)) return std::make_unique<Minimization>(scene);
   if (scene.reference)
@@ -91,21 +97,12 @@ class Run {
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 
-  void go() {
-    if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
-    advance_to_the_end();
-    for (const std::string& warning : final_warnings_) fmt::print(stderr, "lichtenberg: {}\n", warning);
-    if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
-    if (!request_.quiet) print_summary();
-  }
-
- private:
   void advance_to_the_end() {
+    if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
     // One that stops once all is at rest ends nobody knows when.
     const bool open = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
     Progress progress(motion_->time(), open ? INFINITY : motion_->end_time(), request_.quiet);
     look();
-    const Interruption interruption;  // after the first solve, which starts PETSc with handlers of its own
     if (recorder_.frames() == 0) record(progress);
     while (!over_) {
       const double due = motion_->next_frame();
@@ -118,6 +115,13 @@ class Run {
     if (!end_saved_) save_the_end(progress);
   }
 
+  void report() {
+    for (const std::string& warning : final_warnings_) fmt::print(stderr, "lichtenberg: {}\n", warning);
+    if (scene_.output.picture) draw_picture(scene_.output.file, picture_seconds_);
+    if (!request_.quiet) print_summary();
+  }
+
+ private:
   void look() {
     frame_ = motion_->frame();
     over_ = motion_->finished();
@@ -138,21 +142,12 @@ class Run {
     } catch (const Failure& failure) {
       if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
       progress.end_line();
-      if (last_state_) save_last_frame();
+      if (last_state_) recorder_.save({.checkpoint = *last_state_, .seconds = seconds()});
       throw Failure(
           fmt::format("{}; {} holds the run up to {}, and --resume goes on from there; where the scene is to "
                       "change, --from {} --out ANOTHER does",
                       failure.what(), scene_.output.file, instant(*recorder_.saved_time()), scene_.output.file));
     }
-  }
-
-  /// With the field solved again: that of the motion is of the instant at which it failed.
-  void save_last_frame() {
-    const std::unique_ptr<Motion> then = make_motion(scene_);
-    then->restore(*last_state_);
-    Milestone milestone{
-        .checkpoint = *last_state_, .field = keeps_field() ? then->field() : std::nullopt, .seconds = seconds()};
-    recorder_.save(milestone);
   }
 
   void record(Progress& progress) {
@@ -171,8 +166,8 @@ class Run {
     for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
     Milestone milestone;
-    milestone.field = field();
     if (over_) {
+      milestone.field = field();  // of any other instant `plot` solves it from the frame
       conclude();
       milestone.summary = summary_.quantities;
       milestone.findings = motion_->findings();
@@ -186,8 +181,9 @@ class Run {
     end_saved_ = over_;
   }
 
-  bool keeps_field() const { return scene_.output.field != StoredField::none; }
-  std::optional<laplace::Field> field() { return keeps_field() ? motion_->field() : std::nullopt; }
+  std::optional<laplace::Field> field() {
+    return scene_.output.field == StoredField::none ? std::nullopt : motion_->field();
+  }
 
   void conclude() {
     summary_ = motion_->summary();
@@ -259,6 +255,18 @@ class Run {
   double recording_seconds_ = 0, picture_seconds_ = 0;
 };
 
+void run(const RunArguments& request) {
+  std::optional<Run> run;
+  {
+    const Interruption interruption;
+    const Scene scene = requested_scene(request);
+    if (Interruption::requested()) stop_before_start();
+    run.emplace(request, scene);
+    run->advance_to_the_end();
+  }
+  run->report();
+}
+
 }  // namespace
 
 Command run_command() {
@@ -275,7 +283,7 @@ Command run_command() {
            {"--resume", &request->resume, "go on from the checkpoint in the result file"},
            {"--overwrite", &request->overwrite, "replace the result file if it exists", {.excluded = "--resume"}},
            {"--quiet", &request->quiet, "print nothing but errors"}},
-          [request] { Run(*request, requested_scene(*request)).go(); }};
+          [request] { run(*request); }};
 }
 
 }  // namespace lichtenberg

@@ -22,6 +22,8 @@ class ResultTest(unittest.TestCase):
             self.assertEqual(result.count, 36)
             np.testing.assert_array_equal(result["position"], stored)
             np.testing.assert_array_equal(result.frame(2)["position"], stored[2])
+            np.testing.assert_array_equal(result[2]["position"], stored[2])
+            self.assertEqual(result[-1].time, result.frame().time)
             np.testing.assert_array_equal(result.frame()["radius"], file["particles/conductors/radius"][()])
             self.assertEqual(result["position"][1, :, 0].unit, "m")
             self.assertEqual(result.time.unit, "s")

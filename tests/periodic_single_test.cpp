@@ -78,7 +78,7 @@ TEST_CASE("windows are as wide as their order, smooth, and have the transforms t
       // order's spacing; its weight is the window's there. Ends meet, as boxes make them.
       for (int c = 0; c + 1 < order; ++c) CHECK(weight(c, -0.5) == doctest::Approx(weight(c + 1, 0.5)).epsilon(1e-12));
       CHECK(std::abs(weight(order - 1, -0.5)) + std::abs(weight(0, 0.5)) < 1e-14);
-      const WindowTransform transform(window, order);
+      const WindowTransform& transform = WindowTransform::of(window, order);
       constexpr int parts = 400;  // of a spacing; the midpoint rule leaves (k / parts)^2 / 24
       for (const double k : {0.0, 0.7, 3.0})
         for (const int turns : {0, 1}) {

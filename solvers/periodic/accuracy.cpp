@@ -49,6 +49,7 @@ struct Way {
   std::vector<Window> windows;  ///< the better ones first
   int lowest_order, highest_order;
   double longest_cutoff;
+  double between;                                             ///< one cut-off over the next that is tried
   std::function<double(double density, double cutoff)> near;  ///< a charge's pairs
   double charge, row;                       ///< a charge on the mesh, and each row of the mesh that it meets
   std::function<double(int points)> point;  ///< one of a mesh of points^3, for each doubling of their number, there and
@@ -65,6 +66,7 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
           lowest_order,
           highest_double_order,
           0.5 * std::min({lengths.x, lengths.y, lengths.z}),
+          1.1,
           near,
           50,
           1.8,
@@ -81,7 +83,7 @@ Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
   };
   // Large meshes do not fit into the second-level cache.
   const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
-  return {numbers_of({2, 3, 5}), windows, 4, 8, SingleNear::longest_cutoff(lengths), near, 28, 1.1, point};
+  return {numbers_of({2, 3, 5}), windows, 4, 8, SingleNear::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
 }
 
 /// What a cloud loses of the forces of charges and their dipoles.
@@ -96,10 +98,9 @@ double dipole2_of(const MeshRequest& request) {
   return request.polarizability ? induced_dipole2(*request.polarizability, density, request.contact) : 0;
 }
 
-double work(const Way& way, int charges, const Mesh& mesh, double cutoff) {
+double work_on_mesh(const Way& way, const Mesh& mesh) {
   const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
-  return charges * (way.near(charges / mesh.volume(), cutoff) + way.charge + way.row * mesh.order * mesh.order) +
-         way.point(mesh.points[2]) * points * std::log2(points);
+  return way.point(mesh.points[2]) * points * std::log2(points);
 }
 
 /// With spacings of at most that of `along_longest` points along the longest side, if there are so many.
@@ -187,44 +188,54 @@ double error_of(const MeshChoice& choice, const MeshRequest& request) {
   return choice.single ? std::hypot(by_mesh, error_of_single_precision) : by_mesh;
 }
 
-/// Errors are largest just beyond the cutoff: not where charges touch.
-std::vector<double> cutoffs(double longest, double contact) {
+/// Ascending. Errors are largest just beyond the cutoff: not where charges touch.
+std::vector<double> cutoffs(double longest, double contact, double between) {
   constexpr double from_contact = 1.5;
   std::vector<double> cutoffs;
   if (longest > contact) cutoffs.push_back(longest);
-  for (double cutoff = longest / 1.05; cutoff > from_contact * contact; cutoff /= 1.05) cutoffs.push_back(cutoff);
+  for (double cutoff = longest / between; cutoff > from_contact * contact; cutoff /= between) cutoffs.push_back(cutoff);
+  std::ranges::reverse(cutoffs);
   return cutoffs;
 }
 
 /// Those that leave the error `most`, squared, to near part and mesh each; none if there are none.
-std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
+std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way) {
   const ByHand& by_hand = request.by_hand;
   const double dipole2 = dipole2_of(request);
   auto numbers = way.points;
   if (by_hand.points) numbers.insert(std::ranges::lower_bound(numbers, *by_hand.points), *by_hand.points);
   const auto points = by_hand.points ? std::vector{*by_hand.points} : numbers;
-  const auto within = by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact);
+  const auto within =
+      by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact, way.between);
   std::optional<MeshChoice> best;
   double least = INFINITY;
+  const auto by_charges = [&](double cutoff, double order) {  // the mesh's points come on top
+    const double density = request.charges / (request.lengths.x * request.lengths.y * request.lengths.z);
+    return request.charges * (way.near(density, cutoff) + way.charge + way.row * order * order);
+  };
   for (const double cutoff : within) {
-    if (cutoff > way.longest_cutoff) continue;
+    if (cutoff > way.longest_cutoff || by_charges(cutoff, 0) >= least) break;
     MeshChoice now{.cutoff = cutoff, .alpha = by_hand.alpha.value_or(0)};
     if (request.gauss && now.alpha == 0) now.alpha = alpha_for(most, cutoff, dipole2);
     if (now.alpha == 0) now.band_limit = band_limit_for(most, cutoff, dipole2);
     const Cloud cloud = now.cloud();
     if (now.alpha > 0 && lost_with(cloud, dipole2) > most) continue;
     for (int order = way.lowest_order; order <= way.highest_order; ++order) {
-      if (order != by_hand.order.value_or(order)) continue;
-      std::optional<Mesh> mesh;
-      for (const Window window : way.windows)
-        if (!mesh) mesh = coarsest(cloud, dipole2, most, points, numbers, request.lengths, order, window);
-      if (!mesh || work(way, request.charges, *mesh, cutoff) >= least) continue;
-      least = work(way, request.charges, *mesh, cutoff);
+      if (order != by_hand.order.value_or(order) || by_charges(cutoff, order) >= least) continue;
+      const auto mesh = coarsest(cloud, dipole2, most, points, numbers, request.lengths, order, window);
+      if (!mesh || by_charges(cutoff, order) + work_on_mesh(way, *mesh) >= least) continue;
+      least = by_charges(cutoff, order) + work_on_mesh(way, *mesh);
       now.mesh = *mesh;
       best = now;
     }
   }
   return best;
+}
+
+std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
+  for (const Window window : way.windows)
+    if (const auto choice = choose_with(window, most, request, way)) return choice;
+  return {};
 }
 
 /// Throws InputError for an order by hand that a ParticleMesh does not know.

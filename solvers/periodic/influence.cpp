@@ -92,7 +92,7 @@ double error_with_dipoles(const Axis::Mode& x, const Axis::Mode& y, const Axis::
 struct Octant {
   std::array<Axis, 3> axes;
 
-  explicit Octant(const Mesh& mesh) : Octant(mesh, WindowTransform(mesh.window, mesh.order)) {}
+  explicit Octant(const Mesh& mesh) : Octant(mesh, WindowTransform::of(mesh.window, mesh.order)) {}
   Octant(const Mesh& mesh, const WindowTransform& transform)
       : axes{Axis(mesh.lengths.x, mesh.points[0], transform), Axis(mesh.lengths.y, mesh.points[1], transform),
              Axis(mesh.lengths.z, mesh.points[2], transform)} {}

@@ -11,6 +11,8 @@ namespace {
 
 using Polynomial = std::vector<double>;  ///< of s^d
 
+constexpr int lowest_order = 4, highest_order = 8;
+
 /// How a prolate window is made: boxes that are folded with it, and its band limit over pi times its width.
 struct Recipe {
   int boxes;
@@ -20,7 +22,7 @@ struct Recipe {
 /// Those that leave mesh_error least at the spacings that an accuracy from 1e-2 (order 4) to 1e-6 (order 8) asks for.
 Recipe recipe(int order) {
   constexpr Recipe of_orders[] = {{1, 0.64}, {2, 0.64}, {2, 0.67}, {3, 0.57}, {4, 0.68}};
-  return of_orders[order - 4];
+  return of_orders[order - lowest_order];
 }
 
 double value(const Polynomial& of, double s) {
@@ -118,6 +120,16 @@ std::vector<std::vector<double>> window_pieces(Window window, int order) {
   for (int c = 0; c < order; ++c)
     for (std::size_t d = 0; d < weights.size(); ++d) weights[d][c] = pieces[order - 1 - c][d] / size;
   return weights;
+}
+
+const WindowTransform& WindowTransform::of(Window window, int order) {
+  static const std::vector<WindowTransform> all = [] {
+    std::vector<WindowTransform> made;
+    for (const Window one : {Window::spline, Window::prolate})
+      for (int n = lowest_order; n <= highest_order; ++n) made.push_back(WindowTransform(one, n));
+    return made;
+  }();
+  return all[(window == Window::spline ? 0 : highest_order - lowest_order + 1) + order - lowest_order];
 }
 
 WindowTransform::WindowTransform(Window window, int order) : boxes_(order) {

@@ -22,13 +22,15 @@ class WindowTransform {
   static constexpr int far_turns = 6;
   using Turned = std::array<double, 2 * far_turns + 1>;
 
-  /// Orders from 4 to 8.
-  WindowTransform(Window window, int order);
+  /// Orders from 4 to 8, each made once.
+  static const WindowTransform& of(Window window, int order);
 
   /// At k + 2 pi m, m from -far_turns to far_turns, for k in 1 / spacing: 1 at 0. Such waves look alike on a mesh.
   Turned operator()(double k) const;
 
  private:
+  WindowTransform(Window window, int order);
+
   struct Node {
     double place, weight, cosine, sine;  ///< of 2 pi place
   };

@@ -100,9 +100,8 @@ def draw(ours, lammps, device, title):
         draw_lines(time, rows, "forces", "s--", colour, f"{who}: forces of charges")
     draw_lines(time, ours, "contacts", "^:", INK, "one core: step without charges")
     draw_lines(memory, ours, "MiB", "o-", BLUE, "largest resident size")
-    draw_lines(memory, ours, "setup", "^:", INK, "set-up (ms)")
     time.set(xscale="log", yscale="log", xlabel="grains", ylabel="ms")
-    memory.set(xscale="log", yscale="log", xlabel="grains", ylabel="MiB, ms")
+    memory.set(xscale="log", yscale="log", xlabel="grains", ylabel="MiB")
     for axes in (time, memory):
         axes.grid(True, which="major", linewidth=0.3)
         axes.tick_params(which="minor", length=0)

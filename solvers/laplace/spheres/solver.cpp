@@ -25,7 +25,8 @@ namespace {
 
 /// Of the residual over x = sqrt(R) a, of the largest: a charge q on the smallest sphere has x = q / sqrt(R), and what
 /// dipole that may leave wrong on the largest, R', beside it makes there a field that is sqrt(R' / R) as wrong. Not
-/// below fifty roundings, or what is asked for.
+/// below fifty roundings, or what is asked for. A fifth of the accuracy: forces are no better with a tenth, whose error
+/// is that of the harmonics, and twice as wrong with three tenths (README.md).
 double tolerance_for(const SphereProblem& problem, double accuracy) {
   const double asked = 0.2 * accuracy;
   if (problem.spheres.empty()) return asked;

@@ -475,3 +475,13 @@ TEST_CASE("an interruption stops all at their checkpoints, and the same command 
     CHECK(sessions(result) == 2);
   }
 }
+
+TEST_CASE("--device is that of every run, whatever the scene says") {
+  // Where there is no device, a run that asks for one is refused.
+  const Folder folder;
+  const std::string on_device = replaced(charged_scene, "cells = 32", "cells = 32\ndevice = \"cuda\"");
+  folder.write("charged.toml", replaced(on_device, "time = 0.2", "time = 0.01"));
+  const Ended ended = ensemble(folder, "charged.toml --seeds 2 --device cpu");
+  CHECK_MESSAGE(ended.status == 0, ended.err);
+  CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>(2, "finished"));
+}

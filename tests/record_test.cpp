@@ -238,6 +238,7 @@ TEST_CASE("a field becomes cells of VTKHDF that fill the box, once") {
   CHECK_EQ(hdf5::get<double>(file, "VTKHDF/CellData/potential"), std::vector<double>{1, 2, 3, 4, 5, 6});
   CHECK_EQ(hdf5::get<std::int32_t>(file, "VTKHDF/CellData/body"), std::vector<std::int32_t>{-1, -1, 0, 0, 1, 1});
   CHECK_EQ(hdf5::get<std::int64_t>(file, "VTKHDF/cells"), std::vector<std::int64_t>{3, 2});
+  CHECK_EQ(hdf5::get<double>(file, "VTKHDF/cell_edge"), std::vector<double>{.5});
   const std::vector<double> corners = hdf5::get<double>(file, "VTKHDF/Points");
   const std::vector<std::int64_t> ends = hdf5::get<std::int64_t>(file, "VTKHDF/Connectivity");
   CHECK_EQ(corners.size(), 3 * 4 * 3);

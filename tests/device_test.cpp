@@ -119,7 +119,7 @@ struct Discretized {
       : on_device(run), grid(run, nx, ny, problem.size.x / nx, formula, true) {
     on_device.upload(problem, nx, ny);
     do {  // until there is room for all
-      grid.enlarge(wanted);
+      grid.enlarge(on_device.view(), wanted);
       grid.make_room(on_device.view(), false, number.data(), wanted.data());
       grid.outline(on_device.view(), nullptr);
       grid.build(on_device.view());

@@ -132,6 +132,14 @@ class CudaExecutor {
     launch(segment_kernel<lanes, Count, Value, Finish>, static_cast<unsigned>((lanes * n + threads - 1) / threads),
            threads, 0, n, count, value, finish);
   }
+  template <class Sum, class Value, class More, class Finish>
+  void sum_pieces(const Pieces& pieces, Sum* partial, Value value, More more, Finish finish) const {
+    constexpr int lanes = 8, threads = 128;
+    const long all = static_cast<long>(lanes) * (pieces.room + pieces.segments);
+    if (all == 0) return;
+    launch(pieces_kernel<lanes, Sum, Value, More, Finish>, static_cast<unsigned>((all + threads - 1) / threads),
+           threads, 0, pieces, partial, value, more, finish);
+  }
   cudaStream_t stream() const { return stream_; }
 
   template <int a_thread = 4, class Value, class Finish>

@@ -44,6 +44,14 @@ __device__ T value_of_lane_above(T value, int offset) {
   return value;
 }
 
+/// The sum over some neighbouring lanes of a warp, in the first of them.
+template <int lanes, class T>
+__device__ T sum_of_lanes(T sum) {
+#pragma unroll
+  for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  return sum;
+}
+
 /// Some lanes of a warp a segment: each sums every so-manieth value, then the lanes are summed as a tree.
 template <int lanes, class Count, class Value, class Finish>
 __global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
@@ -54,9 +62,52 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
   using Sum = decltype(value(0, 0));
   Sum sum{};
   for (int t = lane; t < end; t += lanes) sum += value(s, t);
-#pragma unroll
-  for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  sum = sum_of_lanes<lanes>(sum);
   if (lane == 0 && segment < n) finish(s, sum);
+}
+
+/// Whether this is the last of n that come here, after all that the others have done; n more may come then.
+__device__ inline bool comes_last(int* count, int n) {
+  __threadfence();
+  const bool last = atomicAdd(count, 1) == n - 1;
+  if (last) *count = 0;
+  __threadfence();
+  return last;
+}
+
+/// Some lanes a piece, and behind the pieces some lanes a segment that has none. Of a segment of several pieces the
+/// lanes that come last add up what all have left.
+template <int lanes, class Sum, class Value, class More, class Finish>
+__global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More more, Finish finish) {
+  begin_kernel();
+  const int item = static_cast<int>((blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes);
+  const int lane = threadIdx.x % lanes, first = pieces.start[0], piece = first + item;
+  int s = -1, count = 0;
+  Sum sum{};
+  if (item < pieces.room && piece < pieces.start[pieces.segments]) {
+    s = pieces.of[piece] - pieces.first_segment;
+    count = pieces.count(s);
+    const int end = pieces.end[piece];
+    for (int k = pieces.begin[piece] + lane; k < end; k += lanes) sum += value(k);
+  } else if (item >= pieces.room && item - pieces.room < pieces.segments) {
+    s = item - pieces.room;
+    if (pieces.count(s) > 0) s = -1;
+  }
+  sum = sum_of_lanes<lanes>(sum);
+  int finishes = s >= 0 && count <= 1;
+  if (lane == 0 && count > 1) {
+    partial[piece] = sum;
+    finishes = comes_last(pieces.done + s, count);
+  }
+  finishes = __shfl_sync(0xffffffffu, finishes, 0, lanes);
+  Sum rest{};
+  if (finishes) {
+    for (int k = lane; count > 1 && k < count; k += lanes) rest += fresh(partial + pieces.start[s] + k);
+    const int end = more.count(s);
+    for (int t = lane; t < end; t += lanes) rest += more.value(s, t);
+  }
+  rest = sum_of_lanes<lanes>(rest);
+  if (lane == 0 && finishes) finish(s, count > 1 ? rest : sum + rest);
 }
 
 /// The sum over a block's threads, in its first one: warps, then the warps' sums, each as a tree.
@@ -66,15 +117,12 @@ __device__ Sum sum_of_block(Sum sum) {
   __shared__ double memory[warps * ((sizeof(Sum) + sizeof(double) - 1) / sizeof(double))];
   Sum* of_warp = reinterpret_cast<Sum*>(memory);
   const int warp = threadIdx.x / lanes, lane = threadIdx.x % lanes;
-#pragma unroll
-  for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+  sum = sum_of_lanes<lanes>(sum);
   __syncthreads();  // of_warp may still be read from before
   if (lane == 0) of_warp[warp] = sum;
   __syncthreads();
   if (warp == 0) {
-    sum = lane < warps ? of_warp[lane] : Sum{};
-#pragma unroll
-    for (int offset = lanes / 2; offset > 0; offset /= 2) sum += value_of_lane_above(sum, offset);
+    sum = sum_of_lanes<lanes>(lane < warps ? of_warp[lane] : Sum{});
   }
   return sum;
 }
@@ -149,6 +197,47 @@ class CudaBlock {
     __syncthreads();
 #endif
   }
+  /// A warp a row.
+  template <class F>
+  __host__ __device__ void each(int rows, int columns, F f) const {
+#ifdef __CUDA_ARCH__
+    constexpr int lanes = 32;
+    for (int row = threadIdx.x / lanes; row < rows; row += blockDim.x / lanes)
+      for (int column = threadIdx.x % lanes; column < columns; column += lanes) f(row, column);
+    __syncthreads();
+#endif
+  }
+  template <int lanes = 8, class Count, class Value, class Finish>
+  __host__ __device__ void sum_segments(int n, Count count, Value value, Finish finish) const {
+#ifdef __CUDA_ARCH__
+    const int at_once = blockDim.x / lanes, lane = threadIdx.x % lanes;
+    for (int first = 0; first < n; first += at_once) {  // as many rounds for all: they shuffle
+      const int s = first + threadIdx.x / lanes, end = s < n ? count(s) : 0;
+      decltype(value(0, 0)) sum{};
+#pragma unroll 4
+      for (int t = lane; t < end; t += lanes) sum += value(s, t);
+      sum = sum_of_lanes<lanes>(sum);
+      if (lane == 0 && s < n) finish(s, sum);
+    }
+    __syncthreads();
+#endif
+  }
+  template <class Sum, class Value, class More, class Finish>
+  __host__ __device__ void sum_pieces(const Pieces& pieces, const int* listed, int n, Sum* partial, Value value,
+                                      More more, Finish finish) const {
+    const int first = pieces.start[0];
+    sum_segments(
+        pieces.start[pieces.segments] - first, [&](int p) { return pieces.end[first + p] - pieces.begin[first + p]; },
+        [&](int p, int t) { return value(pieces.begin[first + p] + t); },
+        [&](int p, Sum sum) { partial[first + p] = sum; });
+    sum_segments(
+        n, [&](int k) { return pieces.count(listed[k]) + more.count(listed[k]); },
+        [&](int k, int t) {
+          const int s = listed[k], count = pieces.count(s);
+          return t < count ? partial[pieces.start[s] + t] : more.value(s, t - count);
+        },
+        [&](int k, Sum sum) { finish(listed[k], sum); });
+  }
   template <class T>
   __host__ __device__ T* memory() const {
 #ifdef __CUDA_ARCH__
@@ -199,7 +288,8 @@ class CudaGrid {
          k += gridDim.x * static_cast<long>(blockDim.x))
       most = fmax(most, value(static_cast<int>(k)));
 #pragma unroll
-    for (int offset = lanes / 2; offset > 0; offset /= 2) most = fmax(most, __shfl_down_sync(0xffffffffu, most, offset));
+    for (int offset = lanes / 2; offset > 0; offset /= 2)
+      most = fmax(most, __shfl_down_sync(0xffffffffu, most, offset));
     if (threadIdx.x % lanes == 0) enlarge_atomically(to, most);
     cooperative_groups::this_grid().sync();
 #endif

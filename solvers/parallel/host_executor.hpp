@@ -72,6 +72,26 @@ LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
 #endif
 }
 
+/// Segments' values in pieces, so that a long segment is no long serial sum: pieces start[s] ... start[s + 1] - 1 are
+/// segment s's. `begin`, `end`, `of`: by piece, from the first to the last of all; begin's and end's values are
+/// numbers.
+struct Pieces {
+  int segments = 0;
+  int room = 0;  ///< for so many pieces
+  const int* start = nullptr;
+  const int *begin = nullptr, *end = nullptr;
+  const int* of = nullptr;  ///< its segment, counted from `first_segment` on
+  int first_segment = 0;
+  int* done = nullptr;  ///< by segment: 0, and 0 again when all is done
+  LICHTENBERG_HOST_DEVICE int count(int s) const { return start[s + 1] - start[s]; }
+};
+
+/// No more values than those of the pieces.
+struct NoMore {
+  LICHTENBERG_HOST_DEVICE int count(int) const { return 0; }
+  LICHTENBERG_HOST_DEVICE float value(int, int) const { return 0; }
+};
+
 /// Runs a device's algorithms on the CPU, item after item: their reference, and what the tests run. CudaExecutor has
 /// the same functions.
 class HostExecutor {
@@ -98,6 +118,22 @@ class HostExecutor {
     template <int unrolled = 1, class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
+    }
+    /// f(row, column), likewise.
+    template <class F>
+    void each(int rows, int columns, F f) const {
+      for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < columns; ++column) f(row, column);
+    }
+    /// As HostExecutor::sum_segments and sum_pieces; of the latter `listed` segments alone, n in number.
+    template <int lanes = 8, class Count, class Value, class Finish>
+    void sum_segments(int n, Count count, Value value, Finish finish) const {
+      HostExecutor().sum_segments(n, count, value, finish);
+    }
+    template <class Sum, class Value, class More, class Finish>
+    void sum_pieces(const Pieces& pieces, const int* listed, int n, Sum* /*partial*/, Value value, More more,
+                    Finish finish) const {
+      for (int k = 0; k < n; ++k) HostExecutor::sum_of_segment<Sum>(pieces, listed[k], value, more, finish);
     }
     template <class T>
     T* memory() const {
@@ -162,6 +198,14 @@ class HostExecutor {
       for (int t = 0; t < end; ++t) sum += value(s, t);
       finish(s, sum);
     }
+  }
+
+  /// finish(s, sum over the values k of segment s's pieces of value(k), and over t = 0 ... more.count(s) - 1 of
+  /// more.value(s, t)) for every segment; the same order of summation each time. `partial`: one a piece. What finish
+  /// changes no value may depend on.
+  template <class Sum, class Value, class More, class Finish>
+  void sum_pieces(const Pieces& pieces, Sum* /*partial*/, Value value, More more, Finish finish) const {
+    for (int s = 0; s < pieces.segments; ++s) sum_of_segment<Sum>(pieces, s, value, more, finish);
   }
 
   /// finish(sum of value(k) over k = 0 ... n - 1), in the same order of summation each time. Not within `beside` or
@@ -274,6 +318,16 @@ class HostExecutor {
     const auto start = std::chrono::steady_clock::now();
     f();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+ private:
+  template <class Sum, class Value, class More, class Finish>
+  static void sum_of_segment(const Pieces& pieces, int s, Value value, More more, Finish finish) {
+    Sum sum{};
+    for (int p = pieces.start[s]; p < pieces.start[s + 1]; ++p)
+      for (int k = pieces.begin[p]; k < pieces.end[p]; ++k) sum += value(k);
+    for (int t = 0; t < more.count(s); ++t) sum += more.value(s, t);
+    finish(s, sum);
   }
 };
 

@@ -104,7 +104,6 @@ template <class Executor>
 void find_imbalance(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
                     double unit, double* partial, BalanceView balance) {
   const int cells = static_cast<int>(grid.layout.size());
-  link_fluxes(run, problem, grid, x, partial);
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.group_diagonal[g];
     balance.residual[g] = diagonal > 0 ? b[cells + g] + sum - diagonal * x[cells + g] : 0.0;

@@ -115,8 +115,8 @@ struct InvertCoarsest {
   }
 };
 
-/// The coarsest grid's solve. A small system's inverse is made and multiplied with on the device; a large one (a grid
-/// of an odd number of cells) is factorized on the host: right-hand side down, solution up.
+/// The coarsest grid's system. A small one's inverse is made on the device (and multiplied with in small_grids.hpp); a
+/// large one (a grid of an odd number of cells) is factorized on the host: right-hand side down, solution up.
 template <class Executor>
 class Coarsest {
  public:
@@ -150,13 +150,20 @@ class Coarsest {
     system_ = CoarsestSystem(download(problem, grid, numbers), !problem.has_ground());
   }
 
-  /// Fluid cells of v and phi from f and charge.
+  /// On the host: fluid cells of v and phi from f and charge.
   void solve(const GridView& grid, float* v) {
-    if (on_device_)
-      multiply_inverse(run_, grid, unknown_.data(), inverse_.data(), v);
-    else
-      solve_on_host(grid, v);
+    const std::size_t cells = grid.layout.size();
+    get(f_, grid.f, cells);
+    get(charge_, grid.charge, system_.groups());
+    v_.assign(cells, 0.0f);
+    phi_.assign(system_.groups(), 0.0f);
+    system_.solve(f_, charge_, v_, phi_);
+    run_.to_device(v, v_.data(), cells * sizeof(float));
+    if (!phi_.empty()) run_.to_device(grid.phi, phi_.data(), phi_.size() * sizeof(float));
   }
+  /// On the device: a cell's slot, or -1 - group, of each unknown; the inverse by rows.
+  const int* unknown() const { return view_.unknown; }
+  const float* inverse() const { return view_.inverse; }
 
  private:
   CoarsestArrays download(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
@@ -185,17 +192,6 @@ class Coarsest {
   void get(std::vector<T>& to, const T* from, std::size_t size) {
     to.resize(size);
     if (size > 0) run_.to_host(to.data(), from, size * sizeof(T));
-  }
-
-  void solve_on_host(const GridView& grid, float* v) {
-    const std::size_t cells = grid.layout.size();
-    get(f_, grid.f, cells);
-    get(charge_, grid.charge, system_.groups());
-    v_.assign(cells, 0.0f);
-    phi_.assign(system_.groups(), 0.0f);
-    system_.solve(f_, charge_, v_, phi_);
-    run_.to_device(v, v_.data(), cells * sizeof(float));
-    if (!phi_.empty()) run_.to_device(grid.phi, phi_.data(), phi_.size() * sizeof(float));
   }
 
   const Executor& run_;

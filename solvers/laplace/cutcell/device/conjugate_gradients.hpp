@@ -23,6 +23,7 @@ struct Iterations {
   double factor;                 ///< by which the first guess was multiplied
   double product, alpha, beta;   ///< r'z; of the last step
   double largest_beta;           ///< of all steps
+  int judged;                    ///< whether any residual was
   int done, reason;              ///< iterations; KSPConvergedReason
   int go_on;
   static constexpr int kept = 512;
@@ -32,7 +33,7 @@ struct Iterations {
     tolerance = tolerance_;
     most = most_;
     energy_norm = rounding = scale = factor = product = alpha = beta = largest_beta = 0;
-    done = reason = go_on = 0;
+    judged = done = reason = go_on = 0;
   }
   /// After the products b'x, x'A x and the largest |x| of n unknowns: the guess is multiplied such that its error is
   /// least. A row adds some five potentials of at most |x|, which leaves a residual of about epsilon |x|
@@ -45,11 +46,8 @@ struct Iterations {
   }
   /// After the product r'z.
   LICHTENBERG_HOST_DEVICE void judge(double next) {
-    if (reason != 0) {
-      go_on = 0;
-      return;
-    }
-    const bool first = go_on == 0;
+    const bool first = judged == 0;
+    judged = 1;
     beta = first ? 0.0 : next / product;
     largest_beta = beta > largest_beta ? beta : largest_beta;
     product = next;
@@ -67,8 +65,11 @@ struct Iterations {
       reason = KSP_DIVERGED_ITS;
     go_on = reason == 0;
   }
-  /// After the product p'A p. Whether the step is the last one is foreseen (foresee_end in ../fused_iteration.hpp).
+  /// After the product p'A p; the step is none where the residual is small enough already. Whether the step is the last
+  /// one is foreseen (foresee_end in ../fused_iteration.hpp).
   LICHTENBERG_HOST_DEVICE void set_step(double curvature) {
+    alpha = 0;
+    if (reason != 0) return;
     alpha = curvature > 0 ? product / curvature : 0.0;
     if (!(curvature > 0)) reason = KSP_DIVERGED_INDEFINITE_MAT;
     constexpr double slow = 0.25;  // of the norm squared

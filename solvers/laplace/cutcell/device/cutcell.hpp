@@ -134,8 +134,8 @@ class CutCell : public DeviceSolver {
   void begin();
   void first_guess();
   void better_guess();
-  void turn_and_step();
-  void precondition_and_judge();
+  template <class Again>
+  void iterate_once(Again again);
   void solve_by_petsc(LaplaceSolution& solution);
   void evaluate();
   void finish();
@@ -300,6 +300,7 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   for (auto* vectors : {&basis_, &image_})
     for (Vector& vector : *vectors) vector.resize(n);
   for (auto* vector : {&r_, &z_, &p_, &q_}) (*vector)->resize(n);
+  (*z_).zero();
   next_potential_->resize(groups);
   balance_->resize(8 * groups);
   std::tie(iterations_, potential_, body_result_, side_result_) =
@@ -423,41 +424,41 @@ void CutCell<Executor>::better_guess() {
   take_guess(*run_, problem, grid, b_, q_->data(), x_, r_->data(), iterations_.device);
 }
 
+/// An iteration: a V-cycle, and unless the residual is small enough by then, a step.
 template <class Executor>
-void CutCell<Executor>::turn_and_step() {
+template <class Again>
+void CutCell<Executor>::iterate_once(Again again) {
   const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
   Iterations* iterations = iterations_.device;
+  const auto n = static_cast<long>(r_->size());
+  multigrid_->cycle(z_->data());
+  if (!problem.grounded) level_out(*run_, problem, grid, z_->data(), potential_.device + problem.groups);
+  judge(*run_, n, r_->data(), z_->data(), iterations);
   turn_direction(*run_, problem, grid, z_->data(), p_->data(), iterations);
   multiply(p_->data(), q_->data());
-  find_step(*run_, static_cast<long>(r_->size()), p_->data(), q_->data(), iterations);
+  find_step(*run_, n, p_->data(), q_->data(), iterations, again);
   step_along(*run_, problem, grid, p_->data(), q_->data(), x_, r_->data(), iterations);
-  if (multigrid_->on_device())
-    run_->when(&iterations->go_on, [this] { precondition_and_judge(); });
-  else
-    precondition_and_judge();
-}
-
-template <class Executor>
-void CutCell<Executor>::precondition_and_judge() {
-  multigrid_->cycle(z_->data());
-  if (!problem_->view().grounded)
-    level_out(*run_, problem_->view(), finest().view(), z_->data(), potential_.device + problem_->view().groups);
-  judge(*run_, static_cast<long>(r_->size()), r_->data(), z_->data(), iterations_.device);
 }
 
 template <class Executor>
 PetscErrorCode CutCell<Executor>::iterate(KSP ksp) {
   Iterations* iterations = iterations_.device;
   begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
-  run_recorded(iterating_, [&] {
+  if (multigrid_->on_device()) {
+    run_->run(iterating_, [&] {
+      better_guess();
+      run_->repeat([this](auto again) { iterate_once(again); });
+    });
+  } else {
     better_guess();
-    precondition_and_judge();
-    if (multigrid_->on_device()) run_->repeat_while(&iterations->go_on, [this] { turn_and_step(); });
-  });
-  int go_on = 0;
-  if (!multigrid_->on_device())
-    while (run_->to_host(&go_on, &iterations->go_on, sizeof go_on), go_on) turn_and_step();
+    const auto host_asks = [] LICHTENBERG_HOST_DEVICE(bool) {};
+    int go_on = 1;
+    while (go_on) {
+      iterate_once(host_asks);
+      run_->to_host(&go_on, &iterations->go_on, sizeof go_on);
+    }
+  }
   finish();
   const Iterations& found = *iterations_.host;
   for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {

@@ -8,6 +8,7 @@
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/parallel/array.hpp"
+#include "solvers/parallel/host_executor.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -48,6 +49,7 @@ struct Of {
     thin_conductors,
     floating_thin_conductors,
     unknown_groups,   ///< 1 if there is any group with a potential of its own
+    own_groups,       ///< on a small grid, of these
     coarse_unknowns,  ///< of the coarsest grid
     kinds
   };
@@ -113,11 +115,18 @@ struct WithoutCells {
   }
 };
 
+/// A point's group, and its shares in the four cells of its bin: lower left and right, upper left and right.
+struct Smeared {
+  int group;
+  float share[4];
+};
+
 /// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated: what they
 /// bring to a cell can then be summed in the same order each time.
 struct Bins {
-  int* start;  ///< by bin, and one behind the last
-  int* item;   ///< sorted by bin
+  int* start;        ///< by bin, and one behind the last
+  int* item;         ///< sorted by bin
+  Smeared* smeared;  ///< likewise
 };
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
 LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
@@ -126,6 +135,12 @@ LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   const int j = base.j < -1 ? -1 : base.j < at.ny ? base.j : at.ny - 1;
   return (j + 1) * (at.nx + 1) + i + 1;
 }
+
+/// What the V-cycle needs of a link from a boundary cell.
+struct Coupling {
+  float conductance;  ///< 0: no link
+  int group;
+};
 
 /// One grid's arrays. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
 struct GridView {
@@ -177,6 +192,7 @@ struct GridView {
   int* boundary_slot;
   int* boundary_link;
   double* boundary_diagonal;
+  Coupling* coupling;  ///< by boundary cell and side: 4 k + side
 
   // Contacts, sorted by body.
   DirectLink* direct_link;
@@ -188,6 +204,9 @@ struct GridView {
   int* piece_start;  ///< 2 groups + 1
   int* piece_begin;
   int* piece_end;
+  int* piece_segment;
+  int* pieces_done;  ///< 2 groups
+  int* own_group;    ///< of a small grid: the groups that have a potential of their own
 
   double* group_diagonal;         ///< 0: fixed, or a group without any link
   float* group_inverse_diagonal;  ///< likewise
@@ -195,8 +214,8 @@ struct GridView {
   // The V-cycle's vectors.
   float* v;  ///< null on the finest grid
   float* f;
-  float *phi, *phi_next, *charge, *flux;  ///< by group
-  float* partial;                         ///< by piece
+  float *phi, *phi_down, *phi_next, *charge, *flux;  ///< by group
+  float* partial;                                    ///< by piece
 
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
     const int start = strip_start[rank], end = number[Of::strips];
@@ -215,6 +234,14 @@ struct GridView {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
   LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
+  /// Those of the groups' links, and of their covered cells.
+  LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
+    return {problem.groups, pieces, piece_start, piece_begin, piece_end, piece_segment, 0, pieces_done};
+  }
+  LICHTENBERG_HOST_DEVICE parallel::Pieces covered_pieces(const ProblemView& problem) const {
+    return {problem.groups, pieces,         piece_start + problem.groups, piece_begin, piece_end,
+            piece_segment,  problem.groups, pieces_done + problem.groups};
+  }
 };
 
 /// f(k) for each of what a grid has of a kind.

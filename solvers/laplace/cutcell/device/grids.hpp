@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "solvers/laplace/cutcell/device/discretize.hpp"
+#include "solvers/laplace/cutcell/device/conductances.hpp"
+#include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
 
@@ -27,6 +28,8 @@ class DeviceGrid {
         body_in_bin_(run),
         group_bin_start_(run),
         group_in_bin_(run),
+        smeared_bodies_(run),
+        smeared_groups_(run),
         without_cells_number_(run),
         sort_key_(run),
         cover_(run),
@@ -45,6 +48,7 @@ class DeviceGrid {
         boundary_slot_(run),
         boundary_link_(run),
         boundary_diagonal_(run),
+        coupling_(run),
         direct_link_(run),
         unsorted_direct_link_(run),
         direct_link_index_(run),
@@ -52,11 +56,15 @@ class DeviceGrid {
         piece_start_(run),
         piece_begin_(run),
         piece_end_(run),
+        piece_segment_(run),
+        pieces_done_(run),
+        own_group_(run),
         group_diagonal_(run),
         group_inverse_diagonal_(run),
         v_(run),
         f_(run),
         phi_(run),
+        phi_down_(run),
         phi_next_(run),
         charge_(run),
         flux_(run),
@@ -90,9 +98,10 @@ class DeviceGrid {
   double* partial() const { return partial_double_.data(); }
 
   /// What the host may know of a grid: how many of each kind there is room for. `number`, `wanted`: on the device.
-  /// `medium`: some bodies are smaller than this grid resolves. Arrays may move.
-  void make_room(const ProblemView& problem, bool medium, int* number, int* wanted) {
+  /// `medium`: some bodies are smaller than this grid resolves; `small`: its groups are listed. Arrays may move.
+  void make_room(const ProblemView& problem, bool medium, int* number, int* wanted, bool small = false) {
     view_.medium = medium;
+    view_.own_group = small ? sized(own_group_, problem.groups) : nullptr;
     if (!medium)  // what was smeared out before is in the bins still
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
         view_.room[kind] = 0;
@@ -110,7 +119,14 @@ class DeviceGrid {
   }
   /// For make_room(): so many and, in a scene in motion, half as many more, of all that may soon be too many: growing
   /// costs as much as ten solves. The coarsest grid's matrix is to stay small, and changes by groups alone.
-  void enlarge(const Numbers& wanted) {
+  void enlarge(const ProblemView& problem, const Numbers& wanted) {
+    if (view_.medium && wanted[Of::strips] > 0) {
+      // Groups in motion become thin conductors on one grid after the other: there is room for all at once.
+      for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
+        view_.room[kind] = std::max(view_.room[kind], problem.bodies);
+      view_.room[Of::strips] = std::max(view_.room[Of::strips], wanted[Of::strips] + problem.bodies);
+      view_.room[Of::links] = std::max(view_.room[Of::links], wanted[Of::links] + 4 * problem.bodies);
+    }
     for (int kind = 0; kind < Of::kinds; ++kind) {
       const bool is_near = wanted[kind] + wanted[kind] / 8 > view_.room[kind];
       const int spare = kind == Of::coarse_unknowns ? 16 : wanted[kind] / 2 + 256;
@@ -132,8 +148,7 @@ class DeviceGrid {
     cover(problem);
     count(problem);
     fill_strips(run_, problem, filled());
-    run_.fill(boundary_link_.data(), 0xff, boundary_link_.size() * sizeof(int));
-    if (view_.medium) make_permittivity(run_, problem, view_);
+    if (view_.medium) make_permittivity(run_, view_);
     make_links(run_, problem, view_);
     make_diagonals(run_, problem, view_);
     build_direct_links(problem);
@@ -165,9 +180,12 @@ class DeviceGrid {
     view_.absorbed = sized(absorbed_, problem.groups);
     view_.centre = sized(centre_, problem.groups);
     const int bins = bins_of(view_.layout);
-    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups)};
-    view_.absorbed_bodies = {sized(body_bin_start_, 2 * bins + 1), sized(body_in_bin_, problem.bodies)};
-    view_.thin_conductors = {view_.absorbed_bodies.start + bins, view_.absorbed_bodies.item};  // behind them
+    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups),
+                             sized(smeared_groups_, problem.groups)};
+    view_.absorbed_bodies = {sized(body_bin_start_, 2 * bins + 1), sized(body_in_bin_, problem.bodies),
+                             sized(smeared_bodies_, problem.bodies)};
+    view_.thin_conductors = view_.absorbed_bodies;
+    view_.thin_conductors.start += bins;  // behind them
   }
 
   void make_room_for_lists(const ProblemView& problem) {
@@ -187,6 +205,7 @@ class DeviceGrid {
     view_.boundary_slot = sized(boundary_slot_, room[Of::boundary]);
     view_.boundary_link = sized(boundary_link_, 4L * room[Of::boundary]);
     view_.boundary_diagonal = sized(boundary_diagonal_, room[Of::boundary]);
+    view_.coupling = sized(coupling_, 4L * room[Of::boundary]);
     view_.direct_link = sized(direct_link_, room[Of::direct_links]);
     if (view_.may_have(Of::without_cells)) sized(unsorted_direct_link_, room[Of::direct_links]);
     sized(direct_link_index_, room[Of::direct_links]);
@@ -197,11 +216,15 @@ class DeviceGrid {
     view_.piece_start = sized(piece_start_, 2 * problem.groups + 1);
     view_.piece_begin = sized(piece_begin_, view_.pieces);
     view_.piece_end = sized(piece_end_, view_.pieces);
+    view_.piece_segment = sized(piece_segment_, view_.pieces);
+    view_.pieces_done = sized(pieces_done_, 2 * problem.groups);
+    pieces_done_.zero();
     view_.partial = sized(partial_, view_.pieces);
     sized(partial_double_, view_.pieces);
     view_.group_diagonal = sized(group_diagonal_, problem.groups);
     view_.group_inverse_diagonal = sized(group_inverse_diagonal_, problem.groups);
     view_.phi = sized(phi_, problem.groups);
+    view_.phi_down = sized(phi_down_, problem.groups);
     view_.phi_next = sized(phi_next_, problem.groups);
     view_.charge = sized(charge_, problem.groups);
     view_.flux = sized(flux_, problem.groups);
@@ -216,6 +239,7 @@ class DeviceGrid {
     smeared_keys(run_, problem, view_, key, view_.absorbed_bodies.item);
     run_.sort(key, view_.absorbed_bodies.item, problem.bodies, 2 * bins);
     start_segments(run_, key, problem.bodies, 2 * bins, view_.absorbed_bodies.start);
+    share_out(run_, problem, view_);
   }
 
   void cover(const ProblemView& problem) {
@@ -261,6 +285,7 @@ class DeviceGrid {
 
   void build_groups(const ProblemView& problem) {
     phi_.zero();
+    phi_next_.zero();  // of groups of given potential
     count_pieces(run_, problem, view_);
     run_.exclusive_scan(view_.piece_start, 2 * problem.groups + 1);
     cut_pieces(run_, problem, view_);
@@ -280,6 +305,7 @@ class DeviceGrid {
   parallel::Array<Vec2, Executor> centre_;
   parallel::Array<float, Executor> permittivity_, east_, north_;
   parallel::Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
+  parallel::Array<Smeared, Executor> smeared_bodies_, smeared_groups_;
   parallel::Array<WithoutCells, Executor> without_cells_number_;
   parallel::Array<int, Executor> sort_key_;
   parallel::Array<Cover, Executor> cover_;
@@ -294,11 +320,13 @@ class DeviceGrid {
   parallel::Array<Vec2, Executor> partner_gradient_;
   parallel::Array<int, Executor> boundary_slot_, boundary_link_;
   parallel::Array<double, Executor> boundary_diagonal_;
+  parallel::Array<Coupling, Executor> coupling_;
   parallel::Array<DirectLink, Executor> direct_link_, unsorted_direct_link_;
   parallel::Array<int, Executor> direct_link_index_, direct_link_start_;
-  parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_;
+  parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_, piece_segment_, pieces_done_, own_group_;
   parallel::Array<double, Executor> group_diagonal_;
-  parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_next_, charge_, flux_, partial_;
+  parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_down_, phi_next_, charge_, flux_,
+      partial_;
   parallel::Array<double, Executor> partial_double_;
 };
 

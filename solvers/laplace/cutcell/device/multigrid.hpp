@@ -12,6 +12,7 @@
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/problem.hpp"
+#include "solvers/laplace/cutcell/device/small_grids.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 
 namespace lichtenberg::laplace::device {
@@ -42,8 +43,8 @@ class SmallestDisks {
   double radius_[2] = {infinite, infinite};  // in groups; alone
 };
 
-/// The grids and the V-cycle on them (../multigrid.hpp). Where groups are coupled directly, each sweep over conductors
-/// is two Jacobi sweeps in place of one of Gauss-Seidel.
+/// The grids and the V-cycle on them (../multigrid.hpp): large ones a few kernels each, small ones all in one. Where
+/// groups are coupled directly, each sweep over conductors is two Jacobi sweeps in place of one of Gauss-Seidel.
 template <class Executor>
 class DeviceMultigrid {
  public:
@@ -105,11 +106,12 @@ class DeviceMultigrid {
 
   /// z = M r
   void apply(const double* r, double* z) {
+    run_.fill(z, 0, grids_[0].view().layout.size() * sizeof(double));
     take_residual(run_, problem_, grids_[0].view(), r);
     apply(z);
   }
 
-  /// z = M r with the residual r that has been taken (TakeResidual).
+  /// z = M r with the residual r that has been taken (TakeResidual). z holds zeros already where there are no cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
@@ -118,13 +120,15 @@ class DeviceMultigrid {
   }
   /// The same, kernel by kernel.
   void cycle(double* z) {
-    const int coarsest = levels() - 1;
-    if (coarsest > 0) down(0, z);
-    for (int l = 1; l < coarsest; ++l) down(l, grids_[l].view().v);
-    solve_coarsest(z);
-    for (int l = coarsest - 1; l > 0; --l) up(l, grids_[l].view().v);
-    if (coarsest > 0) up(0, z);
-    widen(run_, problem_.groups, grids_[0].view().phi, z + grids_[0].view().layout.size());
+    double* z_of_groups = z + grids_[0].view().layout.size();
+    if (first_solved_ > 0) down(0, z);
+    for (int l = 1; l < first_solved_; ++l) down(l, grids_[l].view().v);
+    solve_coarse();
+    for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().v, nullptr);
+    if (first_solved_ > 0) return up(0, z, z_of_groups);
+    // The finest grid is the coarsest: its potentials are double.
+    widen(run_, grids_[0].view().layout.size(), only_.data(), z);
+    widen(run_, problem_.groups, grids_[0].view().phi, z_of_groups);
   }
 
  private:
@@ -147,9 +151,17 @@ class DeviceMultigrid {
   }
 
   void make_room() {
-    for (int l = 0; l < levels(); ++l)
-      grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds);
+    const int first_small = this->first_small();
+    std::vector<GridView> views;
+    for (int l = 0; l < levels(); ++l) {
+      grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
+                          l >= first_small);
+      views.push_back(grids_[l].view());
+    }
+    if (levels() == 1) views[0].v = only_.data();
+    views_.upload(views);
     coarsest_.make_room(problem_, grids_.back().view());
+    first_solved_ = on_device() ? first_small : levels() - 1;
     recordings_.clear();
     building_.clear();
     ++generation_;
@@ -163,7 +175,7 @@ class DeviceMultigrid {
   /// Returns whether anything had no room.
   bool enlarge() {
     if (!lacking()) return false;
-    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(wanted(l));
+    for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, wanted(l));
     make_room();
     fits_ = false;
     return true;
@@ -182,24 +194,45 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
+  /// The finest of the grids that one block has memory for, together with all coarser ones.
+  int first_small() const {
+    int first = levels() - 1;
+    while (first > 1 && levels() - first < SmallGrids::most &&
+           small_grids(first - 1).bytes() <= run_.most_block_memory())
+      --first;
+    return first;
+  }
+  SmallGrids small_grids(int first) const {
+    SmallGrids all{problem_, views_.data(), first, levels() - 1, coarsest_.unknown(), coarsest_.inverse(), {}};
+    for (int l = first; l < levels(); ++l)
+      all.small[l - first] =
+          SmallGrid(grids_[l].view().layout, medium_[l], l == first ? 0 : all.small[l - first - 1].end());
+    return all;
+  }
+
   template <class V>
   void down(int l, V* v) {
+    if (l > 0) collect(run_, problem_, grids_[l].view());
     descend(run_, problem_, grids_[l].view(), grids_[l + 1].view(), v);
   }
   template <class V>
-  void up(int l, V* v) {
-    ascend(run_, problem_, grids_[l].view(), grids_[l + 1].view(), v);
+  void up(int l, V* v, double* z_of_groups) {
+    const GridView& coarse = grids_[l + 1].view();
+    const bool was_small = on_device() && l + 1 == first_solved_;
+    if (!was_small && coarse.may_have(Of::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
+    ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
   }
 
-  void solve_coarsest(double* z) {
+  /// The small grids' part of the cycle; or the coarsest one's solution, by the host.
+  void solve_coarse() {
     const GridView& grid = grids_.back().view();
-    if (levels() > 1) {
-      coarsest_.solve(grid, grid.v);
-      return;
+    float* v = levels() > 1 ? grid.v : only_.data();
+    if (!on_device()) {
+      if (levels() > 1) collect(run_, problem_, grid);
+      return coarsest_.solve(grid, v);
     }
-    // The finest grid is the coarsest: its potentials are double.
-    coarsest_.solve(grid, only_.data());
-    widen(run_, grid.layout.size(), only_.data(), z);
+    const SmallGrids all = small_grids(first_solved_);
+    run_.template for_each_block<SmallGrids::threads>(1, all.bytes(), all);
   }
 
   const Executor& run_;
@@ -207,6 +240,8 @@ class DeviceMultigrid {
   std::vector<bool> medium_;  // by grid
   ProblemView problem_{};
   Coarsest<Executor> coarsest_;
+  parallel::Array<GridView, Executor> views_{run_};
+  int first_solved_ = 0;  ///< of the grids that are solved in one kernel, or of one by the host
   parallel::Array<int, Executor> number_{run_};
   parallel::Parcel<Executor> numbers_;
   typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;

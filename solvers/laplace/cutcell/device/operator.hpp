@@ -4,51 +4,39 @@
 
 #include <cmath>
 
+#include "solvers/laplace/cutcell/device/conductances.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Sums over a group's links, by piece, of conductance times potential.
-template <class Executor>
-void link_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, double* partial) {
-  run.sum_segments(
-      grid.pieces,
-      [=] LICHTENBERG_HOST_DEVICE(int piece) {
-        return piece < grid.piece_start[problem.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int piece, int t) {
-        const int link = grid.piece_begin[piece] + t;
-        return grid.conductance[link] * x[grid.link_slot[link]];
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int piece, double sum) { partial[piece] = sum; });
-}
+/// What a group's direct links with floating groups bring.
+struct DirectFlux {
+  ProblemView problem;
+  GridView grid;
+  const double* x;
+  LICHTENBERG_HOST_DEVICE int count(int g) const {
+    return grid.may_have(Of::direct_links) ? grid.direct_links_of(problem, g) : 0;
+  }
+  LICHTENBERG_HOST_DEVICE double value(int g, int t) const {
+    const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+    if (link.is_to_electrode()) return 0.0;
+    const int other = problem.group_of[link.other];
+    return problem.floating[other] ? link.conductance * x[grid.layout.size() + other] : 0.0;
+  }
+};
 
 /// finish(g, what a group's links and direct links with floating groups bring).
 template <class Executor, class Finish>
-void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, const double* partial,
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, double* partial,
                   Finish finish) {
-  const int cells = static_cast<int>(grid.layout.size());
-  const bool direct_links = grid.may_have(Of::direct_links);
-  run.sum_segments(
-      problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) {
-        const int links = grid.piece_start[g + 1] - grid.piece_start[g];
-        return direct_links ? links + grid.direct_links_of(problem, g) : links;
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int links = grid.piece_start[g + 1] - grid.piece_start[g];
-        if (t < links) return partial[grid.piece_start[g] + t];
-        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t - links];
-        if (link.is_to_electrode()) return 0.0;
-        const int other = problem.group_of[link.other];
-        return problem.floating[other] ? link.conductance * x[cells + other] : 0.0;
-      },
-      finish);
+  run.sum_pieces(
+      grid.link_pieces(problem), partial,
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
+      DirectFlux{problem, grid, x}, finish);
 }
 
-/// y = A x. Cells without links have a diagonal that is a small whole number, and the preconditioner's 1 / diagonal
-/// says which; boundary cells keep theirs in double precision.
+/// y = A x.
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y,
                     double* partial) {
@@ -59,27 +47,28 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
                  const int colour = all_rows >= at.ny + 2, row = all_rows - colour * (at.ny + 2);
                  const int slot =
                      colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
-                 const float inverse = grid.inverse_diagonal[slot];
+                 const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
                  double value = 0;
-                 if (inverse > 0) {
+                 const Cover cover = grid.cover[slot];
+                 if (column >= Layout::pad && inside(at, i, j) && cover.is_fluid()) {
                    const Neighbours n = neighbours(at, colour, row, column);
-                   value = static_cast<double>(rintf(1.0f / inverse)) * x[slot] -
-                           (x[n.west] + x[n.east] + x[n.south] + x[n.north]);
+                   const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
+                   if (cover.is_boundary_cell()) {
+                     const int k = cover.boundary_number();
+                     value = grid.boundary_diagonal[k] * x[slot] - around;
+                     for (int side = 0; side < 4; ++side) {
+                       const int link = grid.boundary_link_of(k, side);
+                       if (link >= 0) value -= grid.conductance[link] * x[cells + grid.link_group[link]];
+                     }
+                   } else if (const int diagonal = diagonal_without_links(problem, at, i, j); diagonal > 0) {
+                     value = diagonal * x[slot] - around;
+                   }
                  }
                  y[slot] = value;
-                 clear_end(at, colour, row, column, y);
+                 // Zero in what lies behind the last row of each colour, too.
+                 if (row == 0 && column < Layout::pad)
+                   y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
                });
-  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const int slot = grid.boundary_slot[k];
-    const Neighbours n = neighbours(grid.layout, slot);
-    double value = grid.boundary_diagonal[k] * x[slot] - (x[n.west] + x[n.east] + x[n.south] + x[n.north]);
-    for (int side = 0; side < 4; ++side) {
-      const int link = grid.boundary_link_of(k, side);
-      if (link >= 0) value -= grid.conductance[link] * x[cells + grid.link_group[link]];
-    }
-    y[slot] = value;
-  });
-  link_fluxes(run, problem, grid, x, partial);
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.group_diagonal[g];
     y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
@@ -148,12 +137,15 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// How far to go along p, of which q is the image.
-template <class Executor>
-void find_step(const Executor& run, long n, const double* p, const double* q, Iterations* iterations) {
+/// How far to go along p, of which q is the image; and `again`, whether another iteration follows.
+template <class Executor, class Again>
+void find_step(const Executor& run, long n, const double* p, const double* q, Iterations* iterations, Again again) {
   run.sum(
       n, [=] LICHTENBERG_HOST_DEVICE(int k) { return p[k] * q[k]; },
-      [=] LICHTENBERG_HOST_DEVICE(double curvature) { iterations->set_step(curvature); });
+      [=] LICHTENBERG_HOST_DEVICE(double curvature) {
+        iterations->set_step(curvature);
+        again(iterations->go_on != 0);
+      });
 }
 
 /// Whether the residual r, z preconditioned, is small enough, and how the next direction turns.
@@ -172,7 +164,6 @@ void balance_groups(const Executor& run, ProblemView problem, GridView grid, con
   const int cells = static_cast<int>(grid.layout.size());
   const bool direct_links = grid.may_have(Of::direct_links);
   if (!direct_links) next = x + cells;
-  link_fluxes(run, problem, grid, x, partial);
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.group_diagonal[g];
     next[g] = diagonal > 0 ? (b[cells + g] + sum) / diagonal : x[cells + g];

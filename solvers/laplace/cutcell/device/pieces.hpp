@@ -35,34 +35,33 @@ void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
     const int end = piece_segment_end(problem, grid, segment);
     grid.piece_begin[piece] = begin;
     grid.piece_end[piece] = begin + piece_length < end ? begin + piece_length : end;
+    grid.piece_segment[piece] = segment;
   });
 }
 
-/// Partial sums of the links' conductances, then the groups' sums of all that they are linked to.
+/// A group's direct links' conductances, for sums over its links.
+struct DirectConductances {
+  ProblemView problem;
+  GridView grid;
+  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.direct_links_of(problem, g); }
+  LICHTENBERG_HOST_DEVICE double value(int g, int t) const {
+    return grid.direct_link[grid.first_direct_link(problem, g) + t].conductance;
+  }
+};
+
+/// The groups' sums of the conductances of all that they are linked to, and which have a potential of their own.
 template <class Executor>
 void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
-  run.sum_segments(
-      grid.pieces,
-      [=] LICHTENBERG_HOST_DEVICE(int piece) {
-        return piece < grid.piece_start[problem.groups] ? grid.piece_end[piece] - grid.piece_begin[piece] : 0;
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int piece, int t) { return grid.conductance[grid.piece_begin[piece] + t]; },
-      [=] LICHTENBERG_HOST_DEVICE(int piece, double sum) { partial[piece] = sum; });
-  run.sum_segments(
-      problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return grid.piece_start[g + 1] - grid.piece_start[g] + grid.direct_links_of(problem, g);
-      },
-      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const int own_pieces = grid.piece_start[g + 1] - grid.piece_start[g];
-        if (t < own_pieces) return partial[grid.piece_start[g] + t];
-        return grid.direct_link[grid.first_direct_link(problem, g) + t - own_pieces].conductance;
-      },
+  run.sum_pieces(
+      grid.link_pieces(problem), partial, [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link]; },
+      DirectConductances{problem, grid},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         const bool unknown = problem.floating[g] && sum > 0;
         grid.group_diagonal[g] = unknown ? sum : 0.0;
         grid.group_inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
-        if (unknown) grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 1;  // all write the same
+        if (!unknown) return;
+        grid.number[Of::unknown_groups] = grid.wanted[Of::unknown_groups] = 1;  // all write the same
+        if (grid.own_group) grid.own_group[parallel::take_place(grid.number + Of::own_groups)] = g;
       });
 }
 

@@ -1,0 +1,143 @@
+#pragma once
+
+// A grid's conductances and diagonals, an item a link or a cell.
+
+#include "solvers/laplace/cutcell/device/smeared.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// Every link's conductance, on the finest grid with its derivatives.
+template <class Executor>
+void make_links(const Executor& run, ProblemView problem, GridView grid) {
+  for_each_of(run, grid, Of::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    const int slot = grid.link_slot[m];
+    const LinkEnd end = grid.link_end[m];
+    if (end.is_thin_conductor()) {
+      const Outline& disk = grid.outline[end.body()];
+      const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
+      grid.conductance[m] = std::abs(around.weight[end.corner()]) * thin_conductance(disk.size);
+      return;
+    }
+    const int body = end.body(), side = end.side();
+    const CellIndex cell = cell_of(grid.layout, slot);
+    const Vec2 p = cell_centre(cell.i, cell.j), to_body = direction(side), onward = direction(side ^ 1);
+    const Outline& outline = grid.outline[body];
+    Conductance c = fluid_link(outline, p, to_body, grid.formula);
+    int partner = -1;
+    Vec2 partner_gradient;
+    const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
+    const Cover behind = inside(grid.layout, bi, bj) ? grid.cover[slot_of(grid.layout, bi, bj)] : Cover();
+    if (!behind.is_fluid() && problem.group_of[behind.body()] != problem.group_of[body]) {
+      const int other = behind.body();
+      const Outline& beyond = grid.outline[other];
+      Conductance back = fluid_link(beyond, p, onward, grid.formula);
+      squeeze(outline, p + to_body, onward, beyond, c);
+      const Squeeze squeezed = squeeze(beyond, p + onward, to_body, outline, back);
+      if (squeezed.close) {
+        partner = problem.group_of[other];
+        partner_gradient = squeezed.partner_gradient;
+      }
+    }
+    grid.conductance[m] = grid.medium ? c.value * grid.permittivity[slot] : c.value;
+    const int k = grid.cover[slot].boundary_number();
+    grid.boundary_link[side * grid.room[Of::boundary] + k] = m;
+    grid.coupling[4 * k + side] = {static_cast<float>(grid.conductance[m]), grid.link_group[m]};
+    if (!grid.finest) return;
+    grid.gradient[m] = c.gradient;
+    grid.partner_group[m] = partner;
+    grid.partner_gradient[m] = partner_gradient;
+  });
+}
+
+/// Conductances between the cells of a medium, each at the cell on the left or below.
+template <class Executor>
+void make_faces(const Executor& run, GridView grid) {
+  run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
+    const Layout& at = grid.layout;
+    const int slot = slot_of(at, i, j);
+    const auto face = [&](int ni, int nj) {
+      if (!inside(at, ni, nj) || !grid.cover[slot].is_fluid() || !grid.cover[slot_of(at, ni, nj)].is_fluid())
+        return 0.0f;
+      return face_conductance(grid.permittivity[slot], grid.permittivity[slot_of(at, ni, nj)]);
+    };
+    grid.east[slot] = face(i + 1, j);
+    grid.north[slot] = face(i, j + 1);
+  });
+}
+
+template <class Executor>
+void make_medium_diagonals(const Executor& run, ProblemView problem, GridView grid) {
+  make_faces(run, grid);
+  run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
+    const Layout& at = grid.layout;
+    const int slot = slot_of(at, i, j);
+    double sum = 0;
+    const Cover cover = grid.cover[slot];
+    if (cover.is_fluid()) {
+      const Neighbours n = neighbours(at, slot);
+      sum = static_cast<double>(grid.east[n.west]) + grid.east[slot] + grid.north[n.south] + grid.north[slot];
+      if (grid.may_have(Of::thin_conductors))
+        sum += gathered(grid.layout, grid.thin_conductors, i, j, [](int, float conductance) { return conductance; });
+      for (int side = 0; side < 4; ++side) {
+        if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
+          sum += 2 * grid.permittivity[slot];
+        const int link = cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
+        if (link >= 0) sum += grid.conductance[link];
+      }
+    }
+    grid.inverse_diagonal[slot] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
+  });
+}
+
+/// What a cell without links has: 4 neighbours, at an electrode half a cell away conductance 2, at an insulating side
+/// none.
+LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& problem, const Layout& at, int i, int j) {
+  int sum = 4;
+  if (i == 0) sum += problem.electrode[0] ? 1 : -1;
+  if (i == at.nx - 1) sum += problem.electrode[1] ? 1 : -1;
+  if (j == 0) sum += problem.electrode[2] ? 1 : -1;
+  if (j == at.ny - 1) sum += problem.electrode[3] ? 1 : -1;
+  return sum;
+}
+
+/// 1 / sum of conductances: of cells that have no link, and the boundary cells' own sums.
+template <class Executor>
+void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
+  if (grid.medium) {
+    make_medium_diagonals(run, problem, grid);
+    return;
+  }
+  const int rows = 2 * (grid.layout.ny + 2), columns = static_cast<int>(grid.layout.stride);
+  run.for_each(rows, columns, [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+    const Layout& at = grid.layout;
+    const int colour = row >= at.ny + 2;
+    const int j = row - colour * (at.ny + 2) - 1, k = column - Layout::pad;
+    const int slot = static_cast<int>(at.row(colour, j)) + k;
+    float inverse = 0;
+    const int i = 2 * k + Layout::parity(colour, j);
+    if (k >= 0 && inside(at, i, j)) {
+      if (grid.cover[slot].is_boundary_cell()) return;  // below
+      const int sum = diagonal_without_links(problem, at, i, j);
+      if (grid.cover[slot].is_fluid() && sum > 0) inverse = 1.0f / static_cast<float>(sum);
+    }
+    grid.inverse_diagonal[slot] = inverse;
+  });
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const int slot = grid.boundary_slot[k];
+    const CellIndex cell = cell_of(grid.layout, slot);
+    double sum = 0;
+    for (int side = 0; side < 4; ++side) {
+      const int link = grid.boundary_link_of(k, side);
+      if (link >= 0)
+        sum += grid.conductance[link];
+      else if (inside(grid.layout, cell.i + step_i(side), cell.j + step_j(side)))
+        sum += 1;
+      else if (problem.electrode[side])
+        sum += 2;
+    }
+    grid.boundary_diagonal[k] = sum;
+    grid.inverse_diagonal[slot] = static_cast<float>(1.0 / sum);
+  });
+}
+
+}  // namespace lichtenberg::laplace::device

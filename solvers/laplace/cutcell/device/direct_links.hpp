@@ -1,0 +1,104 @@
+#pragma once
+
+// Links of bodies to bodies and electrode sides: those of bodies without cells are found here, all are made and sorted.
+
+#include "solvers/laplace/cutcell/device/smeared.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
+/// exchanges flux with: kind and corner as in DirectLink.
+template <class F>
+LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
+  const int group = problem.group_of[body];
+  if (const int owner = grid.cell_owner[body]; owner >= 0 && problem.group_of[owner] != group)
+    f(owner, DirectLink::Kind::shared_cell, 0);
+  if (!grid.medium || !is_thin(problem, grid, body)) return;
+  const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, problem.electrode);
+  for (int k = 0; k < 4; ++k) {
+    const Cover cover = grid.cover[around.cell[k]];
+    if (around.weight[k] != 0 && !cover.is_fluid() && problem.group_of[cover.body()] != group)
+      f(cover.body(), DirectLink::Kind::thin_conductor, k);
+  }
+}
+
+template <class Executor>
+void count_without_cells(const Executor& run, ProblemView problem, GridView grid, WithoutCells* number) {
+  run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    WithoutCells own;
+    if (body < problem.bodies) {
+      for_each_owner(problem, grid, body, [&](int, DirectLink::Kind, int) { ++own.direct_links; });
+      own.thin_conductors = grid.medium && is_thin(problem, grid, body);
+      own.floating_thin_conductors = own.thin_conductors > 0 && problem.floating[problem.group_of[body]];
+    }
+    number[body] = own;
+  });
+}
+
+/// Lists the direct links of bodies without cells behind those of the strips; `before`: how many before each body.
+template <class Executor>
+void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    if (grid.number[Of::without_cells] == 0) return;
+    int at = grid.number[Of::direct_links] - grid.number[Of::without_cells] + 2 * before[body].direct_links;
+    for_each_owner(problem, grid, body, [&](int owner, DirectLink::Kind kind, int corner) {
+      const auto k = static_cast<std::uint8_t>(corner);
+      grid.direct_link[at++] = {.own = body, .other = owner, .kind = kind, .corner = k, .own_has_cell = false};
+      grid.direct_link[at++] = {.own = owner, .other = body, .kind = kind, .corner = k, .own_has_cell = true};
+    });
+  });
+}
+
+template <class Executor>
+void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
+  for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
+    DirectLink& link = grid.direct_link[m];
+    const Outline& own = grid.outline[link.own];
+    if (link.kind != DirectLink::Kind::face) {
+      const bool own_has_cell = link.own_has_cell;
+      const Outline& other = grid.outline[link.other];
+      if (link.kind == DirectLink::Kind::thin_conductor) {
+        const Outline& disk = own_has_cell ? other : own;
+        const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
+        link.conductance = std::abs(around.weight[link.corner]) * thin_conductance(disk.size);
+        return;
+      }
+      const PairConductance c = own_has_cell ? shared_cell_link(other, own) : shared_cell_link(own, other);
+      link.conductance = c.value;
+      link.gradient = own_has_cell ? c.gradient_b : c.gradient_a;
+      return;
+    }
+    const CellIndex cell = cell_of(grid.layout, link.slot);
+    const Vec2 p = cell_centre(cell.i, cell.j), e = direction(link.side);
+    if (link.is_to_electrode()) {
+      const PairConductance c = channel_between(own, p, e, 0.5, nullptr);
+      link.conductance = c.value;
+      link.gradient = c.gradient_a;
+      return;
+    }
+    // In one order, so that either side gets the same bits: the system is symmetric.
+    const Outline& other = grid.outline[link.other];
+    const bool first = link.own < link.other;
+    const PairConductance c =
+        first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
+    link.conductance = c.value;
+    link.gradient = first ? c.gradient_a : c.gradient_b;
+  });
+}
+
+/// By the own body's rank, for sorting; behind them what there is room for.
+template <class Executor>
+void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
+  run.for_each(grid.room[Of::direct_links], [=] LICHTENBERG_HOST_DEVICE(int m) {
+    key[m] = m < grid.number[Of::direct_links] ? problem.rank_of[grid.direct_link[m].own] : problem.bodies;
+    index[m] = m;
+  });
+}
+
+template <class Executor>
+void sort_direct_links(const Executor& run, GridView grid, const int* index, DirectLink* sorted) {
+  for_each_of(run, grid, Of::direct_links,
+              [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.direct_link[index[m]]; });
+}
+
+}  // namespace lichtenberg::laplace::device

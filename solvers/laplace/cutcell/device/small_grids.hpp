@@ -1,0 +1,337 @@
+#pragma once
+
+// The V-cycle's small grids, all by one block in its own fast memory: a loop of it takes less than a kernel. What
+// tiles.hpp computes anew for each tile stands in memory here.
+
+#include "solvers/laplace/cutcell/device/cycle.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// A small grid's cells in a block's memory, in the order of Layout.
+struct SmallGrid {
+  int nx = 0, ny = 0, stride = 0, colour_size = 0;
+  int begin = 0;  ///< of its arrays, in the memory
+  bool medium = false;
+
+  SmallGrid() = default;
+  SmallGrid(const Layout& at, bool medium_, int begin_)
+      : nx(at.nx),
+        ny(at.ny),
+        stride(static_cast<int>(at.stride)),
+        colour_size(static_cast<int>(at.colour_size())),
+        begin(begin_),
+        medium(medium_) {}
+  LICHTENBERG_HOST_DEVICE int size() const { return 2 * colour_size; }
+  /// One behind the last of its arrays.
+  int end() const { return begin + (medium ? 5 : 3) * size(); }
+};
+
+struct SmallGrids {
+  static constexpr int most = 12, threads = 1024;
+
+  ProblemView problem;
+  const GridView* grid;  ///< of all grids, on the device
+  int first, last;
+  const int* unknown;  ///< the coarsest grid's (coarsest.hpp)
+  const float* inverse;
+  SmallGrid small[most];  ///< from `first` on
+
+  std::size_t bytes() const { return small[last - first].end() * sizeof(float); }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
+    for (int l = first; l <= last; ++l) load(block, l);
+    for (int l = first; l < last; ++l) {
+      collect(block, l);
+      descend(block, l);
+    }
+    collect(block, last);
+    solve(block);
+    finish(block, last);
+    for (int l = last - 1; l >= first; --l) {
+      ascend(block, l);
+      finish(block, l);
+    }
+    const Cells finest(block, *this, first);
+    float* v = grid[first].v;
+    block.each(small[0].size(), [&](int slot) { v[slot] = finest.v[slot]; });
+  }
+
+ private:
+  /// Where things of a grid are.
+  struct Cells {
+    float *v, *f, *inverse, *east, *north;
+    int nx, ny, stride, colour_size;
+    bool medium;
+
+    template <class Block>
+    LICHTENBERG_HOST_DEVICE Cells(const Block& block, const SmallGrids& all, int l) {
+      const SmallGrid& own = all.small[l - all.first];
+      v = block.template memory<float>() + own.begin;
+      f = v + own.size();
+      inverse = f + own.size();
+      east = inverse + own.size();
+      north = east + own.size();
+      nx = own.nx, ny = own.ny, stride = own.stride, colour_size = own.colour_size, medium = own.medium;
+    }
+    /// Cell number m of a colour in row j.
+    LICHTENBERG_HOST_DEVICE int slot(int colour, int j, int m) const {
+      return colour * colour_size + (j + 1) * stride + Layout::pad + m;
+    }
+    LICHTENBERG_HOST_DEVICE int slot_at(int i, int j) const { return slot((i + j) & 1, j, i >> 1); }
+    /// What the neighbours' potentials bring to it.
+    LICHTENBERG_HOST_DEVICE float flux(int colour, int j, int m) const {
+      const int own = slot(colour, j, m), beside = slot(1 - colour, j, m);
+      const int to_east = beside + ((colour + j) & 1), to_west = to_east - 1;
+      const int south = beside - stride, to_north = beside + stride;
+      if (!medium) return v[to_west] + v[to_east] + v[south] + v[to_north];
+      return east[to_west] * v[to_west] + east[own] * v[to_east] + north[south] * v[south] + north[own] * v[to_north];
+    }
+    /// f(colour, row, number) of all cells.
+    template <class Block, class F>
+    LICHTENBERG_HOST_DEVICE void each(const Block& block, F of) const {
+      block.each(2 * ny, nx / 2, [&](int row, int m) { of(row >= ny, row >= ny ? row - ny : row, m); });
+    }
+    /// Of those of a colour.
+    template <class Block, class F>
+    LICHTENBERG_HOST_DEVICE void each_of(const Block& block, int colour, F of) const {
+      block.each(ny, nx / 2, [&](int row, int m) { of(slot(colour, row, m), row, m); });
+    }
+  };
+
+  /// Puts what cells need into the block's memory.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void load(const Block& block, int l) const {
+    const Cells here(block, *this, l);
+    const GridView& from = grid[l];
+    const float *f = from.f, *inverse_diagonal = from.inverse_diagonal, *east = from.east, *north = from.north;
+    block.template each<4>(2 * here.colour_size, [&](int slot) {
+      here.v[slot] = 0;
+      here.f[slot] = l == first ? f[slot] : 0.0f;
+      here.inverse[slot] = inverse_diagonal[slot];
+      if (!here.medium) return;
+      here.east[slot] = east[slot];
+      here.north[slot] = north[slot];
+    });
+  }
+
+  LICHTENBERG_HOST_DEVICE bool has(int l, Of::Kind kind) const { return grid[l].number[kind] > 0; }
+
+  /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
+  /// what a conductor's cells have got then to its charge. A conductor's charge spreads into its potential before the
+  /// cells see it.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
+    const GridView& here = grid[l];
+    const Cells cells(block, *this, l);
+    float *charge = here.charge, *phi = here.phi;
+    if (has(l, Of::newly_absorbed)) {
+      const Bins bins = here.absorbed_groups;
+      block.each(cells.ny, cells.nx, [&](int j, int i) {
+        const float sum = gathered(here.layout, bins, i, j, [&](int g, float share) { return charge[g] * share; });
+        if (sum != 0) cells.f[cells.slot_at(i, j)] += sum;
+      });
+    }
+    if (!has(l, Of::unknown_groups)) return;
+    const int *covered = here.covered_slot, *own = here.own_group, n = here.number[Of::own_groups];
+    const float* inverse_diagonal = here.group_inverse_diagonal;
+    block.sum_pieces(
+        here.covered_pieces(problem), own, n, here.partial, [&](int m) { return cells.f[covered[m]]; },
+        parallel::NoMore{},
+        [&](int g, float sum) {
+          charge[g] += sum;
+          phi[g] = charge[g] * inverse_diagonal[g];
+        });
+    if (!has(l, Of::direct_links)) return;
+    float* next = here.phi_next;
+    relax_direct_links(block, here, charge, phi, next);
+    block.each(n, [&](int k) { phi[own[k]] = next[own[k]]; });
+  }
+
+  /// next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
+                                                  const float* phi, float* next) const {
+    const int* own = here.own_group;
+    block.sum_segments(
+        here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
+        [&](int k, int t) { return direct_flux(problem, here, phi, own[k], t); },
+        [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.group_inverse_diagonal[own[k]]; });
+  }
+
+  /// What groups bring to a cell, if a grid has any.
+  struct FromGroups {
+    const Cover* cover;
+    const Coupling* coupling;
+    Bins thin;
+    Layout layout;
+    const float* phi;
+    bool any, any_thin;
+
+    LICHTENBERG_HOST_DEVICE FromGroups(const SmallGrids& all, int l, const float* phi_)
+        : cover(all.grid[l].cover),
+          coupling(all.grid[l].coupling),
+          thin(all.grid[l].thin_conductors),
+          layout(all.grid[l].layout),
+          phi(phi_),
+          any(all.has(l, Of::unknown_groups)),
+          any_thin(all.has(l, Of::floating_thin_conductors)) {}
+    LICHTENBERG_HOST_DEVICE float operator()(int slot, int i, int j) const {
+      float sum = 0;
+      if (!any) return sum;
+      if (const Cover own = cover[slot]; own.is_boundary_cell())
+        for (int k = 4 * own.boundary_number(), end = k + 4; k < end; ++k)
+          sum += coupling[k].conductance * phi[coupling[k].group];
+      if (any_thin) sum += gathered(layout, thin, i, j, [&](int g, float conductance) { return conductance * phi[g]; });
+      return sum;
+    }
+  };
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void descend(const Block& block, int l) const {
+    const Cells cells(block, *this, l);
+    const FromGroups from_groups(*this, l, grid[l].phi);
+    cells.each(block, [&](int colour, int j, int m) {
+      const int slot = cells.slot(colour, j, m);
+      const float f = cells.f[slot] + from_groups(slot, 2 * m + ((colour + j) & 1), j);
+      cells.f[slot] = f;
+      if (colour == 0) cells.v[slot] = f * cells.inverse[slot];
+    });
+    cells.each_of(block, 1, [&](int slot, int j, int m) {
+      cells.v[slot] = (cells.f[slot] + cells.flux(1, j, m)) * cells.inverse[slot];
+    });
+    // A red cell's residual, in place of its potential, is what its black neighbours have brought.
+    cells.each_of(block, 0, [&](int slot, int j, int m) {
+      cells.v[slot] = cells.inverse[slot] > 0 ? cells.flux(0, j, m) : 0.0f;
+    });
+    restrict_residual(block, l);
+    if (!has(l, Of::unknown_groups)) return;
+    const GridView& fine = grid[l];
+    const int black = cells.colour_size, *link_slot = fine.link_slot;
+    const double* conductance = fine.conductance;
+    const float *charge = fine.charge, *phi = fine.phi, *inverse_diagonal = fine.group_inverse_diagonal;
+    float* coarse_charge = grid[l + 1].charge;
+    block.sum_pieces(
+        fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial,
+        [&](int link) {
+          const int slot = link_slot[link];
+          const float value = slot < black ? cells.f[slot] * cells.inverse[slot] : cells.v[slot];
+          return static_cast<float>(conductance[link]) * value;
+        },
+        DirectFluxes{problem, fine, phi},
+        [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
+  }
+
+  /// The coarse f by full weighting.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void restrict_residual(const Block& block, int l) const {
+    const Cells fine(block, *this, l), coarse(block, *this, l + 1);
+    const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
+    block.each(coarse.ny, coarse.nx, [&](int J, int I) {
+      // Red cell number m of fine row 2 J + j.
+      const auto red = [&](int m, int j) { return fine.v[fine.slot(0, 2 * J + j, m)]; };
+      const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
+      const float own_upper = J == coarse.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
+      const auto even = [&](int m) { return own_lower * red(m, 0) + 0.25f * red(m, 2); };
+      const auto odd = [&](int m) { return 0.25f * red(m, -1) + own_upper * red(m, 1); };
+      const float own_even = even(I), own_odd = odd(I);
+      const float odd_before = I == 0 ? mirror(0) * own_even : odd(I - 1);
+      const float even_behind = I == coarse.nx - 1 ? mirror(1) * own_odd : even(I + 1);
+      coarse.f[coarse.slot_at(I, J)] = 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
+    });
+  }
+
+  /// v and phi of the coarsest grid's unknowns from f and charge.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void solve(const Block& block) const {
+    const Cells cells(block, *this, last);
+    const int n = grid[last].number[Of::coarse_unknowns];
+    const float* charge = grid[last].charge;
+    float* phi = grid[last].phi;
+    block.template sum_segments<32>(
+        n, [&](int) { return n; },
+        [&](int a, int b) {
+          const int name = unknown[b];
+          return inverse[a * n + b] * (name >= 0 ? cells.f[name] : charge[-1 - name]);
+        },
+        [&](int a, float sum) { (unknown[a] >= 0 ? cells.v[unknown[a]] : phi[-1 - unknown[a]]) = sum; });
+  }
+
+  /// Covered cells take their group's potential: bilinear interpolation reads them. So do the groups absorbed here.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
+    const GridView& here = grid[l];
+    const Cells cells(block, *this, l);
+    const int *covered = here.covered_slot, *group = here.covered_group;
+    float* phi = here.phi;
+    block.each(here.number[Of::covered], [&](int m) { cells.v[covered[m]] = phi[group[m]]; });
+    if (!has(l, Of::newly_absorbed)) return;
+    block.each(here.number[Of::newly_absorbed], [&](int m) {
+      const int g = here.absorbed_groups.item[m];
+      phi[g] = absorbed_potential(problem, here, g, [&](std::ptrdiff_t slot) { return cells.v[slot]; });
+    });
+  }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void ascend(const Block& block, int l) const {
+    const Cells cells(block, *this, l), coarse(block, *this, l + 1);
+    const FromGroups from_groups(*this, l, grid[l + 1].phi);
+    // What the coarse grid's groups bring comes after the red cells' f has been used.
+    const auto add = [&](int slot, int colour, int j, int m) {
+      cells.f[slot] += from_groups(slot, 2 * m + ((colour + j) & 1), j);
+    };
+    cells.each(block, [&](int colour, int j, int m) {
+      const int slot = cells.slot(colour, j, m);
+      if (colour == 1) return add(slot, 1, j, m);
+      const int s = j & 1 ? 1 : -1, J = j / 2;
+      cells.v[slot] = cells.inverse[slot] > 0 ? cells.f[slot] * cells.inverse[slot] +
+                                                    interpolated(beyond(coarse, m, J), beyond(coarse, m + s, J),
+                                                                 beyond(coarse, m, J + s), beyond(coarse, m + s, J + s))
+                                              : 0.0f;
+    });
+    cells.each(block, [&](int colour, int j, int m) {
+      const int slot = cells.slot(colour, j, m);
+      if (colour == 0) return add(slot, 0, j, m);
+      cells.v[slot] = (cells.f[slot] + cells.flux(1, j, m)) * cells.inverse[slot];
+    });
+    cells.each_of(block, 0, [&](int slot, int j, int m) {
+      cells.v[slot] = (cells.f[slot] + cells.flux(0, j, m)) * cells.inverse[slot];
+    });
+    if (has(l, Of::unknown_groups)) relax_groups(block, l);
+  }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void relax_groups(const Block& block, int l) const {
+    const GridView& here = grid[l];
+    const Cells cells(block, *this, l);
+    const bool direct_links = has(l, Of::direct_links);
+    const int* link_slot = here.link_slot;
+    const double* conductance = here.conductance;
+    const float *charge = here.charge, *coarse_phi = grid[l + 1].phi, *inverse_diagonal = here.group_inverse_diagonal;
+    float *flux = here.flux, *phi = here.phi, *next = here.phi_next;
+    block.sum_pieces(
+        here.link_pieces(problem), here.own_group, here.number[Of::own_groups], here.partial,
+        [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
+        [&](int g, float sum) {
+          flux[g] = charge[g] + sum;
+          phi[g] = direct_links ? phi[g] + coarse_phi[g] : flux[g] * inverse_diagonal[g];
+        });
+    if (!direct_links) return;
+    relax_direct_links(block, here, flux, phi, next);
+    relax_direct_links(block, here, flux, next, phi);
+  }
+
+  /// The potential of a cell; beyond the box are mirror images.
+  LICHTENBERG_HOST_DEVICE float beyond(const Cells& cells, int i, int j) const {
+    float sign = 1;
+    if (i < 0 || i >= cells.nx || j < 0 || j >= cells.ny) {
+      if (i < 0 ? problem.electrode[0] : i >= cells.nx && problem.electrode[1]) sign = -sign;
+      if (j < 0 ? problem.electrode[2] : j >= cells.ny && problem.electrode[3]) sign = -sign;
+      i = i < 0 ? 0 : i < cells.nx ? i : cells.nx - 1;
+      j = j < 0 ? 0 : j < cells.ny ? j : cells.ny - 1;
+    }
+    return sign * cells.v[cells.slot_at(i, j)];
+  }
+};
+
+}  // namespace lichtenberg::laplace::device

@@ -1,0 +1,148 @@
+#pragma once
+
+// What a coarse grid smears out (../medium.hpp): which groups it absorbs, where disks without cells are, what they
+// bring to the cells around them.
+
+#include "solvers/laplace/cutcell/device/discretize.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// The rectangle around a group's disks.
+struct Extent {
+  double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
+  double resolved = 0;  // how many are
+  static constexpr double infinite = 1e300;
+  LICHTENBERG_HOST_DEVICE Extent& operator+=(const Extent& other) {
+    low_x = other.low_x < low_x ? other.low_x : low_x;
+    low_y = other.low_y < low_y ? other.low_y : low_y;
+    high_x = other.high_x > high_x ? other.high_x : high_x;
+    high_y = other.high_y > high_y ? other.high_y : high_y;
+    resolved += other.resolved;
+    return *this;
+  }
+};
+
+/// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `key`, `index`:
+/// for sorting, the bins of the groups that this grid is the first to absorb.
+template <class Executor>
+void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed, int* key,
+                   int* index) {
+  run.sum_segments(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int body = problem.body_at[problem.first_rank[g] + t];
+        const Outline& outline = grid.outline[body];
+        Extent extent;
+        extent.resolved = grid.resolved[body];
+        extent.low_x = outline.centre.x - outline.size;
+        extent.low_y = outline.centre.y - outline.size;
+        extent.high_x = outline.centre.x + outline.size;
+        extent.high_y = outline.centre.y + outline.size;
+        return extent;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, Extent extent) {
+        const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
+        const bool absorbed =
+            problem.floating[g] && extent.resolved == 0 && width <= least_extent && height <= least_extent;
+        const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
+        grid.absorbed[g] = absorbed;
+        grid.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
+        key[g] = newly ? bin_of(grid.layout, grid.centre[g]) : bins_of(grid.layout);
+        index[g] = g;
+      });
+}
+
+template <class Executor>
+void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+    const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.outline[body].centre);
+    key[body] = grid.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
+    index[body] = body;
+  });
+}
+
+/// Share of a point in a cell: its interpolation weights, a mirrored one counted with or without its sign.
+LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int slot, bool sign) {
+  float sum = 0;
+  for (int k = 0; k < 4; ++k)
+    if (around.cell[k] == slot) sum += sign ? around.weight[k] : std::abs(around.weight[k]);
+  return sum;
+}
+
+/// A point's shares in the cells of its bin, each so many times.
+LICHTENBERG_HOST_DEVICE inline Smeared smeared(const ProblemView& problem, const Layout& at, Vec2 p, int group,
+                                               bool sign, float times) {
+  const Interpolation around = interpolate(at, p, problem.electrode);
+  const int bin = bin_of(at, p), i = bin % (at.nx + 1) - 1, j = bin / (at.nx + 1) - 1;
+  Smeared point{group, {}};
+  for (int k = 0; k < 4; ++k)
+    if (inside(at, i + k % 2, j + k / 2))
+      point.share[k] = times * weight_in(around, slot_of(at, i + k % 2, j + k / 2), sign);
+  return point;
+}
+
+/// The shares of all bodies that are smeared out: of areas, or of conductances of thin conductors; and of groups.
+template <class Executor>
+void share_out(const Executor& run, ProblemView problem, GridView grid) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const int bins = bins_of(grid.layout), body = grid.absorbed_bodies.item[k];
+    if (k >= grid.thin_conductors.start[bins]) return;  // resolved
+    const Outline& disk = grid.outline[body];
+    const bool thin = k >= grid.thin_conductors.start[0];
+    const double times = thin ? thin_conductance(disk.size) : std::numbers::pi * disk.size * disk.size;
+    grid.absorbed_bodies.smeared[k] =
+        smeared(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
+  });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (k >= grid.absorbed_groups.start[bins_of(grid.layout)]) return;  // not absorbed here
+    const int g = grid.absorbed_groups.item[k];
+    grid.absorbed_groups.smeared[k] = smeared(problem, grid.layout, grid.centre[g], g, true, 1);
+  });
+}
+
+/// The points that bring something to a cell: those of four bins.
+struct CellBins {
+  const Bins& bins;
+  int below, above;  // first bin of either row
+
+  LICHTENBERG_HOST_DEVICE CellBins(const Layout& at, const Bins& b, int i, int j)
+      : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
+  LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
+  LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
+  /// value(a point's group, its share in the cell) of the t-th of them.
+  template <class Value>
+  LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
+    const int n = below_count(), first = t < n ? below : above;
+    const int k = bins.start[first] + (t < n ? t : t - n), corner = (k < bins.start[first + 1]) + 2 * (t < n);
+    return of(bins.smeared[k].group, bins.smeared[k].share[corner]);
+  }
+};
+
+/// The sum of value(group, share) over the points around a cell.
+template <class Value>
+LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i, int j, Value value) {
+  const CellBins around(at, bins, i, j);
+  float sum = 0;
+  for (int t = 0; t < around.count(); ++t) sum += around.value(t, value);
+  return sum;
+}
+
+/// What the smeared-out disks make of the medium.
+template <class Executor>
+void make_permittivity(const Executor& run, GridView grid) {
+  run.sum_segments(
+      static_cast<long>(grid.layout.nx) * grid.layout.ny,
+      [=] LICHTENBERG_HOST_DEVICE(int cell) {
+        return CellBins(grid.layout, grid.absorbed_bodies, cell % grid.layout.nx, cell / grid.layout.nx).count();
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int cell, int t) {
+        return CellBins(grid.layout, grid.absorbed_bodies, cell % grid.layout.nx, cell / grid.layout.nx)
+            .value(t, [](int, float area) { return area; });
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int cell, float fill) {
+        grid.permittivity[slot_of(grid.layout, cell % grid.layout.nx, cell / grid.layout.nx)] =
+            effective_permittivity(fill);
+      });
+}
+
+}  // namespace lichtenberg::laplace::device

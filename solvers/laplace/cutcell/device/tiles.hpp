@@ -1,0 +1,239 @@
+#pragma once
+
+// What the V-cycle does with the cells of a large grid, a tile of them a block: each half of a cycle is one kernel,
+// which computes what tiles need of each other's cells anew. V is the type of the potentials: double on the finest
+// grid, whose potentials are the preconditioned residual itself, else float. The arithmetic is single precision
+// throughout.
+//
+// On the way down red cells (colour 0) hold f / diagonal; black ones are relaxed, which leaves residuals in red cells
+// alone. On the way up black cells are relaxed after the red ones have got the coarse correction; red ones last. What
+// groups bring to a cell is computed where it is needed and never added to f.
+
+#include "solvers/laplace/cutcell/device/smeared.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// What the groups that a cell is linked to bring: the sums of conductance times one and another potential.
+struct Brought {
+  float one = 0, other = 0;
+};
+
+/// `other`: null for none.
+LICHTENBERG_HOST_DEVICE inline Brought brought(const GridView& grid, int slot, int i, int j, const float* one,
+                                               const float* other) {
+  Brought sum;
+  const auto add = [&](int group, float conductance) {
+    sum.one += conductance * one[group];
+    if (other) sum.other += conductance * other[group];
+    return 0.0f;
+  };
+  if (const Cover cover = grid.cover[slot]; cover.is_boundary_cell()) {
+    const Coupling* coupling = grid.coupling + 4 * cover.boundary_number();
+    for (int side = 0; side < 4; ++side) add(coupling[side].group, coupling[side].conductance);
+  }
+  if (grid.may_have(Of::floating_thin_conductors)) gathered(grid.layout, grid.thin_conductors, i, j, add);
+  return sum;
+}
+
+/// A tile's cells in a block's memory, with `halo` more on all sides. Its lower left cell is red.
+template <int width_, int height_>
+struct Tile {
+  static constexpr int width = width_, height = height_, cells = width * height;
+  float *inverse, *f, *value, *more, *east, *north;
+  bool medium;
+
+  static constexpr std::size_t bytes(bool medium) { return (medium ? 6 : 4) * cells * sizeof(float); }
+  LICHTENBERG_HOST_DEVICE Tile(float* memory, bool medium_)
+      : inverse(memory),
+        f(memory + cells),
+        value(memory + 2 * cells),
+        more(memory + 3 * cells),
+        east(memory + 4 * cells),
+        north(memory + 5 * cells),
+        medium(medium_) {}
+
+  /// What the neighbours' values bring to a cell within.
+  LICHTENBERG_HOST_DEVICE float flux(int at) const {
+    if (!medium) return value[at - 1] + value[at + 1] + value[at - width] + value[at + width];
+    return east[at - 1] * value[at - 1] + east[at] * value[at + 1] + north[at - width] * value[at - width] +
+           north[at] * value[at + width];
+  }
+  /// A cell of the grid, or zeros beyond the box: all but the value, if `phi` and `more_phi` are what groups have and
+  /// are to have added (null: nothing).
+  LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int at, int i, int j, const float* phi,
+                                    const float* more_phi) const {
+    const bool is_inside = inside(grid.layout, i, j);
+    const int slot = is_inside ? slot_of(grid.layout, i, j) : 0;
+    inverse[at] = is_inside ? grid.inverse_diagonal[slot] : 0.0f;
+    f[at] = more[at] = 0;
+    if (medium) {
+      east[at] = is_inside ? grid.east[slot] : 0.0f;
+      north[at] = is_inside ? grid.north[slot] : 0.0f;
+    }
+    if (!is_inside) return;
+    const Brought of_groups = phi ? brought(grid, slot, i, j, phi, more_phi) : Brought{};
+    f[at] = grid.f[slot] + of_groups.one;
+    more[at] = of_groups.other;
+  }
+  /// The k-th cell of a colour, row by row: `width / 2` a row.
+  LICHTENBERG_HOST_DEVICE static int cell(int k, int colour) {
+    const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
+    return y * width + x;
+  }
+  /// Whether a cell is at least so many from the tile's edge.
+  LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
+    const int x = at % width, y = at / width;
+    return x >= edge && x < width - edge && y >= edge && y < height - edge;
+  }
+};
+
+/// Tiles by their coarse cells: small ones are done sooner, large ones compute less anew.
+template <int across_, int along_>
+struct Tiling {
+  static constexpr int across = across_, along = along_;
+  LICHTENBERG_HOST_DEVICE static int in_a_row(const GridView& coarse) {
+    return (coarse.layout.nx + across - 1) / across;
+  }
+  static int all(const GridView& coarse) { return in_a_row(coarse) * ((coarse.layout.ny + along - 1) / along); }
+};
+
+/// The way down: relaxes from zero, `phi` being the groups' potentials; leaves potentials where cells are linked to
+/// groups, and the coarse f by full weighting of the residuals.
+template <class V, class Tiles>
+struct Descend {
+  ProblemView problem;
+  GridView fine, coarse;
+  const float* phi;  ///< null: no group has one
+  V* v;
+
+  static constexpr int halo = 3;
+  using Cells = Tile<2 * Tiles::across + 2 * halo, 2 * Tiles::along + 2 * halo>;
+  static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.medium); }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
+    const Cells tile(block.template memory<float>(), fine.medium);
+    const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
+    const int from_i = 2 * I - halo, from_j = 2 * J - halo;
+    block.template each<4>(Cells::cells, [&](int at) {
+      const int x = at % Cells::width, y = at / Cells::width;
+      tile.load(fine, at, from_i + x, from_j + y, phi, nullptr);
+      tile.value[at] = (x + y) & 1 ? 0.0f : tile.f[at] * tile.inverse[at];
+    });
+    block.each(Cells::cells / 2, [&](int k) {
+      const int at = Cells::cell(k, 1);
+      if (Cells::is_within(at, 1)) tile.value[at] = (tile.f[at] + tile.flux(at)) * tile.inverse[at];
+    });
+    block.each(Cells::cells / 2, [&](int k) {  // a red cell's residual is what its black neighbours have brought
+      const int at = Cells::cell(k, 0);
+      if (Cells::is_within(at, 2)) tile.f[at] = tile.inverse[at] > 0 ? tile.flux(at) : 0.0f;
+      leave(tile, at, from_i, from_j);
+      leave(tile, Cells::cell(k, 1), from_i, from_j);
+    });
+    block.each(Tiles::across * Tiles::along, [&](int k) {
+      const int x = k % Tiles::across, y = k / Tiles::across;
+      if (inside(coarse.layout, I + x, J + y))
+        coarse.f[slot_of(coarse.layout, I + x, J + y)] =
+            weighted(tile.f + (2 * y + halo) * Cells::width + 2 * x + halo, I + x, J + y);
+    });
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE void leave(const Cells& tile, int at, int from_i, int from_j) const {
+    if (!phi || !Cells::is_within(at, halo)) return;
+    const int i = from_i + at % Cells::width, j = from_j + at / Cells::width;
+    if (!inside(fine.layout, i, j)) return;
+    const int slot = slot_of(fine.layout, i, j);
+    if (fine.medium || fine.cover[slot].is_boundary_cell()) v[slot] = tile.value[at];
+  }
+  /// Of the residuals around coarse cell (I, J), whose lower left fine one `own` is. Beyond the box are mirror images.
+  LICHTENBERG_HOST_DEVICE float weighted(const float* own, int I, int J) const {
+    const Layout& at = coarse.layout;
+    const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
+    const float own_lower = J == 0 ? 0.75f + 0.25f * mirror(2) : 0.75f;
+    const float own_upper = J == at.ny - 1 ? 0.75f + 0.25f * mirror(3) : 0.75f;
+    const auto red = [&](int x, int y) { return own[y * Cells::width + x]; };
+    const auto even = [&](int x) { return own_lower * red(x, 0) + 0.25f * red(x, 2); };
+    const auto odd = [&](int x) { return 0.25f * red(x, -1) + own_upper * red(x, 1); };
+    const float own_even = even(0), own_odd = odd(1);
+    const float odd_before = I == 0 ? mirror(0) * own_even : odd(-1);
+    const float even_behind = I == at.nx - 1 ? mirror(1) * own_odd : even(2);
+    return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
+  }
+};
+
+/// A coarse cell's potential, or its conductor's: bilinear interpolation reads them.
+LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
+  const Cover cover = grid.cover[slot];
+  return cover.is_fluid() ? grid.v[slot] : grid.phi[problem.group_of[cover.body()]];
+}
+
+/// The coarse potential around a coarse cell, beyond the box its mirror image.
+LICHTENBERG_HOST_DEVICE inline float mirrored_potential(const ProblemView& problem, const GridView& grid, int i,
+                                                        int j) {
+  const Layout& at = grid.layout;
+  float sign = 1;
+  if (!inside(at, i, j)) {
+    if (i < 0 ? problem.electrode[0] : i >= at.nx && problem.electrode[1]) sign = -sign;
+    if (j < 0 ? problem.electrode[2] : j >= at.ny && problem.electrode[3]) sign = -sign;
+    i = i < 0 ? 0 : i < at.nx ? i : at.nx - 1;
+    j = j < 0 ? 0 : j < at.ny ? j : at.ny - 1;
+  }
+  return sign * potential_at(problem, grid, slot_of(at, i, j));
+}
+
+/// Bilinear interpolation to a red cell, which in even rows lies left and below in its coarse cell, in odd rows right
+/// and above: of the coarse cell's own potential and those beside, above or below, and both.
+LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float above, float both) {
+  return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
+}
+
+/// The way up: black cells, then red ones. `phi`: of the way down, to which the coarse grid's are added; null: none.
+template <class V, class Tiles>
+struct Ascend {
+  ProblemView problem;
+  GridView fine, coarse;
+  const float* phi;
+  V* v;
+
+  static constexpr int halo = 2, coarse_width = Tiles::across + 4, coarse_cells = coarse_width * (Tiles::along + 4);
+  using Cells = Tile<2 * Tiles::across + 2 * halo, 2 * Tiles::along + 2 * halo>;
+  static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.medium) + coarse_cells * sizeof(float); }
+
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
+    float* correction = block.template memory<float>();
+    const Cells tile(correction + coarse_cells, fine.medium);
+    const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
+    const int from_i = 2 * I - halo, from_j = 2 * J - halo;
+    block.template each<4>(coarse_cells + Cells::cells, [&](int k) {
+      if (k < coarse_cells) {
+        correction[k] = mirrored_potential(problem, coarse, I - 2 + k % coarse_width, J - 2 + k / coarse_width);
+        return;
+      }
+      const int at = k - coarse_cells;
+      tile.load(fine, at, from_i + at % Cells::width, from_j + at / Cells::width, phi, phi ? coarse.phi : nullptr);
+    });
+    block.each(Cells::cells / 2, [&](int k) {
+      const int at = Cells::cell(k, 0), x = at % Cells::width, y = at / Cells::width, s = y & 1 ? 1 : -1;
+      const float* own = correction + (1 + y / 2) * coarse_width + 1 + x / 2;
+      tile.value[at] = tile.inverse[at] > 0
+                           ? tile.f[at] * tile.inverse[at] +
+                                 interpolated(own[0], own[s], own[s * coarse_width], own[s * coarse_width + s])
+                           : 0.0f;
+    });
+    block.each(Cells::cells / 2, [&](int k) {
+      const int at = Cells::cell(k, 1);
+      if (Cells::is_within(at, 1)) tile.value[at] = (tile.f[at] + tile.more[at] + tile.flux(at)) * tile.inverse[at];
+    });
+    block.each(4 * Tiles::across * Tiles::along, [&](int k) {
+      const int x = halo + k % (2 * Tiles::across), y = halo + k / (2 * Tiles::across), at = y * Cells::width + x;
+      if (!inside(fine.layout, from_i + x, from_j + y)) return;
+      const bool red = ((x + y) & 1) == 0;
+      v[slot_of(fine.layout, from_i + x, from_j + y)] =
+          red ? (tile.f[at] + tile.more[at] + tile.flux(at)) * tile.inverse[at] : tile.value[at];
+    });
+  }
+};
+
+}  // namespace lichtenberg::laplace::device

@@ -62,8 +62,8 @@ void HertzContact::add_jacobian(const State& state, ForceJacobian& jacobian) con
   });
 }
 
-bool HertzContact::idle(const Bodies& bodies, std::span<const double> travel) const {
-  return pairs_within_reach(near_, bodies, 0, travel).empty();
+void HertzContact::mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
+  for (const Pair pair : pairs_within_reach(near_, bodies, 0, travel)) pushed[pair.i] = pushed[pair.j] = true;
 }
 
 }  // namespace lichtenberg::effects

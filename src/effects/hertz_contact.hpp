@@ -24,7 +24,7 @@ class HertzContact : public Effect {
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
-  bool idle(const Bodies& bodies, std::span<const double> travel) const override;
+  void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override;
 
  private:
   HertzLaw law() const { return {modulus_}; }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "solvers/error.hpp"
@@ -74,11 +75,15 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
   });
 }
 
-bool WallContact::idle(const Bodies& bodies, std::span<const double> travel) const {
+bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
+  return std::ranges::any_of(walls_, [&](const Surface& wall) {
+    return view(wall, position_in_space(bodies, i)).distance <= bodies.radius[i] + travel;
+  });
+}
+
+void WallContact::mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
   for (int i = 0; i < bodies.size(); ++i)
-    for (const Surface& wall : walls_)
-      if (view(wall, position_in_space(bodies, i)).distance <= bodies.radius[i] + travel[i]) return false;
-  return true;
+    if (reaches(bodies, i, travel[i])) pushed[i] = true;
 }
 
 }  // namespace lichtenberg::effects

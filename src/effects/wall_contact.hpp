@@ -26,9 +26,11 @@ class WallContact : public Effect {
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
-  bool idle(const Bodies& bodies, std::span<const double> travel) const override;
+  void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override;
 
  private:
+  bool reaches(const Bodies& bodies, int i, double travel) const;
+
   double modulus_;  ///< Pa, E*
   std::vector<Surface> walls_;
 };

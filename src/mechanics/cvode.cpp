@@ -11,6 +11,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "solvers/error.hpp"
@@ -18,9 +19,9 @@
 
 namespace lichtenberg::mechanics {
 
-// The integrator's vector is [positions, momenta], each N * dimension.
+// The integrator's vector is [positions, momenta], each the number of bodies that move * dimension.
 struct Cvode::Implementation {
-  Implementation(Cvode& o, Model& m, Accuracy a);
+  Implementation(Cvode& o, Model& m, const Accuracy& a, std::vector<int> which);
   ~Implementation();
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -29,7 +30,9 @@ struct Cvode::Implementation {
   bool load(N_Vector y);
   void start(double time, int order);
   void count();
-  double longest_step();
+  double advance(double start, double end);
+  double longest_step(double time);
+  void place_others(double time) const;
   bool presses(double time);
   void assemble();
   void copy_to(SUNMatrix matrix);
@@ -38,12 +41,17 @@ struct Cvode::Implementation {
   Cvode& owner;
   Model& model;
   Accuracy accuracy;
-  std::size_t n;  ///< N * dimension
+  std::vector<int> moving;             ///< bodies
+  std::vector<std::size_t> component;  ///< of all bodies' components, those that move
+  std::vector<int> place;              ///< of all: where in `component`, or -1
+  std::size_t n;                       ///< of `component`
+  std::vector<double> force;           ///< N, on all
   double largest_move;
   ForceJacobian force_jacobian;
   std::vector<Eigen::Triplet<double>> triplets;
   Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
   const Events* events = nullptr;
+  const Others* others = nullptr;
   std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
   int failed_trials = 0;      ///< of this integration: states at which forces threw
   std::string message;        ///< CVODE's last words
@@ -84,8 +92,12 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
     if (self.owner.before_forces) self.owner.before_forces(time);
     const std::span<double> out = values(rate);
     const Bodies& bodies = self.model.bodies;
-    for (std::size_t k = 0; k < self.n; ++k) out[k] = bodies.momentum[k] / bodies.mass[k / bodies.dimension];
-    self.model.forces(time, out.subspan(self.n));
+    self.model.forces(time, self.force);
+    for (std::size_t k = 0; k < self.n; ++k) {
+      const std::size_t c = self.component[k];
+      out[k] = bodies.momentum[c] / bodies.mass[c / bodies.dimension];
+      out[self.n + k] = self.force[c];
+    }
     return 0;
   });
   constexpr int patience = 1000;
@@ -108,16 +120,17 @@ int error_weights(N_Vector y, N_Vector weight, void* data) {
   const std::span<double> state = values(y), w = values(weight);
   for (std::size_t k = 0; k < self.n; ++k) {
     w[k] = 1 / self.accuracy.position;
-    const double floor = self.accuracy.momentum[k / self.model.bodies.dimension];
+    const double floor = self.accuracy.momentum[self.component[k] / self.model.bodies.dimension];
     w[self.n + k] = 1 / (self.accuracy.relative * std::abs(state[self.n + k]) + floor);
   }
   return 0;
 }
 
-int event_values(double, N_Vector y, double* value, void* data) {
+int event_values(double time, N_Vector y, double* value, void* data) {
   auto& self = *static_cast<Implementation*>(data);
   return guarded(self, [&] {
     if (!self.load(y)) return 1;
+    self.place_others(time);
     self.events->values({value, self.events->direction.size()});
     return 0;
   });
@@ -145,13 +158,21 @@ void check(int flag) {
 
 }  // namespace
 
-Cvode::Implementation::Implementation(Cvode& o, Model& m, Accuracy a)
+Cvode::Implementation::Implementation(Cvode& o, Model& m, const Accuracy& a, std::vector<int> which)
     : owner(o),
       model(m),
-      accuracy(std::move(a)),
-      n(model.bodies.position.size()),
+      accuracy(a),
+      moving(std::move(which)),
+      place(model.bodies.position.size(), -1),
+      n(moving.size() * model.bodies.dimension),
+      force(model.bodies.position.size()),
       largest_move(model.largest_move()),
       force_jacobian(model.bodies.dimension) {
+  for (const int i : moving)
+    for (int k = 0; k < model.bodies.dimension; ++k) {
+      component.push_back(static_cast<std::size_t>(i) * model.bodies.dimension + k);
+      place[component.back()] = static_cast<int>(component.size()) - 1;
+    }
   const auto size = static_cast<sunindextype>(2 * n);
   jacobian.resize(size, size);
   if (SUNContext_Create(nullptr, &context) != 0) throw Failure("mechanics: SUNDIALS could not be started");
@@ -180,16 +201,21 @@ Cvode::Implementation::~Implementation() {
 }
 
 void Cvode::Implementation::store(N_Vector v) const {
-  std::ranges::copy(model.bodies.position, values(v).begin());
-  std::ranges::copy(model.bodies.momentum, values(v).begin() + n);
+  const std::span<double> state = values(v);
+  for (std::size_t k = 0; k < n; ++k) {
+    state[k] = model.bodies.position[component[k]];
+    state[n + k] = model.bodies.momentum[component[k]];
+  }
 }
 
 /// False if the iteration has run away to what is no number.
 bool Cvode::Implementation::load(N_Vector v) {
   const std::span<double> state = values(v);
   if (!std::ranges::all_of(state, [](double s) { return std::isfinite(s); })) return false;
-  std::ranges::copy(state.first(n), model.bodies.position.begin());
-  std::ranges::copy(state.subspan(n), model.bodies.momentum.begin());
+  for (std::size_t k = 0; k < n; ++k) {
+    model.bodies.position[component[k]] = state[k];
+    model.bodies.momentum[component[k]] = state[n + k];
+  }
   return true;
 }
 
@@ -210,12 +236,17 @@ void Cvode::Implementation::count() {
   rejected += failures + stiff_failures;
 }
 
+void Cvode::Implementation::place_others(double time) const {
+  if (others) others->place(time);
+}
+
 /// The time (s) in which no body moves farther than the effects allow, and no event comes and goes.
-double Cvode::Implementation::longest_step() {
+double Cvode::Implementation::longest_step(double time) {
   const Bodies& bodies = model.bodies;
-  const std::span<const double> force = values(rate).subspan(n);
+  if (others) std::ranges::copy(others->forces(time), force.begin());
+  for (std::size_t k = 0; k < n; ++k) force[component[k]] = values(rate)[n + k];
   double longest = INFINITY;
-  for (int i = 0; i < bodies.size(); ++i) {
+  for (const int i : moving) {
     double speed = 0, acceleration = 0;
     for (std::size_t k = i * bodies.dimension; k < (i + 1.0) * bodies.dimension; ++k) {
       speed = std::hypot(speed, bodies.momentum[k] / bodies.mass[i]);
@@ -242,11 +273,14 @@ void Cvode::Implementation::assemble() {
   for (std::size_t k = 0; k < n; ++k) {
     add(k, k, 0);
     add(n + k, n + k, 0);
-    add(k, n + k, 1 / bodies.mass[k / bodies.dimension]);
+    add(k, n + k, 1 / bodies.mass[component[k] / bodies.dimension]);
   }
-  for (const ForceJacobian::Entry& entry : force_jacobian.by_position) add(n + entry.row, entry.column, entry.value);
-  for (const ForceJacobian::Entry& entry : force_jacobian.by_momentum)
-    add(n + entry.row, n + entry.column, entry.value);
+  const auto add_force = [&](const ForceJacobian::Entry& entry, std::size_t first_column) {
+    const int row = place[entry.row], column = place[entry.column];
+    if (row >= 0 && column >= 0) add(n + row, first_column + column, entry.value);
+  };
+  for (const ForceJacobian::Entry& entry : force_jacobian.by_position) add_force(entry, 0);
+  for (const ForceJacobian::Entry& entry : force_jacobian.by_momentum) add_force(entry, n);
   jacobian.setFromTriplets(triplets.begin(), triplets.end());
 }
 
@@ -270,8 +304,18 @@ void Cvode::Implementation::fail(double time) const {
   throw Failure(fmt::format("mechanics: the integrator gave up at t = {:.9g} s: {}", time, message));
 }
 
+namespace {
+
+std::vector<int> all_of(const Bodies& bodies) {
+  std::vector<int> all(bodies.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+}  // namespace
+
 Cvode::Cvode(Model& model, Accuracy accuracy)
-    : implementation_(std::make_unique<Implementation>(*this, model, std::move(accuracy))) {}
+    : implementation_(std::make_unique<Implementation>(*this, model, accuracy, all_of(model.bodies))) {}
 Cvode::~Cvode() = default;
 
 std::vector<bool> Events::due() const {
@@ -283,42 +327,55 @@ std::vector<bool> Events::due() const {
 }
 
 double Cvode::advance(double start, double end, const Events& events) {
-  Implementation& self = *implementation_;
-  // CVODE refuses what rounding leaves of an interval when an event falls next to its end.
-  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
-  if (end - start <= rounding) return end;
-  self.store(self.y);
-  self.events = &events;
-  self.thrown = nullptr;
-  self.failed_trials = 0;
-  const int high = 5, low = 2, patience = 300;
-  int order = self.presses(start) ? low : high;
-  self.start(start, order);
-  check(CVodeRootInit(self.memory, static_cast<int>(events.direction.size()), event_values));
-  if (!events.direction.empty()) check(CVodeSetRootDirection(self.memory, const_cast<int*>(events.direction.data())));
+  implementation_->events = &events;
+  return implementation_->advance(start, end);
+}
 
-  double time = start;
+double Cvode::advance(double start, double end, const Events& events, std::vector<int> moving, const Others& others) {
+  Implementation some(*this, implementation_->model, implementation_->accuracy, std::move(moving));
+  some.events = &events;
+  some.others = &others;
+  const double reached = some.advance(start, end);
+  implementation_->steps += some.steps;
+  implementation_->rejected += some.rejected;
+  return reached;
+}
+
+double Cvode::Implementation::advance(double from, double end) {
+  // CVODE refuses what rounding leaves of an interval when an event falls next to its end.
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(end));
+  if (end - from <= rounding) return end;
+  store(y);
+  thrown = nullptr;
+  failed_trials = 0;
+  const int high = 5, low = 2, patience = 300;
+  int order = presses(from) ? low : high;
+  start(from, order);
+  check(CVodeRootInit(memory, static_cast<int>(events->direction.size()), event_values));
+  if (!events->direction.empty()) check(CVodeSetRootDirection(memory, const_cast<int*>(events->direction.data())));
+
+  double time = from;
   for (int flag = CV_SUCCESS, steps = 0; flag != CV_ROOT_RETURN && end - time > rounding; ++steps) {
-    if (between_steps) between_steps();
+    if (owner.between_steps) owner.between_steps();
     if (order == high && steps >= patience) {
-      self.count();
-      self.start(time, order = low);
+      count();
+      start(time, order = low);
     }
     // CVODE heeds a largest step from the step after the next on, a stop at once. It passes over none of less than some
     // hundred roundings.
-    const double longest = std::max(self.longest_step(), 1000 * rounding);
-    check(CVodeSetMaxStep(self.memory, longest));
-    check(CVodeSetStopTime(self.memory, std::min(end, time + longest)));
+    const double longest = std::max(longest_step(time), 1000 * rounding);
+    check(CVodeSetMaxStep(memory, longest));
+    check(CVodeSetStopTime(memory, std::min(end, time + longest)));
     const double before = time;
-    const std::vector<double> position = after_step ? self.model.bodies.position : std::vector<double>();
-    const std::vector<double> momentum = after_step ? self.model.bodies.momentum : std::vector<double>();
-    flag = CVode(self.memory, end, self.y, &time, CV_ONE_STEP);
-    if (flag < 0) self.fail(time);
-    CVodeGetDky(self.memory, time, 1, self.rate);
-    self.load(self.y);
-    if (after_step) after_step(time - before, position, momentum);
+    const std::vector<double> position = owner.after_step ? model.bodies.position : std::vector<double>();
+    const std::vector<double> momentum = owner.after_step ? model.bodies.momentum : std::vector<double>();
+    flag = CVode(memory, end, y, &time, CV_ONE_STEP);
+    if (flag < 0) fail(time);
+    CVodeGetDky(memory, time, 1, rate);
+    load(y);
+    if (owner.after_step) owner.after_step(time - before, position, momentum);
   }
-  self.count();
+  count();
   return end - time > rounding ? time : end;
 }
 

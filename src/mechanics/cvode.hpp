@@ -26,6 +26,12 @@ struct Events {
   std::vector<bool> due() const;
 };
 
+/// Bodies that an integration leaves out, which do not feel those that it moves. Both functions are for the time (s).
+struct Others {
+  std::function<void(double)> place;                      ///< puts those that events look at where they are
+  std::function<std::span<const double>(double)> forces;  ///< N, [N * dimension], on these
+};
+
 /// What one step of the integrator may be wrong by.
 struct Accuracy {
   double relative = 0;           ///< of a momentum
@@ -51,6 +57,8 @@ class Cvode {
   /// the time reached. Starts anew each time: the result depends on the bodies and the times alone. Throws Failure if
   /// the accuracy cannot be reached, and what the callbacks throw.
   double advance(double start, double end, const Events& events = {});
+  /// The same for some of the bodies alone, in ascending order.
+  double advance(double start, double end, const Events& events, std::vector<int> moving, const Others& others);
 
   /// Called with the time before forces are evaluated, for what depends on the bodies as they are.
   std::function<void(double)> before_forces;

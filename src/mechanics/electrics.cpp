@@ -278,12 +278,16 @@ bool Electrics::reconnect(double time, FieldGrid grid) {
   return true;
 }
 
+std::vector<double> Electrics::reach(std::span<const double> travel) const {
+  std::vector<double> reach;
+  for (const double way : travel) reach.push_back(1.01 * way + scene_.mechanics.position_tolerance);
+  return reach;
+}
+
 Events Electrics::events(std::span<const double> travel) const {
   if (!discharge_) return {};
   const Stopwatch watch(counters_.contact_seconds);
-  // A little more than it takes: a body that moves exactly as far as it can is no event.
-  std::vector<double> reach;
-  for (const double way : travel) reach.push_back(1.01 * way + scene_.mechanics.position_tolerance);
+  const std::vector<double> reach = this->reach(travel);
   const std::vector<Watch> watched = discharge_->watch(model_.bodies, now_.contacts, now_.groups, reach);
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);

@@ -59,9 +59,11 @@ class Electrics {
   bool reconnect(double time, FieldGrid grid = FieldGrid::whole);
 
   /// Contacts that may change while body i moves by travel[i] (m), as events, and one event more, the last, for the
-  /// first body that moves farther: what elastic contacts do to it is not known beforehand. Empty without
-  /// contact_discharge.
+  /// first body that moves farther, beyond reach(): what elastic contacts do to it is not known beforehand. Empty
+  /// without contact_discharge.
   Events events(std::span<const double> travel) const;
+  /// A little more than travel: a body that moves exactly as far as it can is no event.
+  std::vector<double> reach(std::span<const double> travel) const;
 
   /// Says which conductor touches another, or an electrode, at another potential, since a contact's resistance has not
   /// made them one; the force between such has no limit. Empty: none does.

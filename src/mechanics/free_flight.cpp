@@ -153,10 +153,14 @@ double FreeFall::speed(double velocity, double force, double rate) const {
   return velocity * speed_of_velocity + force * speed_of_force + rate * speed_of_rate;
 }
 
-bool FreeFlight::covers(std::span<const double> travel) const {
-  return std::ranges::all_of(model_.effects, [&](const auto& effect) {
-    return effect->is_held_or_drag() || effect->idle(model_.bodies, travel);
-  });
+std::vector<int> FreeFlight::pushed(std::span<const double> travel) const {
+  std::vector<bool> is_pushed(model_.bodies.size(), false);
+  for (const auto& effect : model_.effects)
+    if (!effect->is_held_or_drag()) effect->mark_pushed(model_.bodies, travel, is_pushed);
+  std::vector<int> found;
+  for (int i = 0; i < model_.bodies.size(); ++i)
+    if (is_pushed[i]) found.push_back(i);
+  return found;
 }
 
 double FreeFlight::advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
@@ -191,6 +195,26 @@ double FreeFlight::advance(double start, double end, std::span<const Vec3> force
   }
   flight.go_to(end - start);
   return end;
+}
+
+double FreeFlight::advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
+                           const Events& events, const std::vector<int>& pushed, Cvode& cvode) {
+  Flight flight(model_, drag_, force, rate);
+  std::vector<bool> flies(model_.bodies.size(), true);
+  for (const int i : pushed) flies[i] = false;
+  std::vector<int> flying, watched;
+  for (int i = 0; i < model_.bodies.size(); ++i)
+    if (flies[i]) flying.push_back(i);
+  for (const int i : events.watched)
+    if (flies[i]) watched.push_back(i);
+  const auto place = [&](double t) { flight.go_to(t - start, watched); };
+  const auto forces = [&](double t) {
+    place(t);
+    return flight.total_force();
+  };
+  const double reached = cvode.advance(start, end, events, pushed, {.place = place, .forces = forces});
+  flight.go_to(reached - start, flying);
+  return reached;
 }
 
 }  // namespace lichtenberg::mechanics

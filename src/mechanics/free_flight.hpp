@@ -30,12 +30,15 @@ class FreeFlight {
   /// The model must outlive this and have floating_conductors; `drag`: kg/s, a body.
   FreeFlight(Model& model, std::vector<double> drag) : model_(model), drag_(std::move(drag)) {}
 
-  /// Whether that is all that acts on the bodies as long as body i moves by no more than travel[i] (m).
-  bool covers(std::span<const double> travel) const;
+  /// The bodies on which more than that may act as long as body i moves by no more than travel[i] (m).
+  std::vector<int> pushed(std::span<const double> travel) const;
   /// Moves the bodies from time `start` to `end` or, if that is earlier, to the first event, as Cvode::advance does;
   /// returns the time reached. `force` is the one at the start.
   double advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
                  const Events& events);
+  /// The same with CVODE for those that are pushed: it has a factorization and some steps of all that it moves.
+  double advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
+                 const Events& events, const std::vector<int>& pushed, Cvode& cvode);
 
  private:
   Model& model_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "src/mechanics/free_flight.hpp"
@@ -35,6 +36,8 @@ class Split : public Stepper {
   double try_step(double time, double end, FieldGrid grid);
   double step_end(double time, double step, double end) const;
   double move(double time, double target);
+  double advance(double time, double target, std::span<const Vec3> force, std::span<const double> travel,
+                 const Events& events);
   bool pass_event(double time, FieldGrid grid);
   const effects::HeldField& held() const { return at_.electrics->now().held; }
   std::vector<Vec3> held_forces(double time) const;

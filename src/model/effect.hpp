@@ -76,12 +76,17 @@ class Effect {
   /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
   /// does not change where it converges to.
   virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
-  /// The energy (J) that its forces have stored and give back: that of springs, of weight. The field's is not among them.
+  /// The energy (J) that its forces have stored and give back: that of springs, of weight. The field's is not among
+  /// them.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
   /// True if it pushes no body as long as each body i moves by at most travel[i] (m). False may cost time, but no
   /// accuracy.
   virtual bool idle(const Bodies& bodies, std::span<const double> travel) const {
     return (void)bodies, (void)travel, false;
+  }
+  /// Marks the bodies that it may push meanwhile. More than need be may cost time, but no accuracy.
+  virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
+    if (!idle(bodies, travel)) pushed.assign(pushed.size(), true);
   }
   /// True if all its forces are held ones, linear in time until a stepper changes them, or its drag: free flight has a
   /// closed form for both.

@@ -111,10 +111,11 @@ __global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More mor
 }
 
 /// The sum over a block's threads, in its first one: warps, then the warps' sums, each as a tree.
-template <int threads, class Sum>
+template <class Sum>
 __device__ Sum sum_of_block(Sum sum) {
-  constexpr int lanes = 32, warps = threads / lanes;
-  __shared__ double memory[warps * ((sizeof(Sum) + sizeof(double) - 1) / sizeof(double))];
+  constexpr int lanes = 32;
+  const int warps = blockDim.x / lanes;
+  __shared__ double memory[lanes * ((sizeof(Sum) + sizeof(double) - 1) / sizeof(double))];
   Sum* of_warp = reinterpret_cast<Sum*>(memory);
   const int warp = threadIdx.x / lanes, lane = threadIdx.x % lanes;
   sum = sum_of_lanes<lanes>(sum);
@@ -136,7 +137,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n;
        k += gridDim.x * static_cast<long>(threads))
     sum += value(static_cast<int>(k));
-  sum = sum_of_block<threads>(sum);
+  sum = sum_of_block(sum);
   if (threadIdx.x == 0) {
     of_block[blockIdx.x] = sum;
     __threadfence();
@@ -147,7 +148,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   __threadfence();
   sum = Sum{};
   for (int block = threadIdx.x; block < static_cast<int>(gridDim.x); block += threads) sum += of_block[block];
-  sum = sum_of_block<threads>(sum);
+  sum = sum_of_block(sum);
   if (threadIdx.x > 0) return;
   *done = 0;
   finish(sum);
@@ -238,6 +239,13 @@ class CudaBlock {
         },
         [&](int k, Sum sum) { finish(listed[k], sum); });
   }
+  template <class Sum, class Finish>
+  __host__ __device__ void sum(const Sum& mine, Finish finish) const {
+#ifdef __CUDA_ARCH__
+    const Sum all = sum_of_block(mine);
+    if (threadIdx.x == 0) finish(all);
+#endif
+  }
   template <class T>
   __host__ __device__ T* memory() const {
 #ifdef __CUDA_ARCH__
@@ -262,10 +270,37 @@ class CudaGrid {
   template <class F>
   __host__ __device__ void each(int n, F f) const {
 #ifdef __CUDA_ARCH__
+    begin(n, f);
+    cooperative_groups::this_grid().sync();
+#endif
+  }
+  template <class Test, class F>
+  __host__ __device__ void each_that(int n, Test test, F f) const {
+#ifdef __CUDA_ARCH__
+    constexpr int lanes = 32, together = 4;
+    const int warp = threadIdx.x / lanes * gridDim.x + blockIdx.x, all = gridDim.x * blockDim.x;
+    for (int first = warp * lanes + threadIdx.x % lanes; first < n; first += together * all) {
+      bool found[together];
+#pragma unroll
+      for (int i = 0; i < together; ++i) found[i] = first + i * all < n && test(first + i * all);
+#pragma unroll 1
+      for (int i = 0; i < together; ++i) {
+        // Without an index into registers.
+        const bool now = found[0];
+#pragma unroll
+        for (int j = 1; j < together; ++j) found[j - 1] = found[j];
+        if (now) f(first + i * all);
+      }
+    }
+    cooperative_groups::this_grid().sync();
+#endif
+  }
+  template <class F>
+  __host__ __device__ void begin(int n, F f) const {
+#ifdef __CUDA_ARCH__
     constexpr int lanes = 32;
     const int warp = threadIdx.x / lanes * gridDim.x + blockIdx.x, all = gridDim.x * blockDim.x;
     for (int k = warp * lanes + threadIdx.x % lanes; k < n; k += all) f(k);
-    cooperative_groups::this_grid().sync();
 #endif
   }
   template <class Keep, class Put>

@@ -135,6 +135,11 @@ class HostExecutor {
                     Finish finish) const {
       for (int k = 0; k < n; ++k) HostExecutor::sum_of_segment<Sum>(pieces, listed[k], value, more, finish);
     }
+    /// finish(sum of what each thread has).
+    template <class Sum, class Finish>
+    void sum(const Sum& mine, Finish finish) const {
+      finish(mine);
+    }
     template <class T>
     T* memory() const {
       return static_cast<T*>(memory_);
@@ -159,6 +164,17 @@ class HostExecutor {
     template <class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
+    }
+    /// f(k) for those k = 0 ... n - 1 with test(k), in any order. On a device several are tested at once.
+    template <class Test, class F>
+    void each_that(int n, Test test, F f) const {
+      for (int k = 0; k < n; ++k)
+        if (test(k)) f(k);
+    }
+    /// As each, but done when the loop that follows is.
+    template <class F>
+    void begin(int n, F f) const {
+      each(n, f);
     }
     /// Makes *to the largest of value(k), if that is larger; none is negative.
     template <class Value>

@@ -12,44 +12,13 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Sums over all charges, of terms that are multiples of 2^-26: exact up to 2^27, so that their order does not matter.
-struct Totals {
-  double x = 0, y = 0, z = 0;  ///< charge times field
-  double square = 0;           ///< of charges
-  double charge = 0;
-  double energy = 0;  ///< half charge times potential, without the background
-
-  LICHTENBERG_HOST_DEVICE Totals& operator+=(const Totals& t) {
-    x += t.x, y += t.y, z += t.z, square += t.square, charge += t.charge, energy += t.energy;
-    return *this;
-  }
-  friend LICHTENBERG_HOST_DEVICE Totals operator+(Totals a, const Totals& b) { return a += b; }
-};
-
-LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value) {
-  constexpr double shift = 0x1.8p26;
-  return (value + shift) - shift;
-}
-
 /// 2^-n that makes every charge at most 1; 1 if all are 0.
 LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
 }
 
-/// A charge's terms of Totals. (A struct: nvcc mixes up lambdas that are handed on by a template in two files.)
-struct ChargeTerms {
-  const Charged* charges;
-  const Felt* felt;
-
-  LICHTENBERG_HOST_DEVICE Totals operator()(int s) const {
-    const double q = charges[s].charge;
-    const Felt f = felt[s];
-    return {on_fine_grid(q * f.x), on_fine_grid(q * f.y), on_fine_grid(q * f.z),
-            on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
-  }
-};
-
-/// Those of a charge with its dipole, which is as two charges so far apart (../mesh.cpp).
+/// Terms of Totals of a charge with its dipole, which is as two charges so far apart (../mesh.cpp). (A struct: nvcc
+/// mixes up lambdas that are handed on by a template in two files.)
 struct MultipoleTerms {
   const Charged* charges;
   const Moment* moments;
@@ -108,8 +77,7 @@ class ChargeSums {
           totals_.zero();
           compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data());
         });
-    mesh_.gather(charges, felt_.data());
-    add_up(charges);
+    mesh_.gather(charges, felt_.data(), totals_.data());
   }
   /// The same of charges with dipoles, and the forces on them.
   void evaluate(const Charged* charges, const Moment* moments, const TableView& partners) {
@@ -151,22 +119,18 @@ class ChargeSums {
 
   // Public, as nvcc wants all functions that have kernels.
 
-  void add_up(const Charged* charges) { add_up_terms(ChargeTerms{charges, felt_.data()}); }
   void add_up(const Charged* charges, const Moment* moments) {
     const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
     add_up_terms(MultipoleTerms{charges, moments, felt_.data(), force_.data(), over_apart2});
   }
   template <class Term>
   void add_up_terms(Term term) {
-    double* totals = reinterpret_cast<double*>(totals_.data());
+    Totals* totals = totals_.data();
     const int n = n_;
     run_->sum_segments((n + a_part - 1) / a_part,
                        [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
                        [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return term(p * a_part + t); },
-                       [=] LICHTENBERG_HOST_DEVICE(int, Totals sum) {
-                         for (const double* part : {&sum.x, &sum.y, &sum.z, &sum.square, &sum.charge, &sum.energy})
-                           parallel::add_atomically(totals + (part - &sum.x), *part);
-                       });
+                       [=] LICHTENBERG_HOST_DEVICE(int, Totals sum) { totals->add(sum); });
   }
 
  private:
@@ -254,11 +218,13 @@ class DeviceMeshOn final : public DeviceMesh {
     const int n = sources.size();
     parallel::Array<Felt, Executor> felt(*run_);
     felt.resize(n);
+    parallel::Array<Totals, Executor> totals(*run_);
+    totals.resize(1);
     profile.near =
         timed([&] { compute_near(*run_, n, tables.near, false, table_.view(), charges_.data(), felt.data()); });
     profile.spread = timed([&] { sums_.mesh().spread(charges_.data()); });
     profile.transforms = timed([&] { sums_.mesh().solve(); });
-    profile.gather = timed([&] { sums_.mesh().gather(charges_.data(), felt.data()); });
+    profile.gather = timed([&] { sums_.mesh().gather(charges_.data(), felt.data(), totals.data()); });
     typename Executor::Recording forces, potentials;
     profile.forces = timed([&] { run_->run(forces, [&] { sums_.evaluate(charges_.data(), table_.view(), false); }); });
     profile.with_potentials =

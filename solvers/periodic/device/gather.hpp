@@ -4,6 +4,7 @@
 
 #include "solvers/periodic/device/near.hpp"
 #include "solvers/periodic/device/tiles.hpp"
+#include "solvers/periodic/device/totals.hpp"
 #include "solvers/periodic/device/window.hpp"
 
 namespace lichtenberg::periodic::device {
@@ -18,6 +19,7 @@ struct Gather {
   const Charged* charges;
   const float* mesh;
   Felt* felt;
+  Totals* totals;  ///< to which all is added up; null: nothing is
   float over_spacing[3], self, wave[2][3];
   const Moment* moments = nullptr;  ///< of the dipoles alone, without charges; null: of charges
   float self_field = 0;
@@ -38,6 +40,7 @@ struct Gather {
     const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
     const int begin = tiles.begin(tile), end = tiles.begin(tile + 1);
     if (begin == end) return;
+    Totals sum;
     block.template each<8>(tiles.region(), [&](int k) { local[k] = mesh[tiles.global(from, k)]; });
     for (int first = begin; first < end; first += batch) {
       const int now = end - first < batch ? end - first : batch;
@@ -58,10 +61,15 @@ struct Gather {
           felt[s].z += self_field * m.z - all.z * over_spacing[2];
         } else {
           float half[3], bend[3];
-          add(felt[s], charges[s], all, half, bend);
+          Felt feels = felt[s];
+          const Charged of = charges[s];
+          add(feels, of, all, half, bend);
+          felt[s] = feels;
+          if (totals) sum += terms_of(of, feels);
         }
       });
     }
+    if (totals) block.sum(sum, [&](const Totals& all) { totals->add(all); });
   }
 
   /// `sum`: over all planes. Half the slope and the curvature of its own cloud's potential come back.

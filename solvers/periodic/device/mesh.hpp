@@ -118,11 +118,11 @@ class MeshPart {
     });
     fft_.backward(modes, real);
   }
-  /// Adds to what the charges feel. The mesh's background is not in the potential.
-  void gather(const Charged* charges, Felt* felt) {
+  /// Adds to what the charges feel, and all that up. The mesh's background is not in the potential.
+  void gather(const Charged* charges, Felt* felt, Totals* totals) {
     with_window([&]<int order>(const Window<order>& window) {
       run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_),
-                                         gather_of(window, charges, felt));
+                                         gather_of(window, charges, felt, totals));
     });
   }
   /// Adds the field of dipoles alone.
@@ -150,8 +150,9 @@ class MeshPart {
     run_->template for_each_block<512>(tiles_.count(), Spread<order, sought>::bytes(tiles_), spread);
   }
   template <int order>
-  Gather<order> gather_of(const Window<order>& window, const Charged* charges, Felt* felt) const {
-    Gather<order> gather{tiles_, window, charges, real_.data(), felt, {}, tables_.self, {}};
+  Gather<order> gather_of(const Window<order>& window, const Charged* charges, Felt* felt,
+                          Totals* totals = nullptr) const {
+    Gather<order> gather{tiles_, window, charges, real_.data(), felt, totals, {}, tables_.self, {}};
     for (int k = 0; k < 3; ++k) {
       gather.over_spacing[k] = tables_.over_spacing[k];
       gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];

@@ -39,14 +39,6 @@ struct Quanta {
   Quanta inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
 };
 
-/// Components of vectors that stand one after the other: threads beside each other that take one each read whole lines
-/// of memory.
-LICHTENBERG_HOST_DEVICE inline double* components(Vec3* vectors) { return &vectors->x; }
-LICHTENBERG_HOST_DEVICE inline std::int64_t* components(WholeVec* vectors) { return &vectors->x; }
-LICHTENBERG_HOST_DEVICE inline std::uint32_t& component(Turns& of, int axis) {
-  return axis == 0 ? of.x : axis == 1 ? of.y : of.z;
-}
-
 /// Where a grain is, for who looks for those near it.
 struct alignas(16) Located {
   Turns at;
@@ -61,9 +53,9 @@ struct GrainsView {
   const int* number = nullptr;  ///< by which the scene knows it
   Located* located = nullptr;
   Vec3* held = nullptr;  ///< forces of charges
-  // What its pairs add up to within a step; all 0 between two.
+  // What its pairs add up to within a step.
   WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
-  int* busy = nullptr;                   ///< 1 + number of the last step in which some pair of its was active
+  int* busy = nullptr;                   ///< 1: some pair of its is active
   int* touches = nullptr;                ///< contacts of the last step
   int* begun = nullptr;                  ///< ends of pairs that have begun to touch, as a chain; no_end: none
   std::int64_t* collisions = nullptr;    ///< that have begun, while charge was exchanged
@@ -83,8 +75,11 @@ struct alignas(16) NearPair : GrainPair {
 
   static constexpr int open = -1;
 };
-/// Whether a near pair is computed in a step of contacts. (nvcc wants numbers.)
-constexpr int is_idle = 0, is_free = 1, is_touching = 2;
+/// One that is computed in a step of contacts. Its ends are 2 k and 2 k + 1 if it is the k-th: lower and higher.
+struct alignas(16) ActivePair : GrainPair {
+  int near = 0;  ///< which near pair it is
+  int touching = 0;
+};
 
 struct ContactsView {
   TableView table;                                   ///< each pair once
@@ -92,11 +87,9 @@ struct ContactsView {
   double *since = nullptr, *impact_speed = nullptr;  ///< of an entry; no number of 0 or more: no contact
   int* alone = nullptr;
 
-  // Of near pairs: those in contact at the start of an outer step come first, so that warps are full of them. The ends
-  // of the k-th are 2 k and 2 k + 1: lower and higher.
   NearPair* near = nullptr;
-  int* active = nullptr;                                        ///< is_idle ...
-  PairState<3>* seen = nullptr;                                 ///< at the start of a step
+  ActivePair* active = nullptr;
+  PairState<3>* seen = nullptr;                                 ///< of an active pair, at the start of a step
   double* scale = nullptr;                                      ///< of its law
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;  ///< on the higher; without it, relative
   int* next = nullptr;                                          ///< of an end: in the chain of its grain
@@ -111,9 +104,8 @@ struct Found {
   double moved2 = 0;         ///< of the grain that has moved most since grains were sorted
   double charge = 0;         ///< the largest magnitude
   int lost = 0;              ///< grains whose places are no numbers
-  int pairs = 0;
+  int pairs = 0, active = 0;
   int passed = 0;  ///< 1 + number of a grain through which another flew
-  int unused = 0;
 };
 /// What is kept from step to step.
 struct Extremes {
@@ -178,12 +170,10 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void enter(int s, Vec3 force) const {
     grains.held[s] = force;
     grains.located[s].radius = static_cast<float>(grains.radius[s]);
-    grains.touches[s] = grains.busy[s] = 0;
-    for (int axis = 0; axis < 3; ++axis) locate(s, axis, grains.place[s][axis]);
+    grains.touches[s] = 0;
+    locate(s, grains.place[s]);
     if (s == 0) *found = {};
   }
-  /// Whether an entry's two are in contact.
-  LICHTENBERG_HOST_DEVICE bool is_open(int e) const { return contacts.since[e] >= 0; }
   /// Whether an entry's two may matter within an outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
@@ -191,68 +181,62 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void list_near(int place, int e) const {
     const int i = contacts.owner[e], j = contacts.table.partner[e];
     const bool first = grains.number[i] < grains.number[j];
-    contacts.near[place] = {{first ? i : j, first ? j : i}, e, is_open(e) ? NearPair::open : 0};
-    contacts.active[place] = is_idle;
+    contacts.near[place] = {{first ? i : j, first ? j : i}, e, contacts.since[e] >= 0 ? NearPair::open : 0};
   }
 
   // A step of contacts, one after the other.
 
+  LICHTENBERG_HOST_DEVICE bool is_due(int k, int step) const { return contacts.near[k].due <= step; }
   /// A pair that is in contact, or may come to it, is active: notes what the last step has made of a contact, finds out
   /// whether this step moves it, and what its contact does at the start. One that is too far apart is looked at again
   /// when it may matter.
   LICHTENBERG_HOST_DEVICE void look(int k, int step) const {
     const NearPair p = contacts.near[k];
-    if (p.due > step) return;
-    contacts.active[k] = activity(k, p, step);
-  }
-  LICHTENBERG_HOST_DEVICE int activity(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner, slack = parameters->bend * dt * dt;
     const bool open = p.due == NearPair::open;
-    if (!open && !may_matter(k, p, step)) return is_idle;
+    if (!open && !may_matter(k, p, step)) return;
     const PairState<3> at = state(p);
     const bool touching = open && stays(k, p, norm2(at.apart));
-    if (!touching && !may_touch(reach(p) + slack, at, dt)) return is_idle;
+    if (!touching && !may_touch(reach(p) + slack, at, dt)) return;
+    const int a = parallel::take_place(&found->active);
     const double of_pair = scale(p);
     Vec3 push{};
     if (touching) push = force({law, of_pair}, reach(p), at);
-    contacts.seen[k] = at;
-    contacts.scale[k] = of_pair;
-    contacts.force[k] = push;
-    grains.busy[p.lower] = grains.busy[p.higher] = step + 1;
+    contacts.active[a] = {{p.lower, p.higher}, k, touching};
+    contacts.seen[a] = at;
+    contacts.scale[a] = of_pair;
+    contacts.force[a] = push;
+    grains.busy[p.lower] = grains.busy[p.higher] = 1;
     if (touching) add(grains.force, p, over_quanta.force * push);
-    return touching ? is_touching : is_free;
   }
 
   /// In the middle of a step grains are where the forces at its start carry them.
-  LICHTENBERG_HOST_DEVICE void push_halfway(int k) const {
-    if (contacts.active[k] == is_idle) return;
-    const NearPair p = contacts.near[k];
-    const PairState<3> at = contacts.seen[k];
+  LICHTENBERG_HOST_DEVICE void push_halfway(int a) const {
+    const ActivePair p = contacts.active[a];
+    const PairState<3> at = contacts.seen[a];
     const double h = 0.5 * parameters->inner;
     const Vec3 acceleration = relative(grains.force, p);
     const Vec3 push =
-        force({law, contacts.scale[k]}, reach(p),
+        force({law, contacts.scale[a]}, reach(p),
               {at.apart + h * at.velocity + (0.5 * h * h) * acceleration, at.velocity + h * acceleration});
-    contacts.first[k] = acceleration - over_mass(p) * contacts.force[k];
-    contacts.halfway[k] = push;
+    contacts.first[a] = acceleration - over_mass(p) * contacts.force[a];
+    contacts.halfway[a] = push;
     grains.touches[p.lower] = grains.touches[p.higher] = 0;
     if (norm2(push) > 0) add(grains.halfway, p, over_quanta.force * push);
   }
 
   /// A pair by itself, with what its two feel of others linear in time.
-  LICHTENBERG_HOST_DEVICE void integrate(int k, int step) const {
-    const int active = contacts.active[k];
-    if (active == is_idle) return;
-    const bool touching = active == is_touching;
-    const NearPair p = contacts.near[k];
+  LICHTENBERG_HOST_DEVICE void integrate(int a, int step) const {
+    const ActivePair p = contacts.active[a];
     const double dt = parameters->inner, time = parameters->begin + step * dt, over = over_mass(p);
-    const PairState<3> at = contacts.seen[k];
-    const Vec3 first = contacts.first[k], middle = relative(grains.halfway, p) - over * contacts.halfway[k];
+    const PairState<3> at = contacts.seen[a];
+    const Vec3 first = contacts.first[a], middle = relative(grains.halfway, p) - over * contacts.halfway[a];
     const Outside<3> outside{first, (2 / dt) * (middle - first)};
-    const double age = touching ? time - contacts.since[p.entry] : 0;
-    const PairPath<LawOfPair<Law>> path({law, contacts.scale[k]}, reach(p), over, outside);
-    const PairStep<3> result = path.over(at, touching, age > 0 ? age : 0, dt);
-    if (!touching && result.touched < 0) return;
+    const int entry = contacts.near[p.near].entry;
+    const double age = p.touching ? time - contacts.since[entry] : 0;
+    const PairPath<LawOfPair<Law>> path({law, contacts.scale[a]}, reach(p), over, outside);
+    const PairStep<3> result = path.over(at, p.touching, age > 0 ? age : 0, dt);
+    if (!p.touching && result.touched < 0) return;
     const double reduced = 1 / over;
     const Vec3 impulse = reduced * (result.end.velocity - at.velocity - outside.velocity(dt));
     const Vec3 shift = reduced * (result.end.apart - at.apart - dt * at.velocity - outside.path(dt));
@@ -261,39 +245,43 @@ struct ContactSteps {
     parallel::add_atomically(&grains.dissipated[p.lower], whole(over_quanta.energy * result.dissipated));
     parallel::add_atomically(&grains.touches[p.lower], 1);
     parallel::add_atomically(&grains.touches[p.higher], 1);
-    if (!touching) begin(k, p, time, result);
+    if (!p.touching) begin(a, p, time, result);
   }
-  LICHTENBERG_HOST_DEVICE void begin(int k, const NearPair& p, double time, const PairStep<3>& result) const {
-    contacts.near[k].due = NearPair::open;
-    contacts.since[p.entry] = time + result.touched;
-    contacts.impact_speed[p.entry] = result.impact_speed;
-    contacts.alone[p.entry] = 1;
+  LICHTENBERG_HOST_DEVICE void begin(int a, const ActivePair& p, double time, const PairStep<3>& result) const {
+    NearPair& near = contacts.near[p.near];
+    near.due = NearPair::open;
+    contacts.since[near.entry] = time + result.touched;
+    contacts.impact_speed[near.entry] = result.impact_speed;
+    contacts.alone[near.entry] = 1;
     parallel::add_atomically(&found->begun, std::int64_t{1});
     if (!exchanges) return;
-    contacts.next[2 * k] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * k);
-    contacts.next[2 * k + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * k + 1);
+    contacts.next[2 * a] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * a);
+    contacts.next[2 * a + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * a + 1);
   }
 
-  /// A grain along one axis: k = 3 s + axis. `land(s, axis, place)` may put the place elsewhere.
-  template <class Land>
-  LICHTENBERG_HOST_DEVICE void move(int k, int step, Land land) const {
-    const int s = k / 3, axis = k - 3 * s;
-    const double dt = parameters->inner, over = grains.over_mass[s], held = components(grains.held)[k];
-    double &at = components(grains.place)[k], &with = components(grains.momentum)[k];
-    double place = at + (dt * over) * (with + (0.5 * dt) * held), momentum = with + dt * held;
-    if (grains.busy[s] == step + 1) {
-      place += over * (quanta.shift * static_cast<double>(components(grains.shift)[k]));
-      momentum += quanta.impulse * static_cast<double>(components(grains.impulse)[k]);
-      for (WholeVec* sum : {grains.force, grains.halfway, grains.impulse, grains.shift}) components(sum)[k] = 0;
-      if (axis == 0 && exchanges && grains.begun[s] != no_end) begin_contacts(s);
-    }
-    land(s, axis, place);
-    at = place;
-    with = momentum;
-    locate(s, axis, place);
+  /// The k-th of all components of two sums, when they have been read and before something is added to them. Threads
+  /// beside each other then write whole sectors of memory; parts of them a device would read first.
+  LICHTENBERG_HOST_DEVICE static void clear(WholeVec* one, WholeVec* other, int k) {
+    (&one->x)[k] = (&other->x)[k] = 0;
   }
-  LICHTENBERG_HOST_DEVICE void locate(int s, int axis, double place) const {
-    component(grains.located[s].at, axis) = turns(place, whole_turn * nearest.turns_a_metre[axis]);
+  LICHTENBERG_HOST_DEVICE void move(int s) const {
+    const double dt = parameters->inner, over = grains.over_mass[s];
+    const Vec3 held = grains.held[s], p0 = grains.momentum[s];
+    Vec3 place = grains.place[s] + (dt * over) * (p0 + (0.5 * dt) * held), momentum = p0 + dt * held;
+    if (grains.busy[s]) {
+      place += over * grains.shift[s].times(quanta.shift);
+      momentum += grains.impulse[s].times(quanta.impulse);
+      grains.busy[s] = 0;
+      if (exchanges && grains.begun[s] != no_end) begin_contacts(s);
+    }
+    grains.place[s] = place;
+    grains.momentum[s] = momentum;
+    locate(s, place);
+    if (s == 0) found->active = 0;
+  }
+  LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 place) const {
+    const Vec3 over = whole_turn * nearest.turns_a_metre;
+    grains.located[s].at = {turns(place.x, over.x), turns(place.y, over.y), turns(place.z, over.z)};
   }
 
   /// After the last step of contacts: notes as above, and the square of the largest speed that a contact may still give
@@ -391,14 +379,15 @@ struct ContactSteps {
   }
   /// The number of the grain at the other end.
   LICHTENBERG_HOST_DEVICE int partner(int end) const {
-    const NearPair& p = contacts.near[end / 2];
+    const GrainPair& p = contacts.active[end / 2];
     return grains.number[end % 2 ? p.lower : p.higher];
   }
-  LICHTENBERG_HOST_DEVICE void exchange_charge(int k, std::int64_t count) const {
-    const NearPair p = contacts.near[k];
+  LICHTENBERG_HOST_DEVICE void exchange_charge(int a, std::int64_t count) const {
+    const ActivePair p = contacts.active[a];
+    const int entry = contacts.near[p.near].entry;
     Random random({seed, RandomPurpose::exchange, static_cast<std::uint64_t>(grains.number[p.lower]),
                    static_cast<std::uint64_t>(grains.number[p.higher]), static_cast<std::uint64_t>(count)});
-    const std::int64_t moved = whole(exchange(1 / over_mass(p), contacts.impact_speed[p.entry], random) / quanta.charge);
+    const std::int64_t moved = whole(exchange(1 / over_mass(p), contacts.impact_speed[entry], random) / quanta.charge);
     parallel::add_atomically(&grains.moved_charge[p.lower], moved);
     parallel::add_atomically(&grains.moved_charge[p.higher], -moved);
     parallel::add_atomically(&found->transfers, std::int64_t{1});

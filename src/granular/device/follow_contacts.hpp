@@ -14,13 +14,13 @@ struct Landing {
   TurnsAround* image;
   Charged* charges;
 
-  LICHTENBERG_HOST_DEVICE void operator()(int s, int axis, double& place) const {
-    Vec3 p{axis == 0 ? place : 0, axis == 1 ? place : 0, axis == 2 ? place : 0};
-    Image<3> around{};
+  LICHTENBERG_HOST_DEVICE void operator()(const GrainsView& grains, int s) const {
+    Vec3 p = grains.place[s];
+    Image<3> around{image[s].x, image[s].y, image[s].z};
     box.wrap(p, around);
-    place = p.x + p.y + p.z;
-    component(image[s], axis) += around[0] + around[1] + around[2];
-    component(charges[s].at, axis) = turns(place, turns_a_length[axis]);
+    grains.place[s] = p;
+    image[s] = {around[0], around[1], around[2]};
+    charges[s].at = {turns(p.x, turns_a_length.x), turns(p.y, turns_a_length.y), turns(p.z, turns_a_length.z)};
   }
 };
 
@@ -35,20 +35,23 @@ struct FollowContacts {
   template <class Grid>
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
     const int count = steps.parameters->steps, grains = steps.grains.count;
+    const GrainsView& all = steps.grains;
     grid.each(grains, [&](int s) { steps.enter(s, force(s)); });
-    const int entries = steps.contacts.table.end(grains - 1);
-    const auto list = [&](int place, int e) { steps.list_near(place, e); };
-    grid.select(entries, &steps.found->pairs, [&](int e) { return steps.is_open(e); }, list);
-    grid.select(entries, &steps.found->pairs, [&](int e) { return !steps.is_open(e) && steps.is_near(e); }, list);
+    grid.select(
+        steps.contacts.table.end(grains - 1), &steps.found->pairs, [&](int e) { return steps.is_near(e); },
+        [&](int place, int e) { steps.list_near(place, e); });
     const int pairs = steps.found->pairs;
     for (int step = 0; step < count; ++step) {
-      grid.each(pairs, [&](int k) { steps.look(k, step); });
-      grid.each(pairs, [&](int k) { steps.push_halfway(k); });
-      grid.each(pairs, [&](int k) { steps.integrate(k, step); });
-      grid.each(3 * grains, [&](int k) {
-        steps.move(k, step, [&](int s, int axis, double& place) {
-          if (step == count - 1) land(s, axis, place);
-        });
+      grid.each_that(
+          pairs, [&](int k) { return steps.is_due(k, step); }, [&](int k) { steps.look(k, step); });
+      const int active = steps.found->active;
+      grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, k); });
+      grid.each(active, [&](int a) { steps.push_halfway(a); });
+      grid.each(active, [&](int a) { steps.integrate(a, step); });
+      grid.begin(3 * grains, [&](int k) { steps.clear(all.force, all.halfway, k); });
+      grid.each(grains, [&](int s) {
+        steps.move(s);
+        if (step == count - 1) land(steps.grains, s);
       });
     }
     grid.largest(pairs, &steps.found->impact2, [&](int k) { return steps.impact2(k); });

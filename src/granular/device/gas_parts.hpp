@@ -90,9 +90,6 @@ struct Most {
 struct TurnsAround {
   int x = 0, y = 0, z = 0;
 };
-LICHTENBERG_HOST_DEVICE inline int& component(TurnsAround& of, int axis) {
-  return axis == 0 ? of.x : axis == 1 ? of.y : of.z;
-}
 
 /// All that goes with a grain when it is sorted.
 struct Grain {

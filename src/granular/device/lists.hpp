@@ -207,7 +207,7 @@ class GasLists {
   Array<double> since_{*run_}, impact_speed_{*run_};
   Array<int> alone_{*run_}, owner_{*run_}, next_{*run_};
   Array<NearPair> near_{*run_};
-  Array<int> active_{*run_};
+  Array<ActivePair> active_{*run_};
   Array<PairState<3>> seen_{*run_};
   Array<double> scale_{*run_};
   Array<Vec3> active_force_{*run_}, active_halfway_{*run_}, active_first_{*run_};

@@ -140,7 +140,7 @@ class PairPath {
     if (end <= begin) return step;
     const double from = root(age), whole = root(age + (end - begin)) - from, half = 0.5 * whole, over = 1 / whole;
     // Of a load of so many terms.
-    const auto state = [&]<int terms>(const Load (&of)[terms], double s) {
+    const auto state = [&]<int terms>(const Load(&of)[terms], double s) {
       const double s2 = s * s, f2 = from * from, fs = from * s;
       const double once_0 = s * (2 * from + s), once_1 = s2 * (from + 2.0 / 3 * s),
                    once_2 = s2 * s * (2.0 / 3 * from + 0.5 * s);

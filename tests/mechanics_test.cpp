@@ -163,6 +163,22 @@ TEST_CASE("steel spheres bounce elastically off each other and off walls, and ar
   }
 }
 
+TEST_CASE("what a collision throws on within a step hits the next in its way, with a field and without contacts") {
+  Scene scene = conductor_scene({{0.03, 0.05}, {0.033, 0.05}, {0.036, 0.05}});
+  scene.effects.remove<effects::ContactDischargeOptions>();
+  scene.effects.remove<effects::StokesDragOptions>();
+  scene.effects.add<effects::HertzContactOptions>();
+  scene.conductors[0].velocity = {0.1, 0};
+  Simulation simulation(scene, no_forces());
+  // One step, in which the first could fly over both gaps, 2.9 mm, but not past the second to the third.
+  simulation.advance_to(0.036);
+  const ConductorFrame frame = simulation.now();
+  // Equal masses exchange their velocities; 1e-3 in each of two collisions, as above.
+  CHECK(std::abs(frame.velocity[0].x) < 2e-4);
+  CHECK(std::abs(frame.velocity[1].x) < 2e-4);
+  CHECK(frame.velocity[2].x == near(0.1, 2e-3));
+}
+
 TEST_CASE("two that collide among hundreds at rest do so as if they were alone") {
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2.1 * radius, 0.05}});
   scene.conductors[0].velocity = {1e-3, 0};

@@ -145,11 +145,12 @@ double Split::move(double time, double target) {
 
 /// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that a
 /// collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
-/// that they might meet.
+/// that they might meet. Without contact_discharge there are no events, and all count.
 double Split::advance(double time, double target, std::span<const Vec3> force, std::span<const double> travel,
                       const Events& events) {
   if (at_.electrics->energy()) return cvode_.advance(time, target, events);
   if (flight_.pushed(travel).empty()) return flight_.advance(time, target, force, held().force_rate, events);
+  if (events.direction.empty()) return cvode_.advance(time, target, events);
   const std::vector<int> pushed = flight_.pushed(at_.electrics->reach(travel));
   return flight_.advance(time, target, force, held().force_rate, events, pushed, cvode_);
 }

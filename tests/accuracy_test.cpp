@@ -10,7 +10,7 @@
 #include "solvers/laplace/accuracy/accuracy.hpp"
 #include "solvers/laplace/accuracy/gaps.hpp"
 #include "solvers/laplace/accuracy/grids.hpp"
-#include "solvers/laplace/accuracy/measure.hpp"
+#include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "tests/crowd.hpp"
 
@@ -150,6 +150,28 @@ TEST_CASE("what is asked of multipoles comes out, and not much more") {
     CHECK(ratio[4] > 0.05);
     CHECK(ratio.back() < 1);
   }
+}
+
+TEST_CASE("multipoles promise an accuracy where charges or forces cancel by symmetry") {
+  LaplaceProblem plates{.permittivity = 1};
+  plates.size = {1, 1};
+  plates.sides[left].kind = plates.sides[right].kind = Side::Kind::electrode;
+  plates.sides[right].potential = 1;
+  LaplaceProblem level = plates;
+  plates.bodies = {{Disk{{0.5, 0.4}, 0.1}, 0}, {Disk{{0.5, 0.7}, 0.1}, 0}};
+  LaplaceProblem half_way = plates;
+  plates.groups = {{true, 0, 0}};
+  half_way.groups = {{false, 0, 0.5}};
+  level.sides[left].potential = 1;
+  level.bodies = {{Disk{{0.4, 0.7}, 0.1}, 0}};
+  level.groups = {{false, 0, 1}};
+  for (const LaplaceProblem& problem : {plates, half_way, level})
+    for (const double accuracy : {1e-2, 1e-8}) {
+      const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-12}).solve(problem);
+      const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = accuracy, .method = Method::multipole});
+      CHECK(found.choice.estimate <= accuracy);
+      CHECK(largest_error(problem, found.solution, exact, scales_of(problem, exact)) < accuracy);
+    }
 }
 
 TEST_CASE("what is asked for is kept where all potentials are far from 0 and near to each other") {

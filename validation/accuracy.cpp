@@ -9,7 +9,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/accuracy/accuracy.hpp"
-#include "solvers/laplace/accuracy/measure.hpp"
+#include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "validation/reference_cases.hpp"
 

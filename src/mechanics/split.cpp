@@ -143,8 +143,8 @@ double Split::move(double time, double target) {
   return time;
 }
 
-/// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that a
-/// collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
+/// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that
+/// a collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
 /// that they might meet. Without contact_discharge there are no events, and all count.
 double Split::advance(double time, double target, std::span<const Vec3> force, std::span<const double> travel,
                       const Events& events) {

@@ -127,7 +127,7 @@ inline constexpr Named<FieldLinearSolver> values_named<FieldLinearSolver>[] = {
     {FieldLinearSolver::multigrid, "multigrid"}, {FieldLinearSolver::assembled, "assembled"}};
 
 /// An accuracy that a field was chosen for: largest error of potentials, charges and forces, relative
-/// (solvers/laplace/accuracy/measure.hpp).
+/// (solvers/laplace/measure.hpp).
 struct FieldAccuracy {
   double asked = 0;
   double estimate = 0;  ///< of the error

@@ -9,8 +9,8 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/accuracy/gaps.hpp"
 #include "solvers/laplace/accuracy/grids.hpp"
-#include "solvers/laplace/accuracy/measure.hpp"
 #include "solvers/laplace/accuracy/price.hpp"
+#include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 
 namespace lichtenberg::laplace {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/krylov.hpp"
 #include "solvers/laplace/multipole/potential.hpp"
 #include "solvers/laplace/multipole/results.hpp"
@@ -77,26 +79,8 @@ double multipoles_left_out(const Solved& solved) {
   return largest > 0 ? worst / largest : 0.0;
 }
 
-/// Differences of potential, V.
-double potential_range(const Solved& solved) {
-  std::vector<double> potentials = solved.group_potential;
-  for (const Side& side : solved.setting->problem.sides)
-    if (side.kind == Side::Kind::electrode) potentials.push_back(side.potential);
-  if (potentials.empty()) return 0;
-  const auto [low, high] = std::ranges::minmax(potentials);
-  return high - low;
-}
-
-/// The largest charge of a disk over 2 pi eps, V.
-double largest_charge(const Solved& solved) {
-  double largest = 0;
-  for (int i = 0; i < solved.setting->arrangement.disks; ++i)
-    largest = std::max(largest, std::abs(solved.coefficients[solved.setting->layout.start[i]]));
-  return largest;
-}
-
-/// Estimates what forces lack for the multipoles left out, over the largest force: what the last ones add, less by two
-/// steps of the decay, since a term of a force is a product of two neighbours.
+/// Estimates what the largest force lacks for the multipoles left out: what the last ones add, less by two steps of the
+/// decay, since a term of a force is a product of two neighbours.
 double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
   const multipole::Setting& setting = *solved.setting;
   std::vector<Complex> shorter = solved.coefficients;
@@ -104,13 +88,12 @@ double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
     if (setting.layout.order(i) > 0) shorter[setting.layout.start[i + 1] - 1] = 0;
   LaplaceSolution without;
   evaluate_bodies(setting, shorter, without);
-  double worst = 0, largest = 0;
+  double worst = 0;
   for (int i = 0; i < setting.arrangement.disks; ++i) {
     const double decay = setting.arrangement.decay[i];
     worst = std::max(worst, decay * decay * norm(solution.body_force[i] - without.body_force[i]));
-    largest = std::max(largest, norm(solution.body_force[i]));
   }
-  return largest > 0 ? worst / largest : 0;
+  return worst;
 }
 
 /// Of the field as well: errors of potentials and forces are up to ten times GMRES's residual (measured; gaps down to
@@ -120,11 +103,13 @@ double estimate_with_reserve(const Solved& solved, const KrylovResult& krylov) {
 }
 
 /// Of charges, potentials and forces alone: GMRES's residual in units of the smaller of what they are measured by, and
-/// what is left out, times what is seldom exceeded (README.md).
+/// what is left out, times what is seldom exceeded (README.md). 0 if everything has the same potential.
 double estimate_of_results(const Solved& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
-  const double unit = std::min(potential_range(solved), largest_charge(solved));
-  const double iteration = unit > 0 ? 50 * krylov.residual * krylov.scale / unit : 0;
-  return std::max(iteration, 5 * forces_left_out(solved, solution));
+  const LaplaceProblem& problem = solved.setting->problem;
+  const Scales scales = scales_of(problem, solution);
+  if (scales.potential == 0) return 0;
+  const double unit = std::min(scales.potential, scales.charge / (2 * std::numbers::pi * problem.permittivity));
+  return std::max(50 * krylov.residual * krylov.scale / unit, 5 * forces_left_out(solved, solution) / scales.force);
 }
 
 }  // namespace

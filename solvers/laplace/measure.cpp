@@ -1,4 +1,4 @@
-#include "solvers/laplace/accuracy/measure.hpp"
+#include "solvers/laplace/measure.hpp"
 
 #include <algorithm>
 #include <cmath>

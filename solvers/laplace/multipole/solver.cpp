@@ -103,12 +103,15 @@ double estimate_with_reserve(const Solved& solved, const KrylovResult& krylov) {
 }
 
 /// Of charges, potentials and forces alone: GMRES's residual in units of the smaller of what they are measured by, and
-/// what is left out, times what is seldom exceeded (README.md). 0 if everything has the same potential.
+/// what is left out, times what is seldom exceeded (README.md). Charges that are all 0 are given, and exact. 0 if
+/// everything has the same potential.
 double estimate_of_results(const Solved& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
   const LaplaceProblem& problem = solved.setting->problem;
   const Scales scales = scales_of(problem, solution);
   if (scales.potential == 0) return 0;
-  const double unit = std::min(scales.potential, scales.charge / (2 * std::numbers::pi * problem.permittivity));
+  double unit = scales.potential;
+  if (std::ranges::any_of(solution.body_charge, [](double charge) { return charge != 0; }))
+    unit = std::min(unit, scales.charge / (2 * std::numbers::pi * problem.permittivity));
   return std::max(50 * krylov.residual * krylov.scale / unit, 5 * forces_left_out(solved, solution) / scales.force);
 }
 

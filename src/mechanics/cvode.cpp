@@ -355,9 +355,9 @@ double Cvode::Implementation::advance(double from, double end) {
   if (!events->direction.empty()) check(CVodeSetRootDirection(memory, const_cast<int*>(events->direction.data())));
 
   double time = from;
-  for (int flag = CV_SUCCESS, steps = 0; flag != CV_ROOT_RETURN && end - time > rounding; ++steps) {
+  for (int flag = CV_SUCCESS, tried = 0; flag != CV_ROOT_RETURN && end - time > rounding; ++tried) {
     if (owner.between_steps) owner.between_steps();
-    if (order == high && steps >= patience) {
+    if (order == high && tried >= patience) {
       count();
       start(time, order = low);
     }

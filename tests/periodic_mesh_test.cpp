@@ -342,10 +342,10 @@ TEST_CASE("what cannot be done is refused with a sentence") {
   const Mesh mesh{cube, {16, 16, 16}, 4};
   CHECK(message_of([&] {
           ParticleMesh({cube, {16, 16, 16}, 3}, cloud);
-        }) == "splines of order 3 are not available: 4 to 7 are");
+        }) == "windows of order 3 are not available: 4 to 7 are");
   CHECK(message_of([&] {
           ParticleMesh({cube, {16, 12, 16}, 7}, cloud);
-        }) == "a mesh with 12 points along an axis is too coarse for splines of order 7: 14 are needed");
+        }) == "a mesh with 12 points along an axis is too coarse for windows of order 7: 14 are needed");
   CHECK(message_of([&] { ParticleMesh(mesh, prolate_cloud(8, 5.5)); }) ==
         "a cutoff of 5.5 is more than half of the box's 10: a charge would meet two images of one other");
   CHECK(message_of([&] {

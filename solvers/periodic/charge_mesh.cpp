@@ -26,11 +26,11 @@ int halo(int order) { return order <= 4 ? 4 : 8; }
 const Mesh& checked(const Mesh& mesh, int highest_order) {
   require_consistent({.lengths = mesh.lengths});
   if (mesh.order < 4 || mesh.order > highest_order)
-    throw InputError(fmt::format("splines of order {} are not available: 4 to {} are", mesh.order, highest_order));
+    throw InputError(fmt::format("windows of order {} are not available: 4 to {} are", mesh.order, highest_order));
   for (int k = 0; k < 3; ++k) {
     if (mesh.points[k] < 2 * mesh.order)
       throw InputError(
-          fmt::format("a mesh with {} points along an axis is too coarse for splines of order {}: {} are "
+          fmt::format("a mesh with {} points along an axis is too coarse for windows of order {}: {} are "
                       "needed",
                       mesh.points[k], mesh.order, 2 * mesh.order));
   }

@@ -6,7 +6,7 @@
 #include "solvers/periodic/influence.hpp"
 #include "solvers/periodic/lanes.hpp"
 
-// The waves of what a charge sees of its own cloud by splines.
+// The waves of what a charge sees of its own cloud by windows.
 namespace lichtenberg::periodic {
 
 /// cos(2 pi s), and its derivative by s^2, by their Taylor series, of four numbers: off by 2e-7 (single precision:

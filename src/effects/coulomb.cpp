@@ -230,7 +230,7 @@ const EffectKind& CoulombOptions::kind() {
                 .place = place<&CoulombOptions::order>,
                 .range = {.low = 4, .high = 8},
                 .computed_default = "from the accuracy",
-                .help = "of mesh: of the splines; with cutoff, mesh and order nothing is left to the accuracy"},
+                .help = "of mesh: of its windows; with cutoff, mesh and order nothing is left to the accuracy"},
                {.name = "damping",
                 .place = place<&CoulombOptions::damping>,
                 .unit = "1/d0",

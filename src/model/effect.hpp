@@ -84,7 +84,8 @@ class Effect {
   virtual bool idle(const Bodies& bodies, std::span<const double> travel) const {
     return (void)bodies, (void)travel, false;
   }
-  /// Marks the bodies that it may push meanwhile. More than need be may cost time, but no accuracy.
+  /// Marks the bodies that it may push meanwhile, both partners of a pair: a body that no effect marks flies beside the
+  /// integration of the others, which see it where it was. More than need be may cost time, but no accuracy.
   virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
     if (!idle(bodies, travel)) pushed.assign(pushed.size(), true);
   }

@@ -23,6 +23,7 @@ struct WholeVec {
     return {quantum * static_cast<double>(x), quantum * static_cast<double>(y), quantum * static_cast<double>(z)};
   }
 };
+static_assert(sizeof(WholeVec) == 3 * sizeof(std::int64_t), "many are cleared as one row of numbers");
 
 LICHTENBERG_HOST_DEVICE inline std::int64_t whole(double value) {
 #ifdef __CUDA_ARCH__

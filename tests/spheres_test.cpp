@@ -131,6 +131,25 @@ TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
     }
 }
 
+TEST_CASE("a sphere between two others of other potentials has its own to what is asked, at gaps down to .01 R") {
+  for (const double gap : {0.1, 0.03, 0.01}) {
+    SphereProblem problem{.free_space = true, .permittivity = 1};
+    for (int i = 0; i < 3; ++i) problem.spheres.push_back({{i * (2 + gap), 0, 0}, 1, i});
+    problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
+    CAPTURE(gap);
+    // Harmonics that need no tails: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at .01 R.
+    const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
+    for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
+      CAPTURE(accuracy);
+      const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+      for (int i = 0; i < 3; ++i) {
+        CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
+        CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[0]));
+      }
+    }
+  }
+}
+
 TEST_CASE(
     "small gaps in any direction, to a sphere and to an electrode: forces are slopes, the gap has the field of a "
     "plate") {

@@ -7,6 +7,9 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/spheres/harmonics.hpp"
+#include "solvers/laplace/spheres/images.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -152,6 +155,163 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
   return result;
 }
 
+namespace {
+
+/// Legendre's polynomials of increasing degree at u, and their slopes.
+struct Legendre {
+  explicit Legendre(double cosine) : u(cosine) {}
+  double u, value = 1, slope = 0;
+
+  void step() {
+    const double above = ((2 * degree + 1) * u * value - degree * below) / (degree + 1);
+    slope = (degree + 1) * value + u * slope;
+    below = value, value = above, ++degree;
+  }
+
+ private:
+  int degree = 0;
+  double below = 0;
+};
+
+/// The potential in harmonics beyond the sphere's degree that the tails at a gap make on it, up to `size` of them: with
+/// the harmonics up to the degrees they make none, so that it is the negative of what those of the other side make.
+std::vector<double> potential_beyond(const Tail& tail, const Site& site, std::size_t size) {
+  std::vector<double> potential(size);
+  double largest = 0;
+  for (std::size_t l = site.degree + 1; l < size; ++l) {
+    potential[l] = -axial_field(tail.facing, tail.facing_degree, tail.facing_radius / tail.distance,
+                                site.radius / tail.distance, static_cast<int>(l));
+    largest = std::max(largest, std::abs(potential[l]));
+    if (std::abs(potential[l]) < 1e-17 * largest) break;  // from its largest on it falls off
+  }
+  return potential;
+}
+
+/// Energy of two tails of one sphere, with those that face them: p (q + T q') + q T p', of which the first and the
+/// second, p + T p', are what potential_beyond knows.
+double meeting(const Tail& p, const Tail& q, const Site& site, const std::vector<double>& on_p,
+               const std::vector<double>& on_q) {
+  const std::size_t size = std::min(p.multipoles.size(), q.multipoles.size());
+  Legendre legendre(std::clamp(dot(p.axis, q.axis), -1.0, 1.0));
+  double sum = 0;
+  for (std::size_t l = 0; l < size; ++l, legendre.step())
+    if (static_cast<int>(l) > site.degree)
+      sum +=
+          legendre.value * (p.multipoles[l] * on_q[l] + on_p[l] * q.multipoles[l] - p.multipoles[l] * q.multipoles[l]);
+  return site.radius * p.sign * q.sign * sum;
+}
+
+/// From the source to the target as the source has it in its own frame.
+Vec3 way_of_source(const NearPair& pair) { return mirrored(pair.way, pair.mask); }
+
+bool leads_across(const Tail& tail, Vec3 way) {
+  return norm2(tail.axis * tail.distance - way) < 1e-20 * tail.distance * tail.distance;
+}
+
+/// Whether harmonics beyond the source's degree are felt by the target.
+bool reaches(const NearPair& pair, const std::vector<Site>& sites, double accuracy) {
+  const Site &source = sites[pair.source], &target = sites[pair.target];
+  const double closest = norm(pair.way) - target.radius;
+  return closest < source.radius || std::pow(source.radius / closest, source.degree + 1) > accuracy;
+}
+
+/// Up to which degree l a tail is felt by harmonics up to t of a sphere beside it: until C(l+t, l) (R_s/d)^l (R_t/d)^t,
+/// which rises up to where (l+t)/l = d/R_s, has fallen below the accuracy.
+int degree_felt(const NearPair& pair, const std::vector<Site>& sites, double accuracy) {
+  const Site &source = sites[pair.source], &target = sites[pair.target];
+  const double distance = norm(pair.way), ratio = source.radius / distance;
+  double log_term = target.degree * std::log(target.radius / distance);
+  int l = 0;
+  do {
+    ++l;
+    const double step = ratio * (l + target.degree) / l;
+    log_term += std::log(step);
+    if (step < 1 && log_term < std::log(accuracy)) break;
+  } while (l < largest_degree);
+  return std::max(l, source.degree + 1);
+}
+
+struct TailOfPair {
+  int pair = 0;
+  const Tail* tail = nullptr;
+};
+
+/// What a tail makes on the spheres beside its own, those at its gap apart, as harmonics up to `degree`.
+void add_elsewhere(std::vector<ClosePair>& close, TailOfPair of, const std::vector<std::vector<TailOfPair>>& tails,
+                   const std::vector<Site>& sites, const std::vector<NearPair>& beside, int degree) {
+  const Tail& tail = *of.tail;
+  std::vector<NearPair> pairs;
+  std::vector<Site> targets;
+  for (const NearPair& pair : beside) {
+    if (leads_across(tail, way_of_source(pair))) continue;
+    pairs.push_back(pair);
+    pairs.back().target = static_cast<int>(targets.size()), pairs.back().source = 0;
+    targets.push_back({sites[pair.target].centre, sites[pair.target].radius, degree});
+  }
+  if (pairs.empty()) return;
+  Site source = sites[tail.sphere];
+  std::vector<double> multipoles(harmonics(degree)), local(targets.size() * multipoles.size());
+  regular_harmonics(tail.axis, degree, multipoles.data());
+  for (int l = 0; l <= degree; ++l)
+    for (int m = -l; m <= l; ++m)
+      multipoles[at(l, m)] *=
+          l > source.degree && l < static_cast<int>(tail.multipoles.size()) ? tail.sign * tail.multipoles[l] : 0;
+  source.degree = degree;
+  // Nothing is left out at a distance: that would not be the same for both directions of tails that meet.
+  NearField(targets, {source}, pairs, 1e-300, parallel::Team::single())
+      .add(multipoles.data(), local.data(), parallel::Team::single());
+  std::size_t k = 0;
+  for (const NearPair& pair : beside) {
+    if (leads_across(tail, way_of_source(pair))) continue;
+    const double* made = local.data() + k++ * multipoles.size();
+    const Site& site = sites[pair.target];
+    close[of.pair].elsewhere.push_back({pair.target, {made, made + harmonics(site.degree)}});
+    for (const TailOfPair& other : tails[pair.target]) {
+      if (leads_across(*other.tail, pair.way * -1.0)) continue;  // met where both have a tail
+      std::vector<double> harmonic(harmonics(degree));
+      regular_harmonics(other.tail->axis, degree, harmonic.data());
+      double energy = 0;
+      for (int l = site.degree + 1; l <= std::min<int>(degree, other.tail->multipoles.size() - 1); ++l)
+        for (int m = -l; m <= l; ++m) energy += other.tail->multipoles[l] * harmonic[at(l, m)] * made[at(l, m)];
+      close[other.pair].meetings.push_back({of.pair, site.radius * other.tail->sign * energy});
+    }
+  }
+}
+
+/// Meetings of the tails of one sphere.
+void add_meetings(std::vector<ClosePair>& close, const std::vector<TailOfPair>& tails, const Site& site) {
+  std::vector<std::vector<double>> potential;
+  if (tails.size() < 2) return;
+  for (const TailOfPair& of : tails) potential.push_back(potential_beyond(*of.tail, site, of.tail->multipoles.size()));
+  for (std::size_t p = 0; p < tails.size(); ++p)
+    for (std::size_t q = 0; q < p; ++q) {
+      const double energy = meeting(*tails[p].tail, *tails[q].tail, site, potential[p], potential[q]);
+      close[tails[p].pair].meetings.push_back({tails[q].pair, energy});
+      close[tails[q].pair].meetings.push_back({tails[p].pair, energy});
+    }
+}
+
+}  // namespace
+
+void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
+                    double accuracy) {
+  if (close.empty()) return;
+  std::vector<std::vector<TailOfPair>> tails(sites.size());
+  for (std::size_t p = 0; p < close.size(); ++p)
+    for (const Tail& tail : close[p].tails) tails[tail.sphere].push_back({static_cast<int>(p), &tail});
+  std::vector<std::vector<NearPair>> beside(sites.size());
+  int degree = 0;
+  for (const NearPair& pair : pairs) {
+    if (tails[pair.source].empty() || !reaches(pair, sites, accuracy)) continue;
+    beside[pair.source].push_back(pair);
+    degree = std::max(degree, degree_felt(pair, sites, 0.1 * accuracy));
+  }
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    add_meetings(close, tails[i], sites[i]);
+    for (const TailOfPair& tail : tails[i]) add_elsewhere(close, tail, tails, sites, beside[i], degree);
+  }
+}
+
 double tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles) {
   std::vector<double> harmonic(harmonics(degree));
   regular_harmonics(tail.axis, degree, harmonic.data());
@@ -165,6 +325,22 @@ double tail_force(const Tail& tail, double amplitude, int degree, const double* 
     before = here;
   }
   return sum;
+}
+
+Vec3 force_between(const Tail& one, const Tail& other, int degree) {
+  Legendre legendre(std::clamp(dot(one.axis, other.axis), -1.0, 1.0));
+  const std::size_t size = std::min(one.multipoles.size(), other.multipoles.size());
+  Vec3 force;
+  // Gradients of r^l P_l about the axis of the higher harmonic, at the axis of the lower one.
+  const auto add = [&](double product, std::size_t l, Vec3 lower, Vec3 higher) {
+    force += (lower * (l * legendre.value) + (higher - lower * legendre.u) * legendre.slope) * product;
+  };
+  for (std::size_t l = 0; l < size; ++l, legendre.step()) {
+    if (static_cast<int>(l) <= degree + 1) continue;
+    add(one.multipoles[l - 1] * other.multipoles[l], l, one.axis, other.axis);
+    add(other.multipoles[l - 1] * one.multipoles[l], l, other.axis, one.axis);
+  }
+  return force * (one.sign * other.sign);
 }
 
 namespace {

@@ -36,15 +36,37 @@ struct Tail {
 /// A gap between different potentials. The spheres' own harmonics end where those of a pair at one potential do; what
 /// the difference drives into the gap beyond them has one unknown amplitude, and is the exact pair's.
 struct ClosePair {
+  /// What the tails make on a sphere beside them that is not at the gap: harmonics up to its degree.
+  struct Elsewhere {
+    int sphere = 0;
+    std::vector<double> potential;
+  };
+  /// With the tails of another pair.
+  struct Meeting {
+    int pair = 0;
+    double energy = 0;  ///< over 2 pi eps, for a unit of both amplitudes
+  };
+
   std::vector<Tail> tails;  ///< two, or one beside an electrode
   double energy = 0;        ///< of the tails with each other, over 2 pi eps, for a unit of amplitude
+  std::vector<Elsewhere> elsewhere;
+  std::vector<Meeting> meetings;
 };
 
 /// `gaps`: the pairs, each in one direction. Adds nothing where the sphere's harmonics are enough.
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy);
 
+/// What tails do beyond their own gap, `elsewhere` and `meetings`: tails of one sphere ring all round it. `pairs`: all
+/// that are near, in both directions.
+void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
+                    double accuracy);
+
 /// Along the axis, over 4 pi eps and for multipoles up to the degree and the tail with its amplitude beyond.
 double tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles);
+
+/// Of one sphere's tail on another one of its own: what both together have beyond what each has alone, for a unit of
+/// both amplitudes and over 4 pi eps.
+Vec3 force_between(const Tail& one, const Tail& other, int degree);
 
 /// Potential and field of a tail and, if it faces an image, of that one's.
 void add_tail(const Tail& tail, const Site& site, double amplitude, Vec3 point, double& potential, Vec3& field);

@@ -114,6 +114,7 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     sites_[i].degree = static_cast<int>(std::ceil(degree[i]));
   }
   close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_);
+  let_tails_meet(close_pairs_, sites_, pairs, accuracy_);
 }
 
 Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
@@ -210,21 +211,23 @@ void System::apply(const double* x, double* y) const {
   std::copy(x + first_coupling(), x + size(), y + first_coupling());
 }
 
-/// The tails of a pair act on its spheres' harmonics, these on them, and they on each other.
+/// The tails of a pair act on the harmonics of its spheres and of those beside, these on them, and tails on each other.
 void System::add_close_pairs(const double* x, const double* multipoles, double* y) const {
   for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p) {
     const ClosePair& pair = fields_.close_pairs()[p];
     const double c = amplitude(x, p);
     double felt = 0;
-    for (const Tail& tail : pair.tails) {
-      const Site& site = sites_[tail.sphere];
-      const double* a = multipoles + start_[tail.sphere];
-      double* to = y + start_[tail.sphere];
-      for (std::size_t k = 0; k < tail.potential.size(); ++k) {
-        felt += site.radius * tail.potential[k] * a[k];
-        to[k] += std::sqrt(site.radius) * c * tail.potential[k];
+    const auto act = [&](int sphere, const std::vector<double>& potential) {
+      const double* a = multipoles + start_[sphere];
+      double* to = y + start_[sphere];
+      for (std::size_t k = 0; k < potential.size(); ++k) {
+        felt += sites_[sphere].radius * potential[k] * a[k];
+        to[k] += std::sqrt(sites_[sphere].radius) * c * potential[k];
       }
-    }
+    };
+    for (const Tail& tail : pair.tails) act(tail.sphere, tail.potential);
+    for (const ClosePair::Elsewhere& there : pair.elsewhere) act(there.sphere, there.potential);
+    for (const ClosePair::Meeting& other : pair.meetings) felt += other.energy * amplitude(x, other.pair);
     y[harmonics_size() + p] = x[harmonics_size() + p] + felt / std::sqrt(pair.energy);
   }
 }

@@ -304,6 +304,21 @@ std::vector<double> System::multipoles(const double* x) const {
   return result;
 }
 
+void System::add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const {
+  const double scale = 4 * std::numbers::pi * problem_.permittivity;
+  std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // with their amplitudes
+  for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p)
+    for (const Tail& tail : fields_.close_pairs()[p].tails) {
+      const int degree = sites_[tail.sphere].degree;
+      const double c = amplitude(x, p);
+      Vec3 force = tail.axis * tail_force(tail, c, degree, multipoles + start_[tail.sphere]);
+      for (const auto& [other, amplitude] : before[tail.sphere])
+        force += force_between(tail, *other, degree) * (c * amplitude);
+      before[tail.sphere].push_back({&tail, c});
+      solution.sphere_force[tail.sphere] += force * scale;
+    }
+}
+
 SphereSolution System::results(const std::vector<double>& x) const {
   SphereSolution solution;
   std::vector<double> y(size()), missed = right_hand_side();
@@ -323,12 +338,7 @@ SphereSolution System::results(const std::vector<double>& x) const {
       for (const double factor = sites_[i].radius * scale(i, l); k < start_[i] + harmonics(l); ++k)
         answer[k] = (x[k] - missed[k]) / factor;
   add_charges_and_forces(problem_, sites_, a, answer, wall_, solution);
-  const double scale = 4 * std::numbers::pi * problem_.permittivity;
-  for (std::size_t p = 0; p < fields_.close_pairs().size(); ++p)
-    for (const Tail& tail : fields_.close_pairs()[p].tails)
-      solution.sphere_force[tail.sphere] +=
-          tail.axis * (scale * tail_force(tail, amplitude(x.data(), p), sites_[tail.sphere].degree,
-                                          a.data() + start_[tail.sphere]));
+  add_tail_forces(x.data(), a.data(), solution);
   return solution;
 }
 

@@ -105,6 +105,7 @@ class System {
   double scale(std::size_t sphere, int l) const;
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_.close_pairs().size()); }
   void add_close_pairs(const double* x, const double* multipoles, double* y) const;
+  void add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const;
   std::vector<double> wall_at_sites() const;
   Wanted wanted(const std::vector<Given>& given) const;
 

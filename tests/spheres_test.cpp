@@ -131,21 +131,42 @@ TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
     }
 }
 
-TEST_CASE("a sphere between two others of other potentials has its own to what is asked, at gaps down to .01 R") {
-  for (const double gap : {0.1, 0.03, 0.01}) {
-    SphereProblem problem{.free_space = true, .permittivity = 1};
-    for (int i = 0; i < 3; ++i) problem.spheres.push_back({{i * (2 + gap), 0, 0}, 1, i});
-    problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
-    CAPTURE(gap);
-    // Harmonics that need no tails: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at .01 R.
-    const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
-    for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
-      CAPTURE(accuracy);
-      const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
-      for (int i = 0; i < 3; ++i) {
-        CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
-        CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[0]));
+TEST_CASE("several gaps on one sphere: potentials and forces to what is asked, in a row and round a corner") {
+  for (const double gap : {0.1, 0.03, 0.01})
+    for (const bool row : {true, false}) {
+      CAPTURE(gap);
+      CAPTURE(row);
+      const double d = 2 + gap;
+      const Vec3 third = row ? Vec3{2 * d, 0, 0} : Vec3{0.5 * d, std::sqrt(0.75) * d, 0};
+      SphereProblem problem{.free_space = true, .permittivity = 1};
+      problem.spheres = {{{0, 0, 0}, 1, 0}, {{d, 0, 0}, 1, 1}, {third, 1, 2}};
+      problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
+      // Harmonics that need no tails: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at .01 R.
+      const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
+      for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
+        CAPTURE(accuracy);
+        const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+        for (int i = 0; i < 3; ++i) {
+          CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
+          // Linear in what each gap leaves out of its sphere, and there are two.
+          CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < 2 * accuracy * norm(exact.sphere_force[0]));
+        }
       }
+    }
+}
+
+TEST_CASE("several gaps on one sphere: at 1e-4 R potentials and forces still come to what is asked") {
+  const double gap = 1e-4;
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  for (int i = 0; i < 3; ++i) problem.spheres.push_back({{i * (2 + gap), 0, 0}, 1, i});
+  problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  for (const double accuracy : {1e-3, 1e-6}) {
+    CAPTURE(accuracy);
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (int i = 0; i < 3; ++i) {
+      CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
+      CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[0]));
     }
   }
 }

@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/harmonics.hpp"
 #include "solvers/laplace/spheres/images.hpp"
+#include "solvers/laplace/spheres/results.hpp"
 #include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::laplace::spheres {
@@ -312,19 +313,18 @@ void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& site
   }
 }
 
-double tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles) {
-  std::vector<double> harmonic(harmonics(degree));
-  regular_harmonics(tail.axis, degree, harmonic.data());
-  double own = 0;  // of the sphere's last harmonics, about the axis
-  for (int m = -degree; m <= degree; ++m) own += multipoles[at(degree, m)] * harmonic[at(degree, m)];
+Vec3 tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles) {
   const double scale = tail.sign * amplitude;
-  double sum = 0, before = own;
-  for (std::size_t l = degree + 1; l < tail.multipoles.size(); ++l) {
-    const double here = scale * tail.multipoles[l];
-    sum += l * before * here;
-    before = here;
-  }
-  return sum;
+  const int next = degree + 1;
+  if (next >= static_cast<int>(tail.multipoles.size())) return {};
+  std::vector<double> last(harmonics(next)), first(harmonics(next)), harmonic(harmonics(next));
+  std::copy(multipoles + harmonics(degree - 1), multipoles + harmonics(degree), last.begin() + harmonics(degree - 1));
+  regular_harmonics(tail.axis, next, harmonic.data());
+  for (int m = -next; m <= next; ++m) first[at(next, m)] = scale * tail.multipoles[next] * harmonic[at(next, m)];
+  double sum = 0;
+  for (std::size_t l = next + 1; l < tail.multipoles.size(); ++l)
+    sum += l * tail.multipoles[l - 1] * tail.multipoles[l];
+  return force(last.data(), first.data(), next) + tail.axis * (scale * scale * sum);
 }
 
 Vec3 force_between(const Tail& one, const Tail& other, int degree) {

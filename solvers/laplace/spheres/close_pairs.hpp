@@ -61,8 +61,8 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
 void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
                     double accuracy);
 
-/// Along the axis, over 4 pi eps and for multipoles up to the degree and the tail with its amplitude beyond.
-double tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles);
+/// Over 4 pi eps: of the tail with its amplitude, and of it and the multipoles up to the degree.
+Vec3 tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles);
 
 /// Of one sphere's tail on another one of its own: what both together have beyond what each has alone, for a unit of
 /// both amplitudes and over 4 pi eps.

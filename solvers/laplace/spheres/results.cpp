@@ -5,12 +5,7 @@
 #include <numbers>
 
 namespace lichtenberg::laplace::spheres {
-namespace {
 
-/// Over 4 pi eps: the force of the local field b = -e on the charges whose multipoles are a,
-///   F_z = sum sqrt(l^2 - m^2) a_(l-1),m e_lm,    F_x + i F_y = sum sqrt((l-m)(l-m-1)) conj(a_(l-1),(m+1)) e_lm
-/// (the second in complex harmonics): the derivative of the energy at these charges, whether the iteration has found
-/// the right ones or not. On a conductor e = a (l > 0).
 Vec3 force(const double* multipoles, const double* answer, int degree) {
   const auto a = to_complex(multipoles, degree), e = to_complex(answer, degree);
   std::complex<double> across = 0;
@@ -24,6 +19,8 @@ Vec3 force(const double* multipoles, const double* answer, int degree) {
     }
   return {across.real(), across.imag(), along};
 }
+
+namespace {
 
 double face(const SphereProblem& problem, int axis) {
   const Vec3 l = problem.box.lengths;

@@ -311,7 +311,7 @@ void System::add_tail_forces(const double* x, const double* multipoles, SphereSo
     for (const Tail& tail : fields_.close_pairs()[p].tails) {
       const int degree = sites_[tail.sphere].degree;
       const double c = amplitude(x, p);
-      Vec3 force = tail.axis * tail_force(tail, c, degree, multipoles + start_[tail.sphere]);
+      Vec3 force = tail_force(tail, c, degree, multipoles + start_[tail.sphere]);
       for (const auto& [other, amplitude] : before[tail.sphere])
         force += force_between(tail, *other, degree) * (c * amplitude);
       before[tail.sphere].push_back({&tail, c});

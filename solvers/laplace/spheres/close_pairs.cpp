@@ -305,7 +305,7 @@ void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& site
   for (const NearPair& pair : pairs) {
     if (tails[pair.source].empty() || !reaches(pair, sites, accuracy)) continue;
     beside[pair.source].push_back(pair);
-    degree = std::max(degree, degree_felt(pair, sites, 0.1 * accuracy));
+    degree = std::max(degree, degree_felt(pair, sites, accuracy));
   }
   for (std::size_t i = 0; i < sites.size(); ++i) {
     add_meetings(close, tails[i], sites[i]);

@@ -152,6 +152,30 @@ TEST_CASE("what is asked of multipoles comes out, and not much more") {
   }
 }
 
+TEST_CASE("what is asked of multipoles is kept in gaps of a millionth of a radius") {
+  // A neutral disk at an electrode, and beside a pair of charged ones: its force is that of a gap whose potential
+  // difference is a thousandth of what it would be at a gap of a radius.
+  LaplaceProblem beside_charged{.permittivity = 1};
+  beside_charged.size = {0.02, 0.02};
+  beside_charged.sides[top].kind = Side::Kind::electrode;
+  LaplaceProblem beside_pair = beside_charged;
+  beside_charged.sides[right].kind = Side::Kind::electrode;
+  beside_charged.bodies = {{Disk{{0.012619, 0.016521}, 0.001}, 0}, {Disk{{0.0023012, 0.018999999}, 0.001}, 1}};
+  beside_charged.groups = {{true, 1, 0}, {true, 0, 0}};
+  beside_pair.sides[top].potential = -120;
+  beside_pair.bodies = {{Disk{{0.009097083989283446, 0.015961195600565657}, 0.001}, 0},
+                        {Disk{{0.007744057405565945, 0.014007099717648196}, 0.001}, 1},
+                        {Disk{{0.015997539991561744, 0.018999999}, 0.001}, 2}};
+  beside_pair.groups = {{true, 1, 0}, {true, 1, 0}, {true, 0, 0}};
+  for (const LaplaceProblem& problem : {beside_charged, beside_pair})
+    for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
+      CAPTURE(accuracy);
+      const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-9}).solve(problem);
+      const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = accuracy, .method = Method::multipole});
+      CHECK(largest_error(problem, found.solution, exact, scales_of(problem, exact)) < accuracy);
+    }
+}
+
 TEST_CASE("multipoles promise an accuracy where charges or forces cancel by symmetry") {
   LaplaceProblem plates{.permittivity = 1};
   plates.size = {1, 1};

@@ -103,10 +103,18 @@ double geometric_digits(Truncation wanted, double alpha) {
   return -std::log(1.8 * std::sqrt(wanted.accuracy) * std::min(1.0, alpha));
 }
 
-/// The same where circles touch (measured: README.md).
-double contact_digits(Truncation wanted) {
+/// The same where circles touch (measured: README.md), or are that near and have a field between them.
+double contact_digits(Truncation wanted, double narrowness) {
   if (!wanted.results_only) return -std::log(wanted.accuracy);
-  return -std::log(std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
+  return -std::log(narrowness * std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
+}
+
+/// Two charges +-Q have a potential difference of Q / (2 pi eps) times the sum of their circles' bipolar coordinates,
+/// which falls like sqrt(gap / R), and their force goes with its square: an error of potentials weighs the more, the
+/// smaller the sum. The shares of the tolerance are those of gaps of R / 100 and more, whose sum is this.
+double narrowness_of(double coordinates) {
+  constexpr double wide = 0.2;
+  return std::min(1.0, coordinates / wide);
 }
 
 /// Terms for coefficients that fall off like exp(-alpha k).
@@ -114,8 +122,8 @@ double geometric_order(double alpha, Truncation wanted) { return geometric_digit
 
 /// Terms for two circles at the same potential, however close: the field on the first falls off like exp(-beta / theta)
 /// towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2 beta k)) (README.md).
-double contact_order(double radius, double other, Truncation wanted) {
-  const double digits = contact_digits(wanted);
+double contact_order(double radius, double other, Truncation wanted, double narrowness) {
+  const double digits = contact_digits(wanted, narrowness);
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi) + 2;
 }
 
@@ -197,14 +205,18 @@ void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncati
         gap = 0;  // as if they touched: an overlap is below the resolution
       }
       const double alpha = bipolar_coordinate(disk.radius, other, gap);
+      const double alpha_other = bipolar_coordinate(other, disk.radius, gap);
+      const int group = problem.bodies[i].group, other_group = problem.bodies[j].group;
+      const bool field_in_gap = gap > 0 && (i == j ? image.sign < 0 : !same_potential(problem, group, other_group));
+      const double narrow = truncation.results_only && field_in_gap ? narrowness_of(alpha + alpha_other) : 1;
+      narrowness = std::min(narrowness, narrow);
       const double geometric = geometric_order(alpha, wanted);
-      const double contact = contact_order(disk.radius, other, wanted);
+      const double contact = contact_order(disk.radius, other, wanted, narrow);
       decay[i] = std::max(decay[i], std::exp(-alpha));
       order = std::max(order, std::min(geometric, std::max(few_terms, contact)));
-      const double alpha_other = bipolar_coordinate(other, disk.radius, gap);
       const double geometric_other = geometric_order(alpha_other, wanted);
       if (geometric > std::max(few_terms, contact) ||
-          geometric_other > std::max(few_terms, contact_order(other, disk.radius, wanted)))
+          geometric_other > std::max(few_terms, contact_order(other, disk.radius, wanted, narrow)))
         close.push_back({j, {image, shift}});
     });
     sources[i].order = static_cast<int>(std::min<double>(order, largest_order));

@@ -38,6 +38,7 @@ struct Arrangement {
   std::vector<int> copies;      ///< of each disk: mirror images that coincide with it, itself included
   std::vector<bool> anchored;   ///< of each disk: centred on an electrode, which takes its charge
   std::vector<ClosePair> close_pairs;
+  double narrowness = 1;  ///< what narrow gaps make of all shares but the far field's; 1 where the field is asked for
   Cells cells;
 
  private:

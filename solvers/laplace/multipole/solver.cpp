@@ -26,7 +26,7 @@ namespace {
 
 /// Beyond this rounding stops GMRES.
 constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1, finest_residual = 1e-15;
-/// How much each part may leave out.
+/// How much each part may leave out where gaps are wide.
 struct Parts {
   Truncation truncation;    ///< multipoles
   double interactions = 0;  ///< terms of what disks do to each other
@@ -36,7 +36,7 @@ struct Parts {
 Parts parts_of(const MultipoleOptions& options) {
   const double tolerance = options.tolerance;
   if (!options.results_only) return {{tolerance, false}, 0.1 * tolerance, 0.01 * tolerance};
-  return {{tolerance, true}, 0.2 * tolerance, std::max(0.003 * tolerance, finest_residual)};
+  return {{tolerance, true}, 0.2 * tolerance, 0.003 * tolerance};
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -143,7 +143,8 @@ LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& pro
   Solved next;
   next.setting = std::make_unique<Setting>(problem, options.unbounded, parts.truncation);
   make_far_field(next);
-  const System system(*next.setting, *next.far, parts.interactions);
+  const double narrowness = next.setting->arrangement.narrowness;
+  const System system(*next.setting, *next.far, narrowness * parts.interactions);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(system.size());
   if (last.setting) x = system.first_guess(last.setting->layout, last.coefficients, last.extra);
   last = {};
@@ -152,7 +153,8 @@ LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& pro
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  const KrylovResult krylov = solve_krylov(system, system.right_hand_side(), parts.krylov, x);
+  const double residual = std::max(narrowness * parts.krylov, finest_residual);
+  const KrylovResult krylov = solve_krylov(system, system.right_hand_side(), residual, x);
   solution.iterations = krylov.iterations;
   solution.seconds.solve = seconds_since(start);
 

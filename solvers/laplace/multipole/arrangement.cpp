@@ -103,10 +103,11 @@ double geometric_digits(Truncation wanted, double alpha) {
   return -std::log(1.8 * std::sqrt(wanted.accuracy) * std::min(1.0, alpha));
 }
 
-/// The same where circles touch (measured: README.md), or are that near and have a field between them.
+/// The same where circles touch, or are narrowly apart with a field between them: a tenth then (measured: README.md).
 double contact_digits(Truncation wanted, double narrowness) {
   if (!wanted.results_only) return -std::log(wanted.accuracy);
-  return -std::log(narrowness * std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
+  const double field_between = narrowness < 1 ? 0.1 * narrowness : 1;
+  return -std::log(field_between * std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
 }
 
 /// Two charges +-Q have a potential difference of Q / (2 pi eps) times the sum of their circles' bipolar coordinates,

@@ -445,7 +445,9 @@ TEST_CASE(
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
   const Effect& leakage = *simulation.model().effects.back();
   CHECK(leakage.name() == "leakage");
-  CHECK(leakage.idle(simulation.model().bodies, {}));
+  std::vector<bool> pushed(2, false);
+  leakage.mark_pushed(simulation.model().bodies, {}, pushed);
+  CHECK(pushed == std::vector<bool>(2, false));
   simulation.advance_to(1);
   CHECK(log->solves == 11);
   // A charged conductor whose fluid does not conduct, and no difference of potentials: no circuit, no books of energy.

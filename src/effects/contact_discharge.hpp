@@ -29,7 +29,7 @@ class ContactDischarge : public Effect {
   const EffectKind& kind() const override { return ContactDischargeOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
 
-  bool idle(const Bodies&, std::span<const double>) const override { return true; }
+  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
   double make_gap() const { return make_gap_; }        ///< m
   double release_gap() const { return release_gap_; }  ///< m

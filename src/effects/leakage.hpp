@@ -19,7 +19,7 @@ class Leakage : public Effect {
 
   const EffectKind& kind() const override { return LeakageOptions::kind(); }
   Needs needs() const override { return {.charges = true}; }
-  bool idle(const Bodies&, std::span<const double>) const override { return true; }
+  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
   double charge_relaxation_time() const override { return relaxation_time_; }
 
  private:

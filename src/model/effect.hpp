@@ -79,15 +79,11 @@ class Effect {
   /// The energy (J) that its forces have stored and give back: that of springs, of weight. The field's is not among
   /// them.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
-  /// True if it pushes no body as long as each body i moves by at most travel[i] (m). False may cost time, but no
-  /// accuracy.
-  virtual bool idle(const Bodies& bodies, std::span<const double> travel) const {
-    return (void)bodies, (void)travel, false;
-  }
-  /// Marks the bodies that it may push meanwhile, both partners of a pair: a body that no effect marks flies beside the
-  /// integration of the others, which see it where it was. More than need be may cost time, but no accuracy.
+  /// Marks the bodies that it may push while each body i moves by at most travel[i] (m), both partners of a pair: a
+  /// body that no effect marks flies beside the integration of the others, which see it where it was. More than need be
+  /// may cost time, but no accuracy.
   virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
-    if (!idle(bodies, travel)) pushed.assign(pushed.size(), true);
+    (void)bodies, (void)travel, pushed.assign(pushed.size(), true);
   }
   /// True if all its forces are held ones, linear in time until a stepper changes them, or its drag: free flight has a
   /// closed form for both.

@@ -164,6 +164,30 @@ TEST_CASE("walls push along their normals, with the radius that both surfaces ma
   CHECK(inward.y == 0);
 }
 
+TEST_CASE("walls: forces on bodies that wander are those of walls that see them for the first time") {
+  // Ten ways across the box past a ball, in steps of a tenth of a radius and one across all of it: each meets walls.
+  Scene scene = scene_of({{0.05, 0.05}, {0.02, 0.05}});
+  scene.effects.add<effects::WallContactOptions>();
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.02}, 2 * radius}, 0)};
+  const effects::WallContact walls(scene);
+  Bodies bodies = make_bodies(scene);
+  int pushed = 0;
+  for (int step = 0; step < 1000; ++step) {
+    const double way = 0.1 * radius * step, across = std::fmod(way, 0.1);
+    bodies.position = {std::clamp(across, 0.9 * radius, 0.1 - 0.9 * radius), 0.02 - 2.9 * radius, 0.05,
+                       step % 400 == 399 ? 0.9 * radius : 0.05 + 1e-3 * across};
+    const std::vector<double> force = forces_of(walls, bodies);
+    CHECK(force == forces_of(effects::WallContact(scene), bodies));
+    pushed += std::ranges::any_of(force, [](double f) { return f != 0; });
+    const std::vector<double> travel = {0.3 * radius, 0};
+    std::vector<bool> marked(2), fresh(2);
+    walls.mark_pushed(bodies, travel, marked);
+    effects::WallContact(scene).mark_pushed(bodies, travel, fresh);
+    CHECK(marked == fresh);
+  }
+  CHECK(pushed > 20);
+}
+
 TEST_CASE("walls: derivatives agree with central differences") {
   // A side, a ball, a ring from within, a bar's face and its corner; overlaps of some 10 um as for the spheres.
   const Shape nothing = Disk{{0.09, 0.09}, 1e-3}, ball = Disk{{0.05, 0.05}, 2e-3}, ring = Ring{{0.05, 0.05}, 8e-3},

@@ -6,10 +6,11 @@
 namespace lichtenberg {
 namespace {
 
+/// In a box without periodic sides.
 template <int d>
 bool is_within(const Spheres<d>& spheres, double range, std::span<const double> reach, int i, int j) {
   const double within = spheres.radius[i] + spheres.radius[j] + range + reach[i] + reach[j];
-  return within > 0 && norm2(spheres.box.difference(spheres.place(i), spheres.place(j))) < within * within;
+  return within > 0 && norm2(spheres.place(i) - spheres.place(j)) < within * within;
 }
 
 }  // namespace
@@ -20,13 +21,18 @@ bool ReachList::covers(const Spheres<d>& spheres, double range, std::span<const 
   if (searches_ == 0 || searched_at_.size() != spheres.position.size() || range > range_) return false;
   const double half = 0.5 * (range_ - range);
   far_.clear();
+  farthest_ = 0;
   const int n = spheres.size();
   for (int i = 0; i < n; ++i) {
     Vec<d> way;
     for (int k = 0; k < d; ++k) way[k] = spheres.position[i * d + k] - searched_at_[i * d + k];
     moved_[i] = norm(way);
-    is_far_[i] = reach[i] + moved_[i] > half;
-    if (is_far_[i]) far_.push_back(i);
+    const double together = reach[i] + moved_[i];
+    is_far_[i] = together > half;
+    if (is_far_[i])
+      far_.push_back(i);
+    else
+      farthest_ = std::max(farthest_, together);
   }
   // A search takes as long as some hundred comparisons a particle.
   constexpr std::size_t most = 32;
@@ -38,6 +44,10 @@ void ReachList::search(const Spheres<d>& spheres, double range) {
   skin_ = *std::ranges::min_element(spheres.radius);
   range_ = range + skin_;
   candidates_ = pairs_closer_than(spheres, range_);
+  gap_.clear();
+  for (const Pair pair : candidates_)
+    gap_.push_back(norm(spheres.place(pair.i) - spheres.place(pair.j)) - spheres.radius[pair.i] -
+                   spheres.radius[pair.j]);
   note_search(spheres);
 }
 
@@ -60,8 +70,12 @@ std::vector<Pair> ReachList::pairs(const Spheres<d>& spheres, double range, std:
     if (!covers(spheres, range, reach)) return pairs_within_reach(spheres, range, reach);
   }
   std::vector<Pair> found;
-  for (const Pair pair : candidates_)
-    if (!is_far_[pair.i] && !is_far_[pair.j] && is_within(spheres, range, reach, pair.i, pair.j)) found.push_back(pair);
+  const double widest = range + 2 * farthest_ + 1e-9 * skin_;  // and what rounding leaves
+  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    const auto [i, j] = candidates_[k];
+    if (gap_[k] < widest && !is_far_[i] && !is_far_[j] && is_within(spheres, range, reach, i, j))
+      found.push_back(candidates_[k]);
+  }
   const auto near = static_cast<std::ptrdiff_t>(found.size());
   for (const int i : far_)
     for (int j = 0; j < spheres.size(); ++j)

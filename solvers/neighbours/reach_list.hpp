@@ -31,6 +31,8 @@ class ReachList {
   double skin_ = 0, range_ = 0;      ///< m; range: of the candidates
   std::vector<double> searched_at_;  ///< positions
   std::vector<Pair> candidates_;     ///< in ascending order
+  std::vector<double> gap_;          ///< m, of these at the search
+  double farthest_ = 0;              ///< m: reach and way together of those that are not far
   std::vector<double> moved_;
   std::vector<int> far_;  ///< those that are compared with all
   std::vector<char> is_far_;

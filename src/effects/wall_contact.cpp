@@ -4,27 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/effects/elastic_constants.hpp"
 #include "src/effects/hertz.hpp"
 
 namespace lichtenberg::effects {
-namespace {
-
-/// Calls visit(body, view, law) for every contact of a body with a wall.
-template <class Visit>
-void for_each_contact(const Bodies& bodies, const std::vector<Surface>& walls, double modulus, Visit visit) {
-  for (int i = 0; i < bodies.size(); ++i)
-    for (const Surface& wall : walls) {
-      const View seen = view(wall, position_in_space(bodies, i));
-      const double overlap = bodies.radius[i] - seen.distance;
-      if (!(overlap > 0)) continue;
-      visit(i, seen, hertz(modulus, 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
-    }
-}
-
-}  // namespace
 
 const EffectKind& WallContactOptions::kind() {
   static const EffectKind kind = {
@@ -48,8 +34,21 @@ WallContact::WallContact(const Scene& scene)
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 
+/// Calls visit(body, view, law) for every contact of a body with a wall.
+template <class Visit>
+void WallContact::for_each_contact(const Bodies& bodies, Visit visit) const {
+  for (int i = 0; i < bodies.size(); ++i) {
+    if (!reaches(bodies, i, 0)) continue;
+    for (const Surface& wall : walls_) {
+      const View seen = view(wall, position_in_space(bodies, i));
+      const double overlap = bodies.radius[i] - seen.distance;
+      if (overlap > 0) visit(i, seen, hertz(modulus_, 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
+    }
+  }
+}
+
 void WallContact::add_forces(const State& state, std::span<double> force) const {
-  for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
+  for_each_contact(state.bodies, [&](int i, const View& seen, const HertzForce& law) {
     if (seen.distance < 0)
       throw Failure(
           fmt::format("conductor {} is pressed into a side of the domain or an electrode by {:.3g} m, more than its "
@@ -63,22 +62,34 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
 
 double WallContact::stored_energy(const State& state) const {
   double energy = 0;
-  for_each_contact(state.bodies, walls_, modulus_,
-                   [&](int, const View&, const HertzForce& law) { energy += law.energy; });
+  for_each_contact(state.bodies, [&](int, const View&, const HertzForce& law) { energy += law.energy; });
   return energy;
 }
 
 void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
-  for_each_contact(state.bodies, walls_, modulus_, [&](int i, const View& seen, const HertzForce& law) {
+  for_each_contact(state.bodies, [&](int i, const View& seen, const HertzForce& law) {
     const std::array<double, 3> normal = {seen.normal.x, seen.normal.y, seen.normal.z};
     jacobian.add_central(i, i, normal, -law.stiffness, law.force * seen.turning);
   });
 }
 
+/// Whether a body that moves by at most `travel` may touch a wall.
 bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
-  return std::ranges::any_of(walls_, [&](const Surface& wall) {
-    return view(wall, position_in_space(bodies, i)).distance <= bodies.radius[i] + travel;
-  });
+  const int d = bodies.dimension;
+  if (gap_.size() != bodies.radius.size()) {
+    gap_.assign(bodies.radius.size(), -INFINITY);
+    looked_at_ = bodies.position;
+  }
+  double way2 = 0;
+  for (int k = i * d; k < (i + 1) * d; ++k)
+    way2 += (bodies.position[k] - looked_at_[k]) * (bodies.position[k] - looked_at_[k]);
+  const double room = gap_[i] - travel;
+  if (room > 0 && way2 < room * room) return false;
+  gap_[i] = INFINITY;
+  for (const Surface& wall : walls_)
+    gap_[i] = std::min(gap_[i], view(wall, position_in_space(bodies, i)).distance - bodies.radius[i]);
+  std::copy_n(&bodies.position[i * d], d, &looked_at_[i * d]);
+  return gap_[i] <= travel;
 }
 
 void WallContact::mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {

@@ -30,9 +30,14 @@ class WallContact : public Effect {
 
  private:
   bool reaches(const Bodies& bodies, int i, double travel) const;
+  template <class Visit>
+  void for_each_contact(const Bodies& bodies, Visit visit) const;
 
   double modulus_;  ///< Pa, E*
   std::vector<Surface> walls_;
+  // What makes looks faster, and changes no answer: by body, the gap (m) to the nearest wall at its last look, and
+  // where that was. No wall is nearer than that by more than the body has moved since.
+  mutable std::vector<double> gap_, looked_at_;
 };
 
 }  // namespace lichtenberg::effects

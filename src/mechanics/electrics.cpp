@@ -301,14 +301,25 @@ Events Electrics::events(std::span<const double> travel) const {
   events.values = [this, foreseen = events.foreseen_values, reach,
                    start = model_.bodies.position](std::span<double> value) {
     foreseen(value);
-    value.back() = -INFINITY;
-    for (int i = 0; i < model_.bodies.size(); ++i) {
-      const Vec3 moved = position_in_space(model_.bodies, i) - vector_at(start, model_.bodies.dimension, i);
-      value.back() = std::max(value.back(), norm(moved) - reach[i]);
-    }
+    value.back() = farthest_beyond(reach, start);
   };
   events.longest_step = [this, watched](std::span<const double> force) { return longest_step(watched, force); };
   return events;
+}
+
+/// The most (m) by which a body has moved from `start` beyond its reach. Roots are drawn for those alone that may be
+/// it.
+double Electrics::farthest_beyond(std::span<const double> reach, std::span<const double> start) const {
+  const std::vector<double>& position = model_.bodies.position;
+  const int n = model_.bodies.size(), d = model_.bodies.dimension;
+  double farthest = -INFINITY;
+  for (int i = 0; i < n; ++i) {
+    double moved2 = 0;
+    for (int k = i * d; k < (i + 1) * d; ++k) moved2 += (position[k] - start[k]) * (position[k] - start[k]);
+    const double least = farthest + reach[i];
+    if (least < 0 || moved2 > least * least) farthest = std::max(farthest, std::sqrt(moved2) - reach[i]);
+  }
+  return farthest;
 }
 
 /// The time (s) in which no watched contact can come and go unseen.

@@ -88,6 +88,7 @@ class Electrics {
  private:
   using Watch = effects::ContactDischarge::Watch;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
+  double farthest_beyond(std::span<const double> reach, std::span<const double> start) const;
   std::vector<double> currents(double time) const;
   void show_charges();
   void accept(const Trial& trial, bool merged);

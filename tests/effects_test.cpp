@@ -165,17 +165,17 @@ TEST_CASE("walls push along their normals, with the radius that both surfaces ma
 }
 
 TEST_CASE("walls: forces on bodies that wander are those of walls that see them for the first time") {
-  // Ten ways across the box past a ball, in steps of a tenth of a radius and one across all of it: each meets walls.
-  Scene scene = scene_of({{0.05, 0.05}, {0.02, 0.05}});
+  // One goes across the box time and again, past a ball, and back at once; one goes up from the bottom and comes back.
+  Scene scene = scene_of({{0.05, 0.05}, {0.08, 0.05}});
   scene.effects.add<effects::WallContactOptions>();
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.02}, 2 * radius}, 0)};
   const effects::WallContact walls(scene);
   Bodies bodies = make_bodies(scene);
   int pushed = 0;
   for (int step = 0; step < 1000; ++step) {
-    const double way = 0.1 * radius * step, across = std::fmod(way, 0.1);
-    bodies.position = {std::clamp(across, 0.9 * radius, 0.1 - 0.9 * radius), 0.02 - 2.9 * radius, 0.05,
-                       step % 400 == 399 ? 0.9 * radius : 0.05 + 1e-3 * across};
+    const double across = std::fmod(0.1 * radius * step, 0.1);
+    bodies.position = {std::clamp(across, 0.9 * radius, 0.1 - 0.9 * radius), 0.02 - 2.9 * radius, 0.08,
+                       0.9 * radius + 0.04 * std::abs(std::sin(0.05 * step))};
     const std::vector<double> force = forces_of(walls, bodies);
     CHECK(force == forces_of(effects::WallContact(scene), bodies));
     pushed += std::ranges::any_of(force, [](double f) { return f != 0; });

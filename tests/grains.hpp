@@ -1,18 +1,25 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <utility>
 
 #include "solvers/random.hpp"
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/effects/induced_dipoles.hpp"
 #include "src/effects/viscoelastic_contact.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/scene/scene.hpp"
 
 /// Scenes of grains of mass 1 and diameter 1 in reduced units, and runs of them.
 namespace lichtenberg::grains {
+
+inline constexpr std::array all_integrators = {Integrator::multirate, Integrator::verlet, Integrator::gear,
+                                               Integrator::gear_printed, Integrator::cvode};
 
 /// A periodic cube of this edge without grains.
 inline Scene cube(double edge, Integrator integrator = Integrator::multirate) {
@@ -25,6 +32,40 @@ inline Scene cube(double edge, Integrator integrator = Integrator::multirate) {
   scene.mechanics.integrator = integrator;
   scene.mechanics.step = integrator == Integrator::multirate || integrator == Integrator::cvode ? 0.05 : 0.005;
   scene.mechanics.threads = 1;
+  return scene;
+}
+
+inline Scene viscoelastic(double edge, Integrator integrator = Integrator::multirate) {
+  Scene scene = cube(edge, integrator);
+  scene.effects.add<effects::ViscoelasticContactOptions>();
+  return scene;
+}
+
+/// Charges attract by nearest images, and contacts move charge.
+inline Scene charged(double edge, Integrator integrator, double strength = 1, double exchange = 0.25) {
+  Scene scene = viscoelastic(edge, integrator);
+  scene.effects.add(effects::CoulombOptions{.strength = strength, .sum = effects::CoulombSum::minimum_image});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
+  if (integrator == Integrator::gear || integrator == Integrator::gear_printed) scene.mechanics.step = 0.0025;
+  return scene;
+}
+
+/// Charges polarize each other, by the mesh.
+inline Scene polarized(double edge, double strength = 1, double exchange = 0.25) {
+  Scene scene = viscoelastic(edge);
+  scene.effects.add(effects::CoulombOptions{.strength = strength, .accuracy = 1e-2});
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.075, .tolerance = 1e-4});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
+  return scene;
+}
+
+/// Two grains of charges 1 and -1, d0 / 2 in radius, in the middle of a large box; multipoles to the degree.
+inline Scene two_dielectric_grains(double distance, int degree) {
+  Scene scene = viscoelastic(60);
+  scene.conductors = {{.position = {30 - distance / 2, 30, 30}, .radius = 0.5, .charge = 1},
+                      {.position = {30 + distance / 2, 30, 30}, .radius = 0.5, .charge = -1}};
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald});
+  scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.075, .tolerance = 1e-6, .degree = degree});
   return scene;
 }
 

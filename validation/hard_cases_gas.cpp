@@ -30,12 +30,6 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-Scene viscoelastic(double edge, Integrator integrator = Integrator::multirate) {
-  Scene scene = cube(edge, integrator);
-  scene.effects.add<effects::ViscoelasticContactOptions>();
-  return scene;
-}
-
 void charge_randomly(Scene& scene, double size) {
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
 }

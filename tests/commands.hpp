@@ -1,0 +1,49 @@
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "tests/program.hpp"
+
+/// What tests of the command line share.
+namespace lichtenberg {
+
+inline Ended run(const Folder& folder, const std::string& arguments) { return run_program(folder, arguments); }
+inline Ended run(const std::string& arguments) { return run(Folder(), arguments); }
+
+inline bool one_sentence(const std::string& text) {
+  return text.starts_with("lichtenberg: ") && text.find('\n') == text.size() - 1;
+}
+
+/// Equal but for a relative error, however small the numbers are: doctest's own scale of 1 makes all charges equal.
+inline doctest::Approx near(double value, double error) { return doctest::Approx(value).epsilon(error).scale(0); }
+
+inline void check_refused(const Ended& result, const std::string& part) {
+  INFO(result.err);
+  CHECK(result.status == 2);
+  CHECK(result.out.empty());
+  CHECK(one_sentence(result.err));
+  CHECK(contains(result.err, part));
+}
+
+/// A small scene whose field takes milliseconds.
+inline const std::string small_scene = R"(
+  [domain]
+  size = [16e-3, 16e-3]
+  bottom = { potential = 0.0 }
+  [medium]
+  permittivity = 4e-11
+  [[conductor]]
+  position = [5e-3, 8e-3]
+  radius = 1e-3
+  charge = 1e-10
+  [[conductor]]
+  position = [11e-3, 8e-3]
+  radius = 1e-3
+  [effects.floating_conductors]
+  [field]
+  cells = 64
+)";
+
+}  // namespace lichtenberg

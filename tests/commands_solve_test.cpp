@@ -1,0 +1,358 @@
+// The field of a scene's first instant, as a user asks for it: solve, and what explain and run say of the same choices.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+#include <tuple>
+
+#include "src/record/hdf5.hpp"
+#include "tests/commands.hpp"
+#include "tests/source_folder.hpp"
+
+using namespace lichtenberg;
+using nlohmann::json;
+
+namespace {
+
+const std::string scenes = source_folder() + "/scenes/";
+
+/// The small scene with a line added to its [field], which comes last.
+std::string small_scene_with(const std::string& line) { return small_scene + "  " + line + "\n"; }
+
+/// The small scene with its [field] asking for an accuracy in place of cells.
+std::string small_scene_asking(const std::string& accuracy) {
+  std::string scene = small_scene;
+  scene.replace(scene.find("cells = 64"), 10, "accuracy = " + accuracy);
+  return scene;
+}
+
+/// Two sides of a box as the plates of a capacitor, 16 x 8 mm, 2 mm deep.
+const std::string plates = R"(
+  [domain]
+  size = [16e-3, 8e-3]
+  bottom = { potential = 0.0 }
+  top = { potential = 100.0 }
+  [medium]
+  permittivity = 4e-11
+  depth = 2e-3
+  [effects.floating_conductors]
+  [field]
+  cells = 64
+)";
+
+const std::string plates_in_space = R"(
+  [domain]
+  size = [8e-3, 10e-3, 12e-3]
+  left = { potential = 100.0 }
+  right = { potential = -50.0 }
+  [medium]
+  permittivity = 4e-11
+  [[conductor]]
+  position = [3e-3, 5e-3, 6e-3]
+  radius = 1e-3
+  charge = 1e-11
+  [effects.floating_conductors]
+  [field]
+  accuracy = 1e-8
+)";
+
+}  // namespace
+
+TEST_CASE("solve in space says which charges it doesn't know, and refuses another device") {
+  const Folder folder;
+  folder.write("edge.toml",
+               "domain = { size = [1.0, 1.0, 1.0], left = { potential = 0.0 }, front = { potential = 0.0 } }\n"
+               "medium = { permittivity = 1.0 }\n[[conductor]]\nposition = [0.5, 0.5, 0.5]\nradius = 0.1\n"
+               "charge = 1.0\n[effects.floating_conductors]\n");
+  CHECK(contains(run(folder, "solve edge.toml").out, "unknown  the left side"));
+  CHECK(contains(run(folder, "solve edge.toml --json").out, "\"charge\": null"));
+  check_refused(run(folder, "solve edge.toml --device cuda"), "spheres");
+}
+
+TEST_CASE("solve refuses a scene without a field, and charge that has nowhere to go") {
+  const Folder folder;
+  folder.write("neutral.toml",
+               "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
+  check_refused(run(folder, "solve neutral.toml"), "[effects.floating_conductors]");
+  std::string insulated = small_scene;
+  insulated.erase(insulated.find("  bottom"), insulated.find("  [medium]") - insulated.find("  bottom"));
+  folder.write("insulated.toml", insulated);
+  check_refused(run(folder, "solve insulated.toml"), "charge");
+}
+
+TEST_CASE("solve --json: the two disks of the shipped scene") {
+  const Ended result = run("solve " + scenes + "two-disks.toml --json --capacitance");
+  REQUIRE(result.status == 0);
+  const json answer = json::parse(result.out);
+  std::vector<std::string> fields;
+  for (const auto& [key, value] : answer.items()) fields.push_back(key);
+  CHECK(fields == std::vector<std::string>{"capacitance", "conductors", "depth", "electrodes", "energy", "iterations",
+                                           "method", "residual", "seconds", "units", "unknowns", "work"});
+  REQUIRE(answer["conductors"].size() == 2);
+  const json& held = answer["conductors"][0];
+  const json& floating = answer["conductors"][1];
+  for (const std::string field : {"position", "radius", "group", "potential", "charge", "force"})
+    CHECK(held.contains(field));
+  for (const std::string phase : {"setup", "solve", "forces"}) CHECK(answer["seconds"].contains(phase));
+
+  // D 6.37 with d/2R = 2 and the scene's depth 2R: 652.1 V if there were no walls, which are within 1 % of that.
+  const double permittivity = 4.7 * 8.8541878128e-12, radius = 0.775e-3, charge = 1e-10;
+  const double capacitance = 2 * radius * std::numbers::pi * permittivity / std::acosh(2.0);
+  CHECK(held["potential"].get<double>() == 0);
+  CHECK(floating["potential"].get<double>() == near(charge / capacitance, 0.01));
+  CHECK(held["group"] != floating["group"]);
+  // Flux balance: charge goes nowhere else; the solver's relative tolerance is 1e-10.
+  CHECK(floating["charge"].get<double>() == near(charge, 1e-9));
+  CHECK(held["charge"].get<double>() == near(-charge, 1e-9));
+  // Opposite charges attract, and with equal strength: the walls are symmetric to both.
+  CHECK(held["force"][0].get<double>() > 0);
+  CHECK(floating["force"][0].get<double>() == near(-held["force"][0].get<double>(), 1e-6));
+  // W = Q phi / 2 with the other conductor at zero.
+  CHECK(answer["energy"].get<double>() == near(0.5 * charge * floating["potential"].get<double>(), 1e-8));
+
+  const json& matrix = answer["capacitance"]["matrix"];
+  CHECK(answer["capacitance"]["groups"] == json({"ground", "conductor 1"}));
+  CHECK(matrix[1][1].get<double>() == near(charge / floating["potential"].get<double>(), 1e-8));
+  CHECK(matrix[0][1].get<double>() == near(-matrix[1][1].get<double>(), 1e-8));
+}
+
+TEST_CASE("solve's table has the numbers of its JSON") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  const json answer = json::parse(run(folder, "solve small.toml --json").out);
+  const std::string table = run(folder, "solve small.toml --capacitance").out;
+  for (const json& conductor : answer["conductors"])
+    CHECK(contains(table, fmt::format("{:.7g}", conductor["potential"].get<double>())));
+  CHECK(contains(table, fmt::format("{:.7g} J", answer["energy"].get<double>())));
+  CHECK(contains(table, "capacitance matrix"));
+  CHECK_FALSE(answer.contains("capacitance"));
+}
+
+TEST_CASE("solve and explain by multipoles") {
+  const Folder folder;
+  folder.write("grid.toml", small_scene_with("tolerance = 1e-8"));
+  folder.write("small.toml", small_scene_with("method = \"multipole\""));
+  const json grid = json::parse(run(folder, "solve grid.toml --json").out);
+  const Ended result = run(folder, "solve small.toml --json --capacitance --field small.vtkhdf");
+  REQUIRE(result.status == 0);
+  const json answer = json::parse(result.out);
+  CHECK(answer["method"] == "multipole");
+  // Radius 4 cells, gap 16 cells: the grid's error is within .1 %.
+  for (const int i : {0, 1})
+    CHECK(answer["conductors"][i]["potential"].get<double>() ==
+          near(grid["conductors"][i]["potential"].get<double>(), 1e-3));
+  CHECK(answer["energy"].get<double>() == near(grid["energy"].get<double>(), 1e-3));
+  CHECK(answer["unknowns"].get<long>() < 200);  // some 40 a disk, against 64^2 of the grid
+  CHECK(std::filesystem::exists(folder / "small.vtkhdf"));
+  const Ended explained = run(folder, "explain small.toml");
+  CHECK(contains(explained.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
+  CHECK(contains(explained.out, "spectral"));
+  CHECK(contains(explained.out, "refused"));  // a run: nothing keeps the disks apart
+  check_refused(run(folder, "run small.toml"), "[effects.hertz_contact]");
+}
+
+TEST_CASE("solve, explain and run say what they chose for an accuracy") {
+  const Folder folder;
+  folder.write("grid.toml", small_scene_asking("1e-2\n  method = \"cut-cell\""));
+  folder.write("any.toml", small_scene_asking("1e-6"));
+  const json by_grid = json::parse(run(folder, "solve grid.toml --json").out);
+  const json exact = json::parse(run(folder, "solve any.toml --json").out);
+  CHECK(by_grid["method"] == "cut-cell");
+  CHECK(exact["method"] == "multipole");
+  for (const json& answer : {by_grid, exact})
+    CHECK(answer["accuracy"]["estimated_error"].get<double>() <= answer["accuracy"]["asked"].get<double>());
+  // The electrode side is at 0 V: the largest potential is the largest difference.
+  const double held = exact["conductors"][0]["potential"];
+  CHECK(by_grid["conductors"][0]["potential"].get<double>() == near(held, 1e-2));
+  CHECK(contains(run(folder, "solve grid.toml").out, "chosen      cut-cell"));
+  const std::string explained = run(folder, "explain grid.toml --petsc -options_left -nobodys_option").out;
+  CHECK(contains(explained, "accuracy             0.01: some "));
+  CHECK_FALSE(contains(explained, "nobodys_option"));  // PETSc is not started
+  // Multipoles will do for `solve`; a run, in which nothing keeps these disks apart, would choose a grid.
+  CHECK_FALSE(contains(run(folder, "explain any.toml").out, "refused"));
+  // Any effect beside the field makes a run of the scene, leakage alone too.
+  folder.write("leaky.toml", small_scene_asking("1e-2\n  [effects.leakage]\n  conductivity = 1e-12"));
+  CHECK(contains(run(folder, "explain leaky.toml").out, "method               cut-cell"));
+  folder.write("moving.toml",
+               small_scene_asking(
+                   "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));
+  const Ended result = run(folder, "run moving.toml");
+  INFO(result.err);
+  CHECK(result.status == 0);
+  CHECK(contains(result.out, "field          cut-cell, "));
+  CHECK(contains(result.out, "field error    at most "));
+}
+
+TEST_CASE("an accuracy that cannot be met is refused with what can") {
+  const Folder folder;
+  // A gap of a ten-thousandth of the box.
+  std::string close = small_scene_asking("1e-9\n  method = \"cut-cell\"");
+  close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
+  folder.write("close.toml", close);
+  for (const std::string command : {"solve", "explain", "run"})
+    check_refused(run(folder, command + " close.toml"), "an accuracy of ");
+}
+
+TEST_CASE("other shapes than disks are refused by multipoles before any work") {
+  const Folder folder;
+  folder.write("ring.toml", small_scene_with("method = \"multipole\"\n[[electrode]]\nname = \"rim\"\nshape = \"ring\"\n"
+                                             "centre = [8e-3, 8e-3]\nradius = 8e-3\npotential = 0.0"));
+  for (const std::string command : {"solve", "explain", "run"})
+    check_refused(run(folder, command + " ring.toml"), "\"rim\" is a ring");
+}
+
+TEST_CASE("a device that the method cannot use is refused") {
+  const Folder folder;
+  folder.write("small.toml", small_scene_with("method = \"multipole\""));
+  for (const std::string command : {"solve", "explain"})
+    check_refused(run(folder, command + " small.toml --device cuda"), "field.device = \"cuda\"");
+  folder.write("asking.toml", small_scene_asking("1e-3\n  method = \"multipole\""));
+  check_refused(run(folder, "solve asking.toml --device cuda"), "field.device = \"cuda\"");
+  check_refused(run(folder, "solve small.toml --device gpu"), "--device");
+  CHECK(run(folder, "solve small.toml --device cpu").status == 0);
+  for (const std::string resistor :
+       {"[[electrode]]\nshape = \"disk\"\ncentre = [8e-3, 14e-3]\nradius = 1e-3\npotential = 1.0\n"
+        "series_resistance = 1e9\n",
+        "[effects.contact_discharge]\n[effects.contact_resistance]\nresistance = 1e9\n"}) {
+    folder.write("resistor.toml", small_scene + resistor + "[stop]\ntime = 1e-3\n[output]\nevery = 1e-3\n");
+    check_refused(run(folder, "run resistor.toml --device cuda"),
+                  "field.device = \"cuda\" is not allowed in a run with resistors: \"cpu\" is");
+    CHECK_FALSE(std::filesystem::exists(folder / "resistor.h5"));  // refused before anything is written
+  }
+}
+
+TEST_CASE("solve passes what follows --petsc to PETSc") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  CHECK(contains(run(folder, "solve small.toml --petsc -field_ksp_view").out, "KSP Object"));
+  const Ended result = run(folder, "solve small.toml --petsc -field_ksp_type nonsense");
+  CHECK(result.status == 1);
+  CHECK(contains(result.err, "nonsense"));
+}
+
+TEST_CASE("solve --field writes a file, and replaces one only if told") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  CHECK(run(folder, "solve small.toml --field field.vtkhdf").status == 0);
+  const auto is_hdf5 = [&] { return contains(text_of(folder / "field.vtkhdf").substr(0, 4), "HDF"); };
+  CHECK(is_hdf5());
+
+  folder.write("field.vtkhdf", "something dear");
+  check_refused(run(folder, "solve small.toml --field field.vtkhdf"), "allow --overwrite");
+  CHECK(text_of(folder / "field.vtkhdf") == "something dear");
+  CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
+  CHECK(is_hdf5());
+  check_refused(run(folder, "solve small.toml --field no/such/folder/field.vtkhdf"), "no/such/folder");
+}
+
+TEST_CASE("electrodes alone are a scene: a plate capacitor has the charges and the capacitance that it must") {
+  const Folder folder;
+  folder.write("plates.toml", plates);
+  const double capacitance = 4e-11 * 16e-3 * 2e-3 / 8e-3;  // the field is uniform: exact but for the solver's tolerance
+  const json answer = json::parse(run(folder, "solve plates.toml --capacitance --json").out);
+  CHECK(answer["conductors"].empty());
+  CHECK(answer["depth"] == 2e-3);
+  CHECK(answer["units"]["charge"] == "C");
+  REQUIRE(answer["electrodes"].size() == 2);
+  CHECK(answer["electrodes"][0]["name"] == "the bottom side of the domain");
+  CHECK(answer["electrodes"][1]["charge"].get<double>() == near(100 * capacitance, 1e-6));
+  const json& matrix = answer["capacitance"]["matrix"];
+  CHECK(matrix[0][0].get<double>() == near(capacitance, 1e-6));
+  CHECK(matrix[0][1].get<double>() == near(-capacitance, 1e-6));
+  const std::string table = run(folder, "solve plates.toml --picture plates.png").out;
+  CHECK(text_of(folder / "plates.png").starts_with("\x89PNG"));
+  check_refused(run(folder, "solve plates.toml --picture plates.png"), "allow --overwrite");
+  check_refused(run(folder, "solve plates.toml --picture plates.gif"), "must end in .png, .pdf or .svg");
+  check_refused(run(folder, "solve plates.toml --field ''"), "--field: the value is empty");
+  CHECK(contains(table, "the top side of the domain"));
+  CHECK(contains(table, "depth       0.002 m"));
+  CHECK(contains(run(folder, "explain plates.toml").out, "none: without conductors nothing moves"));
+  check_refused(run(folder, "run plates.toml"), "`lichtenberg solve` solves its field");
+  folder.write("moving.toml", plates + "[effects.stokes_drag]\n");
+  check_refused(run(folder, "solve moving.toml --set medium.viscosity=1"), "the scene has no conductors");
+  folder.write("empty.toml",
+               replaced(replaced(plates, "top = { potential = 100.0 }", ""), "bottom = { potential = 0.0 }", ""));
+  check_refused(run(folder, "solve empty.toml"), "nothing makes a field");
+}
+
+TEST_CASE("a sphere between two plates: the capacitance matrix has the plates, and says what charges they have") {
+  const Folder folder;
+  folder.write("plates.toml", plates_in_space);
+  const json answer = json::parse(run(folder, "solve plates.toml --capacitance --json").out);
+  const json& matrix = answer["capacitance"]["matrix"];
+  CHECK(answer["capacitance"]["groups"] ==
+        json({"conductor 0", "the left side of the domain", "the right side of the domain"}));
+  const double potential[] = {answer["conductors"][0]["potential"].get<double>(), 100, -50};
+  const double charge[] = {1e-11, answer["electrodes"][0]["charge"].get<double>(),
+                           answer["electrodes"][1]["charge"].get<double>()};
+  for (int i = 0; i < 3; ++i) {
+    double sum = 0, made = 0;
+    for (int j = 0; j < 3; ++j) {
+      const double c = matrix[i][j].get<double>();
+      sum += c, made += c * potential[j];
+      CHECK(c == near(matrix[j][i].get<double>(), 1e-6));
+    }
+    CHECK(std::abs(sum) < 1e-7 * matrix[i][i].get<double>());  // all else insulates: one potential has no field
+    CHECK(made == near(charge[i], 1e-6));
+  }
+  // Sides that meet have one charge.
+  const std::string right = "right = { potential = -50.0 }";
+  std::string edge = plates_in_space;
+  edge.replace(edge.find(right), right.size(), "right = { potential = 100.0 }\n top = { potential = 100.0 }");
+  folder.write("edge.toml", edge);
+  const json joined = json::parse(run(folder, "solve edge.toml --capacitance --json").out);
+  CHECK(joined["capacitance"]["groups"] == json({"conductor 0", "the left, right, top sides of the domain"}));
+  CHECK(joined["electrodes"].back()["charge"].get<double>() == near(-1e-11, 1e-9));
+  CHECK(joined["electrodes"][0]["charge"].is_null());
+  CHECK(joined["capacitance"]["matrix"][0][1].get<double>() ==
+        near(-joined["capacitance"]["matrix"][0][0].get<double>(), 1e-7));
+}
+
+TEST_CASE("explain says which harmonics spheres take, and what they cost; work-precision sweeps them") {
+  const Folder folder;
+  folder.write("plates.toml", plates_in_space);
+  const std::string explained = run(folder, "explain plates.toml").out;
+  const json solved = json::parse(run(folder, "solve plates.toml --json").out);
+  CHECK(contains(explained, fmt::format("{} unknowns of a single solve", solved["unknowns"].get<long>())));
+  CHECK(contains(explained, "degree "));
+  CHECK(contains(explained, "cost: an estimate"));
+  const Ended swept =
+      run(folder, "work-precision plates.toml --methods spheres,spheres-degree --json sweep.json --output sweep.png");
+  CHECK(contains(swept.out, "field of 1 spheres in 1 groups"));
+  const json sweep = json::parse(text_of(folder / "sweep.json"));
+  double dipoles = 0, best = 1;
+  for (const json& point : sweep["points"]) {
+    const double error = point["errors"]["forces"].get<double>();
+    if (point["method"] == "spheres") {
+      CHECK(error < point["settings"]["accuracy"].get<double>());
+      best = std::min(best, error);
+    } else if (point["settings"]["degree"] == 1) {
+      dipoles = error;
+    }
+  }
+  CHECK(best < 1e-9);
+  CHECK(dipoles > 1e-3);
+  check_refused(run(folder, "work-precision plates.toml --sizes 64"), "--sizes goes with grids");
+}
+
+TEST_CASE("four electrodes and no conductor: what leaves one arrives at the others") {
+  const Folder folder;
+  std::string scene = "domain = { size = [16e-3, 16e-3] }\nmedium = { permittivity = 4e-11 }\n";
+  for (const auto& [x, y, potential] : {std::tuple{4, 4, 0}, {12, 4, 50}, {4, 12, 100}, {12, 12, -30}})
+    scene += fmt::format("[[electrode]]\nshape = \"disk\"\ncentre = [{}e-3, {}e-3]\nradius = 1e-3\npotential = {}\n", x,
+                         y, potential);
+  folder.write("four.toml", scene + "[effects.floating_conductors]\n");
+  const json answer = json::parse(run(folder, "solve four.toml --json").out);
+  double sum = 0, largest = 0;
+  for (const json& electrode : answer["electrodes"]) {
+    const double charge = electrode["charge"];
+    sum += charge;
+    largest = std::max(largest, std::abs(charge));
+  }
+  CHECK(answer["electrodes"].size() == 4);
+  CHECK(std::abs(sum) < 1e-7 * largest);  // an insulated box holds no charge but what its bodies have; tolerance 1e-8
+  CHECK(answer["depth"] == 1);
+}

@@ -1,0 +1,191 @@
+// What changes no bit of a gas: how pairs are looked for, threads, checkpoints, and K and Q where K Q^2 stays.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <utility>
+
+#include "src/effects/gas_drag.hpp"
+#include "src/granular/pace.hpp"
+#include "src/granular/pair_state.hpp"
+#include "tests/grains.hpp"
+
+using namespace lichtenberg;
+using granular::GasEnergy;
+using namespace lichtenberg::grains;
+
+namespace {
+
+struct End {
+  std::vector<double> position, momentum, charge;
+  GasEnergy energy;
+  std::int64_t collisions = 0;
+};
+
+End end_of(Run& run) {
+  const Bodies& b = run.gas.bodies();
+  return {b.position, b.momentum, b.charge, run.gas.energy(), run.gas.collisions};
+}
+
+void check_same_bits(const End& a, const End& b) {
+  CHECK(a.position == b.position);
+  CHECK(a.momentum == b.momentum);
+  CHECK(a.charge == b.charge);
+  CHECK(a.energy.dissipated == b.energy.dissipated);
+  CHECK(a.energy.exchanged == b.energy.exchanged);
+  CHECK(a.collisions == b.collisions);
+}
+
+/// Runs to time 1 have the same bits, one from its start and one restored at 0.6 to so many threads. Returns the
+/// collisions of each.
+std::int64_t check_restored(Scene scene, int threads = 1) {
+  Run whole(scene);
+  whole.to(0.6);
+  Checkpoint checkpoint = whole.gas.save();
+  whole.integrator->save(checkpoint);
+  whole.to(1);
+  scene.mechanics.threads = threads;
+  Run resumed(scene);
+  resumed.gas.restore(checkpoint);
+  resumed.integrator->restore(checkpoint);
+  resumed.to(1);
+  check_same_bits(end_of(whole), end_of(resumed));
+  return whole.gas.collisions;
+}
+
+int grains_for(Integrator integrator) { return integrator == Integrator::cvode ? 8 : 60; }
+
+// Pairs are waited for from one call to the next, or searched for in each, where velocities are said to have changed;
+// with forces and, in between, kicks, and with more steps a call than a search lasts.
+void check_waiting(const Scene& scene) {
+  struct End {
+    Bodies bodies;
+    std::vector<GrainContact> contacts;
+    double dissipated = 0;
+    std::size_t begun = 0;
+  };
+  const auto end = [&](double kicked, int steps) {
+    End now{.bodies = make_bodies(scene)};
+    std::vector<double> held(now.bodies.momentum.size());
+    for (std::size_t k = 0; k < held.size(); ++k) held[k] = std::sin(static_cast<double>(k));
+    const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
+    constexpr double dt = 0.005;
+    for (int n = 0; n < 400; n += steps) {
+      const granular::ContactSteps all{.begin = n * dt,
+                                       .time = steps * dt,
+                                       .steps = steps,
+                                       .fastest = granular::fastest(now.bodies),
+                                       .kicked = n == 0 ? INFINITY : kicked,
+                                       .gain = 2 * steps * dt};
+      const auto done = motion->advance(now.bodies, now.contacts, held, all, parallel::Team::single());
+      now.dissipated += done.record.dissipated;
+      now.begun += done.record.begun.size();
+      for (std::size_t k = 0; k < held.size(); ++k) now.bodies.momentum[k] -= steps * dt * held[k];
+      wrap(now.bodies);
+    }
+    return now;
+  };
+  for (const int steps : {1, 40}) {
+    const double kick = 2 * steps * 0.005;  // the longest of the forces is sqrt(3) long at most
+    const End waited = end(kick, steps), searched = end(INFINITY, steps);
+    CHECK(waited.begun > 300);
+    CHECK(waited.begun == searched.begun);
+    CHECK(waited.bodies.position == searched.bodies.position);
+    CHECK(waited.bodies.momentum == searched.bodies.momentum);
+    CHECK(waited.dissipated == searched.dissipated);
+    CHECK(waited.contacts.size() == searched.contacts.size());
+  }
+}
+
+/// K Q^2 is all that counts, and both are changed by powers of two. `end`: of a run with K and Q.
+std::pair<End, End> check_scaled(const auto& end) {
+  std::pair<End, End> ends{end(1, 0.25), end(4, 0.125)};
+  CHECK(ends.first.position == ends.second.position);
+  CHECK(ends.first.momentum == ends.second.momentum);
+  CHECK(ends.first.energy.potential != 0);
+  return ends;
+}
+
+}  // namespace
+
+TEST_CASE("which pairs are looked at, and since when they are waited for, changes no bit of a gas") {
+  Scene scene = viscoelastic(9);
+  add_gas(scene, 200, 8.9, 4);
+  check_waiting(scene);
+}
+
+// Where several pairs of a grain touch in one step, sums over them depend on their order.
+TEST_CASE("nor does it where a crowd of grains falls together") {
+  Scene scene = viscoelastic(9);
+  Random random({.seed = 3, .purpose = RandomPurpose::population});
+  for (int n = 0; n < 125; ++n) {
+    const Vec3 from_middle = 1.03 * Vec3{n % 5 - 2.0, n / 5 % 5 - 2.0, n / 25 - 2.0};
+    const Vec3 shift{random.uniform(0, 0.01), random.uniform(0, 0.01), random.uniform(0, 0.01)};
+    add(scene, Vec3{4.5, 4.5, 4.5} + from_middle + shift, -2.0 * from_middle);
+  }
+  check_waiting(scene);
+}
+
+TEST_CASE("any number of threads gives the same bits") {
+  Scene scene = charged(9, Integrator::multirate);
+  add_gas(scene, 200, 8.9, 1);
+  const auto end = [&](int threads) {
+    scene.mechanics.threads = threads;
+    Run run(scene);
+    run.to(1);
+    return end_of(run);
+  };
+  const End one = end(1);
+  CHECK(one.collisions > 100);
+  check_same_bits(one, end(2));
+  check_same_bits(one, end(4));
+}
+
+TEST_CASE("a gas restored from a checkpoint goes on with the same bits") {
+  for (const Integrator integrator : all_integrators) {
+    CAPTURE(name_of(integrator));
+    Scene scene = charged(6, integrator);
+    scene.effects.add(effects::GasDragOptions{.stokes = 0.1, .speed = 1, .hold = 0.13});
+    scene.stages = {{.duration = 0.1, .stiffness = 4, .temperature = 1}};
+    add_gas(scene, grains_for(integrator), integrator == Integrator::cvode ? 3.5 : 5.9, 1);
+    CHECK(check_restored(scene) > 0);
+  }
+}
+
+TEST_CASE("a polarized gas, restored or on more threads, has the same bits") {
+  Scene scene = polarized(9);
+  add_gas(scene, 100, 8.9, 1);
+  CHECK(check_restored(scene, 2) > 20);
+}
+
+TEST_CASE("(K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
+  for (const Integrator integrator : all_integrators) {
+    CAPTURE(name_of(integrator));
+    const auto end = [&](double strength, double exchange) {
+      Scene scene = charged(6, integrator, strength, exchange);
+      add_gas(scene, grains_for(integrator), integrator == Integrator::cvode ? 3.5 : 5.9, 1);
+      Run run(scene);
+      run.to(1);
+      return end_of(run);
+    };
+    const auto [one, other] = check_scaled(end);
+    for (std::size_t i = 0; i < one.charge.size(); ++i) CHECK(one.charge[i] == 2 * other.charge[i]);
+  }
+}
+
+TEST_CASE("dipoles are as charges: (K, Q) and (4 K, Q / 2) have the same trajectory, bit for bit") {
+  const auto end = [](double strength, double exchange) {
+    Scene scene = polarized(9, strength, exchange);
+    add_gas(scene, 100, 8.9, 1);
+    Run run(scene);
+    run.to(1);
+    return end_of(run);
+  };
+  const auto [one, other] = check_scaled(end);
+  CHECK(one.energy.potential == other.energy.potential);
+}
+
+TEST_CASE("a gas of dielectric grains goes on from a checkpoint with the same bits") {
+  Scene scene = two_dielectric_grains(1.6, 6);
+  scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::ewald});
+  check_restored(scene);
+}

@@ -1,0 +1,160 @@
+// Charges of grains: how long their forces are held, what collisions do to their sum, and multipoles above dipoles.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "src/effects/gas_drag.hpp"
+#include "src/granular/granular_motion.hpp"
+#include "src/granular/pace.hpp"
+#include "src/model/frame.hpp"
+#include "tests/dielectric_pair.hpp"
+#include "tests/grains.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::grains;
+
+namespace {
+
+double sum(const std::vector<double>& values) {
+  double all_of_them = 0;
+  for (const double v : values) all_of_them += v;
+  return all_of_them;
+}
+
+/// A hundred charges whose forces are right to rounding, followed for .4: where they are then, if forces are held as an
+/// accuracy says, or for so long.
+std::vector<double> places_of_charges(double accuracy, double step = INFINITY) {
+  Scene scene = viscoelastic(9);
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = accuracy});
+  add_gas(scene, 100, 8.9, 1, 5);
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 ? 1 : -1;
+  scene.mechanics.step = step;
+  scene.mechanics.contact_steps = 400;
+  Run run(scene);
+  run.to(0.4);
+  const Bodies& b = run.gas.bodies();
+  std::vector<double> places = b.position;
+  for (std::size_t k = 0; k < places.size(); ++k) places[k] += b.image[k] * b.box.lengths[0];
+  return places;
+}
+
+struct Felt {
+  double force = 0, energy = 0, dipole = 0;
+};
+
+Felt felt(const Scene& scene) {
+  const effects::Coulomb coulomb(scene);
+  Bodies bodies = make_bodies(scene);
+  bodies.charge = {1, -1};
+  const State state{.bodies = bodies, .neighbours = {}};
+  std::vector<double> force(6);
+  coulomb.add_forces(state, force);
+  CHECK(std::abs(force[0] + force[3]) < 1e-5);
+  Frame frame;
+  coulomb.add_columns(state, frame);
+  return {force[0], coulomb.stored_energy(state), frame.reals("dipole")[0]};
+}
+
+}  // namespace
+
+TEST_CASE("a box hardly longer than twice the cut-off of its charges is long enough") {
+  Scene scene = viscoelastic(4);
+  scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
+  add(scene, {1, 1, 1}, {0.3, 0, 0}, 1);
+  add(scene, {3, 3, 2}, {0, 0.2, 0}, -1);
+  Run run(scene);
+  run.to(0.5);
+  CHECK(run.gas.steps > 0);
+}
+
+TEST_CASE("the sum of charges is 0, as a number, after any number of exchanges") {
+  for (const auto model :
+       {effects::ExchangeModel::impact, effects::ExchangeModel::random_walk, effects::ExchangeModel::contact_area}) {
+    Scene scene = viscoelastic(5);
+    scene.effects.add(effects::ChargeExchangeOptions{.model = model});
+    scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .hold = 0.1});  // keeps them colliding
+    add_gas(scene, 60, 4.9, 1);
+    Run run(scene);
+    run.to(20);
+    CHECK(run.gas.collisions > 2000);
+    CHECK(std::ranges::max(run.gas.bodies().charge) > 0);
+    CHECK(sum(run.gas.bodies().charge) == 0);
+  }
+}
+
+// An error e of the forces, rms over rms, leads a grain e F t^2 / 2 astray if it lasts; F^2 = 4 pi n at K = q = 1 and n
+// = .14, so 1.3^2. Held forces are of second order in the step, and the step goes with the root of the accuracy: so
+// their error goes with it.
+TEST_CASE("forces of charges are held as long as costs what their own error does") {
+  const std::vector<double> exact = places_of_charges(1e-9, 5e-4);
+  const auto error = [&](double accuracy) {
+    const std::vector<double> places = places_of_charges(accuracy);
+    double squares = 0;
+    for (std::size_t k = 0; k < places.size(); ++k) squares += (places[k] - exact[k]) * (places[k] - exact[k]);
+    return std::sqrt(squares / 100);
+  };
+  const double coarse = error(1e-3), fine = error(1e-4);
+  const double by_forces = 1e-3 * 1.3 * 0.4 * 0.4 / 2;
+  CHECK(coarse < 3 * by_forces);
+  CHECK(coarse > by_forces / 3);
+  CHECK(coarse / fine == doctest::Approx(10).epsilon(0.5));
+}
+
+TEST_CASE("charges at rest that fall towards each other are not held as if they never moved") {
+  for (const double radius : {0.5, 0.25}) {
+    Scene scene = viscoelastic(10);
+    scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-6});
+    add_pair(scene, 0, 0.5, 1);
+    for (Conductor& grain : scene.conductors) grain.radius = radius;
+    scene.mechanics.step = INFINITY;
+    Run run(scene);
+    const double way = 2 * radius * 1e-3 * granular::fastest_of(2);
+    const double acceleration = std::abs(run.gas.smooth_forces()[0]) / run.gas.bodies().mass[0];
+    CHECK(run.integrator->longest_step(run.gas) == doctest::Approx(std::sqrt(2 * way / acceleration)).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("multipoles above dipoles: grains in contact attract each other as dielectric spheres do") {
+  const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) of A = .075
+  const effects::InducedDipolesOptions options{.polarizability = 0.075};
+  CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
+  for (const double gap : {0.4, 0.02, 0.002}) {  // radii; the pair's force for 4 pi eps = 1 and a radius of 1/2
+    const double exact = dielectric_pair(k, gap).attraction * 4 * std::numbers::pi / 0.25;
+    const Felt found = felt(two_dielectric_grains(1 + gap / 2, 40));
+    CHECK(found.force == doctest::Approx(exact).epsilon(1e-3));  // images: (dipole / 60^3) of 1
+    if (gap < 0.01) CHECK(felt(two_dielectric_grains(1 + gap / 2, 1)).force < 0.9 * exact);  // dipoles alone miss much
+    const double step = 1e-3, slope = (felt(two_dielectric_grains(1 + gap / 2 + step, 40)).energy -
+                                       felt(two_dielectric_grains(1 + gap / 2 - step, 40)).energy) /
+                                      (2 * step);
+    if (gap > 0.1) CHECK(found.force == doctest::Approx(slope).epsilon(1e-4));
+  }
+  // Far apart dipoles are enough: what is left falls with the seventh power of the distance.
+  const Felt far = felt(two_dielectric_grains(6, 8)), dipoles = felt(two_dielectric_grains(6, 1));
+  CHECK(far.force == doctest::Approx(dipoles.force).epsilon(1e-4));
+  CHECK(far.energy == doctest::Approx(dipoles.energy).epsilon(1e-4));
+  CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
+}
+
+TEST_CASE("explain says of dielectric grains that multipoles take the place of the sum of charges") {
+  Scene scene = two_dielectric_grains(1.6, 6);
+  scene.effects.add(effects::CoulombOptions{});  // a mesh
+  const auto remarks = effects::CoulombOptions::kind().explain(scene);
+  REQUIRE(remarks.size() == 1);
+  CHECK(remarks[0].text.find("relative permittivity 5.5, multipoles to degree 6, to 1e-06") != std::string::npos);
+}
+
+TEST_CASE(
+    "a gas of dielectric grains stops at checkpoints of its frames alone, since one elsewhere would change its end") {
+  Scene scene = two_dielectric_grains(1.6, 6);
+  scene.mechanics.integrator = Integrator::multirate;
+  scene.stop.time = scene.output.every = 1;
+  const auto now = [] { return true; };
+  GranularMotion dielectric(scene);
+  CHECK_FALSE(dielectric.exact_anywhere());
+  CHECK_THROWS_AS(dielectric.advance_to(1, now), Paused);
+  scene.effects.find<effects::InducedDipolesOptions>()->degree = 1;
+  GranularMotion dipoles(scene);
+  CHECK(dipoles.exact_anywhere());
+  dipoles.advance_to(1, now);
+  CHECK(dipoles.time() < 1);
+}

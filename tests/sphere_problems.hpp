@@ -1,0 +1,48 @@
+#pragma once
+
+#include "solvers/laplace/spheres/spheres.hpp"
+
+/// Problems for the solver of spheres.
+namespace lichtenberg::sphere_problems {
+
+using namespace laplace;
+
+/// A box with an electrode at the bottom and the top, periodic along x, and insulating along y.
+inline SphereProblem mixed_box() {
+  SphereProblem problem{.permittivity = 2};
+  problem.box.lengths = {1.0, 0.9, 1.1};
+  problem.box.sides = {Boundary::periodic, Boundary::periodic,  Boundary::wall,
+                       Boundary::wall,     Boundary::electrode, Boundary::electrode};
+  problem.side_potential[4] = 1, problem.side_potential[5] = -0.5;
+  problem.spheres = {{{0.1, 0.3, 0.4}, 0.15, 0}, {{0.5, 0.6, 0.7}, 0.2, 1}, {{0.9, 0.35, 0.75}, 0.12, 2}};
+  problem.groups = {{.charge = 1}, {.floating = false, .potential = 0.3}, {.charge = -0.7}};
+  return problem;
+}
+
+/// What is constant along a path at given charges and given potentials: the energy less what sources of fixed potential
+/// put in.
+inline double free_energy(const SphereProblem& problem, const SphereSolution& solution) {
+  double energy = solution.energy;
+  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+    const Group& group = problem.groups[problem.spheres[i].group];
+    if (!group.floating) energy -= solution.sphere_charge[i] * group.potential;
+  }
+  for (int side = 0; side < 6; ++side) energy -= solution.side_charge[side] * problem.side_potential[side];
+  return energy;
+}
+
+/// Force and slope of the energy, which is its negative.
+inline double slope_error(const SphereProblem& problem, int sphere, int axis, double step, double accuracy) {
+  SphereSolver solver({.accuracy = accuracy});
+  const double force = solver.solve(problem).sphere_force[sphere][axis];
+  const auto at_distance = [&](double distance) {
+    SphereProblem moved = problem;
+    moved.spheres[sphere].centre[axis] += distance;
+    return free_energy(moved, solver.solve(moved));
+  };
+  const double slope =
+      (8 * (at_distance(step) - at_distance(-step)) - (at_distance(2 * step) - at_distance(-2 * step))) / (12 * step);
+  return force + slope;
+}
+
+}  // namespace lichtenberg::sphere_problems

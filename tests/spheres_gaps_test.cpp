@@ -1,0 +1,142 @@
+// Gaps between conducting spheres, of one potential or of two, down to contact.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "solvers/laplace/spheres/close_pairs.hpp"
+#include "tests/sphere_problems.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::sphere_problems;
+
+TEST_CASE("two spheres at gaps down to 1e-5 R keep the digits asked for") {
+  // C_11, C_12 and the force on the second at potentials 1 and 0, by image charges in 40-digit arithmetic, their force
+  // by the derivative of the charges.
+  struct Exact {
+    double other, gap, own, mutual, force;
+  };
+  for (const Exact& exact : {Exact{1, 1e-2, 26.85019748512267, -18.130584124145314, -155.06556819774652},
+                             Exact{1, 1e-4, 41.272931590497859, -32.562494417980659, -15704.742104128324},
+                             Exact{0.5, 1e-3, 26.743809171604176, -16.04224220718239, -1044.5408792016476},
+                             Exact{0.5, 1e-5, 36.38293526862656, -25.681338479864124, -104715.49027253303}})
+    for (const double accuracy : {1e-3, 1e-6, 1e-9}) {
+      CAPTURE(exact.gap);
+      CAPTURE(accuracy);
+      SphereProblem problem{.free_space = true, .permittivity = 1};
+      problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 1 + exact.other + exact.gap}, exact.other, 1}};
+      problem.groups = {{.floating = false, .potential = 1}, {.floating = false}};
+      const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+      // The centres' distance is rounded: 2e-16 of it is 2e-11 of the smallest gap.
+      CHECK(std::abs(found.sphere_charge[0] / exact.own - 1) < accuracy);
+      CHECK(std::abs(found.sphere_charge[1] / exact.mutual - 1) < accuracy);
+      CHECK(std::abs(found.sphere_force[1].z / exact.force - 1) < accuracy);
+      CHECK(std::abs(found.sphere_force[0].z / exact.force + 1) < accuracy);
+    }
+}
+
+TEST_CASE("several gaps on one sphere: potentials and forces to what is asked, in a row and round a corner") {
+  for (const double gap : {0.1, 0.03, 0.01})
+    for (const bool row : {true, false}) {
+      CAPTURE(gap);
+      CAPTURE(row);
+      const double d = 2 + gap;
+      const Vec3 third = row ? Vec3{2 * d, 0, 0} : Vec3{0.5 * d, std::sqrt(0.75) * d, 0};
+      SphereProblem problem{.free_space = true, .permittivity = 1};
+      problem.spheres = {{{0, 0, 0}, 1, 0}, {{d, 0, 0}, 1, 1}, {third, 1, 2}};
+      problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
+      // Harmonics that need no tails: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at .01 R.
+      const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
+      for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
+        CAPTURE(accuracy);
+        const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+        for (int i = 0; i < 3; ++i) {
+          CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
+          // Linear in what each gap leaves out of its sphere, and there are two.
+          CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < 2 * accuracy * norm(exact.sphere_force[0]));
+        }
+      }
+    }
+}
+
+TEST_CASE("several gaps on one sphere: at 1e-4 R potentials and forces still come to what is asked") {
+  const double gap = 1e-4;
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  for (int i = 0; i < 3; ++i) problem.spheres.push_back({{i * (2 + gap), 0, 0}, 1, i});
+  problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  for (const double accuracy : {1e-3, 1e-6}) {
+    CAPTURE(accuracy);
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (int i = 0; i < 3; ++i) {
+      CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
+      CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[0]));
+    }
+  }
+}
+
+TEST_CASE(
+    "small gaps in any direction, to a sphere and to an electrode: forces are slopes, the gap has the field of a "
+    "plate") {
+  SphereProblem problem = mixed_box();
+  const double gap = 1e-3;
+  problem.spheres[0].centre.z = 0.15 + gap;  // above an electrode
+  problem.spheres[2].centre = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.32 + gap);
+  problem.groups[2] = {.floating = false, .potential = -1};
+  // Fourth order in step / gap = 0.05, with a fifth derivative of some 24 forces: 6e-6 of the force.
+  SphereSolver solver({.accuracy = 1e-9});
+  const SphereSolution found = solver.solve(problem);
+  for (const int sphere : {0, 2})
+    for (int axis = 0; axis < 3; ++axis) {
+      CAPTURE(sphere);
+      CAPTURE(axis);
+      CHECK(std::abs(slope_error(problem, sphere, axis, 0.05 * gap, 1e-9)) < 1e-5 * norm(found.sphere_force[sphere]));
+    }
+  // In the middle of a gap between curved surfaces the field is the difference over the gap, but for gap / R.
+  const Vec3 middle = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.2 + 0.5 * gap);
+  SphereSolver rough({.accuracy = 1e-3});  // of low degree, so that the field there is the tails'
+  rough.solve(problem);
+  const PointField between = rough.field(std::vector<Vec3>{middle})[0];
+  CHECK(dot(between.field, {0.6, -0.48, 0.64}) == doctest::Approx(1.3 / gap).epsilon(0.02));
+  CHECK(between.potential == doctest::Approx(-0.35).epsilon(0.02));
+  const PointField below = rough.field(std::vector<Vec3>{{0.1, 0.3, 0.5 * gap}})[0];
+  CHECK(below.field.z == doctest::Approx((1 - found.group_potential[0]) / gap).epsilon(0.02));
+}
+
+TEST_CASE("spheres of one group may touch, each other and an insulating side") {
+  // Two equal spheres in contact have the capacitance 8 pi eps R ln 2 (Maxwell).
+  SphereProblem pair{.free_space = true, .permittivity = 1};
+  pair.spheres = {{{0, 0, 0}, 1, 0}, {{1.2, 0, 1.6}, 1, 0}};
+  pair.groups = {{.floating = false, .potential = 1}};
+  const SphereSolution touching = SphereSolver({.accuracy = 1e-9}).solve(pair);
+  CHECK(touching.sphere_charge[0] + touching.sphere_charge[1] ==
+        doctest::Approx(8 * std::numbers::pi * std::log(2.0)).epsilon(1e-9));
+  // They repel each other by 4 pi eps R^2 E^2 (ln 2 - 1/4) / 6 (Kelvin), each with the potential 1.
+  CHECK(touching.sphere_force[1].x ==
+        doctest::Approx(0.6 * 4 * std::numbers::pi * (std::log(2.0) - 0.25) / 6).epsilon(1e-8));
+  // A sphere that lies on an insulating side is half of such a pair.
+  SphereProblem lying{.permittivity = 1};
+  lying.box.lengths = {1, 1, 1};
+  lying.box.sides[5] = Boundary::electrode;
+  lying.spheres = {{{0.4, 0.5, 0.1}, 0.1, 0}};
+  lying.groups = {{.charge = 1}};
+  SphereProblem both = lying;
+  both.box.lengths.z = 2;
+  both.box.sides[4] = Boundary::electrode;
+  both.spheres = {{{0.4, 0.5, 1.1}, 0.1, 0}, {{0.4, 0.5, 0.9}, 0.1, 0}};
+  both.groups = {{.charge = 2}};
+  const SphereSolution one = SphereSolver({.accuracy = 1e-9}).solve(lying),
+                       two = SphereSolver({.accuracy = 1e-9}).solve(both);
+  CHECK(one.group_potential[0] == doctest::Approx(two.group_potential[0]).epsilon(1e-9));
+  CHECK(one.sphere_force[0].z == doctest::Approx(two.sphere_force[0].z).epsilon(1e-8));
+}
+
+TEST_CASE("what a gap's tail has of energy is known to some digits at any accuracy, or the matrix is not positive") {
+  for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4}) {
+    const int degree = static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap));
+    const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};
+    const std::vector<spheres::NearPair> pair{{0, 1, 0, 1, {0, 0, -2 - gap}}};
+    const double rough = spheres::close_pairs(sites, pair, 0.03).at(0).energy;
+    CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
+  }
+}

@@ -13,6 +13,8 @@ import sys
 import textwrap
 from pathlib import Path
 
+from matplotlib.ticker import LogFormatterSciNotation
+
 from drawing import INK, InputError, plt, read_json, save, set_style
 
 # Distinct also to the colour-blind (Okabe & Ito); a method's line has the style of its family.
@@ -58,6 +60,9 @@ STYLES = {
 }
 OTHER = ("#f0e442", "v-")
 
+# What is no error of a quantity, but a quantity's error of some kind.
+ERRORS = {"rms force": "rms error of forces", "largest force": "largest error of a force"}
+
 
 def front(points):
     """The pairs (error, cost) that no other one beats in both, in ascending order of error."""
@@ -89,8 +94,9 @@ def draw_panel(axes, sweep, quantity, cost):
         ]
         if points:
             lines[name] = draw_method(axes, name, points)
-    axes.set(xscale="log", yscale="log", xlabel=f"error of the {quantity}")
+    axes.set(xscale="log", yscale="log", xlabel=ERRORS.get(quantity, f"error of the {quantity}"))
     axes.grid(True, which="major", linewidth=0.3)
+    axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2, 0.5)))  # less than two decades have more
     axes.tick_params(which="minor", length=0)
     return lines
 
@@ -130,7 +136,7 @@ def draw(sweep):
     for axes, (quantity, cost) in zip(row, wanted):
         lines.update(draw_panel(axes, sweep, quantity, cost))
         if same_cost and axes is not row[0]:
-            axes.tick_params(labelleft=False)
+            axes.tick_params(which="both", labelleft=False)
         else:
             axes.set_ylabel(labels[cost])
     row[0].invert_xaxis()  # and with it all that share it

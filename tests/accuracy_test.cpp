@@ -124,6 +124,18 @@ TEST_CASE("the realised error is below the accuracy asked for, with either metho
     }
 }
 
+TEST_CASE("where all has one potential rounding is no field, and any accuracy is met") {
+  LaplaceProblem problem{.size = {0.02, 0.02}, .permittivity = 4e-11};  // insulated
+  problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
+  problem.bodies = {{Disk{{0.0160657, 0.0149699}, 1.772e-4}, 0}, {Disk{{0.0160165, 0.0145738}, 2.218e-4}, 1}};
+  const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = 1e-6, .method = Method::multipole});
+  CHECK(found.choice.estimate <= 1e-6);
+  CHECK(found.solution.group_potential[1] == doctest::Approx(-100).epsilon(1e-13));
+  CHECK(scales_of(problem, found.solution).potential == 0);
+  CHECK(scales_of(problem, {.group_potential = {-100, -100 + 1e-9}, .body_charge = {0, 0}, .body_force = {{}, {}}})
+            .potential > 0);
+}
+
 TEST_CASE("what is asked of multipoles comes out, and not much more") {
   // The middle one of some scenes is above a twentieth of what is asked: .1 to .2 in validation/accuracy (README.md),
   // also where the charge of a half-disk on an electrode, an integral over part of its circle, goes with the multipoles

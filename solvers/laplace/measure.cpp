@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lichtenberg::laplace {
 namespace {
@@ -22,7 +23,9 @@ double potential_range(const LaplaceProblem& problem, const LaplaceSolution& sol
     for (const double x : {0.0, problem.size.x})
       for (const double y : {0.0, problem.size.y}) include(side.potential_at({x, y}));
   }
-  return std::max(0.0, high - low);
+  // Potentials are sums of some tens of terms; differences of some roundings of them are none.
+  constexpr double rounding = 100 * std::numeric_limits<double>::epsilon();
+  return high - low > rounding * std::max(std::abs(high), std::abs(low)) ? high - low : 0;
 }
 
 }  // namespace

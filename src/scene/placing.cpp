@@ -15,6 +15,13 @@ namespace {
 /// disks into a box of about 324 (five seeds).
 constexpr int tries_per_conductor = 100000;
 
+/// Nor does any where all of a population have taken so many: near the density that random places can fill 50000 grains
+/// would take hours to say so. What a small population may take is never reached; others take a few tens a conductor
+/// where they fit.
+long most_tries(const PopulationDraft& population) {
+  return std::max(100L * tries_per_conductor, 300L * population.count);
+}
+
 double largest_radius(const Draft& draft) {
   double largest = 0;
   for (const ConductorDraft& c : draft.conductors) largest = std::max(largest, c.conductor.radius);
@@ -91,14 +98,15 @@ bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min
 }
 
 std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Draft& draft,
-                                    const Obstacles& obstacles, const SphereGrid& grid, UniformRandom& random) {
+                                    const Obstacles& obstacles, const SphereGrid& grid, UniformRandom& random,
+                                    long& tries_left) {
   const Domain& domain = draft.scene.domain;
   const int dimension = draft.scene.dimension();
   const Room room = room_for(radius, population, domain);
   for (int k = 0; k < dimension; ++k)
     if (room.lower[k] > room.upper[k]) return {};
   if (!fits(radius, population.min_gap, domain.box())) return {};
-  for (int attempt = 0; attempt < tries_per_conductor; ++attempt) {
+  for (int attempt = 0; attempt < tries_per_conductor && tries_left > 0; ++attempt, --tries_left) {
     Conductor conductor{
         .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
     conductor.position.x = random.between(room.lower.x, room.upper.x);
@@ -215,9 +223,11 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
   for (const PopulationDraft& population : draft.populations) {
     check_population(draft, population);
     Radii radii(draft, population);
+    long tries_left = most_tries(population);
     for (int placed = 0; placed < population.count; ++placed) {
       const double radius = radii.next(random);
-      const auto place = find_place(radius, population, draft, {electrodes, walls, draft.scene.domain}, grid, random);
+      const auto place =
+          find_place(radius, population, draft, {electrodes, walls, draft.scene.domain}, grid, random, tries_left);
       if (!place && placed == 0)
         refuse(
             draft.scene.path, population.line,

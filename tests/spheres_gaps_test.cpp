@@ -1,10 +1,12 @@
 // Gaps between conducting spheres, of one potential or of two, down to contact.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "solvers/laplace/spheres/close_pairs.hpp"
+#include "solvers/parallel/team.hpp"
 #include "tests/sphere_problems.hpp"
 
 using namespace lichtenberg;
@@ -73,6 +75,58 @@ TEST_CASE("several gaps on one sphere: at 1e-4 R potentials and forces still com
       CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[0]));
     }
   }
+}
+
+TEST_CASE("several gaps in a bent row: what is asked, though tails meet across gaps that are wider") {
+  // The second and the fourth are .09 apart, so that harmonics (2 / 2.09)^(2l) of the tails of both count to degree
+  // 100.
+  const double gap = 1e-4, d = 2 + gap, wide = 2.09, turn = std::numbers::pi / 3 + std::acos(wide / (2 * d));
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  problem.spheres = {{{-d, 0, 0}, 1, 0},
+                     {{0, 0, 0}, 1, 1},
+                     {{0.5 * d, std::sqrt(0.75) * d, 0}, 1, 2},
+                     {{wide * std::cos(turn), wide * std::sin(turn), 0}, 1, 3}};
+  problem.groups = {
+      {.floating = false, .potential = 70}, {.charge = 40}, {.charge = 40}, {.floating = false, .potential = -100}};
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-7}).solve(problem);
+  double largest = 0;
+  for (const Vec3 force : exact.sphere_force) largest = std::max(largest, norm(force));
+  for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
+    CAPTURE(accuracy);
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (int i = 0; i < 4; ++i) {
+      CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < 170 * accuracy);
+      CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * largest);
+    }
+  }
+}
+
+TEST_CASE("a neutral sphere close to an electrode: its small difference of potential has all digits asked for") {
+  SphereProblem problem{.permittivity = 1};
+  problem.box.lengths = {20, 20, 20};
+  problem.box.sides[4] = Boundary::electrode;
+  const double gap = 1e-5;
+  problem.spheres = {{{8, 9, 12}, 1, 0}, {{12, 11, 1 + gap}, 1, 1}};
+  problem.groups = {{.floating = false, .potential = 100}, {.charge = 0}};
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-8}).solve(problem);
+  // The force is nearly all of the gap's: of a difference dV some pi eps R dV^2 / gap, larger than any other here.
+  CHECK(norm(exact.sphere_force[1]) > norm(exact.sphere_force[0]));
+  for (const double accuracy : {1e-2, 1e-3, 1e-4})
+    CHECK(norm(SphereSolver({.accuracy = accuracy}).solve(problem).sphere_force[1] - exact.sphere_force[1]) <
+          accuracy * norm(exact.sphere_force[1]));
+}
+
+TEST_CASE("tails are the same bits on any number of threads") {
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  for (int i = 0; i < 12; ++i) {
+    problem.spheres.push_back({{2.01 * (i % 4), 2.01 * (i / 4), 0.3 * (i % 3)}, 1 - 0.02 * (i % 2), i});
+    problem.groups.push_back({.charge = i % 2 ? 1.0 : -2.0});
+  }
+  parallel::Team team(3);
+  const SphereSolution alone = SphereSolver({.accuracy = 1e-3}).solve(problem),
+                       together = SphereSolver({.accuracy = 1e-3}, team).solve(problem);
+  CHECK(alone.group_potential == together.group_potential);
+  for (int i = 0; i < 12; ++i) CHECK(alone.sphere_force[i] == together.sphere_force[i]);
 }
 
 TEST_CASE(

@@ -146,6 +146,19 @@ TEST_CASE("spheres far apart in radii, or of very different radii, have their fo
       }
 }
 
+TEST_CASE(
+    "spheres at one potential in an insulated box have no charge, and a neutral one beside them has their potential") {
+  SphereProblem problem{.permittivity = 4e-11};
+  problem.box.lengths = {0.06, 0.02, 0.02};
+  problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
+  problem.spheres = {{{0.0119, 0.0174, 0.0151}, 1e-3, 0}, {{0.001000001, 0.0039, 0.0122}, 1e-3, 1}};
+  for (const double accuracy : {1e-2, 1e-6}) {
+    const SphereSolution solution = SphereSolver({.accuracy = accuracy}).solve(problem);
+    CHECK(solution.group_potential[1] == doctest::Approx(-100).epsilon(1e-12));
+    CHECK(std::abs(solution.sphere_charge[0]) < 1e-12 * 4e-11 * 0.1);  // of eps R V
+  }
+}
+
 TEST_CASE("when the last charge has gone to ground nothing is left") {
   SphereProblem problem = mixed_box();
   problem.side_potential.fill(0);

@@ -236,8 +236,10 @@ void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, 
              moving = forecast(scene, problem, field.moving_tolerance);
   fmt::print("\nfield\n");
   fmt::print("  method               {}\n", method_in_words(field));
-  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", field.tolerance,
-             field.moving_tolerance);
+  fmt::print(
+      "  tolerance            {:g} of a single solve, {:g} in a moving scene; aimed at, of the largest, not "
+      "estimated\n",
+      field.tolerance, field.moving_tolerance);
   fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
              std::ranges::count(problem.groups, true, &laplace::Group::floating));
   fmt::print("  harmonics            {} of a single solve\n", in_words(single));

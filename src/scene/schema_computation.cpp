@@ -59,8 +59,9 @@ Table field() {
            .help =
                "chooses cells, tolerances and, unless given, the method, so that no error is larger: of a potential "
                "over the largest difference of potentials, of a conductor's charge over the largest, of a force on a "
-               "disk over the largest. A run is chosen for at its start, for gaps down to contact_discharge's, and "
-               "checked at checkpoints"},
+               "disk over the largest. Errors are estimated: a run is chosen for at its start, for gaps down to "
+               "contact_discharge's, and checked at checkpoints. In three dimensions they are aimed at and not "
+               "estimated: where forces all but cancel it is some times as much"},
           {.name = "method",
            .place = [](Draft& d) { return &d.field.method; },
            .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",

@@ -23,6 +23,10 @@ double bispherical_coordinate(double radius, double other, double gap) {
   return std::log1p(cosh_minus_one + std::sqrt(cosh_minus_one * (2 + cosh_minus_one)));
 }
 
+double narrowness(double radius, double other, double gap) {
+  return std::min(1.0, std::sqrt(30 * gap / std::min(radius, other)));
+}
+
 namespace {
 
 /// Image charges for one sphere at potential 1 and the other at 0, as multipoles of the first and of the second.
@@ -94,66 +98,86 @@ std::array<PairSolution, 2> pair_solution(double radius, double other, double ga
   return result;
 }
 
-std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy) {
-  std::vector<ClosePair> result;
-  for (const NearPair& gap : gaps) {
-    const Site &a = sites[gap.target], &b = sites[gap.source];
-    const double distance = norm(gap.way), width = distance - a.radius - b.radius;
-    const double slowest =
-        std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
-    const int degree =
-        tail_degree(gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
-    // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha. A tail begins where
-    // multipoles have fallen to the accuracy, so that its energy, which the matrix is divided by, goes with that
-    // squared.
-    const double left_out = std::max(0.01 * accuracy * accuracy, 1e-16) * slowest;
-    const auto solution = pair_solution(a.radius, b.radius, width, degree, left_out);
-    const Vec3 to_source = gap.way * (-1 / distance);
-    // The image's harmonics are those of the sphere itself, mirrored and with the sign of the image.
-    const Vec3 back = mirrored(to_source * -1.0, gap.mask);
-    const bool alone = gap.target == gap.source && gap.mask != 0;
-    const bool image = gap.mask != 0 || norm2(a.centre - b.centre - gap.way) > 1e-20 * norm2(gap.way);
-    ClosePair pair;
-    pair.tails.push_back({gap.target,
-                          1,
-                          to_source,
-                          solution[0].multipoles,
-                          {},
-                          image,
-                          solution[1].multipoles,
-                          b.radius,
-                          distance,
-                          b.degree});
-    if (!alone)
-      pair.tails.push_back({gap.source,
-                            gap.sign,
-                            back,
-                            solution[1].multipoles,
-                            {},
-                            image,
-                            solution[0].multipoles,
-                            a.radius,
-                            distance,
-                            a.degree});
-    for (std::size_t k = 0; k < pair.tails.size(); ++k) {
-      Tail& tail = pair.tails[k];
-      const Site &site = sites[tail.sphere], &facing = k == 0 ? b : a;
-      std::vector<double> harmonic(harmonics(site.degree));
-      regular_harmonics(tail.axis, site.degree, harmonic.data());
-      tail.potential.resize(harmonic.size());
-      for (int l = 0; l <= site.degree; ++l) {
-        const double made = tail.multipoles[l] + axial_field(tail.facing, facing.degree, facing.radius / distance,
-                                                             site.radius / distance, l);
-        const double left = (l == 0 ? solution[k].potential : 0) - made;
-        pair.energy -= site.radius * tail.multipoles[l] * left;
-        for (int m = -l; m <= l; ++m) tail.potential[at(l, m)] = tail.sign * left * harmonic[at(l, m)];
-      }
-    }
-    // Less than rounding of the energy: the harmonics are enough.
-    const double scale = sites[gap.target].radius * solution[0].multipoles[0] * solution[0].multipoles[0];
-    if (pair.energy > 1e-13 * scale) result.push_back(std::move(pair));
+namespace {
+
+/// How far the exact pair's multipoles and image charges are followed.
+struct Followed {
+  int degree = 0;
+  double left_out = 0;
+};
+
+/// Throws as tail_degree does.
+Followed followed(const std::vector<Site>& sites, const NearPair& gap, double asked) {
+  const Site &a = sites[gap.target], &b = sites[gap.source];
+  const double width = norm(gap.way) - a.radius - b.radius;
+  const double accuracy = asked * narrowness(a.radius, b.radius, width);
+  const double slowest =
+      std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
+  const int degree =
+      tail_degree(gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
+  // The charges fall off like exp(-2 alpha n): those left out add up to the last one over alpha. A tail begins where
+  // multipoles have fallen to the accuracy, so that its energy, which the matrix is divided by, goes with that
+  // squared.
+  return {degree, std::max(0.01 * accuracy * accuracy, 1e-16) * slowest};
+}
+
+/// What the multipoles of both sides make on a tail's sphere, whose potential in the exact pair is `potential`, up to
+/// its degree, and of that the pair's energy.
+void add_own(ClosePair& pair, Tail& tail, const Site& site, double potential) {
+  std::vector<double> harmonic(harmonics(site.degree));
+  regular_harmonics(tail.axis, site.degree, harmonic.data());
+  tail.potential.resize(harmonic.size());
+  for (int l = 0; l <= site.degree; ++l) {
+    const double made =
+        tail.multipoles[l] + axial_field(tail.facing, tail.facing_degree, tail.facing_radius / tail.distance,
+                                         site.radius / tail.distance, l);
+    const double left = (l == 0 ? potential : 0) - made;
+    pair.energy -= site.radius * tail.multipoles[l] * left;
+    for (int m = -l; m <= l; ++m) tail.potential[at(l, m)] = tail.sign * left * harmonic[at(l, m)];
   }
-  return result;
+}
+
+ClosePair close_pair(const std::vector<Site>& sites, const NearPair& gap, const Followed& how) {
+  const Site &a = sites[gap.target], &b = sites[gap.source];
+  const double distance = norm(gap.way), width = distance - a.radius - b.radius;
+  const auto solution = pair_solution(a.radius, b.radius, width, how.degree, how.left_out);
+  const bool image = gap.mask != 0 || norm2(a.centre - b.centre - gap.way) > 1e-20 * norm2(gap.way);
+  const auto tail = [&](int sphere, double sign, Vec3 axis, int own, const Site& facing) {
+    return Tail{.sphere = sphere,
+                .sign = sign,
+                .axis = axis,
+                .multipoles = solution[own].multipoles,
+                .potential = {},
+                .faces_image = image,
+                .facing = solution[1 - own].multipoles,
+                .facing_radius = facing.radius,
+                .distance = distance,
+                .facing_degree = facing.degree};
+  };
+  const Vec3 to_source = gap.way * (-1 / distance);
+  ClosePair pair;
+  pair.tails.push_back(tail(gap.target, 1, to_source, 0, b));
+  // The image's harmonics are those of the sphere itself, mirrored and with the sign of the image.
+  const bool alone = gap.target == gap.source && gap.mask != 0;
+  if (!alone) pair.tails.push_back(tail(gap.source, gap.sign, mirrored(to_source * -1.0, gap.mask), 1, a));
+  for (std::size_t k = 0; k < pair.tails.size(); ++k)
+    add_own(pair, pair.tails[k], sites[pair.tails[k].sphere], solution[k].potential);
+  return pair;
+}
+
+}  // namespace
+
+std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
+                                   parallel::Team& team) {
+  std::vector<Followed> how;
+  for (const NearPair& gap : gaps) how.push_back(followed(sites, gap, accuracy));
+  std::vector<ClosePair> pairs(gaps.size());
+  team.for_each(static_cast<int>(gaps.size()), [&](int k) { pairs[k] = close_pair(sites, gaps[k], how[k]); });
+  std::erase_if(pairs, [&](const ClosePair& pair) {  // less than rounding of the energy: the harmonics are enough
+    const Tail& tail = pair.tails[0];
+    return !(pair.energy > 1e-13 * sites[tail.sphere].radius * tail.multipoles[0] * tail.multipoles[0]);
+  });
+  return pairs;
 }
 
 namespace {
@@ -237,46 +261,92 @@ struct TailOfPair {
   const Tail* tail = nullptr;
 };
 
-/// What a tail makes on the spheres beside its own, those at its gap apart, as harmonics up to `degree`.
-void add_elsewhere(std::vector<ClosePair>& close, TailOfPair of, const std::vector<std::vector<TailOfPair>>& tails,
-                   const std::vector<Site>& sites, const std::vector<NearPair>& beside, int degree) {
-  const Tail& tail = *of.tail;
-  std::vector<NearPair> pairs;
-  std::vector<Site> targets;
-  for (const NearPair& pair : beside) {
-    if (leads_across(tail, way_of_source(pair))) continue;
-    pairs.push_back(pair);
-    pairs.back().target = static_cast<int>(targets.size()), pairs.back().source = 0;
-    targets.push_back({sites[pair.target].centre, sites[pair.target].radius, degree});
+/// How fast the slowest of these tails falls off, those apart that lead across this way: the factor from one harmonic
+/// to the next, 0 where there is none.
+double slowest_ratio(const std::vector<TailOfPair>& tails, Vec3 way, const std::vector<Site>& sites) {
+  double ratio = 0;
+  for (const auto& [pair, tail] : tails) {
+    if (leads_across(*tail, way)) continue;
+    const double radius = sites[tail->sphere].radius, other = tail->facing_radius;
+    ratio = std::max(ratio, std::exp(-bispherical_coordinate(radius, other, tail->distance - radius - other)));
   }
-  if (pairs.empty()) return;
-  Site source = sites[tail.sphere];
-  std::vector<double> multipoles(harmonics(degree)), local(targets.size() * multipoles.size());
+  return ratio;
+}
+
+/// Up to which degree the tails of two spheres beside each other feel each other. Terms C(l+t, l) x^l y^t of l + t = n
+/// add up to (x + y)^n, most of it where l / t = x / y; x and y are radii over the distance, less what tails fall off.
+int degree_of_tails(const NearPair& pair, const std::vector<std::vector<TailOfPair>>& tails,
+                    const std::vector<Site>& sites, double accuracy) {
+  const double distance = norm(pair.way);
+  const double x = slowest_ratio(tails[pair.source], way_of_source(pair), sites) * sites[pair.source].radius / distance;
+  const double y = slowest_ratio(tails[pair.target], pair.way * -1.0, sites) * sites[pair.target].radius / distance;
+  if (x == 0 || y == 0) return 0;
+  const double share = std::max(x, y) / (x + y);
+  return x + y < 1 ? static_cast<int>(std::min<double>(largest_degree, share * std::log(accuracy) / std::log(x + y)))
+                   : largest_degree;
+}
+
+/// What a tail makes beyond its gap: on spheres, and with the tails of other pairs.
+struct Beyond {
+  std::vector<ClosePair::Elsewhere> elsewhere;
+  struct Met {
+    int pair = 0;
+    double energy = 0;
+  };
+  std::vector<Met> met;
+};
+
+/// The tail's multipoles beyond its sphere's degree, up to `degree`.
+std::vector<double> tail_alone(const Tail& tail, int own_degree, int degree) {
+  std::vector<double> multipoles(harmonics(degree));
   regular_harmonics(tail.axis, degree, multipoles.data());
   for (int l = 0; l <= degree; ++l)
     for (int m = -l; m <= l; ++m)
       multipoles[at(l, m)] *=
-          l > source.degree && l < static_cast<int>(tail.multipoles.size()) ? tail.sign * tail.multipoles[l] : 0;
+          l > own_degree && l < static_cast<int>(tail.multipoles.size()) ? tail.sign * tail.multipoles[l] : 0;
+  return multipoles;
+}
+
+/// Energy of a tail in a potential `made` on its sphere, in harmonics up to `degree`.
+double energy_in(const Tail& tail, const Site& site, const double* made, int degree) {
+  std::vector<double> harmonic(harmonics(degree));
+  regular_harmonics(tail.axis, degree, harmonic.data());
+  double energy = 0;
+  for (int l = site.degree + 1; l <= std::min<int>(degree, tail.multipoles.size() - 1); ++l)
+    for (int m = -l; m <= l; ++m) energy += tail.multipoles[l] * harmonic[at(l, m)] * made[at(l, m)];
+  return site.radius * tail.sign * energy;
+}
+
+/// Of a tail on the spheres beside its own, those at its gap apart, as harmonics up to `degree`.
+Beyond beyond(const Tail& tail, const std::vector<std::vector<TailOfPair>>& tails, const std::vector<Site>& sites,
+              const std::vector<NearPair>& beside, int degree) {
+  std::vector<NearPair> pairs, ways;
+  std::vector<Site> targets;
+  for (const NearPair& pair : beside) {
+    if (leads_across(tail, way_of_source(pair))) continue;
+    ways.push_back(pair);
+    pairs.push_back(pair);
+    pairs.back().target = static_cast<int>(targets.size()), pairs.back().source = 0;
+    targets.push_back({sites[pair.target].centre, sites[pair.target].radius, degree});
+  }
+  Beyond result;
+  if (pairs.empty()) return result;
+  Site source = sites[tail.sphere];
+  const std::vector<double> multipoles = tail_alone(tail, source.degree, degree);
+  std::vector<double> local(targets.size() * multipoles.size());
   source.degree = degree;
   // Nothing is left out at a distance: that would not be the same for both directions of tails that meet.
   NearField(targets, {source}, pairs, 1e-300, parallel::Team::single())
       .add(multipoles.data(), local.data(), parallel::Team::single());
-  std::size_t k = 0;
-  for (const NearPair& pair : beside) {
-    if (leads_across(tail, way_of_source(pair))) continue;
-    const double* made = local.data() + k++ * multipoles.size();
-    const Site& site = sites[pair.target];
-    close[of.pair].elsewhere.push_back({pair.target, {made, made + harmonics(site.degree)}});
-    for (const TailOfPair& other : tails[pair.target]) {
-      if (leads_across(*other.tail, pair.way * -1.0)) continue;  // met where both have a tail
-      std::vector<double> harmonic(harmonics(degree));
-      regular_harmonics(other.tail->axis, degree, harmonic.data());
-      double energy = 0;
-      for (int l = site.degree + 1; l <= std::min<int>(degree, other.tail->multipoles.size() - 1); ++l)
-        for (int m = -l; m <= l; ++m) energy += other.tail->multipoles[l] * harmonic[at(l, m)] * made[at(l, m)];
-      close[other.pair].meetings.push_back({of.pair, site.radius * other.tail->sign * energy});
-    }
+  for (std::size_t k = 0; k < ways.size(); ++k) {
+    const double* made = local.data() + k * multipoles.size();
+    const int sphere = ways[k].target;
+    result.elsewhere.push_back({sphere, {made, made + harmonics(sites[sphere].degree)}});
+    for (const TailOfPair& other : tails[sphere])
+      if (!leads_across(*other.tail, ways[k].way * -1.0))  // else met where both have a tail
+        result.met.push_back({other.pair, energy_in(*other.tail, sites[sphere], made, degree)});
   }
+  return result;
 }
 
 /// Meetings of the tails of one sphere.
@@ -295,7 +365,7 @@ void add_meetings(std::vector<ClosePair>& close, const std::vector<TailOfPair>& 
 }  // namespace
 
 void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
-                    double accuracy) {
+                    double accuracy, parallel::Team& team) {
   if (close.empty()) return;
   std::vector<std::vector<TailOfPair>> tails(sites.size());
   for (std::size_t p = 0; p < close.size(); ++p)
@@ -305,11 +375,24 @@ void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& site
   for (const NearPair& pair : pairs) {
     if (tails[pair.source].empty() || !reaches(pair, sites, accuracy)) continue;
     beside[pair.source].push_back(pair);
-    degree = std::max(degree, degree_felt(pair, sites, accuracy));
+    degree = std::max({degree, degree_felt(pair, sites, accuracy), degree_of_tails(pair, tails, sites, accuracy)});
   }
+  std::vector<TailOfPair> all;
+  for (const auto& of_sphere : tails) all.insert(all.end(), of_sphere.begin(), of_sphere.end());
+  std::vector<Beyond> found(all.size());
+  team.for_each(static_cast<int>(all.size()), [&](int k) {
+    const Tail& tail = *all[k].tail;
+    found[k] = beyond(tail, tails, sites, beside[tail.sphere], degree);
+  });
+  const Beyond* next = found.data();
   for (std::size_t i = 0; i < sites.size(); ++i) {
     add_meetings(close, tails[i], sites[i]);
-    for (const TailOfPair& tail : tails[i]) add_elsewhere(close, tail, tails, sites, beside[i], degree);
+    for (const TailOfPair& of : tails[i]) {
+      auto& elsewhere = close[of.pair].elsewhere;
+      elsewhere.insert(elsewhere.end(), next->elsewhere.begin(), next->elsewhere.end());
+      for (const Beyond::Met& met : next->met) close[met.pair].meetings.push_back({of.pair, met.energy});
+      ++next;
+    }
   }
 }
 

@@ -10,6 +10,10 @@ double bispherical_coordinate(double radius, double other, double gap);
 /// cosh(alpha) - 1 of the same.
 double cosh_less_one(double radius, double other, double gap);
 
+/// The share of an accuracy that is left to a solution where a gap is so narrow, 1 from a thirtieth of the
+/// smaller radius up: a force there goes like the square of a potential difference over the gap (README.md).
+double narrowness(double radius, double other, double gap);
+
 /// Two spheres alone with equal and opposite charges and a potential difference of 1: the axial multipoles of the one
 /// of `radius` (m = 0 about the way to the other), l = 0, 1, ... up to the degree, and its potential. By image charges:
 /// every charge mirrored at the other sphere, until `accuracy` is left.
@@ -53,13 +57,15 @@ struct ClosePair {
   std::vector<Meeting> meetings;
 };
 
-/// `gaps`: the pairs, each in one direction. Adds nothing where the sphere's harmonics are enough.
-std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy);
+/// `gaps`: the pairs, each in one direction. Adds nothing where the sphere's harmonics are enough. Throws Failure for a
+/// gap that takes too long.
+std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
+                                   parallel::Team& team = parallel::Team::single());
 
 /// What tails do beyond their own gap, `elsewhere` and `meetings`: tails of one sphere ring all round it. `pairs`: all
 /// that are near, in both directions.
 void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
-                    double accuracy);
+                    double accuracy, parallel::Team& team);
 
 /// Over 4 pi eps: of the tail with its amplitude, and of it and the multipoles up to the degree.
 Vec3 tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles);

@@ -46,11 +46,17 @@ double length(const std::vector<double>& x) {
   return std::sqrt(sum);
 }
 
-/// Of the right hand side, from which a potential that the sides give to all of a floating group is taken off: some
-/// roundings of it stay. Of a neutral sphere in a box of one potential nothing else does.
+/// Of the right hand side, from which a potential that all of a floating group, or all fixed groups of an insulated
+/// box, are given is taken off: some roundings of it stay. Of a neutral sphere in a box of one potential, and of
+/// spheres at one potential that nothing else surrounds, nothing else does.
 double rounding(const System& system) {
+  const SphereProblem& problem = system.problem();
   double sum = 0;
-  for (const Site& site : system.sites()) sum += site.radius * std::pow(system.wall().at(site.centre), 2);
+  for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
+    const Group& group = problem.groups[problem.spheres[i].group];
+    const double wall = system.wall().at(system.sites()[i].centre), fixed = group.floating ? 0 : group.potential;
+    sum += system.sites()[i].radius * (wall * wall + fixed * fixed);
+  }
   return 4 * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
 }
 

@@ -24,14 +24,15 @@ struct SphereSolver::Implementation {
 namespace {
 
 /// Of the residual over x = sqrt(R) a, of the largest: a charge q on the smallest sphere has x = q / sqrt(R), and what
-/// dipole that may leave wrong on the largest, R', beside it makes there a field that is sqrt(R' / R) as wrong. Not
-/// below fifty roundings, or what is asked for. A fifth of the accuracy: forces are no better with a tenth, whose error
-/// is that of the harmonics, and twice as wrong with three tenths (README.md).
-double tolerance_for(const SphereProblem& problem, double accuracy) {
+/// dipole that may leave wrong on the largest, R', beside it makes there a field that is sqrt(R' / R) as wrong; and
+/// narrow gaps ask for more. Not below fifty roundings, or what is asked for. A fifth of the accuracy: forces are no
+/// better with a tenth, whose error is that of the harmonics, and twice as wrong with three tenths (README.md).
+double tolerance_for(const System& system, double accuracy) {
   const double asked = 0.2 * accuracy;
-  if (problem.spheres.empty()) return asked;
-  const auto [smallest, largest] = std::ranges::minmax(problem.spheres, {}, &Sphere::radius);
-  return std::max(asked * std::sqrt(smallest.radius / largest.radius), std::min(asked, 1e-14));
+  if (system.sites().empty()) return asked;
+  const auto [smallest, largest] = std::ranges::minmax(system.sites(), {}, &Site::radius);
+  const double weighed = system.fields().narrowness() * std::sqrt(smallest.radius / largest.radius);
+  return std::max(asked * weighed, std::min(asked, 1e-14));
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   }
   {
     const Stopwatch watch(seconds.solve);
-    const double tolerance = tolerance_for(problem, my.options.accuracy);
+    const double tolerance = tolerance_for(*system, my.options.accuracy);
     if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
     x = system->start(my.history, tolerance);
     krylov = solve_krylov(*system, tolerance, x);

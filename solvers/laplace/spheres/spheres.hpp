@@ -88,7 +88,10 @@ struct PointField {
 };
 
 struct SphereOptions {
-  double accuracy = 1e-3;  ///< error of potentials, charges and forces, relative to the largest; 1e-12 to 0.1
+  /// Error of potentials, charges and forces that is aimed at, relative to the largest difference of potentials, charge
+  /// and force; 1e-12 to 0.1. Nothing estimates what comes out; where forces all but cancel it is up to some times as
+  /// much (README.md).
+  double accuracy = 1e-3;
   int degree =
       0;  ///< of the harmonics on all spheres, up to 200; 0: what the accuracy takes. Gaps are not treated apart then
 };

@@ -73,7 +73,7 @@ constexpr std::size_t many_spheres = 48;
 }  // namespace
 
 /// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
-void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs) {
+void Fields::choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team) {
   if (fixed_degree_ > 0) {
     for (Site& site : sites_) site.degree = fixed_degree_;
     return;
@@ -94,7 +94,13 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     const double apart = gap > 0 ? degree_beside(site.radius, other.radius, gap, accuracy_) : 2 * contact;
     degree[pair.target] = std::max(degree[pair.target], std::min(apart, contact));
     const bool one_potential = target.group == source.group && pair.sign > 0;
-    if (dielectric || one_potential || apart <= contact || pair.target > pair.source) continue;
+    if (dielectric || one_potential || apart <= contact) continue;
+    const double share = spheres::narrowness(site.radius, other.radius, gap);
+    narrowness_ = std::min(narrowness_, share);
+    const double closer = degree_at_contact(site.radius, other.radius, share * accuracy_);
+    if (degree[pair.target] < largest_degree)
+      degree[pair.target] = std::clamp<double>(closer, degree[pair.target], largest_degree);
+    if (pair.target > pair.source) continue;
     // Of two images that face each other the same way one stands for both.
     const auto twin = [&](const NearPair& p) {
       return pair.target == pair.source && p.target == pair.target && p.source == pair.source && p.mask == pair.mask &&
@@ -113,8 +119,16 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     }
     sites_[i].degree = static_cast<int>(std::ceil(degree[i]));
   }
-  close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_);
-  let_tails_meet(close_pairs_, sites_, pairs, accuracy_);
+  // A narrower gap of a sphere may ask for harmonics that are enough for this one, too.
+  const auto enough = [&](int i, int facing, double gap) {
+    return degree_beside(sites_[i].radius, sites_[facing].radius, gap, accuracy_) <= sites_[i].degree;
+  };
+  std::erase_if(gaps, [&](const NearPair& pair) {
+    const double gap = norm(pair.way) - sites_[pair.target].radius - sites_[pair.source].radius;
+    return enough(pair.target, pair.source, gap) && enough(pair.source, pair.target, gap);
+  });
+  close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_, team);
+  let_tails_meet(close_pairs_, sites_, pairs, accuracy_, team);
 }
 
 Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
@@ -127,15 +141,15 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
   else if (mirrors.bounded)
     range_ = choose_range(mirrors, sites_);
   const std::vector<NearPair> pairs = near_pairs(sites_);
-  choose_degrees(problem, pairs);
-  near_ = std::make_unique<NearField>(sites_, sites_, pairs, accuracy, team);
+  choose_degrees(problem, pairs, team);
+  near_ = std::make_unique<NearField>(sites_, sites_, pairs, narrowness_ * accuracy, team);
   if (cells_) {
     convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
                        ? past->convolution_
                        : std::make_shared<const CellConvolution>(mirrors, *cells_, accuracy);
     cell_field_ = std::make_unique<CellField>(convolution_, *cells_, sites_, sites_);
   } else if (mirrors.bounded) {
-    far_ = std::make_unique<FarField>(mirrors, sites_, sites_, range_, accuracy);
+    far_ = std::make_unique<FarField>(mirrors, sites_, sites_, range_, narrowness_ * accuracy);
   }
 }
 

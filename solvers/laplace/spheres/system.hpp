@@ -33,6 +33,7 @@ class Fields {
 
   const std::vector<Site>& sites() const { return sites_; }
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
+  double narrowness() const { return narrowness_; }  ///< close_pairs.hpp
   void add(const double* multipoles, double* local, parallel::Team& team) const;
   /// The same at points: 4 local coefficients a point, in powers of `unit`.
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
@@ -43,13 +44,14 @@ class Fields {
 
  private:
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
-  void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs);
+  void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
 
   const Mirrors* mirrors_;
   double accuracy_;
   int fixed_degree_;  ///< 0: none
   std::vector<Site> sites_;
   std::vector<ClosePair> close_pairs_;
+  double narrowness_ = 1;
   double range_ = 0;  ///< of images that act one by one, if there are no cells
   std::unique_ptr<Cells> cells_;
   std::unique_ptr<NearField> near_;

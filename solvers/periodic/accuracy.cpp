@@ -146,18 +146,6 @@ double alpha_for(double most, double cutoff, double dipole2) {
   return high;
 }
 
-/// The coarsest mesh of `candidates` along the longest side, `numbers` along others, whose error is no more than
-/// `most`.
-std::optional<Mesh> coarsest(const Cloud& cloud, double dipole2, double most, const std::vector<int>& candidates,
-                             const std::vector<int>& numbers, Vec3 lengths, int order, Window window) {
-  const auto fine_enough = [&](int number) {
-    const auto mesh = mesh_of(number, numbers, lengths, order, window);
-    return mesh && mesh_error(sample_of(*mesh), cloud, dipole2) <= most;
-  };
-  const auto number = std::ranges::partition_point(candidates, [&](int n) { return !fine_enough(n); });
-  return number == candidates.end() ? std::nullopt : mesh_of(*number, numbers, lengths, order, window);
-}
-
 }  // namespace
 
 double random_force(double charge2, double charges, double volume, double contact) {
@@ -198,35 +186,66 @@ std::vector<double> cutoffs(double longest, double contact, double between) {
   return cutoffs;
 }
 
+/// Of numbers of points along the longest side, and along others.
+struct Points {
+  std::vector<int> along_longest, others;
+
+  Points(const MeshRequest& request, const Way& way) : along_longest(way.points), others(way.points) {
+    const auto& by_hand = request.by_hand.points;
+    if (!by_hand) return;
+    along_longest = {*by_hand};
+    others.insert(std::ranges::lower_bound(others, *by_hand), *by_hand);
+  }
+};
+
+/// The coarsest mesh whose error is no more than `most`.
+std::optional<Mesh> coarsest(const Cloud& cloud, double most, const Points& points, const MeshRequest& request,
+                             int order, Window window) {
+  const auto of = [&](int number) { return mesh_of(number, points.others, request.lengths, order, window); };
+  const auto fine_enough = [&](int number) {
+    const auto mesh = of(number);
+    return mesh && mesh_error(sample_of(*mesh), cloud, dipole2_of(request)) <= most;
+  };
+  const auto number = std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n); });
+  return number == points.along_longest.end() ? std::nullopt : of(*number);
+}
+
+/// Nanoseconds without those of the mesh's points.
+double work_on_charges(const Way& way, const MeshRequest& request, double cutoff, double order) {
+  const double density = request.charges / (request.lengths.x * request.lengths.y * request.lengths.z);
+  return request.charges * (way.near(density, cutoff) + way.charge + way.row * order * order);
+}
+
+/// How 1/r is split at this cut-off so that the error `most`, squared, is left to the near part; none if none is.
+std::optional<MeshChoice> split_at(double cutoff, double most, const MeshRequest& request) {
+  const double dipole2 = dipole2_of(request);
+  MeshChoice choice{.cutoff = cutoff, .alpha = request.by_hand.alpha.value_or(0)};
+  if (request.gauss && choice.alpha == 0) choice.alpha = alpha_for(most, cutoff, dipole2);
+  if (choice.alpha == 0) choice.band_limit = band_limit_for(most, cutoff, dipole2);
+  if (choice.alpha > 0 && lost_with(choice.cloud(), dipole2) > most) return {};
+  return choice;
+}
+
 /// Those that leave the error `most`, squared, to near part and mesh each; none if there are none.
 std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way) {
   const ByHand& by_hand = request.by_hand;
-  const double dipole2 = dipole2_of(request);
-  auto numbers = way.points;
-  if (by_hand.points) numbers.insert(std::ranges::lower_bound(numbers, *by_hand.points), *by_hand.points);
-  const auto points = by_hand.points ? std::vector{*by_hand.points} : numbers;
-  const auto within =
-      by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact, way.between);
+  const Points points(request, way);
   std::optional<MeshChoice> best;
   double least = INFINITY;
-  const auto by_charges = [&](double cutoff, double order) {  // the mesh's points come on top
-    const double density = request.charges / (request.lengths.x * request.lengths.y * request.lengths.z);
-    return request.charges * (way.near(density, cutoff) + way.charge + way.row * order * order);
-  };
-  for (const double cutoff : within) {
-    if (cutoff > way.longest_cutoff || by_charges(cutoff, 0) >= least) break;
-    MeshChoice now{.cutoff = cutoff, .alpha = by_hand.alpha.value_or(0)};
-    if (request.gauss && now.alpha == 0) now.alpha = alpha_for(most, cutoff, dipole2);
-    if (now.alpha == 0) now.band_limit = band_limit_for(most, cutoff, dipole2);
-    const Cloud cloud = now.cloud();
-    if (now.alpha > 0 && lost_with(cloud, dipole2) > most) continue;
+  for (const double cutoff :
+       by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact, way.between)) {
+    if (cutoff > way.longest_cutoff || work_on_charges(way, request, cutoff, 0) >= least) break;
+    auto choice = split_at(cutoff, most, request);
+    if (!choice) continue;
+    const Cloud cloud = choice->cloud();
     for (int order = way.lowest_order; order <= way.highest_order; ++order) {
-      if (order != by_hand.order.value_or(order) || by_charges(cutoff, order) >= least) continue;
-      const auto mesh = coarsest(cloud, dipole2, most, points, numbers, request.lengths, order, window);
-      if (!mesh || by_charges(cutoff, order) + work_on_mesh(way, *mesh) >= least) continue;
-      least = by_charges(cutoff, order) + work_on_mesh(way, *mesh);
-      now.mesh = *mesh;
-      best = now;
+      const double by_charges = work_on_charges(way, request, cutoff, order);
+      if (order != by_hand.order.value_or(order) || by_charges >= least) continue;
+      const auto mesh = coarsest(cloud, most, points, request, order, window);
+      if (!mesh || by_charges + work_on_mesh(way, *mesh) >= least) continue;
+      least = by_charges + work_on_mesh(way, *mesh);
+      choice->mesh = *mesh;
+      best = choice;
     }
   }
   return best;
@@ -271,40 +290,48 @@ std::vector<Window> windows_in_single(const MeshRequest& request) {
   return {Window::prolate, Window::spline};
 }
 
-/// With the band limit of least error, which a larger one makes in the mesh and a smaller one near by.
+/// With the band limit of least error, which a larger one makes in the mesh and a smaller one near by. In double
+/// precision.
 MeshChoice by_hand_with(Window window, const MeshRequest& request) {
   const auto [cutoff, alpha, points, order] = request.by_hand;
   auto numbers = quick_for_fftw();
   numbers.insert(std::ranges::lower_bound(numbers, *points), *points);
   const auto mesh = mesh_of(*points, numbers, request.lengths, *order, window);
   if (!mesh) throw InputError(fmt::format("{} points along the longest side are more than 1024", *points));
-  MeshChoice choice{.mesh = *mesh, .cutoff = *cutoff, .band_limit = 1, .alpha = alpha.value_or(0)};
-  for (double limit = 1; limit <= 40 && choice.alpha == 0; limit += 0.25) {
-    MeshChoice other = choice;
+  MeshChoice best{.mesh = *mesh, .cutoff = *cutoff, .band_limit = 1, .alpha = alpha.value_or(0)};
+  best.error = error_of(best, request);
+  if (alpha) return best;
+  for (double limit = 1.25; limit <= 40; limit += 0.25) {
+    MeshChoice other = best;
     other.band_limit = limit;
-    if (error_of(other, request) < error_of(choice, request)) choice = other;
+    other.error = error_of(other, request);
+    if (other.error < best.error) best = other;
   }
-  choice.single = why_not_single(request).empty() && choice.mesh.points[2] % 2 == 0 &&
-                  std::ssize(cloud_polynomial(choice.cloud())) <= SingleNear::highest_degree + 1 &&
-                  error_of(choice, request) >= finest_single;
+  return best;
+}
+
+/// The same parameters in single precision; none if that cannot do with them, or is not as good as they are.
+std::optional<MeshChoice> in_single(MeshChoice choice, const MeshRequest& request) {
+  if (choice.mesh.points[2] % 2 != 0 || choice.error < finest_single ||
+      std::ssize(cloud_polynomial(choice.cloud())) > SingleNear::highest_degree + 1)
+    return {};
+  choice.single = true;
   choice.error = error_of(choice, request);
   return choice;
 }
 
+/// Nothing is searched for a precision that is out of the question.
 MeshChoice by_hand_alone(const MeshRequest& request) {
-  const bool known_in_single = *request.by_hand.order >= 4 && *request.by_hand.order <= 8;
+  const int order = *request.by_hand.order;
   std::optional<MeshChoice> best;
-  for (const Window window : windows_in_single(request)) {
-    if (!known_in_single) break;
-    const MeshChoice choice = by_hand_with(window, request);
-    if (choice.single && (!best || choice.error < best->error)) best = choice;
-  }
+  if (why_not_single(request).empty() && order >= 4 && order <= 8)
+    for (const Window window : windows_in_single(request)) {
+      const auto choice = in_single(by_hand_with(window, request), request);
+      if (choice && (!best || choice->error < best->error)) best = choice;
+    }
   if (best) return *best;
   require_order_in_double(request);
-  MeshChoice choice = by_hand_with(Window::spline, request);
-  choice.single = false;
-  choice.error = error_of(choice, request);
-  return choice;
+  return by_hand_with(Window::spline, request);
 }
 
 }  // namespace

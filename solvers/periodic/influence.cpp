@@ -132,9 +132,10 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
   return influence;
 }
 
-double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2) {
+namespace {
+
+double mesh_error(const Mesh& mesh, const Cloud& cloud, const Octant& octant, double dipole2) {
   double sum = 0;
-  const Octant octant(mesh);
   octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
     const auto along = [&](int k) -> const Axis::Mode& { return octant.axes[k].modes[mode[k]]; };
     const double error = dipole2 > 0
@@ -143,6 +144,16 @@ double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2) {
     sum += images * std::max(0.0, error);
   });
   return sum / mesh.volume();
+}
+
+}  // namespace
+
+double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2) {
+  return mesh_error(mesh, cloud, Octant(mesh), dipole2);
+}
+
+double mesh_error(const Mesh& mesh, const Cloud& cloud, const WindowTransform& window) {
+  return mesh_error(mesh, cloud, Octant(mesh, window), 0);
 }
 
 }  // namespace lichtenberg::periodic

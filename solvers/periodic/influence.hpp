@@ -38,5 +38,7 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);
 /// size of the box. With dipoles that point anywhere beside the charges, of mean square `dipole2` where that of charges
 /// is 1: a wave k of either is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (README, dipoles on a mesh).
 double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2 = 0);
+/// The same of charges alone, with another window than the mesh's.
+double mesh_error(const Mesh& mesh, const Cloud& cloud, const WindowTransform& window);
 
 }  // namespace lichtenberg::periodic

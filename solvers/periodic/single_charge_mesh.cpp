@@ -71,6 +71,75 @@ template <class Numbers, int order>
     for (int k = 0; k < 3; ++k) of[k] = of[k] * s[k] + coefficients(d);
 }
 
+/// Where the points around a place are.
+template <int order>
+struct Rows {
+  std::array<std::ptrdiff_t, order> plane, row;
+  std::array<float, 3> from_middle;  ///< between two points, in spacings
+
+  Rows(const SingleConvolution& grid, const Columns& columns, int s) {
+    std::array<int, 3> point;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint64_t spacings = static_cast<std::uint64_t>(columns.place(k)[s]) * grid.points()[k];
+      point[k] = static_cast<int>(spacings >> 32);
+      from_middle[k] =
+          static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(spacings) ^ 0x80000000u)) * 0x1p-32f;
+    }
+    for (int c = 0; c < order; ++c) {
+      plane[c] = wrapped(point[0] + c, grid.points()[0]) * grid.plane() + point[2];
+      row[c] = wrapped(point[1] + c, grid.points()[1]) * grid.row();
+    }
+  }
+  static int wrapped(int point, int points) { return point < points ? point : point - points; }
+};
+
+/// Of the points around a place, summed over x and y with their weights: numbers along z, slopes by spacings.
+template <int order>
+struct AlongZ {
+  Row<order> potential, slope_x, slope_y;
+};
+
+/// `x` and `y`: weights, and slopes.
+template <int order>
+[[gnu::always_inline]] inline AlongZ<order> summed_across(const SingleConvolution& grid, const Rows<order>& rows,
+                                                          const Both<order>& x, const Both<order>& y) {
+  Both<order> along_y[order];
+#pragma GCC unroll 8
+  for (int b = 0; b < order; ++b)
+    along_y[b] = joined<order>(Row<order>{} + y[b], Row<order>{} + y[lanes_of<order> + b]);
+  Both<order> here_and_slope_y{};
+  Row<order> slope_x{};
+#pragma GCC unroll 8
+  for (int a = 0; a < order; ++a) {
+    const float* plane = grid.data() + rows.plane[a];
+    Both<order> in_plane{};
+#pragma GCC unroll 8
+    for (int b = 0; b < order; ++b) {
+      const Row<order>& row = lanes<lanes_of<order>>(&plane[rows.row[b]]);
+      in_plane += along_y[b] * joined<order>(row, row);
+    }
+    here_and_slope_y += x[a] * in_plane;
+    slope_x += x[lanes_of<order> + a] * low_half<order>(in_plane);
+  }
+  return {low_half<order>(here_and_slope_y), slope_x, high_half<order>(here_and_slope_y)};
+}
+
+/// Slopes of the potential by spacings along x, y, z, and the potential; `z`: weights, and slopes.
+template <int order>
+[[gnu::always_inline]] inline Four summed_along(const AlongZ<order>& of, const Both<order>& z) {
+  const Row<order> weight = low_half<order>(z), slope = high_half<order>(z);
+  const auto half = [](const Row<order>& by, const Row<order>& row) {
+    const Row<order> product = by * row;
+    if constexpr (order <= 4)
+      return product;
+    else
+      return Four(__builtin_shufflevector(product, product, 0, 1, 2, 3) +
+                  __builtin_shufflevector(product, product, 4, 5, 6, 7));
+  };
+  return totals(half(weight, of.slope_x), half(weight, of.slope_y), half(slope, of.potential),
+                half(weight, of.potential));
+}
+
 }  // namespace
 
 const Mesh& SingleChargeMesh::checked_even(const Mesh& mesh) {
@@ -97,28 +166,6 @@ double SingleChargeMesh::reach() const {
   const Vec3 spacing = mesh_.spacing();
   return 0.5 * mesh_.order * std::max({spacing.x, spacing.y, spacing.z});
 }
-
-/// Where the points around a place are.
-template <int order>
-struct SingleChargeMesh::Rows {
-  std::array<std::ptrdiff_t, order> plane, row;
-  std::array<float, 3> from_middle;  ///< between two points, in spacings
-
-  Rows(const SingleConvolution& grid, const Columns& columns, int s) {
-    std::array<int, 3> point;
-    for (int k = 0; k < 3; ++k) {
-      const std::uint64_t spacings = static_cast<std::uint64_t>(columns.place(k)[s]) * grid.points()[k];
-      point[k] = static_cast<int>(spacings >> 32);
-      from_middle[k] =
-          static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(spacings) ^ 0x80000000u)) * 0x1p-32f;
-    }
-    for (int c = 0; c < order; ++c) {
-      plane[c] = wrapped(point[0] + c, grid.points()[0]) * grid.plane() + point[2];
-      row[c] = wrapped(point[1] + c, grid.points()[1]) * grid.row();
-    }
-  }
-  static int wrapped(int point, int points) { return point < points ? point : point - points; }
-};
 
 template <int order>
 void SingleChargeMesh::spread_charge(const Columns& columns, int s) {
@@ -150,37 +197,9 @@ void SingleChargeMesh::add_to(const Columns& columns, int s, float background, f
   const Rows<order> rows(grid_, columns, s);
   Both<order> both[3];  // weights, and slopes
   polynomials<Both<order>, order>(window_, rows.from_middle, both);
-  Both<order> along_y[order];
-#pragma GCC unroll 8
-  for (int b = 0; b < order; ++b)
-    along_y[b] = joined<order>(Row<order>{} + both[1][b], Row<order>{} + both[1][lanes_of<order> + b]);
-  Both<order> here_and_slope_y{};
-  Row<order> slope_x{};
-#pragma GCC unroll 8
-  for (int a = 0; a < order; ++a) {
-    const float* plane = grid_.data() + rows.plane[a];
-    Both<order> in_plane{};
-#pragma GCC unroll 8
-    for (int b = 0; b < order; ++b) {
-      const Row<order>& row = lanes<lanes_of<order>>(&plane[rows.row[b]]);
-      in_plane += along_y[b] * joined<order>(row, row);
-    }
-    here_and_slope_y += both[0][a] * in_plane;
-    slope_x += both[0][lanes_of<order> + a] * low_half<order>(in_plane);
-  }
-  const Row<order> potential = low_half<order>(here_and_slope_y), slope_y = high_half<order>(here_and_slope_y);
-  const Row<order> weight_z = low_half<order>(both[2]), slope_z = high_half<order>(both[2]);
-  const auto half = [](const Row<order>& weight, const Row<order>& row) {
-    const Row<order> product = weight * row;
-    if constexpr (order <= 4)
-      return product;
-    else
-      return Four(__builtin_shufflevector(product, product, 0, 1, 2, 3) +
-                  __builtin_shufflevector(product, product, 4, 5, 6, 7));
-  };
+  const AlongZ<order> line = summed_across(grid_, rows, both[0], both[1]);
   const Four& over_spacing = lanes<4>(over_spacing_.data());
-  Four felt = -over_spacing * totals(half(weight_z, slope_x), half(weight_z, slope_y), half(slope_z, potential),
-                                     half(weight_z, potential));
+  const Four felt = -over_spacing * summed_along<order>(line, both[2]);
   // What it sees of its own cloud, as in ChargeMesh.
   const float charge = columns.charge()[s];
   const Four place{rows.from_middle[0], rows.from_middle[1], rows.from_middle[2], 0};

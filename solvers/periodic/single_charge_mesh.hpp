@@ -31,8 +31,6 @@ class SingleChargeMesh {
   SingleChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influence& influence);
   static const Mesh& checked_even(const Mesh& mesh);
   template <int order>
-  struct Rows;
-  template <int order>
   void spread_charge(const Columns& columns, int s);
   template <int order>
   void add_to(const Columns& columns, int s, float background, float* sum) const;

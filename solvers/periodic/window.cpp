@@ -13,18 +13,6 @@ using Polynomial = std::vector<double>;  ///< of s^d
 
 constexpr int lowest_order = 4, highest_order = 8;
 
-/// How a prolate window is made: boxes that are folded with it, and its band limit over pi times its width.
-struct Recipe {
-  int boxes;
-  double band_limit;
-};
-
-/// Those that leave mesh_error least at the spacings that an accuracy from 1e-2 (order 4) to 1e-6 (order 8) asks for.
-Recipe recipe(int order) {
-  constexpr Recipe of_orders[] = {{1, 0.64}, {2, 0.64}, {2, 0.67}, {3, 0.57}, {4, 0.68}};
-  return of_orders[order - lowest_order];
-}
-
 double value(const Polynomial& of, double s) {
   double sum = 0;
   for (auto term = of.rbegin(); term != of.rend(); ++term) sum = sum * s + *term;
@@ -94,11 +82,9 @@ struct Core {
   std::vector<Polynomial> pieces;
 };
 
-Core core_of(Window window, int order) {
-  if (window == Window::spline) return {order - 1, {{1}}};
-  const auto [boxes, band_limit] = recipe(order);
-  const int rest = order - boxes;
-  return {boxes, prolate_pieces(rest, band_limit, rest - 1)};
+Core prolate_core(int order, ProlateRecipe recipe) {
+  const int rest = order - recipe.boxes;
+  return {recipe.boxes, prolate_pieces(rest, recipe.band_limit, rest - 1)};
 }
 
 double total(const std::vector<Polynomial>& pieces) {
@@ -112,8 +98,15 @@ double total(const std::vector<Polynomial>& pieces) {
 
 }  // namespace
 
+/// Those that have the least mesh_error at the spacings that an accuracy from 1e-2 (order 4) to 1e-6 (order 8) asks
+/// for.
+ProlateRecipe prolate_recipe(int order) {
+  constexpr ProlateRecipe of_orders[] = {{1, 0.64}, {2, 0.64}, {2, 0.67}, {3, 0.66}, {4, 0.68}};
+  return of_orders[order - lowest_order];
+}
+
 std::vector<std::vector<double>> window_pieces(Window window, int order) {
-  auto [boxes, pieces] = core_of(window, order);
+  auto [boxes, pieces] = window == Window::spline ? Core{order - 1, {{1}}} : prolate_core(order, prolate_recipe(order));
   const double size = total(pieces);
   for (int n = 0; n < boxes; ++n) pieces = folded(pieces);
   std::vector<std::vector<double>> weights(pieces.front().size(), std::vector<double>(order));
@@ -125,21 +118,19 @@ std::vector<std::vector<double>> window_pieces(Window window, int order) {
 const WindowTransform& WindowTransform::of(Window window, int order) {
   static const std::vector<WindowTransform> all = [] {
     std::vector<WindowTransform> made;
-    for (const Window one : {Window::spline, Window::prolate})
-      for (int n = lowest_order; n <= highest_order; ++n) made.push_back(WindowTransform(one, n));
+    for (int n = lowest_order; n <= highest_order; ++n) made.push_back(WindowTransform(n));
+    for (int n = lowest_order; n <= highest_order; ++n) made.push_back(WindowTransform(n, prolate_recipe(n)));
     return made;
   }();
   return all[(window == Window::spline ? 0 : highest_order - lowest_order + 1) + order - lowest_order];
 }
 
-WindowTransform::WindowTransform(Window window, int order) : boxes_(order) {
-  if (window == Window::spline) return;
+WindowTransform::WindowTransform(int order, ProlateRecipe recipe) : boxes_(recipe.boxes) {
   // Gauss' with six points integrates polynomials up to degree eleven: cos(k s) with k up to far_turns and a half, of
   // which half a turn in a spacing counts most.
   constexpr double at[] = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521};
   constexpr double weights[] = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
-  auto [boxes, pieces] = core_of(window, order);
-  boxes_ = boxes;
+  const std::vector<Polynomial> pieces = prolate_core(order, recipe).pieces;
   constexpr int parts = 4;  // of a spacing
   const double middle = 0.5 * static_cast<double>(pieces.size()), size = total(pieces);
   for (std::size_t j = 0; j < pieces.size(); ++j)

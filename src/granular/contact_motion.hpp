@@ -15,6 +15,7 @@ namespace lichtenberg::granular {
 struct ContactsFollowed {
   ContactRecord record;
   double stored_at_start = 0, stored_at_end = 0;
+  double work = 0;             ///< of held forces
   int searches = 0;            ///< for pairs
   double fastest_release = 0;  ///< to which what is stored in one contact would bring its two, apart from rounding
 };
@@ -25,7 +26,7 @@ struct ContactSteps {
   int steps = 1;
   double fastest = 0;        ///< the largest speed, at the beginning
   double kicked = INFINITY;  ///< by which a velocity may have changed since the steps before; infinite: places may too
-  double gain = 0;           ///< by which held forces may change one within these
+  double gain = 0;           ///< by which held forces may change one within these, evenly
   double way = 0.3;          ///< how far the fastest may fly before pairs are looked for anew
 };
 

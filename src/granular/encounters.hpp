@@ -13,7 +13,8 @@ namespace lichtenberg::granular {
 /// What grains may do until pairs are looked for anew.
 struct Bounds {
   double fastest = 0;       ///< without contacts; no collision makes one faster than twice that
-  double jolt = 0;          ///< by which all but contacts may change a velocity, together
+  double jolt = 0;          ///< by which all but contacts may change a velocity at once, together
+  double pull = 0;          ///< by which all but contacts accelerate a grain
   double acceleration = 0;  ///< of two towards each other by contacts
   double excess = 0;        ///< by how much more than that two come closer before it is known that there was more
 
@@ -26,17 +27,20 @@ struct Bounds {
 
 inline constexpr double rounding = 1e-9;  ///< of lengths: more than that of places, less than what matters
 
-/// For how long pairs stay apart, at least. In straight flight two come closer never faster than at first, c, jolts
-/// make that faster, and contacts bring them a t^2 / 2 closer, or 3 speeds t: their gap lasts longer than either way
-/// has it closed.
+/// For how long pairs stay apart, at least. In straight flight two come closer never faster than at first, c; jolts
+/// make that faster, all else but contacts brings them 2 pull t^2 / 2 closer, and contacts a t^2 / 2 or 3 speeds t:
+/// their gap lasts longer than either way has it closed.
 template <int d>
 Several apart_for(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
   const Several distance = sqrt(norm2(pairs.apart));
   const Several gap = not_below<Several>(distance - ((1 + rounding) * reach + bounds.excess), 0);
   const Several straight = not_below<Several>(-dot(pairs.apart, pairs.velocity) / distance, 0);
+  const auto closed_after = [&](const Several& speed, double acceleration) {
+    return 2.0 * gap / (speed + sqrt(speed * speed + 2 * acceleration * gap));
+  };
   const Several closing = straight + 2 * bounds.jolt;
-  const Several bent = 2.0 * gap / (closing + sqrt(closing * closing + 2 * bounds.acceleration * gap));
-  const Several time = not_below<Several>(bent, gap / (closing + 3 * bounds.speed()));
+  const Several bent = closed_after(closing, bounds.acceleration + 2 * bounds.pull);
+  const Several time = not_below<Several>(bent, closed_after(closing + 3 * bounds.speed(), 2 * bounds.pull));
   return chosen<Several>(gap > 0, time, 0);
 }
 
@@ -45,15 +49,17 @@ Several apart_for(const PairState<d, Several>& pairs, const Several& reach, cons
 template <int d>
 class Encounters {
  public:
-  /// Velocities have been changed by so much, or will be before somebody says so again, and not by contacts.
+  /// Velocities have been changed at once by so much, and not by contacts.
   void jolt(double most) { jolts_ += most; }
-  /// Contacts have accelerated a grain by so much.
+  /// All but contacts accelerate no grain by more than that, until somebody says so again.
+  void pull(double acceleration) { pull_ = acceleration; }
+  /// Contacts, or all there is, have accelerated a grain by so much.
   void push(double acceleration) { hardest_push_ = std::max(hardest_push_, acceleration); }
   double hardest_push() const { return hardest_push_; }  ///< since the search
   /// Whether all pairs that may touch within `time` from now are waited for; `fastest`: what is the largest speed now.
   bool cover(double time, double fastest) const {
     constexpr double margin = 1.2;  // by which pushes may grow within a step
-    return now_ + time <= horizon_ && fastest <= bounds_.speed() && jolts_ <= bounds_.jolt &&
+    return now_ + time <= horizon_ && fastest <= bounds_.speed() && jolts_ <= bounds_.jolt && pull_ <= bounds_.pull &&
            2 * margin * hardest_push_ <= bounds_.acceleration;
   }
   /// Looks for all pairs that may touch within `horizon`, without those that are open, for steps of length `step`.
@@ -70,19 +76,20 @@ class Encounters {
 
  private:
   static constexpr int pairs_a_task = 4096;  ///< a multiple of any width
-  static constexpr double slack = 1e-6;      ///< of a bucket's time: more than sums of steps are rounded by
+  static constexpr int spots_a_task = 4096;
+  static constexpr double slack = 1e-6;  ///< of a bucket's time: more than sums of steps are rounded by
   static constexpr int ahead = 16;
   struct alignas(64) Spot {
     std::array<double, d> place, velocity;
     double radius = 0;
   };
 
-  void copy_spots(const Bodies& bodies);
+  void copy_spots(const Bodies& bodies, parallel::Team& team);
   void estimate(const std::vector<Pair>& pairs, parallel::Team& team);
 
   Bounds bounds_;
   double now_ = 0, horizon_ = -1, bucket_ = 1;  ///< times since the search
-  double jolts_ = 0, hardest_push_ = 0;
+  double jolts_ = 0, pull_ = 0, hardest_push_ = 0;
   std::size_t next_ = 0;                    ///< the first bucket that is not taken
   std::vector<std::vector<Pair>> waiting_;  ///< by the bucket of time in which they may touch
   std::vector<Pair> soon_;                  ///< in a bucket that is taken already
@@ -93,10 +100,10 @@ class Encounters {
 };
 
 template <int d>
-void Encounters<d>::copy_spots(const Bodies& bodies) {
+void Encounters<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
   const int n = bodies.size();
   spots_.resize(n);
-  for (int s = 0; s < n; ++s) {
+  const auto copy = [&](int s) {
     const int i = cells_.particles()[s], later = cells_.particles()[std::min(s + ahead, n - 1)];
     __builtin_prefetch(&bodies.position[later * d]);
     __builtin_prefetch(&bodies.momentum[later * d]);
@@ -107,7 +114,10 @@ void Encounters<d>::copy_spots(const Bodies& bodies) {
       spot.velocity[k] = per_mass * bodies.momentum[i * d + k];
     }
     spot.radius = bodies.radius[i];
-  }
+  };
+  team.for_each((n + spots_a_task - 1) / spots_a_task, [&](int task) {
+    for (int s = task * spots_a_task; s < std::min(n, (task + 1) * spots_a_task); ++s) copy(s);
+  });
 }
 
 /// Of pairs of slots.
@@ -153,7 +163,7 @@ void Encounters<d>::search(const Bodies& bodies, const Bounds& bounds, double ho
   nearest_ = NearestImage<d>(grains.box);
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
-  copy_spots(bodies);
+  copy_spots(bodies, team);
   const std::vector<Pair>& pairs = cells_.pairs(team);
   estimate(pairs, team);
   for (std::size_t p = 0; p < pairs.size(); ++p) {

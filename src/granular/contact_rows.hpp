@@ -1,0 +1,341 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "src/granular/encounters.hpp"
+#include "src/granular/pair_motion.hpp"
+#include "src/granular/pair_table.hpp"
+#include "src/granular/touched_grains.hpp"
+
+namespace lichtenberg::granular {
+
+/// Numbers of the pairs that are computed in a step: what who counts contacts reads of them, and what they need
+/// themselves.
+template <int d>
+struct PairColumns {
+  Table table;
+  Column reach{table}, mass{table}, scale{table};    ///< mass: reduced
+  Column lower{table}, higher{table};                ///< 1 / mass of the two
+  Column age{table}, overlap{table}, stored{table};  ///< age below 0: they do not touch
+  VectorColumn<d> apart{table}, velocity{table};
+  VectorColumn<d> force{table};    ///< on the higher, at the start of the step
+  VectorColumn<d> outside{table};  ///< acceleration by others, at the start
+  VectorColumn<d> halfway_force{table};
+  Column felt{table};                            ///< square of the larger acceleration of the two, halfway
+  VectorColumn<d> impulse{table}, shift{table};  ///< on the higher; shift: what it moves by, times its mass
+  Column dissipated{table}, touched{table}, impact_speed{table};
+
+  PairState<d> state(int pair) const { return {apart[pair], velocity[pair]}; }
+};
+
+/// The motion of pairs of touched grains over one step, as many pairs at once as the processor computes with: first
+/// those in contact, then those that may come to it.
+template <int d, class Law>
+class ContactRows {
+ public:
+  ContactRows(const Law& law, TouchedGrains<d>& grains) : law_(law), grains_(grains) {}
+
+  void begin(const Box<d>& box, double dt) {
+    nearest_ = NearestImage<d>(box);
+    dt_ = dt;
+  }
+  /// Where so many pairs in contact are that contacts have been followed for, and the force on each: zero on those that
+  /// have parted. `slots_of(p)`, `since_of(p)`: their grains, and when they touched.
+  template <class SlotsOf, class SinceOf>
+  void look(int touching, const SlotsOf& slots_of, const SinceOf& since_of, double time, bool all_touch,
+            parallel::Team& team);
+  /// Pairs that are apart at the beginning of step n and may come into contact.
+  template <class SlotsOf>
+  void add(int meeting, const SlotsOf& slots_of, int n, parallel::Team& team);
+  /// The motion of all to the end of the step, which `move` gives to their grains.
+  void follow(parallel::Team& team);
+  void move(int n);
+  /// The largest acceleration of a grain in the middle of the step that has been followed.
+  double hardest_push() const;
+
+  int touching() const { return touching_; }
+  int count() const { return count_; }
+  Pair slots(int pair) const { return pair_[pair]; }
+  const PairColumns<d>& of() const { return of_; }
+
+ private:
+  static constexpr int pairs_a_task = 512;  ///< a multiple of any width
+  static constexpr int ahead = TouchedGrains<d>::ahead;
+  using Felt = typename TouchedGrains<d>::Felt;
+  using Forces = std::array<double, d> Felt::*;
+  /// The law of each pair's two grains.
+  struct OfPairs {
+    const Law& law;
+    Several scale;
+
+    ContactPush<Several> operator()(const Several& overlap) const { return law.push(overlap, scale); }
+  };
+  using Pairs = PairMotion<d, OfPairs, Several>;
+  /// One grain of each of several pairs.
+  struct Seen {
+    Vectors<d> place, velocity;
+    Several per_mass;
+  };
+
+  void resize(int pairs);
+  /// Calls visit(row) for those from `first` on, a multiple of the width.
+  template <class Visit>
+  void for_each_row(int first, int last, parallel::Team& team, const Visit& visit) {
+    team.for_each((last - first + pairs_a_task - 1) / pairs_a_task, [&](int task) {
+      const int begin = first + task * pairs_a_task;
+      for (int p = begin; p < std::min(last, begin + pairs_a_task); p += width) visit(Row{p});
+    });
+  }
+  template <bool flies, class Slot>
+  Seen seen(const Slot& slot, int n) const;
+  PairState<d, Several> between(const Seen& lower, const Seen& higher) const;
+  template <bool flies>
+  void see(Row row, int n);
+  void push(Row row);
+  void feel_each_other(parallel::Team& team);
+  void add(Forces when, Pair pair, const Vec<d>& push);
+  template <class Those>
+  std::array<Vectors<d>, 2> felt(Forces when, const Those& of) const;
+  template <class Those>
+  Vectors<d> relative(const std::array<Vectors<d>, 2>& forces, const Those& of) const;
+  template <class Those, class Go>
+  auto follow_those(const Those& of, const Go& go);
+
+  template <class Those>
+  Pairs motion(const Those& of, const Outside<d, Several>& outside = {}) const {
+    return {{law_, of_.scale.at(of)}, of_.reach.at(of), of_.mass.at(of), outside};
+  }
+  template <class Those>
+  PairState<d, Several> state(const Those& of) const {
+    return {of_.apart.at(of), of_.velocity.at(of)};
+  }
+
+  const Law& law_;
+  TouchedGrains<d>& grains_;
+  NearestImage<d> nearest_{Box<d>{}};
+  double dt_ = 0;
+  int touching_ = 0, count_ = 0;
+  std::vector<Pair> pair_;  ///< of slots
+  PairColumns<d> of_;
+};
+
+template <int d, class Law>
+void ContactRows<d, Law>::resize(int pairs) {
+  count_ = pairs;
+  const std::size_t whole = static_cast<std::size_t>(pairs + width - 1) / width * width;
+  pair_.resize(whole, pairs > 0 ? pair_[pairs - 1] : Pair{});
+  of_.table.resize(whole);
+}
+
+/// At the beginning of step n; not `flies`: those that contacts have been followed to it for.
+template <int d, class Law>
+template <bool flies, class Slot>
+auto ContactRows<d, Law>::seen(const Slot& slot, int n) const -> Seen {
+  Seen s;
+  s.per_mass = Several([&](int lane) { return grains_.grain(slot(lane)).per_mass; });
+  const Several t([&](int lane) { return flies ? (n - grains_.grain(slot(lane)).followed_to) * dt_ : 0; });
+  for (int k = 0; k < d; ++k) {
+    s.place[k] = Several([&](int lane) { return grains_.grain(slot(lane)).place[k]; });
+    Several momentum([&](int lane) { return grains_.grain(slot(lane)).momentum[k]; });
+    if constexpr (flies) {
+      Several force = 0;
+      if (grains_.are_held()) force = Several([&](int lane) { return grains_.held(slot(lane))[k]; });
+      s.place[k] += t * s.per_mass * (momentum + 0.5 * t * force);
+      momentum += t * force;
+    }
+    s.velocity[k] = momentum * s.per_mass;
+  }
+  return s;
+}
+
+template <int d, class Law>
+PairState<d, Several> ContactRows<d, Law>::between(const Seen& lower, const Seen& higher) const {
+  PairState<d, Several> state;
+  for (int k = 0; k < d; ++k) {
+    const Several x = higher.place[k] - lower.place[k];
+    state.apart[k] = x - nearest_.length[k] * nearbyint(x * nearest_.turns_a_metre[k]);
+    state.velocity[k] = higher.velocity[k] - lower.velocity[k];
+  }
+  return state;
+}
+
+template <int d, class Law>
+template <bool flies>
+[[gnu::flatten]] void ContactRows<d, Law>::see(Row row, int n) {
+  const Seen lower = seen<flies>([&](int lane) { return pair_[row[lane]].i; }, n);
+  const Seen higher = seen<flies>([&](int lane) { return pair_[row[lane]].j; }, n);
+  const auto state = between(lower, higher);
+  const Several radius_i([&](int lane) { return grains_.felt(pair_[row[lane]].i).radius; });
+  const Several radius_j([&](int lane) { return grains_.felt(pair_[row[lane]].j).radius; });
+  const Several reach = radius_i + radius_j;
+  of_.apart.put(row, state.apart);
+  of_.velocity.put(row, state.velocity);
+  of_.lower.put(row, lower.per_mass);
+  of_.higher.put(row, higher.per_mass);
+  of_.reach.put(row, reach);
+  of_.mass.put(row, 1.0 / (lower.per_mass + higher.per_mass));
+  of_.scale.put(row, law_.scale(radius_i, radius_j));
+  of_.overlap.put(row, reach - sqrt(norm2(state.apart)));
+}
+
+template <int d, class Law>
+[[gnu::flatten]] void ContactRows<d, Law>::push(Row row) {
+  const auto touching = of_.age.at(row) >= 0;
+  of_.force.put(row, chosen<d, Several>(touching, motion(row).force(state(row)), {}));
+  of_.stored.put(row, law_.push(not_below<Several>(of_.overlap.at(row), 0), of_.scale.at(row)).stored);
+}
+
+template <int d, class Law>
+template <class SlotsOf, class SinceOf>
+void ContactRows<d, Law>::look(int touching, const SlotsOf& slots_of, const SinceOf& since_of, double time,
+                               bool all_touch, parallel::Team& team) {
+  touching_ = touching;
+  pair_.clear();
+  for (int p = 0; p < touching; ++p) pair_.push_back(slots_of(p));
+  resize(touching);
+  for_each_row(0, touching, team, [&](Row row) {
+    see<false>(row, 0);
+    const Several since([&](int lane) { return since_of(std::min(row[lane], touching - 1)); });
+    // One that touched at the end of the step before may, by rounding, have done so later than now, or not yet.
+    const Several age = not_below<Several>(time - since, 0);
+    const auto touch = of_.overlap.at(row) > 0 || age <= rounding * dt_;
+    of_.age.put(row, all_touch ? age : chosen<Several>(touch, age, -1));
+    push(row);
+  });
+}
+
+template <int d, class Law>
+template <class SlotsOf>
+void ContactRows<d, Law>::add(int meeting, const SlotsOf& slots_of, int n, parallel::Team& team) {
+  pair_.resize(touching_);
+  for (int p = 0; p < meeting; ++p) pair_.push_back(slots_of(p));
+  resize(touching_ + meeting);
+  // The last row of those in contact is filled up, and looked at once more with that.
+  for (std::size_t p = touching_; p < pair_.size(); ++p) of_.age[static_cast<int>(p)] = -1;
+  for_each_row(touching_ / width * width, count_, team, [&](Row row) {
+    see<true>(row, n);
+    push(row);
+  });
+}
+
+template <int d, class Law>
+void ContactRows<d, Law>::add(Forces when, Pair pair, const Vec<d>& push) {
+  auto &on_i = grains_.felt(pair.i).*when, &on_j = grains_.felt(pair.j).*when;
+  for (int k = 0; k < d; ++k) on_i[k] -= push[k], on_j[k] += push[k];
+}
+
+/// On the lower and the higher of each pair.
+template <int d, class Law>
+template <class Those>
+std::array<Vectors<d>, 2> ContactRows<d, Law>::felt(Forces when, const Those& of) const {
+  const auto on = [&](int Pair::*which) {
+    return Vectors<d>::each(
+        [&](int k) { return Several([&](int lane) { return (grains_.felt(pair_[of[lane]].*which).*when)[k]; }); });
+  };
+  return {on(&Pair::i), on(&Pair::j)};
+}
+template <int d, class Law>
+template <class Those>
+Vectors<d> ContactRows<d, Law>::relative(const std::array<Vectors<d>, 2>& forces, const Those& of) const {
+  return of_.higher.at(of) * forces[1] - of_.lower.at(of) * forces[0];
+}
+
+/// The forces of contacts at the start and in the middle of the step, so that each knows what the others of its grains
+/// do. In the middle grains are where the forces at the start carry them.
+template <int d, class Law>
+void ContactRows<d, Law>::feel_each_other(parallel::Team& team) {
+  for (int s = 0; s < grains_.slots(); ++s) {
+    Felt& felt = grains_.felt(s);
+    felt.start = felt.halfway = grains_.are_held() ? grains_.held(s) : std::array<double, d>{};
+  }
+  for (int p = 0; p < touching_; ++p) add(&Felt::start, pair_[p], of_.force[p]);
+  const double h = 0.5 * dt_;
+  for_each_row(0, count_, team, [&](Row row) [[gnu::flatten]] {
+    const Vectors<d> acceleration = relative(felt(&Felt::start, row), row);
+    const PairState<d, Several> now = state(row);
+    const Several time = h, half_square = 0.5 * h * h;
+    of_.outside.put(row, acceleration - (1.0 / of_.mass.at(row)) * of_.force.at(row));
+    of_.halfway_force.put(row, motion(row).force({now.apart + time * now.velocity + half_square * acceleration,
+                                                  now.velocity + time * acceleration}));
+  });
+  for (int p = 0; p < count_; ++p) add(&Felt::halfway, pair_[p], of_.halfway_force[p]);
+}
+
+/// Pairs whose force ends within the step, which are few, are computed together.
+template <int d, class Law>
+void ContactRows<d, Law>::follow(parallel::Team& team) {
+  feel_each_other(team);
+  team.for_each((count_ + pairs_a_task - 1) / pairs_a_task, [&](int task) {
+    std::array<int, pairs_a_task> ending;
+    int endings = 0;
+    for (int p = task * pairs_a_task; p < std::min(count_, (task + 1) * pairs_a_task); p += width) {
+      const auto lets_go =
+          follow_those(Row{p}, [&](const Pairs& pairs, auto& begun) { return pairs.go_on(begun, dt_); });
+      for (int lane = 0; any(lets_go) && lane < width; ++lane)
+        if (lets_go[lane]) ending[endings++] = p + lane;
+    }
+    for (int e = 0; e < endings; e += width) {
+      Picked picked;
+      for (int lane = 0; lane < width; ++lane) picked.pairs[lane] = ending[std::min(e + lane, endings - 1)];
+      follow_those(picked, [&](const Pairs& pairs, auto& begun) {
+        begun.step = pairs.let_go_within(begun, dt_);
+        return begun.moves;
+      });
+    }
+  });
+}
+
+/// Each pair by itself, with what the others give it linear in time.
+template <int d, class Law>
+template <class Those, class Go>
+[[gnu::flatten]] auto ContactRows<d, Law>::follow_those(const Those& of, const Go& go) {
+  const Several mass = of_.mass.at(of), dt = dt_;
+  const PairState<d, Several> start = state(of);
+  const Vectors<d> first = of_.outside.at(of);
+  const auto halfway = felt(&Felt::halfway, of);
+  const Vectors<d> middle = relative(halfway, of) - (1.0 / mass) * of_.halfway_force.at(of);
+  const Outside<d, Several> outside{first, Several(2 / dt_) * (middle - first)};
+  const Pairs pairs = motion(of, outside);
+  const Several age = of_.age.at(of);
+  auto begun = pairs.begin(start, age >= 0, age, dt_);
+  const auto result = go(pairs, begun);
+  const PairStep<d, Several>& step = begun.step;
+  const Vectors<d> none{};  // not even an impulse of rounding
+  of_.impulse.put(
+      of, chosen<d, Several>(begun.moves, mass * (step.end.velocity - start.velocity - outside.velocity(dt)), none));
+  of_.shift.put(
+      of, chosen<d, Several>(begun.moves,
+                             mass * (step.end.apart - start.apart - dt * start.velocity - outside.path(dt)), none));
+  const Several lower = of_.lower.at(of), higher = of_.higher.at(of);
+  of_.felt.put(of, not_below<Several>(lower * lower * norm2(halfway[0]), higher * higher * norm2(halfway[1])));
+  of_.dissipated.put(of, step.dissipated);
+  of_.touched.put(of, step.touched);
+  of_.impact_speed.put(of, step.impact_speed);
+  return result;
+}
+
+template <int d, class Law>
+double ContactRows<d, Law>::hardest_push() const {
+  Several square = 0;
+  for (int p = 0; p < count_; p += width) square = not_below<Several>(square, of_.felt.at(Row{p}));
+  return std::sqrt(hmax(square));
+}
+
+/// Carries those that contacts push to the end of step n.
+template <int d, class Law>
+void ContactRows<d, Law>::move(int n) {
+  for (int p = 0; p < count_; ++p) {
+    const Pair later = pair_[std::min(p + ahead, count_ - 1)];
+    grains_.prefetch(later.i);
+    grains_.prefetch(later.j);
+    if (!(of_.age[p] >= 0 || of_.touched[p] >= 0)) continue;
+    const Vec<d> shift = of_.shift[p], impulse = of_.impulse[p];
+    grains_.push(pair_[p].i, n + 1, -of_.lower[p], shift, -1, impulse);
+    grains_.push(pair_[p].j, n + 1, of_.higher[p], shift, 1, impulse);
+  }
+}
+
+}  // namespace lichtenberg::granular

@@ -1,0 +1,282 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solvers/geometry/vec.hpp"
+#include "solvers/neighbours/pairs.hpp"
+#include "solvers/parallel/team.hpp"
+#include "src/model/bodies.hpp"
+
+namespace lichtenberg::granular {
+
+/// The grains of a gas while their contacts are followed for some steps of equal length. Those that contacts may push
+/// lie together in slots, in the order in which they got them; all others stay what they are in the bodies, and fly
+/// from the beginning to the end in one go. Held forces, if there are any, act on all.
+template <int d>
+class TouchedGrains {
+ public:
+  /// A grain as it was when a contact last pushed it, or at the start; in one line of a cache.
+  struct alignas(64) Grain {
+    std::array<double, d> place, momentum;
+    double per_mass = 0;
+    std::int32_t followed_to = 0;  ///< the step at whose beginning it was so
+    std::int32_t particle = 0;
+  };
+  /// What its pairs need of a grain, all forces on it at the start and in the middle of a step; in one line too.
+  struct alignas(64) Felt {
+    std::array<double, d> start, halfway;
+    double radius = 0;
+    std::int32_t touches = 0;
+  };
+
+  /// Starts from the bodies, which stay where they are until they `fly`, with those of the contacts in slots in the
+  /// order of these. Masses and radii are always those of the first call.
+  template <class PairOf>
+  void begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts, const PairOf& pair_of,
+             parallel::Team& team);
+  /// Of a particle; if it has none, it gets one.
+  int slot_of(int particle);
+  bool has_slot(int particle) const { return slot_[particle] >= 0; }
+  double radius_of(int particle) const { return made_[particle].radius; }
+  double widest() const { return widest_; }  ///< radius of all grains
+  double lightest() const { return lightest_; }
+
+  int slots() const { return static_cast<int>(grains_.size()); }
+  const Grain& grain(int slot) const { return grains_[slot]; }
+  const Felt& felt(int slot) const { return felt_[slot]; }
+  Felt& felt(int slot) { return felt_[slot]; }
+  bool are_held() const { return !held_.empty(); }
+  const std::array<double, d>& held(int slot) const { return held_[slot]; }
+
+  /// At the beginning of step n, if no contact pushes before; grains get no slots by that.
+  Grain flown(int slot, int n) const;
+  Grain at(int particle, int n) const;
+  /// What a contact gave to a grain within the step that ends where n begins.
+  void push(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
+  /// Brings the bodies from the start to step n. Returns the work of the held forces.
+  double fly(Bodies& bodies, int n, parallel::Team& team) const;
+  /// Memory of these will be asked for.
+  void prefetch(Pair pair) const;
+  void prefetch(int slot) const { __builtin_prefetch(&grains_[slot], 1); }
+
+  static constexpr int ahead = 16;  ///< pairs or grains, of which memory is asked for early
+
+ private:
+  static constexpr int grains_a_task = 4096;
+  struct Made {
+    double per_mass = 0, radius = 0;
+  };
+
+  void make(const Bodies& bodies);
+  void prefetch_particle(int particle) const;
+  int new_slot(int particle);
+  void fill(int slot);
+  double fly_all(Bodies& bodies, double t, int first, int last) const;
+  double put_back(Bodies& bodies, int n, int first, int last) const;
+  /// The sum of visit(first, last) over ranges, in their order.
+  template <class Visit>
+  static double sum_over_ranges(int count, parallel::Team& team, const Visit& visit);
+
+  const Bodies* bodies_ = nullptr;       ///< as they are at the start
+  std::span<const double> held_forces_;  ///< [N * d]; empty: none
+  double dt_ = 0, widest_ = 0, lightest_ = INFINITY;
+  std::vector<Made> made_;          ///< by particle
+  std::vector<std::int32_t> slot_;  ///< by particle; -1: none
+  // By slot.
+  std::vector<Grain> grains_;
+  std::vector<Felt> felt_;
+  std::vector<std::array<double, d>> held_;  ///< empty: none
+};
+
+template <int d>
+void TouchedGrains<d>::make(const Bodies& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) made_.push_back({1 / bodies.mass[i], bodies.radius[i]});
+  slot_.assign(bodies.size(), -1);
+  widest_ = *std::ranges::max_element(bodies.radius);
+  lightest_ = *std::ranges::min_element(bodies.mass);
+}
+
+template <int d>
+template <class PairOf>
+void TouchedGrains<d>::begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts,
+                             const PairOf& pair_of, parallel::Team& team) {
+  bodies_ = &bodies;
+  held_forces_ = held;
+  dt_ = dt;
+  if (made_.empty()) make(bodies);
+  for (const Grain& grain : grains_) slot_[grain.particle] = -1;
+  grains_.clear();
+  felt_.clear();
+  held_.clear();
+  for (int p = 0; p < contacts; ++p) {
+    const Pair pair = pair_of(p);
+    for (const int i : {pair.i, pair.j}) {
+      if (!has_slot(i)) new_slot(i);
+      ++felt_[slot_[i]].touches;
+    }
+  }
+  const int count = slots();
+  sum_over_ranges(count, team, [&](int first, int last) {
+    for (int s = first; s < last; ++s) {
+      prefetch_particle(grains_[std::min(s + ahead, count - 1)].particle);
+      fill(s);
+    }
+    return 0.0;
+  });
+}
+
+template <int d>
+int TouchedGrains<d>::new_slot(int particle) {
+  const int slot = slot_[particle] = slots();
+  grains_.emplace_back().particle = particle;
+  felt_.emplace_back();
+  if (!held_forces_.empty()) held_.emplace_back();
+  return slot;
+}
+
+template <int d>
+[[gnu::always_inline]] inline void TouchedGrains<d>::fill(int slot) {
+  Grain& grain = grains_[slot];
+  const int particle = grain.particle;
+  for (int k = 0; k < d; ++k) {
+    grain.place[k] = bodies_->position[particle * d + k];
+    grain.momentum[k] = bodies_->momentum[particle * d + k];
+    if (are_held()) held_[slot][k] = held_forces_[particle * d + k];
+  }
+  grain.per_mass = made_[particle].per_mass;
+  felt_[slot].radius = made_[particle].radius;
+}
+
+template <int d>
+int TouchedGrains<d>::slot_of(int particle) {
+  if (has_slot(particle)) return slot_[particle];
+  const int slot = new_slot(particle);
+  fill(slot);
+  return slot;
+}
+
+template <int d>
+void TouchedGrains<d>::prefetch(Pair pair) const {
+  for (const int i : {pair.i, pair.j}) {
+    __builtin_prefetch(&slot_[i]);
+    prefetch_particle(i);
+  }
+}
+
+template <int d>
+void TouchedGrains<d>::prefetch_particle(int particle) const {
+  __builtin_prefetch(&made_[particle]);
+  __builtin_prefetch(&bodies_->position[particle * d]);
+  __builtin_prefetch(&bodies_->momentum[particle * d]);
+  if (!held_forces_.empty()) __builtin_prefetch(&held_forces_[particle * d]);
+}
+
+template <int d>
+[[gnu::always_inline]] inline auto TouchedGrains<d>::flown(int slot, int n) const -> Grain {
+  Grain grain = grains_[slot];
+  const double t = (n - grain.followed_to) * dt_, path = t * grain.per_mass;
+  grain.followed_to = n;
+  if (held_.empty()) {
+    for (int k = 0; k < d; ++k) grain.place[k] += path * grain.momentum[k];
+    return grain;
+  }
+  for (int k = 0; k < d; ++k) {
+    grain.place[k] += path * (grain.momentum[k] + 0.5 * t * held_[slot][k]);
+    grain.momentum[k] += t * held_[slot][k];
+  }
+  return grain;
+}
+
+template <int d>
+[[gnu::always_inline]] inline auto TouchedGrains<d>::at(int particle, int n) const -> Grain {
+  if (const int slot = slot_[particle]; slot >= 0) return flown(slot, n);
+  Grain grain{.per_mass = made_[particle].per_mass};
+  const double t = n * dt_, path = t * grain.per_mass;
+  for (int k = 0; k < d; ++k) {
+    const double held = held_forces_.empty() ? 0 : held_forces_[particle * d + k];
+    const double momentum = bodies_->momentum[particle * d + k];
+    grain.place[k] = bodies_->position[particle * d + k] + path * (momentum + 0.5 * t * held);
+    grain.momentum[k] = momentum + t * held;
+  }
+  return grain;
+}
+
+template <int d>
+[[gnu::always_inline]] inline void TouchedGrains<d>::push(int slot, int n, double by, const Vec<d>& shift, double sign,
+                                                          const Vec<d>& impulse) {
+  Grain& grain = grains_[slot];
+  if (grain.followed_to != n) grain = flown(slot, n);
+  for (int k = 0; k < d; ++k) {
+    grain.place[k] += by * shift[k];
+    grain.momentum[k] += sign * impulse[k];
+  }
+}
+
+template <int d>
+template <class Visit>
+double TouchedGrains<d>::sum_over_ranges(int count, parallel::Team& team, const Visit& visit) {
+  std::vector<double> sums((count + grains_a_task - 1) / grains_a_task);
+  team.for_each(static_cast<int>(sums.size()), [&](int task) {
+    sums[task] = visit(task * grains_a_task, std::min(count, (task + 1) * grains_a_task));
+  });
+  double sum = 0;
+  for (const double part : sums) sum += part;
+  return sum;
+}
+
+/// Particles from `first` to `last` as if no contact pushed them.
+template <int d>
+double TouchedGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
+  std::array<double, d> work{};
+  for (int i = first; i < last; ++i) {
+    const double path = t * made_[i].per_mass;
+    for (int k = 0; k < d; ++k) {
+      double& momentum = bodies.momentum[i * d + k];
+      if (held_forces_.empty()) {
+        bodies.position[i * d + k] += path * momentum;
+      } else {
+        const double held = held_forces_[i * d + k], way = path * (momentum + 0.5 * t * held);
+        work[k] += held * way;
+        bodies.position[i * d + k] += way;
+        momentum += t * held;
+      }
+    }
+  }
+  double sum = 0;
+  for (const double part : work) sum += part;
+  return sum;
+}
+
+/// Those in slots from `first` to `last`, which have been flown as if nothing pushed them. Returns what held forces
+/// work more.
+template <int d>
+double TouchedGrains<d>::put_back(Bodies& bodies, int n, int first, int last) const {
+  double work = 0;
+  for (int s = first; s < last; ++s) {
+    const int later = grains_[std::min(s + ahead, last - 1)].particle;
+    __builtin_prefetch(&bodies.position[later * d], 1);
+    __builtin_prefetch(&bodies.momentum[later * d], 1);
+    const Grain grain = flown(s, n);
+    for (int k = 0; k < d; ++k) {
+      double& place = bodies.position[grain.particle * d + k];
+      if (are_held()) work += held_[s][k] * (grain.place[k] - place);
+      place = grain.place[k];
+      bodies.momentum[grain.particle * d + k] = grain.momentum[k];
+    }
+  }
+  return work;
+}
+
+template <int d>
+double TouchedGrains<d>::fly(Bodies& bodies, int n, parallel::Team& team) const {
+  const double free =
+      sum_over_ranges(bodies.size(), team, [&](int first, int last) { return fly_all(bodies, n * dt_, first, last); });
+  return free + sum_over_ranges(slots(), team, [&](int first, int last) { return put_back(bodies, n, first, last); });
+}
+
+}  // namespace lichtenberg::granular

@@ -73,7 +73,7 @@ void check_waiting(const Scene& scene) {
       const granular::ContactSteps all{.begin = n * dt,
                                        .time = steps * dt,
                                        .steps = steps,
-                                       .fastest = granular::fastest(now.bodies),
+                                       .fastest = granular::survey(now.bodies, parallel::Team::single()).fastest,
                                        .kicked = n == 0 ? INFINITY : kicked,
                                        .gain = 2 * steps * dt};
       const auto done = motion->advance(now.bodies, now.contacts, held, all, parallel::Team::single());

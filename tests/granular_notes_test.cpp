@@ -219,6 +219,28 @@ TEST_CASE("a resumed run says the same, whoever looked in between") {
     CHECK(reals_of(a, name) == reals_of(b, name));
 }
 
+TEST_CASE("a resumed run has computed charges' forces as often as one that goes on, whoever looked in between") {
+  for (const bool exchange : {true, false}) {
+    Scene charged = parse_scene(gas_text(120, 8, 1, 0.5), "gas.toml");
+    if (!exchange) charged.effects.remove("charge_exchange");
+    GranularMotion whole(charged), first(charged), second(charged);
+    const auto computed = [](GranularMotion& motion) {
+      return motion.checkpoint().integers.at("effects.coulomb.counters")[0];
+    };
+    go_on(whole, 0.5);
+    go_on(first, 0.5);
+    first.frame();
+    CHECK(computed(first) == computed(whole));
+    second.restore(first.checkpoint());
+    second.frame();
+    CHECK(computed(second) == computed(whole));
+    go_on(whole, 1);
+    go_on(second, 1);
+    CHECK(computed(second) == computed(whole));
+    CHECK(computed(whole) > 10);
+  }
+}
+
 TEST_CASE("a run that pauses after any step has the notes of one that does not") {
   GranularMotion whole(scene()), paused(scene());
   go_on(whole, 1);

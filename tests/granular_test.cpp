@@ -73,8 +73,10 @@ TEST_CASE("a grain that became faster than was foreseen is seen from the next ca
   constexpr double dt = 0.01;
   for (int n = 0; n < 60; ++n) {
     if (n == 1) bodies.momentum[0] = 1;
-    const granular::ContactSteps all{
-        .begin = n * dt, .time = dt, .fastest = granular::fastest(bodies), .kicked = n == 0 ? INFINITY : 0};
+    const granular::ContactSteps all{.begin = n * dt,
+                                     .time = dt,
+                                     .fastest = granular::survey(bodies, parallel::Team::single()).fastest,
+                                     .kicked = n == 0 ? INFINITY : 0};
     begun += motion->advance(bodies, contacts, {}, all, parallel::Team::single()).record.begun.size();
   }
   CHECK(begun == 1);

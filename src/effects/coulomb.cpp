@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/spheres.hpp"
@@ -245,7 +246,7 @@ const EffectKind& CoulombOptions::kind() {
       .explain = explain,
       .charge_strength = [](const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; },
       .force_accuracy = force_accuracy,
-      .seconds = 2.4e-7};
+      .seconds = 1.6e-7};
   return kind;
 }
 
@@ -283,7 +284,7 @@ struct Coulomb::Implementation {
       sum->evaluate(sources, state.neighbours, state.team, response);
     }
     position = bodies.position, charge = bodies.charge;
-    ++evaluations;
+    if (state.time != forces_at) count();
     return response;
   }
 
@@ -292,9 +293,13 @@ struct Coulomb::Implementation {
     const Bodies& bodies = state.bodies;
     if (wants_potentials || (bodies.position == position && bodies.charge == charge)) return response_for(state).force;
     sum->forces({bodies.box.lengths, bodies.position, bodies.charge}, state.neighbours, state.team, force);
-    ++evaluations;
+    count();
+    forces_at = state.time;
     return force;
   }
+
+  /// Not what had been computed before a checkpoint and is only found again.
+  void count() { evaluations += !std::exchange(found_again, false); }
 
   /// Returns how often the dipoles' field was computed.
   int polarize(const periodic::Sources& sources, const State& state) {
@@ -349,6 +354,8 @@ struct Coulomb::Implementation {
   periodic::Response response;
   std::vector<double> force;
   std::vector<double> position, charge, dipole;  ///< that `response` is for
+  double forces_at = NAN;    ///< time for which forces alone have been computed: potentials then are not counted again
+  bool found_again = false;  ///< what is computed next
   std::int64_t evaluations = 0, iterations = 0;
 };
 
@@ -399,6 +406,8 @@ void Coulomb::restore(const Checkpoint& checkpoint) {
         "the checkpoint's counters of effects.coulomb are not those of this program: another version wrote them");
   self.evaluations = counters[0], self.iterations = counters[1];
   self.position.clear();
+  self.forces_at = NAN;
+  self.found_again = !self.polarizes() && self.evaluations > 0;
   if (self.spheres) self.spheres->forget();
   if (!self.polarizes()) return;
   const std::size_t n = checkpoint.reals.contains("charge") ? checkpoint.reals.at("charge").size() : 0;

@@ -33,12 +33,6 @@ double longest_travel(const Bodies& bodies) {
   return 0.25 * shortest - *std::ranges::max_element(bodies.radius);
 }
 
-double work(std::span<const double> force, std::span<const double> from, std::span<const double> to) {
-  double sum = 0;
-  for (std::size_t k = 0; k < force.size(); ++k) sum += force[k] * (to[k] - from[k]);
-  return sum;
-}
-
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -56,20 +50,19 @@ Gas::Gas(const Scene& scene)
   set_law();
 }
 
-double Gas::fastest() const {
-  if (!fastest_) fastest_ = granular::fastest(model_.bodies);
-  return *fastest_;
-}
-
-double Gas::kinetic_energy() const {
-  if (!kinetic_) kinetic_ = model_.kinetic_energy();
-  return *kinetic_;
+const Survey& Gas::surveyed() const {
+  if (!survey_) survey_ = survey(model_.bodies, *team_);
+  return *survey_;
 }
 
 void Gas::change_velocities(double most) {
-  fastest_.reset();
-  kinetic_.reset();
+  survey_.reset();
   kicked_ += most;
+}
+
+void Gas::forget_smooth_forces() {
+  smooth_force_.clear();
+  smooth_acceleration_.reset();
 }
 
 GasEnergy Gas::energy(std::optional<double> potential) {
@@ -104,16 +97,24 @@ const std::vector<double>& Gas::smooth_forces() {
   if (!has_smooth_forces()) return smooth_force_;
   const State now = state();
   const Stopwatch stopwatch(seconds_.forces);
-  for (const auto& effect : model_.effects)
-    if (effect->is_smooth()) effect->add_forces(now, smooth_force_);
+  for (const auto& effect : model_.effects) {
+    if (!effect->is_smooth()) continue;
+    if (time_ >= energy_at_) effect->stored_energy(now);  // which then has found the forces too
+    effect->add_forces(now, smooth_force_);
+  }
   return smooth_force_;
+}
+
+double Gas::largest_smooth_acceleration() {
+  if (!smooth_acceleration_) smooth_acceleration_ = largest_acceleration(model_.bodies, smooth_forces(), *team_);
+  return *smooth_acceleration_;
 }
 
 void Gas::kick(double dt) {
   if (!has_smooth_forces()) return;
   const std::vector<double>& force = smooth_forces();
   for (std::size_t k = 0; k < force.size(); ++k) model_.bodies.momentum[k] += dt * force[k];
-  change_velocities(dt * largest_over_mass(model_.bodies, force));
+  change_velocities(dt * largest_smooth_acceleration());
 }
 
 bool Gas::has_smooth_forces() const {
@@ -129,7 +130,7 @@ void Gas::drive(double begin, double dt) {
     if (!given) continue;
     book_.driven += *given;
     for (std::size_t k = 0; k < push.size(); ++k) push[k] -= model_.bodies.momentum[k];
-    change_velocities(push.empty() ? INFINITY : largest_over_mass(model_.bodies, push));
+    change_velocities(push.empty() ? INFINITY : largest_acceleration(model_.bodies, push, *team_));
   }
 }
 
@@ -164,7 +165,7 @@ double Gas::fastest_impact() const {
   return std::max(impact, fastest_release(law_, model_.bodies, contacts_));
 }
 
-ContactRecord Gas::advance_contacts(std::span<const double> held, double dt, int times, double gain) {
+ContactsFollowed Gas::advance_contacts(std::span<const double> held, double dt, int times, double gain) {
   const double path = (fastest() + gain) * dt / times, room = 0.5 * longest_travel(model_.bodies);
   // Contacts may speed a grain up: twice the fastest is more than any has after a collision.
   if (path > room) refuse_travel(dt / times, gain);
@@ -183,14 +184,10 @@ ContactRecord Gas::advance_contacts(std::span<const double> held, double dt, int
   release_ = followed.fastest_release;
   book_.contact_error += followed.stored_at_end - followed.stored_at_start;
   followed.record.open = contacts_;
-  return followed.record;
+  return followed;
 }
 
-void Gas::follow_contacts(double end) {
-  const double dt = end - time_;
-  std::vector<double> held;
-  if (has_smooth_forces()) held = smooth_forces();
-  const double gain = largest_over_mass(model_.bodies, held) * dt;
+int Gas::contact_steps_within(double dt, double gain) const {
   const double step = shortest_contact(law_, fastest_impact() + 2 * gain) / scene_.mechanics.contact_steps;
   constexpr double most = 1e8;
   if (!(dt / step < most))
@@ -198,32 +195,35 @@ void Gas::follow_contacts(double end) {
         fmt::format("{}: at t = {:.6g} t0 the shortest contact lasts {:.2g} t0, too short for steps of "
                     "{:.2g}: softer contacts (elastic), or a far shorter mechanics.step, is needed",
                     scene_.path, time_, step * scene_.mechanics.contact_steps, dt));
-  const int count = std::max(1, static_cast<int>(std::ceil(dt / step)));
-  const std::vector<double> from = held.empty() ? std::vector<double>{} : model_.bodies.position;
+  return std::max(1, static_cast<int>(std::ceil(dt / step)));
+}
+
+void Gas::follow_contacts(double end) {
+  const double dt = end - time_, gain = has_smooth_forces() ? largest_smooth_acceleration() * dt : 0;
+  const int count = contact_steps_within(dt, gain);
+  held_.clear();
+  if (has_smooth_forces()) held_.swap(smooth_force_);
+  forget_smooth_forces();
   book_.contact_error -= kinetic_energy();
-  ContactRecord record = advance_contacts(held, dt, count, gain);
-  book_.contact_error += kinetic_energy() + record.dissipated - work(held, from, model_.bodies.position);
+  ContactsFollowed followed = advance_contacts(held_, dt, count, gain);
+  book_.contact_error += kinetic_energy() + followed.record.dissipated - followed.work;
   if (!std::isfinite(book_.contact_error))
     throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' places are no numbers", scene_.path, time_));
   wrap(model_.bodies);
   time_ = end;
-  smooth_force_.clear();
   contact_steps += count;
-  book(std::move(record));
-  if (held.empty()) return;
-  const std::vector<double>& now = smooth_forces();
-  for (std::size_t k = 0; k < now.size(); ++k) {
-    held[k] = now[k] - held[k];
-    model_.bodies.momentum[k] += 0.5 * dt * held[k];
-  }
-  change_velocities(0.5 * dt * largest_over_mass(model_.bodies, held));
+  book(std::move(followed.record));
+  if (held_.empty()) return;
+  const Kicked kicked = granular::kick(model_.bodies, 0.5 * dt, held_, smooth_forces(), *team_);
+  change_velocities(kicked.most);
+  survey_ = kicked.after;
 }
 
 void Gas::move(std::span<const double> path, double time) {
   for (std::size_t k = 0; k < path.size(); ++k) model_.bodies.position[k] += path[k];
   wrap(model_.bodies);
   time_ = time;
-  smooth_force_.clear();
+  forget_smooth_forces();
   forget();
 }
 
@@ -254,7 +254,7 @@ void Gas::settle_contacts() {
   if (charge == model_.bodies.charge) return;
   const double before = potential_energy();
   model_.bodies.charge = std::move(charge);
-  smooth_force_.clear();
+  forget_smooth_forces();
   book_.exchanged += potential_energy() - before;
 }
 
@@ -365,7 +365,7 @@ void Gas::restore(const Checkpoint& checkpoint) {
                          touches[2 * k + 1],
                          pairs[3 * k + 2] != 0});
   set_law();
-  smooth_force_.clear();
+  forget_smooth_forces();
   model_.restore(checkpoint);
 }
 

@@ -10,6 +10,7 @@
 #include "src/granular/gas_energy.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/granular/restitution_check.hpp"
+#include "src/granular/survey.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
@@ -45,8 +46,8 @@ class Gas {
 
   /// The energy as it is, with what has been booked so far. `potential`: what is known of it already.
   GasEnergy energy(std::optional<double> potential = {});
-  double fastest() const;  ///< the largest speed
-  double kinetic_energy() const;
+  double fastest() const { return surveyed().fastest; }  ///< the largest speed
+  double kinetic_energy() const { return surveyed().kinetic; }
   /// The largest relative speed that two grains may have, or that a contact may still give to its two.
   double fastest_impact() const;
 
@@ -56,6 +57,9 @@ class Gas {
   ContactLoad contact_load(std::span<const Pair> pairs);
   /// The smooth forces on the grains as they are, [N * d].
   const std::vector<double>& smooth_forces();
+  double largest_smooth_acceleration();
+  /// From then on the energy will be asked for: it is found together with the smooth forces.
+  void expect_energy_at(double time) { energy_at_ = time; }
   /// Moves each grain by so much, [N * d]; it is then `time`.
   void move(std::span<const double> path, double time);
   /// Writes down what contacts did since `begin` and what they dissipated. Each step does so once.
@@ -95,13 +99,16 @@ class Gas {
   std::int64_t searches() const { return searches_ + list_.searches(); }
 
  private:
-  ContactRecord advance_contacts(std::span<const double> held, double dt, int times, double gain);
+  ContactsFollowed advance_contacts(std::span<const double> held, double dt, int times, double gain);
+  int contact_steps_within(double dt, double gain) const;
   [[noreturn]] void refuse_travel(double dt, double gain) const;
   void book(ContactRecord record);
   double potential_energy();
   /// What contacts keep: kinetic energy and that stored in them.
   double mechanical_energy() const;
   State state();
+  const Survey& surveyed() const;
+  void forget_smooth_forces();
   void set_law();
   void rescale(double temperature);
   /// A velocity has changed by `most` or less, and not by contacts.
@@ -118,11 +125,14 @@ class Gas {
   std::optional<PairList> smooth_list_;  ///< of those that smooth forces need; empty: none
   std::vector<GrainContact> contacts_;   ///< in ascending order of pairs
   ContactRecord record_;
-  std::vector<double> smooth_force_;  ///< [N * d]; empty: to be evaluated
-  GasEnergy book_;                    ///< the flows
+  std::vector<double> smooth_force_;           ///< [N * d]; empty: to be evaluated
+  std::vector<double> held_;                   ///< those of the step's beginning
+  std::optional<double> smooth_acceleration_;  ///< the largest that these forces make; empty: to be found
+  double energy_at_ = INFINITY;
+  GasEnergy book_;  ///< the flows
   GasSeconds seconds_;
-  std::int64_t searches_ = 0;                        ///< of contact_motion_
-  mutable std::optional<double> fastest_, kinetic_;  ///< of the grains as they are; empty: to be found
+  std::int64_t searches_ = 0;             ///< of contact_motion_
+  mutable std::optional<Survey> survey_;  ///< of the grains as they are; empty: to be made
   std::optional<double> release_;  ///< to which one contact might bring its two, by and large; empty: to be found
   double kicked_ = INFINITY;       ///< by which velocities may have changed since contacts were followed
   double time_ = 0;

@@ -179,6 +179,7 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
     const double due = self.next_note();
     const bool noted = due < time - 1e-9 * self.here.scene().output.every;
     const double end = noted ? due : time;
+    self.here.expect_energy_at(end);
     while (self.time() < end) {
       self.step(end);
       if (self.time() < end && is_to_stop()) return;

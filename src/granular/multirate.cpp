@@ -6,7 +6,6 @@
 #include "solvers/error.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
-#include "src/granular/pair_state.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
@@ -41,7 +40,7 @@ class Multirate final : public GasIntegrator {
  private:
   static double by_accuracy(Gas& gas, double speed) {
     const double accuracy = number_in(gas.scene(), &EffectKind::force_accuracy).value();
-    const double acceleration = largest_over_mass(gas.bodies(), gas.smooth_forces());
+    const double acceleration = gas.largest_smooth_acceleration();
     const std::vector<double>& radius = gas.bodies().radius;
     const double way = way_for(accuracy, radius.size(), 2 * *std::ranges::min_element(radius));
     const double step = time_for(way, speed, acceleration);

@@ -36,21 +36,6 @@ LICHTENBERG_HOST_DEVICE double speed_across(const PairState<d>& s) {
   return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
 }
 
-/// The largest of the vectors of `values` ([N * d]) over their grain's mass.
-inline double largest_over_mass(const Bodies& b, std::span<const double> values) {
-  double most = 0;
-  const double* v = values.data();
-  for (int i = 0; i < b.size() && !values.empty(); ++i, v += b.dimension) {
-    const double square = b.dimension == 3 ? v[0] * v[0] + v[1] * v[1] + v[2] * v[2] : v[0] * v[0] + v[1] * v[1];
-    const double mass2 = b.mass[i] * b.mass[i];
-    if (!(square <= most * mass2)) most = square / mass2;  // hardly ever: a division takes longer than all else
-  }
-  return std::sqrt(most);
-}
-
-/// The largest speed of a grain.
-inline double fastest(const Bodies& b) { return largest_over_mass(b, b.momentum); }
-
 inline double reach(const Bodies& b, Pair p) { return b.radius[p.i] + b.radius[p.j]; }
 inline double reduced_mass(const Bodies& b, Pair p) { return b.mass[p.i] * b.mass[p.j] / (b.mass[p.i] + b.mass[p.j]); }
 

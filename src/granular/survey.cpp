@@ -1,0 +1,101 @@
+#include "src/granular/survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace lichtenberg::granular {
+namespace {
+
+constexpr int grains_a_task = 2048;
+
+/// Of some grains: sums, and squares of the largest.
+struct Part {
+  double kinetic = 0, speed2 = 0, change2 = 0;
+};
+
+Part together(const std::vector<Part>& parts) {
+  Part all;
+  for (const Part& part : parts) {
+    all.kinetic += part.kinetic;
+    all.speed2 = std::max(all.speed2, part.speed2);
+    all.change2 = std::max(all.change2, part.change2);
+  }
+  return all;
+}
+
+template <class Work>
+Part over_ranges(int grains, parallel::Team& team, const Work& work) {
+  std::vector<Part> parts((grains + grains_a_task - 1) / grains_a_task);
+  team.for_each(static_cast<int>(parts.size()), [&](int task) {
+    work(task * grains_a_task, std::min(grains, (task + 1) * grains_a_task), parts[task]);
+  });
+  return together(parts);
+}
+
+/// Of the vectors of a grain each: visit(grain, square). Several sums side by side, or each addition waits for the one
+/// before.
+template <class Visit>
+void for_each_square(const Bodies& b, const double* v, int first, int last, const Visit& visit) {
+  if (b.dimension == 3)
+    for (int i = first; i < last; ++i)
+      visit(i, v[3 * i] * v[3 * i] + v[3 * i + 1] * v[3 * i + 1] + v[3 * i + 2] * v[3 * i + 2]);
+  else
+    for (int i = first; i < last; ++i) visit(i, v[2 * i] * v[2 * i] + v[2 * i + 1] * v[2 * i + 1]);
+}
+
+/// Compiled once, so that who surveys after a kick and who surveys alone find the same bits.
+[[gnu::noinline]] void survey_range(const Bodies& b, int first, int last, Part& part) {
+  constexpr int sums = 8;
+  double energy[sums] = {};
+  for_each_square(b, b.momentum.data(), first, last, [&](int i, double square) {
+    const double per_mass = 1 / b.mass[i], twice = per_mass * square;
+    energy[i % sums] += twice;
+    part.speed2 = std::max(part.speed2, per_mass * twice);
+  });
+  for (const double one : energy) part.kinetic += 0.5 * one;
+}
+
+[[gnu::noinline]] void kick_range(Bodies& b, double dt, const double* before, const double* now, int first, int last,
+                                  Part& part) {
+  const int d = b.dimension;
+  for (int i = first; i < last; ++i) {
+    double square = 0;
+    for (int k = i * d; k < (i + 1) * d; ++k) {
+      const double change = dt * (now[k] - before[k]);
+      b.momentum[k] += change;
+      square += change * change;
+    }
+    part.change2 = std::max(part.change2, square / (b.mass[i] * b.mass[i]));
+  }
+}
+
+Survey survey_of(const Part& all) { return {.kinetic = all.kinetic, .fastest = std::sqrt(all.speed2)}; }
+
+}  // namespace
+
+Survey survey(const Bodies& bodies, parallel::Team& team) {
+  return survey_of(over_ranges(bodies.size(), team,
+                               [&](int first, int last, Part& part) { survey_range(bodies, first, last, part); }));
+}
+
+Kicked kick(Bodies& bodies, double dt, std::span<const double> before, std::span<const double> now,
+            parallel::Team& team) {
+  const Part all = over_ranges(bodies.size(), team, [&](int first, int last, Part& part) {
+    kick_range(bodies, dt, before.data(), now.data(), first, last, part);
+    survey_range(bodies, first, last, part);
+  });
+  return {.most = std::sqrt(all.change2), .after = survey_of(all)};
+}
+
+double largest_acceleration(const Bodies& bodies, std::span<const double> force, parallel::Team& team) {
+  if (force.empty()) return 0;
+  const Part all = over_ranges(bodies.size(), team, [&](int first, int last, Part& part) {
+    for_each_square(bodies, force.data(), first, last, [&](int i, double square) {
+      part.change2 = std::max(part.change2, square / (bodies.mass[i] * bodies.mass[i]));
+    });
+  });
+  return std::sqrt(all.change2);
+}
+
+}  // namespace lichtenberg::granular

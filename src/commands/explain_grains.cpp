@@ -195,13 +195,13 @@ double seconds_of_forces(const Scene& scene) {
 
 void explain_cost(const Scene& scene, const Steps& steps) {
   // One core of an AMD EPYC (validation/benchmarks/README.md).
-  constexpr double contact_step = 8e-8, lists = 3e-8;  // s a grain
+  constexpr double contact_step = 4e-8, step = 1.5e-8;  // s a grain; step: what passes over all grains
   const double n = static_cast<double>(scene.conductors.size()), evaluation = seconds_of_forces(scene);
   const double evaluations = steps.outer * number_in(scene, &EffectKind::evaluations_a_step).value_or(1);
   fmt::print("\ncost: an estimate, from figures measured on one core\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", steps.outer, steps.contact);
   fmt::print("  a run                {:.2g} s\n",
-             n * (steps.contact * contact_step + steps.outer * lists + evaluations * evaluation));
+             n * (steps.contact * contact_step + steps.outer * step + evaluations * evaluation));
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ struct Options {
   std::vector<double> accuracies{1e-3, 1e-4, 1e-6};
   int threads = 1;
   double step = 0.005, temperature = 1;
+  int every = 1;  // steps of contacts from one force of charges to the next
+  bool exchange = false;
   int steps = 20, repeats = 5;
   int sample = 300;  // grains whose force is compared with Ewald's
 };
@@ -43,11 +45,12 @@ Scene scene(int grains, double accuracy, const Options& options) {
     text += fmt::format("[[population]]\ncount = {}\ncharge = {}\ntemperature = {}\n", grains / 2, charge,
                         options.temperature);
   text += "[effects.viscoelastic_contact]\nelastic = 278.6\ndissipative = 27.7\n";
+  if (accuracy > 0) text += fmt::format("[effects.coulomb]\nstrength = 1\naccuracy = {}\n", accuracy);
   // So weak that charges stay what they are.
-  if (accuracy > 0)
-    text += fmt::format("[effects.coulomb]\nstrength = 1\naccuracy = {}\n[effects.charge_exchange]\nstrength = 1e-9\n",
-                        accuracy);
-  text += fmt::format("[mechanics]\nstep = {}\nthreads = {}\n", options.step, options.threads);
+  if (accuracy > 0 && options.exchange) text += "[effects.charge_exchange]\nstrength = 1e-9\n";
+  // Of .147 in the shortest contact that there could be, at twice the speed of the fastest of 5e4 grains.
+  text += fmt::format("[mechanics]\nstep = {}\ncontact_steps = {}\nthreads = {}\n", options.every * options.step,
+                      std::max(1, static_cast<int>(std::lround(0.147 / options.step))), options.threads);
   text += "[stop]\ntime = 1e6\n[output]\nevery = 1e6\npicture = false\n";
   return parse_scene(text, "gas.toml");
 }
@@ -157,7 +160,9 @@ int main(int argc, char** argv) {
   program.add_option("--threads", options.threads);
   program.add_option("--step", options.step);
   program.add_option("--temperature", options.temperature);
-  program.add_option("--steps", options.steps, "a stretch");
+  program.add_option("--every", options.every, "steps of contacts from one force of charges to the next");
+  program.add_flag("--exchange", options.exchange, "charges move: two evaluations of forces a step");
+  program.add_option("--steps", options.steps, "a stretch, of contacts");
   program.add_option("--repeats", options.repeats, "stretches, of which the fastest counts");
   program.add_option("--sample", options.sample, "grains whose force is compared with Ewald's; 0: none");
   CLI11_PARSE(program, argc, argv);

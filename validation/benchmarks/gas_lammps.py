@@ -10,7 +10,7 @@ Grains of charge +1 and -1 at random places of a periodic box, volume fraction .
 forces over the rms force, against forces that are asked for to 1e-8.
 
 `--every 10`: charges' forces in each tenth step of contacts alone, ours held over ten and then put right, LAMMPS' by its own
-run_style respa, as impulses. `--contacts`: without charges. Milliseconds are those of processors, a step of contacts.
+run_style respa, as impulses. Nothing is analysed on the way, which a run does ten times a frame. `--contacts`: without charges. Milliseconds are those of processors, a step of contacts.
 """
 import argparse
 import os
@@ -48,7 +48,7 @@ threads = 1
 [stop]
 time = {steps * STEP}
 [output]
-every = {steps * STEP}
+every = {10 * steps * STEP}
 picture = false
 """
 

@@ -292,3 +292,33 @@ TEST_CASE("two grains escape above the capture speed, in both directions by 1e-9
   CHECK(repelled.contacts == 1);
   CHECK(capture_speed({.elastic = 278.6, .dissipative = 27.7}) == 0);
 }
+
+TEST_CASE("means over impacts by their table cool a gas as those by quadrature, whatever was asked for before") {
+  const Impacts impacts{.restitution = restitution,
+                        .duration =
+                            [](double temperature) {
+                              return impact_mean(temperature,
+                                                 [](double v, double) { return collision(grains, v).duration; });
+                            },
+                        .charge_square = [](double v) { return impact_charge_square(4.5e-3, 0.83, 0.5, v); }};
+  const ImpactTable means(impacts), others(impacts);
+  others.lost(3e-7), others.lost(40);
+  for (const double temperature : {1e-6, 1e-3, 0.9, 1.0, std::exp(2.0), 9.7}) {
+    CAPTURE(temperature);
+    const auto lost = [](double v, double x) { return x * (1 - restitution(v) * restitution(v)); };
+    // Quadrature is good to 1e-13, and the curve of restitutions to 1e-11.
+    CHECK(means.lost(temperature) == Approx(impact_mean(temperature, lost)).epsilon(1e-10).scale(0));
+    CHECK(means.duration(temperature) == Approx(impacts.duration(temperature)).epsilon(1e-8).scale(0));
+    CHECK(means.charge_square(temperature) ==
+          Approx(impact_mean(temperature, [&](double v, double) { return impacts.charge_square(v); }))
+              .epsilon(1e-11)
+              .scale(0));
+    CHECK(means.lost(temperature) == others.lost(temperature));
+  }
+  // Both to 1e-9.
+  const CoolingState by_table = cool(density, means, 10, std::vector{20.0})[0],
+                     by_quadrature = cool(density, impacts, 10, std::vector{20.0})[0];
+  CHECK(by_table.temperature == Approx(by_quadrature.temperature).epsilon(2e-9).scale(0));
+  CHECK(by_table.charge_square == Approx(by_quadrature.charge_square).epsilon(2e-9).scale(0));
+  CHECK(by_table.collisions == Approx(by_quadrature.collisions).epsilon(2e-9).scale(0));
+}

@@ -46,11 +46,15 @@ std::vector<double> scaled(std::vector<double> values) {
 std::vector<double> squared_speeds(const Bodies& b) {
   std::vector<double> flow(b.dimension), squares(b.size());
   const double mass = std::accumulate(b.mass.begin(), b.mass.end(), 0.0);
-  for (std::size_t k = 0; k < b.momentum.size(); ++k) flow[k % b.dimension] += b.momentum[k] / mass;
-  for (std::size_t k = 0; k < b.momentum.size(); ++k) {
-    const double speed = b.momentum[k] / b.mass[k / b.dimension] - flow[k % b.dimension];
-    squares[k / b.dimension] += speed * speed;
-  }
+  const double* p = b.momentum.data();
+  for (int i = 0; i < b.size(); ++i)
+    for (int k = 0; k < b.dimension; ++k) flow[k] += *p++ / mass;
+  p = b.momentum.data();
+  for (int i = 0; i < b.size(); ++i)
+    for (int k = 0; k < b.dimension; ++k) {
+      const double speed = *p++ / b.mass[i] - flow[k];
+      squares[i] += speed * speed;
+    }
   return squares;
 }
 

@@ -60,29 +60,37 @@ theory::Impacts HomogeneousGas::impacts(const Gas& gas) const {
   return impacts;
 }
 
-double HomogeneousGas::frequency(const theory::Impacts& impacts, double temperature) const {
+double HomogeneousGas::frequency(double temperature) const {
   const double frequency = theory::collision_frequency(density_, temperature);
-  return frequency / (1 + frequency * impacts.duration(temperature));
+  return frequency / (1 + frequency * means_->duration(temperature));
+}
+
+/// Of the stage that the gas is in.
+void HomogeneousGas::take_law(const Gas& gas) {
+  if (stage_ == gas.stage_begin()) return;
+  means_.emplace(impacts(gas));
+  stage_ = gas.stage_begin();
 }
 
 void HomogeneousGas::begin(const Gas& gas) {
+  take_law(gas);
   time_ = gas.time();
   temperature_ = analysis::granular_temperature(gas.bodies()).total;
   charge_square_ = analysis::charge_moments(gas.bodies().charge).square;
-  frequency_ = frequency(impacts(gas), temperature_);
+  frequency_ = frequency(temperature_);
 }
 
 void HomogeneousGas::follow(const Gas& gas, double time, double temperature) {
   const double dt = time - time_;
   if (!(dt > 0) || !(temperature > 0)) return;
-  const theory::Impacts now = impacts(gas);
+  take_law(gas);
   if (!gas.in_elastic_stage()) {
-    const theory::CoolingState state = theory::cool(density_, now, temperature_, std::span(&dt, 1)).front();
+    const theory::CoolingState state = theory::cool(density_, *means_, temperature_, std::span(&dt, 1)).front();
     temperature_ = state.temperature;
     charge_square_ += state.charge_square;
   }
   const double before = frequency_;
-  frequency_ = frequency(now, temperature);
+  frequency_ = frequency(temperature);
   collisions_ += 0.5 * grains_ * integral(before, frequency_, dt);
   time_ = time;
 }

@@ -32,13 +32,16 @@ class HomogeneousGas {
  private:
   explicit HomogeneousGas(const Gas& gas);
   theory::Impacts impacts(const Gas& gas) const;
-  double frequency(const theory::Impacts& impacts, double temperature) const;
+  double frequency(double temperature) const;
+  void take_law(const Gas& gas);
 
   double density_ = 0;
   int grains_ = 0;
   bool has_exchange_ = false;
   double time_ = 0, temperature_ = 0, charge_square_ = 0, collisions_ = 0;
   double frequency_ = 0;  ///< of collisions of a grain, of the gas as it was at time_
+  std::optional<theory::ImpactTable> means_;
+  double stage_ = -1;  ///< when the stage began of which they are
 };
 
 }  // namespace lichtenberg::granular

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <boost/math/quadrature/exp_sinh.hpp>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
@@ -11,37 +12,60 @@
 
 #include "solvers/error.hpp"
 #include "solvers/ode/ode.hpp"
+#include "src/theory/chebyshev.hpp"
 
 namespace lichtenberg::theory {
 namespace {
 
 using std::numbers::pi;
 
-double cooling_rate(const Impacts& impacts, double temperature) {
-  return impact_mean(temperature,
-                     [&](double speed, double x) {
-                       const double restitution = impacts.restitution(speed);
-                       return x * (1 - restitution * restitution);
-                     }) /
-         3;
+double mean_loss(const Impacts& impacts, double temperature) {
+  return impact_mean(temperature, [&](double speed, double x) {
+    const double restitution = impacts.restitution(speed);
+    return x * (1 - restitution * restitution);
+  });
 }
 
-double charging_rate(const Impacts& impacts, double temperature) {
+double mean_charge_square(const Impacts& impacts, double temperature) {
+  if (!impacts.charge_square) return 0;
   return impact_mean(temperature, [&](double speed, double) { return impacts.charge_square(speed); });
 }
 
-/// ln T, <q^2> and collisions, over time: a temperature falls by powers.
-Ode cooling_ode(double density, const Impacts& impacts) {
-  const auto rates = [&impacts, density](double, std::span<const double> y, std::span<double> rate) {
+double mean_duration(const Impacts& impacts, double temperature) {
+  return impacts.duration ? impacts.duration(temperature) : 0;
+}
+
+/// ln T, <q^2> and collisions, over time: a temperature falls by powers. `loss`, `charge_square`, `duration`: means at
+/// a temperature.
+template <class Loss, class ChargeSquare, class Duration>
+Ode cooling_ode(double density, Loss loss, ChargeSquare charge_square, Duration duration) {
+  const auto rates = [=](double, std::span<const double> y, std::span<double> rate) {
     const double temperature = std::exp(y[0]);
     double frequency = collision_frequency(density, temperature);
-    if (impacts.duration) frequency /= 1 + frequency * impacts.duration(temperature);
-    rate[0] = -frequency * cooling_rate(impacts, temperature);
-    rate[1] = impacts.charge_square ? frequency * charging_rate(impacts, temperature) : 0;
+    frequency /= 1 + frequency * duration(temperature);
+    rate[0] = -frequency * loss(temperature) / 3;
+    rate[1] = frequency * charge_square(temperature);
     rate[2] = frequency;
   };
   return {.rates = rates, .absolute = {1e-11, 1e-30, 1e-11}, .relative = 1e-11};
 }
+
+std::vector<CoolingState> states_at(const Ode& ode, double initial, std::span<const double> times) {
+  std::vector<CoolingState> states;
+  for (const auto& y : integrate(ode, 0, {std::log(initial), 0, 0}, times))
+    states.push_back({std::exp(y[0]), y[1], y[2]});
+  return states;
+}
+
+constexpr int piece_nodes = 20;
+constexpr double piece_width = 2;  // of ln T
+
+/// Places of nodes within a piece, from -1 to 1.
+const std::array<double, piece_nodes> node_of = [] {
+  std::array<double, piece_nodes> all{};
+  for (int n = 0; n < piece_nodes; ++n) all[n] = -std::cos(pi * n / (piece_nodes - 1));
+  return all;
+}();
 
 }  // namespace
 
@@ -78,11 +102,61 @@ double impact_mean(double temperature, const std::function<double(double speed, 
   }
 }
 
+/// All three at Chebyshev points of one stretch of ln T. They vary like powers of T up to 2, with features of
+/// restitution that are some units of ln T wide: twenty points in two units are far more than digits need.
+struct ImpactTable::Piece {
+  std::array<double, piece_nodes> lost{}, charge_square{}, duration{};
+};
+
+const ImpactTable::Piece& ImpactTable::piece_at(double log_temperature) const {
+  const int number = static_cast<int>(std::floor(log_temperature / piece_width));
+  std::shared_ptr<const Piece>& found = pieces_[number];
+  if (found) return *found;
+  auto piece = std::make_shared<Piece>();
+  for (int n = 0; n < piece_nodes; ++n) {
+    const double temperature = std::exp(piece_width * (number + 0.5 * (1 + node_of[n])));
+    piece->lost[n] = mean_loss(impacts_, temperature);
+    piece->charge_square[n] = mean_charge_square(impacts_, temperature);
+    piece->duration[n] = mean_duration(impacts_, temperature);
+  }
+  return *(found = std::move(piece));
+}
+
+namespace {
+
+double between(const std::array<double, piece_nodes>& values, double log_temperature) {
+  const double part = log_temperature / piece_width, x = 2 * (part - std::floor(part)) - 1;
+  return between_nodes(node_of.data(), values.data(), piece_nodes, x);
+}
+
+}  // namespace
+
+double ImpactTable::lost(double temperature) const {
+  const double at = std::log(temperature);
+  return between(piece_at(at).lost, at);
+}
+double ImpactTable::charge_square(double temperature) const {
+  const double at = std::log(temperature);
+  return between(piece_at(at).charge_square, at);
+}
+double ImpactTable::duration(double temperature) const {
+  const double at = std::log(temperature);
+  return between(piece_at(at).duration, at);
+}
+
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times) {
-  std::vector<CoolingState> states;
-  for (const auto& y : integrate(cooling_ode(density, impacts), 0, {std::log(initial), 0, 0}, times))
-    states.push_back({std::exp(y[0]), y[1], y[2]});
-  return states;
+  const auto of = [&](auto mean) {
+    return [&impacts, mean](double temperature) { return mean(impacts, temperature); };
+  };
+  return states_at(cooling_ode(density, of(mean_loss), of(mean_charge_square), of(mean_duration)), initial, times);
+}
+
+std::vector<CoolingState> cool(double density, const ImpactTable& table, double initial,
+                               std::span<const double> times) {
+  const auto of = [&](auto mean) { return [&table, mean](double temperature) { return (table.*mean)(temperature); }; };
+  const Ode ode =
+      cooling_ode(density, of(&ImpactTable::lost), of(&ImpactTable::charge_square), of(&ImpactTable::duration));
+  return states_at(ode, initial, times);
 }
 
 double mean_charge(double charge_square) { return std::sqrt(2 * charge_square / pi); }

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace lichtenberg::theory {
@@ -35,6 +38,24 @@ struct Impacts {
   std::function<double(double speed)> charge_square{};
 };
 
+/// What impacts do on average, as functions of temperature: between, by polynomials through Chebyshev points of ln T,
+/// made where they are first asked for, within 1e-12. What is asked for when does not show in them.
+class ImpactTable {
+ public:
+  explicit ImpactTable(Impacts impacts) : impacts_(std::move(impacts)) {}
+
+  double lost(double temperature) const;           ///< <(1 - eps(v)^2) x>
+  double charge_square(double temperature) const;  ///< <dq^2>; 0 where nothing is known of it
+  double duration(double temperature) const;       ///< what omega^-1 is longer by; 0 where nothing is known of it
+
+ private:
+  struct Piece;
+  const Piece& piece_at(double log_temperature) const;
+
+  Impacts impacts_;
+  mutable std::map<int, std::shared_ptr<const Piece>> pieces_;
+};
+
 struct CoolingState {
   double temperature = 0;
   double charge_square = 0;  ///< <q^2> of grains, 0 at the start
@@ -45,6 +66,7 @@ struct CoolingState {
 ///   dT/dt = -(omega/3) T <(1 - eps(v)^2) x>,   d<q^2>/dt = omega <dq^2>,
 /// with Maxwellian velocities, and no forces between charges.
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times);
+std::vector<CoolingState> cool(double density, const ImpactTable& table, double initial, std::span<const double> times);
 
 /// <|q|> of Gaussian charges: sqrt(2 <q^2> / pi).
 double mean_charge(double charge_square);

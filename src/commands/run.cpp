@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "solvers/parallel/backlog.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "solvers/stopwatch.hpp"
 #include "src/commands/commands.hpp"
@@ -90,10 +92,18 @@ Recorder open_recorder(const RunArguments& request, const Scene& scene) {
 /// the motion says that its checkpoints are exact, they are made at the frames whose index says so, and at the end, and
 /// at no other time: then a resumed run forgets at the same instants as an uninterrupted one and gives the same bits. A
 /// run that fails on its way leaves one at its last frame.
+///
+/// Where the motion leaves a core, frames and checkpoints are put together and written by another thread, in their
+/// order and with the same bits, at most one frame behind: before anything is said of the file, it is there.
 class Run {
  public:
   Run(const RunArguments& request, const Scene& scene)
-      : request_(request), scene_(scene), recorder_(open_recorder(request, scene_)), motion_(make_motion(scene_)) {
+      : request_(request),
+        scene_(scene),
+        recorder_(open_recorder(request, scene_)),
+        frames_(recorder_.frames()),
+        motion_(make_motion(scene_)),
+        backlog_(motion_->leaves_a_core() ? a_frame : 0) {
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 
@@ -103,12 +113,13 @@ class Run {
     const bool open = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
     Progress progress(motion_->time(), open ? INFINITY : motion_->end_time(), request_.quiet);
     look();
-    if (recorder_.frames() == 0) record(progress);
+    if (frames_ == 0) record(progress);
     while (!over_) {
       const double due = motion_->next_frame();
       advance(due, progress);
       look();
       if (over_ || motion_->time() >= due) record(progress);
+      frame_ = nullptr;  // what nobody is to make is over
       if (!over_ && progress.due()) progress.show(motion_->progress(), motion_->time());
       if (Interruption::requested() && (saved_ || motion_->exact_anywhere())) stop_here(progress);
     }
@@ -123,7 +134,7 @@ class Run {
 
  private:
   void look() {
-    frame_ = motion_->frame();
+    frame_ = motion_->frame_later();
     over_ = motion_->finished();
   }
 
@@ -133,7 +144,7 @@ class Run {
     const auto pause = [&] {
       if (!motion_->exact_anywhere()) return Interruption::urgent();
       if (progress.due()) progress.show(motion_->progress(), motion_->time());
-      return Interruption::requested();
+      return Interruption::requested() || backlog_.has_failed();
     };
     try {
       motion_->advance_to(due, pause);
@@ -141,6 +152,7 @@ class Run {
       stop_where_saved(progress);
     } catch (const Failure& failure) {
       if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
+      backlog_.finish();
       progress.end_line();
       if (last_state_) recorder_.save({.checkpoint = *last_state_, .seconds = seconds()});
       throw Failure(
@@ -148,12 +160,17 @@ class Run {
                       "change, --from {} --out ANOTHER does",
                       failure.what(), scene_.output.file, instant(*recorder_.saved_time()), scene_.output.file));
     }
+    if (backlog_.has_failed()) backlog_.finish();
   }
 
   void record(Progress& progress) {
-    const std::int64_t index = recorder_.frames();
-    recorder_.add(std::move(frame_));
-    if (over_ || index % scene_.output.checkpoint_every == 0) return save(progress);
+    const std::int64_t index = frames_++;
+    {
+      const Stopwatch stopwatch(recording_seconds_);
+      backlog_.add([this, frame = std::exchange(frame_, nullptr)] { recorder_.add(frame()); });
+    }
+    if (over_) return save(progress);
+    if (index % scene_.output.checkpoint_every == 0) return save_later(progress);
     last_state_ = motion_->snapshot();
   }
 
@@ -162,9 +179,22 @@ class Run {
     fmt::print(stderr, "lichtenberg: {}\n", warning);
   }
 
+  /// With what the last frame left to be written, while the motion goes on.
+  void save_later(Progress& progress) {
+    for (const std::string& warning : motion_->warnings()) warn(warning, progress);
+    const Stopwatch stopwatch(recording_seconds_);
+    backlog_.add([this, keep = motion_->keep_later(), seconds = seconds()] {
+      auto [checkpoint, history] = keep();
+      recorder_.save({.checkpoint = std::move(checkpoint), .seconds = seconds, .history = std::move(history)});
+    });
+    last_state_.reset();
+    saved_ = true;
+  }
+
   void save(Progress& progress) {
     for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
+    backlog_.finish();
     Milestone milestone;
     if (over_) {
       milestone.field = field();  // of any other instant `plot` solves it from the frame
@@ -193,6 +223,7 @@ class Run {
   /// A run that was over when it was resumed: perhaps its very last instant has been saved, but not as its end, or the
   /// scene's [stop] now calls it another end. One that is past a [stop] that was set back stays as it is.
   void save_the_end(Progress& progress) {
+    backlog_.finish();
     if (recorder_.saved_time() != motion_->time()) return record(progress);
     conclude();
     if (motion_->time() > motion_->end_time()) return;
@@ -212,6 +243,7 @@ class Run {
   /// can be looked at.
   [[noreturn]] void stop_where_saved(Progress& progress) {
     progress.end_line();
+    backlog_.finish();
     recorder_.save_frames_alone();
     const std::string last = instant(recorder_.last_time()), saved = instant(*recorder_.saved_time());
     fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from {}\n", last,
@@ -244,8 +276,9 @@ class Run {
   RunArguments request_;
   Scene scene_;
   Recorder recorder_;
+  std::int64_t frames_;  ///< all of the run so far, those that are still to be written among them
   std::unique_ptr<Motion> motion_;
-  Frame frame_;
+  std::function<Frame()> frame_;
   bool over_ = false;
   bool saved_ = true;       ///< the file holds all there is
   bool end_saved_ = false;  ///< and says that it is the end
@@ -253,6 +286,8 @@ class Run {
   std::vector<std::string> final_warnings_;
   std::optional<Checkpoint> last_state_;  ///< of the last frame, if it is not saved
   double recording_seconds_ = 0, picture_seconds_ = 0;
+  static constexpr std::size_t a_frame = 2;  ///< tasks: a frame's, and its checkpoint's
+  parallel::Backlog backlog_;  ///< what is to be written; the last of all, as it has to do with all before it
 };
 
 void run(const RunArguments& request) {

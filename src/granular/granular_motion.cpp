@@ -37,7 +37,8 @@ struct GranularMotion::Implementation {
       : here(scene),
         integrator(make_integrator(scene.mechanics.integrator)),
         theory(HomogeneousGas::of(here)),
-        device(std::move(on)) {
+        device(std::move(on)),
+        stage_end(here.stage_end()) {
     check_shortest(scene);
     if (std::isfinite(scene.mechanics.step)) integrator->longest_step(here);  // refuses one before anything is written
     load();
@@ -46,15 +47,44 @@ struct GranularMotion::Implementation {
 
   /// The gas as it is now, brought here from the device if it is there.
   Gas& gas() {
+    catch_up();
     if (is_there) {
-      Checkpoint checkpoint = here.save();
-      device->store(checkpoint);
-      here.restore(checkpoint);
+      bring(device->snapshot());
       is_there = false;
     }
     return here;
   }
+  void bring(const granular::device::Snapshot& snapshot) {
+    Checkpoint checkpoint = here.save();
+    store(snapshot, checkpoint);
+    here.restore(checkpoint);
+  }
   double time() const { return is_there ? device->time() : here.time(); }
+
+  /// Of now, which is on the device; of one instant one.
+  std::shared_ptr<const granular::device::Snapshot> snapshot() {
+    if (!now || now->time != device->time()) {
+      const double potential = device->potential_energy();
+      auto taken = std::make_shared<granular::device::Snapshot>(device->snapshot());
+      taken->potential = potential;
+      now = std::move(taken);
+    }
+    return now;
+  }
+  /// Waits for what others do with `here`, `theory` and the notes, for frames and checkpoints of a gas that goes on on
+  /// a device.
+  void catch_up() {
+    if (!behind.valid()) return;
+    const Stopwatch stopwatch(analysis_seconds);
+    behind.wait();
+    behind = {};
+  }
+  /// Of a task for another thread, which tells it when it is over; one that nobody calls is over when nobody has it.
+  std::shared_ptr<std::promise<void>> leave_behind() {
+    auto task = std::make_shared<std::promise<void>>();
+    behind = task->get_future().share();
+    return task;
+  }
 
   /// Takes a note. Of a gas on a device others do so, while it goes on.
   void note() {
@@ -63,17 +93,27 @@ struct GranularMotion::Implementation {
       keep(take_note(here, theory, analysis_seconds, potential()));
       return;
     }
-    if (pending.size() >= std::max(1u, std::thread::hardware_concurrency())) settle();
-    pending.push_back(std::async(std::launch::async, [snapshot = device->snapshot(), of = like, law = here.law(),
-                                                      book = flows] { return note_of(snapshot, *of, law, book); }));
+    wait_for_a_core();
+    pending.push_back(std::async(std::launch::async, [snapshot = snapshot(), of = like, with = law, book = flows] {
+      return note_of(*snapshot, *of, with, book);
+    }));
+  }
+  void wait_for_a_core() {
+    const Stopwatch stopwatch(analysis_seconds);
+    const std::size_t most = std::max(1u, std::thread::hardware_concurrency());
+    if (pending.size() >= most) pending[pending.size() - most].wait();
   }
   /// Waits for the notes that are being taken.
   void settle() {
+    catch_up();
     const Stopwatch stopwatch(analysis_seconds);
-    for (std::future<Note>& future : std::exchange(pending, {})) {
-      Note taken = future.get();
-      if (theory) expect(taken, here, *theory);
-      keep(std::move(taken));
+    settle(std::exchange(pending, {}));
+  }
+  void settle(std::vector<std::future<Note>> taken) {
+    for (std::future<Note>& future : taken) {
+      Note one = future.get();
+      if (theory) expect(one, here, *theory);
+      keep(std::move(one));
     }
   }
   void keep(Note note) {
@@ -86,14 +126,22 @@ struct GranularMotion::Implementation {
     if (last && last->time == time()) return *last;
     return take_note(gas(), with, analysis_seconds, potential());
   }
+  /// What a line of progress wants to know, without waiting for anybody.
+  Note glance() { return is_there ? note_of(*snapshot(), *like, law, flows) : look(); }
   /// What the device knows of it, if it has the gas as it is.
   std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : std::nullopt; }
 
+  /// What there is to see of `here`.
+  Frame frame(std::optional<double> potential);
+  Checkpoint checkpoint();
+  std::map<std::string, double> all_seconds() const, seconds_here() const;
+  ColumnGroup take_history() { return columns_of(std::exchange(notes, {}), theory); }
+
   /// One step towards `time`, and no farther than to the end of the stage.
   void step(double time) {
-    const double end = std::min(time, here.stage_end());
+    const double end = std::min(time, stage_end);
     device ? step_there(end) : step_here(end);
-    if (this->time() >= here.stage_end()) leave_stage();
+    if (this->time() >= stage_end) leave_stage();
   }
   void step_here(double end) {
     const double left = end - here.time(), count = std::ceil(left / integrator->longest_step(here));
@@ -107,8 +155,10 @@ struct GranularMotion::Implementation {
   /// Takes the gas to the device, if there is one.
   void load() {
     if (!device || loaded) return;
-    device->load(here.save(), here.law(), here.in_elastic_stage());
+    device->load(here.save(), here.law(), here.in_elastic_stage(), here.stage_begin());
     loaded = true;
+    now.reset();
+    law = here.law();
     flows = here.energy(0);
     const Bodies& b = here.bodies();
     like = std::make_shared<Bodies>(Bodies{.dimension = b.dimension, .mass = b.mass, .radius = b.radius, .box = b.box});
@@ -119,6 +169,7 @@ struct GranularMotion::Implementation {
     if (theory) theory->follow(gas(), time(), look().temperature());
     const bool cools_on = gas().cools_on_after_stage();
     here.leave_stage();
+    stage_end = here.stage_end();
     loaded = false;
     last.reset();
     integrator->begin_anew();
@@ -139,11 +190,15 @@ struct GranularMotion::Implementation {
   std::unique_ptr<granular::device::DeviceGas> device;  ///< null: there is none
   bool loaded = false;                                  ///< the device has the gas, as it was or as it is
   bool is_there = false;                                ///< and has carried it on
+  double stage_end;                                     ///< of the stage that the gas is in
   std::vector<Note> notes;
-  std::optional<Note> last;                ///< that was taken, in this stage
-  std::vector<std::future<Note>> pending;  ///< in the order of their times
-  std::shared_ptr<const Bodies> like;      ///< masses, radii and box of what is there
-  GasEnergy flows;                         ///< booked before it went there
+  std::optional<Note> last;                               ///< that was taken, in this stage
+  std::shared_ptr<const Bodies> like;                     ///< masses, radii and box of what is there
+  GrainContactLaw law;                                    ///< of its contacts
+  GasEnergy flows;                                        ///< booked before it went there
+  std::shared_ptr<const granular::device::Snapshot> now;  ///< the last that was taken
+  std::vector<std::future<Note>> pending;                 ///< in the order of their times
+  std::shared_future<void> behind;                        ///< the last that was left to another thread
   double seconds = 0, analysis_seconds = 0;
   bool warned = false;  ///< what effects have to say has been said
 };
@@ -195,10 +250,9 @@ bool GranularMotion::exact_anywhere() const {
   return std::ranges::all_of(implementation_->here.model().effects, [](const auto& e) { return e->saves_exactly(); });
 }
 
-Frame GranularMotion::frame() {
-  Implementation& self = *implementation_;
-  const Bodies& b = self.gas().bodies();
-  Frame frame{.time = time(), .time_unit = time_unit()};
+Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
+  const Bodies& b = here.bodies();
+  Frame frame{.time = here.time(), .time_unit = "t0"};
   std::vector<double> velocity;
   for (std::size_t k = 0; k < b.momentum.size(); ++k) velocity.push_back(b.momentum[k] / b.mass[k / b.dimension]);
   frame.add_vectors("position", "d0", b.position, b.dimension);
@@ -208,11 +262,12 @@ Frame GranularMotion::frame() {
     for (int k = 0; k < 3; ++k) image.push_back(k < b.dimension ? b.image[i * b.dimension + k] : 0);
   frame.add_particles("image", "1", std::move(image), 3);
   if (!b.charge.empty()) frame.add_particles("charge", "q0", b.charge);
-  frame.add_particles("cluster", "1", analysis::cluster_numbers(b.size(), pairs_in_contact(self.here)));
+  const std::vector<Pair> contacts = pairs_in_contact(here);
+  frame.add_particles("cluster", "1", analysis::cluster_numbers(b.size(), contacts));
   std::vector<std::int32_t> pairs;
-  for (const auto& [i, j] : pairs_in_contact(self.here)) pairs.insert(pairs.end(), {i, j});
+  for (const auto& [i, j] : contacts) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);
-  const GasEnergy energy = self.here.energy(self.potential());
+  const GasEnergy energy = here.energy(potential);
   for (const auto& [name, value] : {std::pair{"kinetic_energy", energy.kinetic},
                                     {"contact_energy", energy.contact},
                                     {"potential_energy", energy.potential},
@@ -220,13 +275,38 @@ Frame GranularMotion::frame() {
                                     {"exchanged_energy", energy.exchanged},
                                     {"driven_energy", energy.driven}})
     frame.add_system(name, "m0 v0^2", value);
-  frame.add_system("collisions", "1", self.here.collisions);
-  self.here.model_to_change().add_columns(time(), frame);
+  frame.add_system("collisions", "1", here.collisions);
+  here.model_to_change().add_columns(here.time(), frame);
   return frame;
 }
 
+Checkpoint GranularMotion::Implementation::checkpoint() {
+  Checkpoint checkpoint = here.save();
+  checkpoint.reals["energy_at_start"] = {energy_at_start};
+  integrator->save(checkpoint);
+  if (theory) theory->save(checkpoint);
+  return checkpoint;
+}
+
+Frame GranularMotion::frame() {
+  Implementation& self = *implementation_;
+  self.gas();
+  return self.frame(self.potential());
+}
+
+std::function<Frame()> GranularMotion::frame_later() {
+  Implementation& self = *implementation_;
+  if (!self.is_there) return Motion::frame_later();
+  return [&self, now = self.snapshot(), task = self.leave_behind()] {
+    self.bring(*now);
+    Frame frame = self.frame(now->potential);
+    task->set_value();
+    return frame;
+  };
+}
+
 std::string GranularMotion::progress() {
-  const Note now = implementation_->look();
+  const Note now = implementation_->glance();
   std::string text = fmt::format("t = {:.4g} of {:.4g}, T = {:.3g}", now.time, end_time(), now.temperature());
   if (now.gas.charge.square > 0) text += fmt::format(", mean |q| {:.3g}", now.gas.charge.magnitude);
   return text + fmt::format(", {} clusters", now.gas.contact.number);
@@ -234,11 +314,30 @@ std::string GranularMotion::progress() {
 
 ColumnGroup GranularMotion::take_history() {
   implementation_->settle();
-  return columns_of(std::exchange(implementation_->notes, {}), implementation_->theory);
+  return implementation_->take_history();
+}
+
+std::function<Kept()> GranularMotion::keep_later() {
+  Implementation& self = *implementation_;
+  if (!self.is_there) return Motion::keep_later();
+  auto taken = std::make_shared<std::vector<std::future<Note>>>(std::exchange(self.pending, {}));
+  return [&self, taken, now = self.snapshot(), task = self.leave_behind()] {
+    self.settle(std::move(*taken));
+    if (self.here.time() != now->time) self.bring(*now);
+    Kept kept{self.checkpoint(), self.take_history()};
+    task->set_value();
+    return kept;
+  };
+}
+
+bool GranularMotion::leaves_a_core() const {
+  const int busy = implementation_->device ? 1 : implementation_->here.team().size();
+  return busy < static_cast<int>(std::thread::hardware_concurrency());
 }
 
 Summary GranularMotion::summary() {
   Implementation& self = *implementation_;
+  self.settle();
   return summarize(self.gas(), self.look(self.theory), self.energy_at_start);
 }
 
@@ -250,36 +349,41 @@ std::vector<std::string> GranularMotion::warnings() {
   return all;
 }
 
-std::map<std::string, double> GranularMotion::seconds() const {
-  const Implementation& self = *implementation_;
-  const auto& [contacts, forces, lists, exchange] = self.here.seconds();
-  std::map<std::string, double> all{{"contacts", contacts}, {"lists", lists}, {"analysis", self.analysis_seconds}};
-  if (!self.here.bodies().charge.empty()) {
-    double rest = forces;
-    for (const auto& effect : self.here.model().effects)
-      for (const auto& [part, value] : effect->seconds()) all[part] += value, rest -= value;
-    all.insert({{"forces", std::max(rest, 0.0)}, {"exchange", exchange}});
-  }
-  if (self.device) all["device"] = self.device->counts().seconds;
+std::map<std::string, double> GranularMotion::Implementation::all_seconds() const {
+  // With a device `here` is worked on beside it, for frames.
+  std::map<std::string, double> all = device ? std::map<std::string, double>{} : seconds_here();
+  all["analysis"] = analysis_seconds;
+  if (device) all["device"] = device->counts().seconds;
   double known = 0;
   for (const auto& [activity, value] : all) known += value;
-  all["other"] = std::max(self.seconds - known, 0.0);
+  all["other"] = std::max(seconds - known, 0.0);
   return all;
 }
 
+std::map<std::string, double> GranularMotion::Implementation::seconds_here() const {
+  const auto& [contacts, forces, lists, exchange] = here.seconds();
+  std::map<std::string, double> all{{"contacts", contacts}, {"lists", lists}};
+  if (here.bodies().charge.empty()) return all;
+  double rest = forces;
+  for (const auto& effect : here.model().effects)
+    for (const auto& [part, value] : effect->seconds()) all[part] += value, rest -= value;
+  all.insert({{"forces", std::max(rest, 0.0)}, {"exchange", exchange}});
+  return all;
+}
+
+std::map<std::string, double> GranularMotion::seconds() const { return implementation_->all_seconds(); }
+
 Checkpoint GranularMotion::checkpoint() {
   implementation_->settle();
-  Checkpoint checkpoint = implementation_->gas().save();
-  checkpoint.reals["energy_at_start"] = {implementation_->energy_at_start};
-  implementation_->integrator->save(checkpoint);
-  if (implementation_->theory) implementation_->theory->save(checkpoint);
-  return checkpoint;
+  implementation_->gas();
+  return implementation_->checkpoint();
 }
 
 void GranularMotion::restore(const Checkpoint& checkpoint) {
   implementation_->settle();
   implementation_->here.restore(checkpoint);
   implementation_->loaded = implementation_->is_there = false;
+  implementation_->stage_end = implementation_->here.stage_end();
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   implementation_->integrator->restore(checkpoint);
   if (implementation_->theory) implementation_->theory->restore(checkpoint);

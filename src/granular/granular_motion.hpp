@@ -1,7 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "src/model/motion.hpp"
 #include "src/scene/scene.hpp"
@@ -28,6 +32,7 @@ class GranularMotion : public Motion {
   bool exact_anywhere() const override;
 
   Frame frame() override;
+  std::function<Frame()> frame_later() override;
   std::string progress() override;
 
   Checkpoint checkpoint() override;
@@ -35,6 +40,8 @@ class GranularMotion : public Motion {
 
   std::vector<std::string> warnings() override;
   ColumnGroup take_history() override;
+  std::function<Kept()> keep_later() override;
+  bool leaves_a_core() const override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;
   /// How often it has been looked for pairs that may touch, on the CPU.

@@ -85,37 +85,47 @@ namespace {
 
 /// The bodies of a snapshot.
 Bodies bodies_of(const device::Snapshot& snapshot, const Bodies& like) {
+  const std::size_t n = snapshot.grains.size();
   Bodies bodies = like;
-  bodies.position.resize(3 * snapshot.place.size());
-  bodies.momentum.resize(3 * snapshot.place.size());
-  bodies.charge.resize(snapshot.charge.size());
-  for (std::size_t s = 0; s < snapshot.place.size(); ++s) {
-    const std::size_t i = snapshot.number[s];
+  bodies.position.resize(3 * n);
+  bodies.momentum.resize(3 * n);
+  if (snapshot.charged) bodies.charge.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const device::GrainRecord& grain = snapshot.grains[i];
     for (int k = 0; k < 3; ++k) {
-      bodies.position[3 * i + k] = snapshot.place[s][k];
-      bodies.momentum[3 * i + k] = snapshot.momentum[s][k];
+      bodies.position[3 * i + k] = grain.place[k];
+      bodies.momentum[3 * i + k] = grain.momentum[k];
     }
-    if (!snapshot.charge.empty()) bodies.charge[i] = snapshot.charge[s];
+    if (snapshot.charged) bodies.charge[i] = grain.charge;
   }
   return bodies;
 }
 
+std::vector<GrainContact> contacts_of(const device::Snapshot& snapshot) {
+  std::vector<GrainContact> contacts;
+  for (const device::OpenContact& c : snapshot.contacts)
+    contacts.push_back({{c.i, c.j}, c.since, c.impact_speed, c.alone != 0});
+  return contacts;
+}
+
 }  // namespace
 
-Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& flows) {
+Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law,
+             const GasEnergy& before) {
   const Bodies bodies = bodies_of(snapshot, like);
+  const std::vector<GrainContact> contacts = contacts_of(snapshot);
   std::vector<Pair> pairs;
-  for (const GrainContact& contact : snapshot.contacts) pairs.push_back(contact.pair);
-  Note note{.time = snapshot.time, .energy = flows};
+  for (const GrainContact& contact : contacts) pairs.push_back(contact.pair);
+  Note note{.time = snapshot.time, .energy = before};
   note.energy.kinetic = kinetic_energy(bodies);
-  note.energy.contact = stored_energy(law, bodies, snapshot.contacts);
+  note.energy.contact = stored_energy(law, bodies, contacts);
   note.energy.potential = snapshot.potential;
   note.energy.dissipated = snapshot.dissipated;
   note.energy.exchanged = snapshot.exchanged;
   note.energy.driven = snapshot.driven;
   note.gas = analysis::gas_state(bodies, pairs);
   note.contacts = static_cast<std::int64_t>(pairs.size());
-  note.collisions = snapshot.collisions;
+  note.collisions = snapshot.count.collisions;
   return note;
 }
 

@@ -35,9 +35,9 @@ std::vector<Pair> pairs_in_contact(const Gas& gas);
 /// Carries `theory`, if there is any, on to now. `potential`: what is known of that energy already.
 Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
                std::optional<double> potential = {});
-/// Of a gas on a device, without what theory expects. `like` has its masses, radii and box, `flows` what was booked
+/// Of a gas on a device, without what theory expects. `like` has its masses, radii and box, `before` what was booked
 /// before it went there, of which the device knows no more.
-Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& flows);
+Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& before);
 /// What `theory` expects of the gas, in its present stage, when the note was taken.
 void expect(Note& note, const Gas& gas, HomogeneousGas& theory);
 

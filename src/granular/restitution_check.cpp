@@ -20,12 +20,6 @@ ExpectedCollision collision_by(const LinearSpringLaw& law, double effective_mass
   return {found.restitution, found.duration};
 }
 
-bool is_central(const Collision& collision, double reach) {
-  constexpr double share = 1e-3;
-  const double u = collision.tangential_speed, t = collision.end - collision.contact.since;
-  return u * u * t < share * collision.contact.impact_speed * reach;
-}
-
 }  // namespace
 
 ExpectedCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed) {
@@ -38,15 +32,15 @@ void RestitutionCheck::count(std::span<const Collision> ended, const Bodies& bod
     const auto [i, j] = collision.contact.pair;
     const double speed = collision.contact.impact_speed;
     if (!collision.contact.alone || !(speed > 0) || collision.contact.since < since ||
-        !is_central(collision, bodies.radius[i] + bodies.radius[j]))
+        !is_central(collision.tangential_speed, collision.end - collision.contact.since, speed,
+                    bodies.radius[i] + bodies.radius[j]))
       continue;
     const double mass = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
     const double scale =
         std::visit([&](const auto& one) { return one.scale(bodies.radius[i], bodies.radius[j]); }, law);
     const double error =
         std::abs(collision.release_speed / speed - expected_collision(law, mass, scale, speed).restitution);
-    const int place = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
-    Decade& decade = decade_[std::clamp(place, 0, decades - 1)];
+    Decade& decade = decade_[decade_of(speed)];
     ++decade.collisions;
     decade.sum += error;
     decade.worst = std::max(decade.worst, error);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
+#include "solvers/geometry/host_device.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/grain_contact.hpp"
@@ -31,6 +33,17 @@ class RestitutionCheck {
 
     double mean() const { return sum / static_cast<double>(collisions); }
   };
+
+  /// Which of them has this speed of impact.
+  LICHTENBERG_HOST_DEVICE static int decade_of(double speed) {
+    const int place = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
+    return place < 0 ? 0 : place < decades ? place : decades - 1;
+  }
+  /// Of two that pass at tangential speed `across` while a contact lasts; `reach`: the sum of their radii.
+  LICHTENBERG_HOST_DEVICE static bool is_central(double across, double duration, double speed, double reach) {
+    constexpr double share = 1e-3;
+    return across * across * duration < share * speed * reach;
+  }
 
   /// Contacts that began before `since`, under another law, do not count.
   void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);

@@ -10,21 +10,6 @@
 #include "solvers/error.hpp"
 
 namespace lichtenberg {
-namespace {
-
-/// acos(z) / sqrt(1 - z^2), and what it goes on as beyond 1.
-double arc_over_sine(double z) {
-  if (z == 1) return 1;
-  return z < 1 ? std::acos(z) / std::sqrt((1 - z) * (1 + z)) : std::acosh(z) / std::sqrt((z - 1) * (z + 1));
-}
-
-}  // namespace
-
-LinearCollision linear_collision(const LinearSpringLaw& law, double effective_mass) {
-  const double frequency = std::sqrt(law.stiffness / effective_mass);
-  const double z = law.damping / (2 * effective_mass * frequency), phase = 2 * arc_over_sine(z);
-  return {std::exp(-z * phase), phase / frequency};
-}
 
 double linear_damping(double stiffness, double restitution, double effective_mass) {
   if (!(restitution > 0 && restitution <= 1))

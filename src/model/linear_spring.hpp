@@ -51,6 +51,12 @@ struct LinearSpringLaw {
   }
 };
 
+/// acos(z) / sqrt(1 - z^2), and what it goes on as beyond 1.
+LICHTENBERG_HOST_DEVICE inline double arc_over_sine(double z) {
+  if (z == 1) return 1;
+  return z < 1 ? std::acos(z) / std::sqrt((1 - z) * (1 + z)) : std::acosh(z) / std::sqrt((z - 1) * (z + 1));
+}
+
 /// Speed after a collision over speed before, and how long the force lasts.
 struct LinearCollision {
   double restitution = 0, duration = 0;
@@ -61,7 +67,11 @@ struct LinearCollision {
 ///   t_c = 2 acos(z) / (w0 sqrt(1 - z^2)) and then  restitution = exp(-z w0 t_c),
 /// for z > 1 with acosh(z) / sqrt(z^2 - 1): the contact ends with the force, not with the overlap (Schwager and
 /// Poeschel 2007).
-LinearCollision linear_collision(const LinearSpringLaw& law, double effective_mass);
+LICHTENBERG_HOST_DEVICE inline LinearCollision linear_collision(const LinearSpringLaw& law, double effective_mass) {
+  const double frequency = std::sqrt(law.stiffness / effective_mass);
+  const double z = law.damping / (2 * effective_mass * frequency), phase = 2 * arc_over_sine(z);
+  return {std::exp(-z * phase), phase / frequency};
+}
 
 /// The damping B that gives two grains of this effective mass this restitution. Throws InputError unless
 /// 0 < restitution <= 1.

@@ -2,8 +2,10 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solvers/laplace/problem.hpp"
@@ -29,6 +31,12 @@ struct Summary {
   std::vector<Line> lines;
   std::vector<Quantity> quantities;
   std::string goal;  ///< the quantity that says whether what the scene aims at was reached: 1 or 0
+};
+
+/// What a run keeps of an instant beside its frame.
+struct Kept {
+  Checkpoint checkpoint;
+  ColumnGroup history;
 };
 
 /// What ends Motion::advance_to where it was told to stop at an instant that it has no checkpoint of.
@@ -59,6 +67,10 @@ class Motion {
 
   /// What there is to see now.
   virtual Frame frame() = 0;
+  /// frame() of now, to be called once, on any thread, while this motion goes on.
+  virtual std::function<Frame()> frame_later() {
+    return [now = std::make_shared<Frame>(frame())] { return std::move(*now); };
+  }
   /// The potential now; empty without a field.
   virtual std::optional<laplace::Field> field() { return {}; }
   /// How far it is, for a line that shows the progress.
@@ -77,6 +89,13 @@ class Motion {
   virtual std::vector<std::string> warnings() { return {}; }
   /// Rows that have been noted since the last call beside frames, at a pace of their own; a group of no columns: none.
   virtual ColumnGroup take_history() { return {}; }
+  /// checkpoint() and take_history() of now, as frame_later; what is left to be called is called in the order of
+  /// asking.
+  virtual std::function<Kept()> keep_later() {
+    return [now = std::make_shared<Kept>(Kept{checkpoint(), take_history()})] { return std::move(*now); };
+  }
+  /// Whether a core is free for whoever calls these meanwhile.
+  virtual bool leaves_a_core() const { return false; }
   /// What is known of the last frame once all is over.
   virtual std::vector<ColumnGroup> findings() { return {}; }
   virtual Summary summary() = 0;

@@ -73,6 +73,12 @@ UniversalCollision RestitutionCurve::operator()(double k) const {
   return {sum.loss / weights, sum.duration / weights, sum.deepest / weights};
 }
 
+std::vector<double> RestitutionCurve::losses() const {
+  std::vector<double> all;
+  for (const UniversalCollision& one : at_) all.push_back(one.loss);
+  return all;
+}
+
 const RestitutionCurve& restitution_curve() {
   static const RestitutionCurve curve;
   return curve;

@@ -29,6 +29,10 @@ class RestitutionCurve {
   /// Throws InputError unless 0 <= k <= largest.
   UniversalCollision operator()(double k) const;
 
+  /// The points u, in ascending order, and `loss` there: what between_nodes wants.
+  const std::vector<double>& points() const { return node_; }
+  std::vector<double> losses() const;
+
  private:
   std::vector<double> node_;
   std::vector<UniversalCollision> at_;

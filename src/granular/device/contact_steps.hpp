@@ -12,6 +12,7 @@
 #include "solvers/neighbours/table.hpp"
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/pair_path.hpp"
+#include "src/granular/device/restitution.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -142,6 +143,7 @@ struct ContactSteps {
   const StepParameters* parameters;
   Found* found;
   Extremes* extremes;
+  RestitutionCount restitution;
   effects::ImpactExchange exchange;
   Quanta quanta, over_quanta;
   std::uint64_t seed = 0;
@@ -197,7 +199,7 @@ struct ContactSteps {
     const bool open = p.due == NearPair::open;
     if (!open && !may_matter(k, p, step)) return;
     const PairState<3> at = state(p);
-    const bool touching = open && stays(k, p, norm2(at.apart));
+    const bool touching = open && stays(k, p, norm2(at.apart), parameters->begin + step * dt);
     if (!touching && !may_touch(reach(p) + slack, at, dt)) return;
     const int a = parallel::take_place(&found->active);
     const double of_pair = scale(p);
@@ -291,7 +293,7 @@ struct ContactSteps {
     const NearPair p = contacts.near[k];
     if (p.due != NearPair::open) return 0;
     const double distance2 = norm2(apart(p));
-    if (!stays(k, p, distance2)) return 0;
+    if (!stays(k, p, distance2, parameters->begin + parameters->outer)) return 0;
     return 2 * over_mass(p) * law.push(reach(p) - root(distance2), scale(p)).stored;
   }
 
@@ -344,13 +346,16 @@ struct ContactSteps {
            lower * (grains.held[p.lower] + of[p.lower].times(quanta.force));
   }
 
-  /// Whether a contact is still one, at this distance.
-  LICHTENBERG_HOST_DEVICE bool stays(int k, const NearPair& p, double distance2) const {
+  /// Whether a contact is still one, at this distance and time.
+  LICHTENBERG_HOST_DEVICE bool stays(int k, const NearPair& p, double distance2, double time) const {
     const double sum = reach(p), distance = root(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
     parallel::enlarge_atomically(&extremes->overlap, (sum - distance) / sum);
     if (distance < too_close * sum) parallel::enlarge_atomically(&found->passed, 1 + grains.number[p.lower]);
     if (distance < sum) return true;
+    if (contacts.alone[p.entry])
+      restitution(law, scale(p), 1 / over_mass(p), sum, state(p), contacts.since[p.entry],
+                  contacts.impact_speed[p.entry], time);
     contacts.since[p.entry] = -1;
     contacts.near[k].due = 0;
     return false;

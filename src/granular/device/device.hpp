@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "src/granular/device/snapshot.hpp"
 #include "src/model/checkpoint.hpp"
-#include "src/model/grain_contact.hpp"
 #include "src/model/grain_contact_law.hpp"
 #include "src/scene/scene.hpp"
 
@@ -18,29 +18,19 @@ struct StepCounts {
   double seconds = 0, list_seconds = 0;     ///< of the wall: all of it, and that of lists
 };
 
-/// What notes need of a gas.
-struct Snapshot {
-  double time = 0;
-  std::vector<int> number;            ///< which grain stands where in what follows
-  std::vector<Vec3> place, momentum;  ///< [N]
-  std::vector<double> charge;         ///< [N]; empty if there is none
-  std::vector<GrainContact> contacts;
-  double potential = 0, dissipated = 0, exchanged = 0, driven = 0;
-  std::int64_t collisions = 0;
-};
-
 /// A gas of grains on a device, carried on by the steps of Multirate. What it holds goes there and comes back as a
 /// checkpoint of Gas: that of a device is one of the CPU's.
 class DeviceGas {
  public:
   virtual ~DeviceGas() = default;
 
-  /// Takes the gas over. `elastic`: the scene is being mixed, no charge moves.
-  virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic) = 0;
-  /// Changes what has changed in the checkpoint that was loaded.
-  virtual void store(Checkpoint& checkpoint) const = 0;
+  /// Takes the gas over. `elastic`: the scene is being mixed, no charge moves; `stage_begin`: since when this law
+  /// holds.
+  virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin = 0) = 0;
   /// Of the gas as it is.
-  virtual Snapshot snapshot() = 0;
+  virtual Snapshot snapshot() const = 0;
+  /// Changes what has changed in the checkpoint that was loaded.
+  void store(Checkpoint& checkpoint) const { device::store(snapshot(), checkpoint); }
   virtual double potential_energy() = 0;
   virtual double time() const = 0;
   /// Carries it on towards `time`, at most to there, by up to so many steps: what surrounds grains allows one. Throws

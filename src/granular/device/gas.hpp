@@ -16,6 +16,7 @@
 #include "src/granular/device/follow_contacts.hpp"
 #include "src/granular/device/induced.hpp"
 #include "src/granular/device/lists.hpp"
+#include "src/granular/device/snapshot_memory.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -31,33 +32,25 @@ class GasOn final : public DeviceGas {
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
   }
 
-  void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic) override {
-    gas_.load(checkpoint, law, elastic);
+  void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
+    gas_.load(checkpoint, law, elastic, stage_begin);
     steps_.clear();
     lists_.load(checkpoint);
     if (dipoles_) load_dipoles(checkpoint, gas_.n, *dipoles_);
   }
 
-  void store(Checkpoint& checkpoint) const override {
-    gas_.store(checkpoint);
-    lists_.store(checkpoint);
-    if (dipoles_) store_dipoles(checkpoint, gas_, *sums_, *dipoles_);
-  }
-
-  Snapshot snapshot() override {
-    Snapshot now;
+  Snapshot snapshot() const override {
+    Snapshot now = memories_.take(gas_, lists_);
     now.time = gas_.time;
-    now.potential = potential_energy();
-    now.number = gas_.number.download();
-    now.place = gas_.place.download();
-    now.momentum = gas_.momentum.download();
-    if (gas_.options.charged) now.charge = gas_.charge.download();
-    for (const OpenContact& c : lists_.contacts())
-      now.contacts.push_back({{c.i, c.j}, c.since, c.impact_speed, c.alone != 0});
+    now.count = gas_.count;
     now.dissipated = gas_.dissipated_energy();
     now.exchanged = gas_.book.download().front().exchanged;
     now.driven = gas_.driven_energy();
-    now.collisions = gas_.count.collisions;
+    now.overlap = gas_.extremes.download().front().overlap;
+    now.restitution = gas_.restitution.saved();
+    now.charged = gas_.options.charged, now.exchanges = gas_.options.exchanges;
+    now.sums = gas_.options.tables.has_value();
+    if (dipoles_) now.dipoles = taken(gas_, *sums_, *dipoles_);
     return now;
   }
   double potential_energy() override {
@@ -324,6 +317,7 @@ class GasOn final : public DeviceGas {
             .parameters = parameters_.device(),
             .found = found_.device(),
             .extremes = gas_.extremes.data(),
+            .restitution = gas_.restitution.view(),
             .exchange = gas_.options.exchange,
             .quanta = gas_.quanta,
             .over_quanta = gas_.quanta.inverse(),
@@ -360,6 +354,7 @@ class GasOn final : public DeviceGas {
   GasLists<Executor> lists_;
   typename GasLists<Executor>::Sums sums_;
   typename GasLists<Executor>::Dipoles dipoles_;
+  mutable SnapshotMemories<Executor> memories_{*run_};
   parallel::Mirrored<Found, Executor> found_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   parallel::Mirrored<Progress, Executor> progress_{*run_};

@@ -10,6 +10,7 @@
 #include "solvers/periodic/device/charges.hpp"
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/effects/wind.hpp"
+#include "src/granular/device/snapshot.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular::device {
@@ -54,13 +55,6 @@ struct Drive {
 /// Of a scene that check_scene does not refuse.
 GasOptions gas_options(const Scene& scene);
 
-/// An open contact, as a checkpoint has it.
-struct OpenContact {
-  int i, j;
-  double since, impact_speed;
-  int alone;
-};
-
 /// Things of which the largest is sought.
 struct Largest {
   double speed2 = 0, acceleration2 = 0, moved2 = 0, charge = 0;
@@ -85,10 +79,6 @@ struct Most {
     return *this;
   }
   friend LICHTENBERG_HOST_DEVICE Most operator+(Most a, const Most& b) { return a += b; }
-};
-
-struct TurnsAround {
-  int x = 0, y = 0, z = 0;
 };
 
 /// All that goes with a grain when it is sorted.

@@ -72,23 +72,10 @@ class GasLists {
     loaded_ = false;
     skin_ = 0;
   }
-  void store(Checkpoint& checkpoint) const {
-    std::vector<OpenContact> open = contacts();
-    std::ranges::sort(open,
-                      [](const OpenContact& a, const OpenContact& b) { return a.i != b.i ? a.i < b.i : a.j < b.j; });
-    std::vector<std::int64_t>& pairs = checkpoint.integers["contact_pairs"];
-    std::vector<double>& touches = checkpoint.reals["contact_touches"];
-    pairs.clear();
-    touches.clear();
-    for (const OpenContact& c : open) {
-      pairs.insert(pairs.end(), {c.i, c.j, c.alone});
-      touches.insert(touches.end(), {c.since, c.impact_speed});
-    }
-  }
-  /// In any order.
-  std::vector<OpenContact> contacts() const {
+  /// The open contacts on the device, in any order.
+  const Array<OpenContact>& contacts() const {
     if (loaded_) list_open();
-    return open_.download();
+    return open_;
   }
 
   ContactsView view() const {

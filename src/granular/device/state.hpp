@@ -14,11 +14,6 @@
 
 namespace lichtenberg::granular::device {
 
-/// Counted since the gas began.
-struct Counters {
-  std::int64_t steps = 0, contact_steps = 0, collisions = 0, transfers = 0, evaluations = 0;
-};
-
 template <class Executor>
 struct GasState {
   template <class T>
@@ -40,8 +35,9 @@ struct GasState {
   }
 
   /// All but contacts.
-  void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage) {
+  void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin) {
     law = with;
+    restitution.load(lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades), stage_begin);
     elastic = in_elastic_stage;
     const auto reals = [&](const char* name, std::size_t size) { return lichtenberg::reals(checkpoint, name, size); };
     const std::size_t size = n;
@@ -89,43 +85,6 @@ struct GasState {
     count.evaluations = options.tables ? integers(checkpoint, "effects.coulomb.counters").at(0) : 0;
   }
 
-  void store(Checkpoint& checkpoint) const {
-    const std::vector<int> numbers = number.download();
-    const auto by_number = [&](const auto& values, std::size_t width, const auto& put) {
-      for (int s = 0; s < n; ++s) put(numbers[s] * width, values[s]);
-    };
-    const auto vectors = [&](const char* name, const Array<Vec3>& array) {
-      std::vector<double>& to = checkpoint.reals[name];
-      to.resize(3 * static_cast<std::size_t>(n));
-      by_number(array.download(), 3,
-                [&](std::size_t at, const Vec3& v) { to[at] = v.x, to[at + 1] = v.y, to[at + 2] = v.z; });
-    };
-    vectors("position", place);
-    vectors("momentum", momentum);
-    std::vector<std::int64_t>& turned = checkpoint.integers["image"];
-    by_number(image.download(), 3, [&](std::size_t at, const TurnsAround& t) {
-      turned[at] = t.x, turned[at + 1] = t.y, turned[at + 2] = t.z;
-    });
-    if (options.charged) {
-      std::vector<double>& to = checkpoint.reals["charge"];
-      by_number(charge.download(), 1, [&](std::size_t at, double q) { to[at] = q; });
-    }
-    if (options.exchanges) {
-      std::vector<std::int64_t>& collided = checkpoint.integers["effects.charge_exchange.collisions"];
-      collided.resize(n);
-      by_number(collisions.download(), 1, [&](std::size_t at, std::int64_t c) { collided[at] = c; });
-      checkpoint.integers["effects.charge_exchange.counters"].at(1) = count.transfers;
-    }
-    if (options.tables) checkpoint.integers["effects.coulomb.counters"].at(0) = count.evaluations;
-    checkpoint.reals["time"] = {time};
-    checkpoint.integers["counters"] = {count.steps, count.contact_steps, count.collisions};
-    std::vector<double>& energies = checkpoint.reals["book"];
-    energies[0] = dissipated_energy();
-    energies[1] = book.download().front().exchanged;
-    energies[2] = driven_energy();
-    energies[4] = extremes.download().front().overlap;
-  }
-
   GrainsView view() const {
     return {.count = n,
             .place = place.data(),
@@ -155,6 +114,16 @@ struct GasState {
 
   // With kernels, which nvcc wants to be public.
 
+  /// What a checkpoint has of each, by number.
+  void list_records(GrainRecord* to) const {
+    const Vec3 *at = place.data(), *p = momentum.data();
+    const double* q = charge.data();
+    const std::int64_t* collided = collisions.data();
+    const TurnsAround* around = image.data();
+    const int* of = number.data();
+    run->for_each(n,
+                  [=] LICHTENBERG_HOST_DEVICE(int s) { to[of[s]] = {at[s], p[s], q[s], collided[s], around[s], 0}; });
+  }
   /// Puts all that goes with grains into this order; `felt`: what their charges feel, or null.
   void permute(const int* order, Felt* felt) {
     Grain* to = spare.data();
@@ -212,6 +181,7 @@ struct GasState {
   Array<Grain> spare{*run};
 
   Array<Extremes> extremes{*run};
+  RestitutionOn<Executor> restitution{*run};
   Array<std::int64_t> driven{*run};  ///< quanta of energy, since the gas was loaded
   Array<FieldBook> book{*run};
   double driven_before = 0;

@@ -1,0 +1,57 @@
+#include "src/granular/device/snapshot.hpp"
+
+#include <algorithm>
+
+namespace lichtenberg::granular::device {
+namespace {
+
+void store_grains(const Snapshot& from, Checkpoint& to) {
+  const std::size_t n = from.grains.size();
+  std::vector<double>&position = to.reals["position"], &momentum = to.reals["momentum"];
+  std::vector<std::int64_t>& image = to.integers["image"];
+  position.resize(3 * n), momentum.resize(3 * n), image.resize(3 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const GrainRecord& g = from.grains[i];
+    for (int k = 0; k < 3; ++k) position[3 * i + k] = g.place[k], momentum[3 * i + k] = g.momentum[k];
+    image[3 * i] = g.image.x, image[3 * i + 1] = g.image.y, image[3 * i + 2] = g.image.z;
+  }
+  const auto by_grain = [&](auto& values, auto GrainRecord::*member) {
+    values.resize(n);
+    std::ranges::transform(from.grains, values.begin(), [&](const GrainRecord& g) { return g.*member; });
+  };
+  if (from.charged) by_grain(to.reals["charge"], &GrainRecord::charge);
+  if (from.exchanges) by_grain(to.integers["effects.charge_exchange.collisions"], &GrainRecord::collisions);
+}
+
+void store_contacts(const Snapshot& from, Checkpoint& to) {
+  std::vector<OpenContact> open(from.contacts.begin(), from.contacts.end());
+  std::ranges::sort(open,
+                    [](const OpenContact& a, const OpenContact& b) { return a.i != b.i ? a.i < b.i : a.j < b.j; });
+  std::vector<std::int64_t>& pairs = to.integers["contact_pairs"];
+  std::vector<double>& touches = to.reals["contact_touches"];
+  pairs.clear();
+  touches.clear();
+  for (const OpenContact& c : open) {
+    pairs.insert(pairs.end(), {c.i, c.j, c.alone});
+    touches.insert(touches.end(), {c.since, c.impact_speed});
+  }
+}
+
+}  // namespace
+
+void store(const Snapshot& snapshot, Checkpoint& checkpoint) {
+  store_grains(snapshot, checkpoint);
+  store_contacts(snapshot, checkpoint);
+  const Counters& count = snapshot.count;
+  if (snapshot.exchanges) checkpoint.integers["effects.charge_exchange.counters"].at(1) = count.transfers;
+  if (snapshot.sums) checkpoint.integers["effects.coulomb.counters"].at(0) = count.evaluations;
+  checkpoint.reals["time"] = {snapshot.time};
+  checkpoint.integers["counters"] = {count.steps, count.contact_steps, count.collisions};
+  std::vector<double>& book = checkpoint.reals["book"];
+  book.at(0) = snapshot.dissipated, book.at(1) = snapshot.exchanged, book.at(2) = snapshot.driven;
+  book.at(4) = snapshot.overlap;
+  checkpoint.reals["restitution_check"] = snapshot.restitution;
+  if (snapshot.dipoles) snapshot.dipoles(checkpoint);
+}
+
+}  // namespace lichtenberg::granular::device

@@ -1,0 +1,65 @@
+#pragma once
+
+// Where snapshots lie on the host: memory that a device copies into at full speed, which takes long to get, so that it
+// is used again once nobody has the snapshot any more.
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "src/granular/device/lists.hpp"
+#include "src/granular/device/snapshot.hpp"
+
+namespace lichtenberg::granular::device {
+
+template <class Executor>
+class SnapshotMemories {
+ public:
+  explicit SnapshotMemories(const Executor& run) : run_(&run), records_(run) {}
+
+  /// Grains and contacts as they are, and their memory, which must be given up before the executor goes.
+  Snapshot take(const GasState<Executor>& gas, const GasLists<Executor>& lists) {
+    records_.resize(gas.n);
+    gas.list_records(records_.data());
+    const auto& contacts = lists.contacts();
+    const std::size_t grains = records_.size() * sizeof(GrainRecord), open = contacts.size() * sizeof(OpenContact);
+    const std::shared_ptr<Memory> memory = free_memory(grains + open);
+    run_->to_host(memory->bytes, records_.data(), grains);
+    if (open > 0) run_->to_host(memory->bytes + grains, contacts.data(), open);
+    Snapshot taken;
+    taken.memory = memory;
+    taken.grains = {reinterpret_cast<const GrainRecord*>(memory->bytes), records_.size()};
+    taken.contacts = {reinterpret_cast<const OpenContact*>(memory->bytes + grains), contacts.size()};
+    return taken;
+  }
+
+ private:
+  struct Memory {
+    Memory(const Executor& executor, std::size_t wanted)
+        : run(&executor), bytes(static_cast<std::byte*>(executor.allocate_on_host(wanted))), size(wanted) {}
+    Memory(const Memory&) = delete;
+    Memory& operator=(const Memory&) = delete;
+    ~Memory() { run->release_on_host(bytes); }
+
+    const Executor* run;
+    std::byte* bytes;
+    std::size_t size;
+  };
+
+  std::shared_ptr<Memory> free_memory(std::size_t size) {
+    for (std::shared_ptr<Memory>& memory : all_)
+      if (memory.use_count() == 1) {
+        std::atomic_thread_fence(std::memory_order_acquire);  // who had it has read it
+        if (memory->size < size) memory = std::make_shared<Memory>(*run_, size + size / 4);
+        return memory;
+      }
+    return all_.emplace_back(std::make_shared<Memory>(*run_, size + size / 4));
+  }
+
+  const Executor* run_;
+  parallel::Array<GrainRecord, Executor> records_;
+  std::vector<std::shared_ptr<Memory>> all_;
+};
+
+}  // namespace lichtenberg::granular::device

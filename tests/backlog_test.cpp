@@ -1,0 +1,75 @@
+// Tasks that a thread does behind its owner.
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "solvers/error.hpp"
+#include "solvers/parallel/backlog.hpp"
+#include "tests/message.hpp"
+
+using namespace lichtenberg;
+using parallel::Backlog;
+
+TEST_CASE("tasks are done in their order, and all of them before the end") {
+  for (const std::size_t most : {0, 1, 2, 100}) {
+    std::vector<int> done;
+    {
+      Backlog backlog(most);
+      for (int k = 0; k < 50; ++k) backlog.add([&, k] { done.push_back(k); });
+      backlog.finish();
+      CHECK(done.size() == 50);
+      backlog.add([&] { done.push_back(50); });
+    }
+    REQUIRE(done.size() == 51);
+    for (int k = 0; k <= 50; ++k) CHECK(done[k] == k);
+  }
+}
+
+TEST_CASE("no more wait than may, and a task is gone with all that it held once it is done") {
+  std::atomic<int> begun = 0, added = 0;
+  std::atomic<bool> go = false;
+  const auto held = std::make_shared<int>();
+  {
+    Backlog backlog(2);
+    const std::jthread owner([&] {
+      for (int k = 0; k < 4; ++k) {
+        backlog.add([&begun, &go, held] {
+          ++begun;
+          go.wait(false);
+        });
+        ++added;
+      }
+    });
+    while (added < 2 || begun < 1) std::this_thread::yield();
+    // The first is at work, the second waits, and the third has no room.
+    CHECK(added == 2);
+    go = true;
+    go.notify_all();
+  }
+  CHECK(begun == 4);
+  CHECK(held.use_count() == 1);
+}
+
+TEST_CASE("what a task throws its owner gets, once; what came after it is not done") {
+  int done = 0;
+  Backlog backlog(10);
+  std::atomic<bool> go = false;
+  backlog.add([&] {
+    go.wait(false);
+    throw Failure("no room");
+  });
+  backlog.add([&] { ++done; });
+  go = true;
+  go.notify_all();
+  CHECK(message_of([&] { backlog.finish(); }) == "no room");
+  CHECK(done == 0);
+  CHECK_FALSE(backlog.has_failed());
+  backlog.add([&] { ++done; });
+  backlog.finish();
+  CHECK(done == 1);
+}

@@ -54,6 +54,7 @@ STYLES = {
     "minimum-image": ("#8c8c8c", "^-"),
     "shifted-force": ("#cc79a7", "^-"),
     "multirate": (INK, "*-"),
+    "multirate-cuda": ("#009e73", "*-"),
     "verlet": ("#0072b2", "o-"),
     "gear": ("#e69f00", "s-"),
     "gear-printed": ("#d55e00", "s--"),

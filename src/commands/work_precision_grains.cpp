@@ -7,6 +7,7 @@
 #include "src/commands/work_precision.hpp"
 #include "src/effects/coulomb.hpp"
 #include "src/effects/induced_dipoles.hpp"
+#include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
 
 namespace lichtenberg::work_precision {
@@ -40,11 +41,7 @@ class GasTrial : public Trial {
       const double left = end - gas.time(), count = std::ceil(left / integrator->longest_step(gas));
       integrator->step(gas, count <= 1 ? end : gas.time() + left / count);
     }
-    places_ = unwrapped(gas.bodies());
-    const granular::GasEnergy book = gas.energy();
-    const double turned_over = book.kinetic + book.dissipated;  // 0: grains at rest, whose book is exact
-    left_over_ = turned_over > 0 ? std::abs(book.total() - energy) / turned_over : 0;
-    steps_ = gas.contact_steps;
+    look(gas, energy);
     seconds_ = seconds_of_thread() - start;
   }
   std::vector<double> errors() const override {
@@ -58,12 +55,44 @@ class GasTrial : public Trial {
   std::optional<double> own_seconds() const override { return seconds_; }
   const std::vector<double>& places() const { return places_; }
 
- private:
+ protected:
+  /// At the end, where it had this energy at the start.
+  void look(granular::Gas& gas, double energy) {
+    places_ = unwrapped(gas.bodies());
+    const granular::GasEnergy book = gas.energy();
+    const double turned_over = book.kinetic + book.dissipated;  // 0: grains at rest, whose book is exact
+    left_over_ = turned_over > 0 ? std::abs(book.total() - energy) / turned_over : 0;
+    steps_ = gas.contact_steps;
+  }
+
   const GasSubject& subject_;
   Scene scene_;
+  double seconds_ = 0;
+
+ private:
   std::vector<double> places_;
-  double left_over_ = 0, seconds_ = 0;
+  double left_over_ = 0;
   std::int64_t steps_ = 0;
+};
+
+/// A run on a CUDA device, by the time of its steps.
+class GasOnDevice final : public GasTrial {
+ public:
+  using GasTrial::GasTrial;
+
+  void run() override {
+    granular::Gas gas(scene_);
+    const double energy = gas.energy().total();
+    const auto device = granular::device::make_cuda_gas(scene_);
+    Checkpoint checkpoint = gas.save();
+    device->load(checkpoint, gas.law(), false);
+    while (device->time() < scene_.stop.time) device->step(scene_.stop.time, 100);
+    device->store(checkpoint);
+    gas.restore(checkpoint);
+    look(gas, energy);
+    seconds_ = device->counts().seconds;
+  }
+  bool is_elsewhere() const override { return true; }
 };
 
 Scene with(const GasSubject& subject, Integrator integrator, double step, int contact_steps = 30) {
@@ -80,12 +109,20 @@ Candidate candidate(const GasSubject& subject, Settings settings, double cost, S
 }
 
 /// Of step k of the sweep: those of charges and of contacts are made shorter together.
+struct Step {
+  explicit Step(int k) : length(0.08 / (1 << k)), contact_steps(10 << k), cost(1 << k) {}
+  Settings settings() const { return {{"step", length}, {"contact steps", contact_steps}}; }
+
+  double length;
+  int contact_steps;
+  double cost;
+};
+
 Candidate multirate_at(const GasSubject& subject, int k, const std::function<void(Scene&)>& change = {}) {
-  const double step = 0.08 / (1 << k);
-  const int contact_steps = 10 << k;
-  Scene scene = with(subject, Integrator::multirate, step, contact_steps);
+  const Step step(k);
+  Scene scene = with(subject, Integrator::multirate, step.length, step.contact_steps);
   if (change) change(scene);
-  return candidate(subject, {{"step", step}, {"contact steps", contact_steps}}, 1 << k, std::move(scene));
+  return candidate(subject, step.settings(), step.cost, std::move(scene));
 }
 
 constexpr int halvings = 6;
@@ -93,6 +130,18 @@ constexpr int halvings = 6;
 Method multirate(const GasSubject& subject) {
   Method method{"multirate", "charges held over a step, within which contacts have steps of their own", {}};
   for (int k = 0; k < halvings; ++k) method.candidates.push_back(multirate_at(subject, k));
+  return method;
+}
+
+Method on_device(const GasSubject& subject) {
+  Method method{"multirate-cuda", "multirate on a CUDA device, by the time of its steps", {}};
+  for (int k = 0; k < halvings; ++k) {
+    const Step step(k);
+    Scene scene = with(subject, Integrator::multirate, step.length, step.contact_steps);
+    method.candidates.push_back({step.settings(), step.cost, [&subject, scene = std::move(scene)] {
+                                   return std::make_unique<GasOnDevice>(subject, scene);
+                                 }});
+  }
   return method;
 }
 
@@ -151,7 +200,8 @@ Method fixed_steps(const GasSubject& subject, Integrator integrator, std::string
 
 std::vector<Method> all_methods(const GasSubject& subject) {
   std::vector<Method> all = {
-      multirate(subject), fixed_steps(subject, Integrator::verlet, "velocity Verlet with predicted velocities"),
+      multirate(subject), on_device(subject),
+      fixed_steps(subject, Integrator::verlet, "velocity Verlet with predicted velocities"),
       fixed_steps(subject, Integrator::gear, "Gear's predictor and corrector of order 6"),
       fixed_steps(subject, Integrator::gear_printed, "the same with G 3.41's coefficients as printed")};
   const auto* coulomb = subject.scene.effects.find<effects::CoulombOptions>();

@@ -2,11 +2,13 @@
 """How the work of a charged gas grows with its number of grains, on one core, LAMMPS beside it: a table and a picture.
 
     gas_scaling.py [--program build/benchmark_gas] [--grains 1000,10000,...] [--accuracy 1e-4] [--lammps-up-to 100000]
-                   [--device FIGURES.json] [--json FILE] [--out PICTURE]
+                   [--device FIGURES.json] [--host FIGURES.json] [--json FILE] [--out PICTURE]
+    gas_scaling.py --draw FILE --out PICTURE
 
 Grains of charge +1 and -1 at random places, at G's density, T = 1, steps of .005 with all forces in each. `benchmark_gas` is
 run once for each number, so that its largest memory is known. Milliseconds of one core's processor time. LAMMPS: as gas_lammps.py has it, at the cut-off --cutoff. FIGURES.json: what a device took,
-{"device": its name, "rows": [{"grains": N, "forces": ms, "step": ms}, ...]}.
+{"device": its name, "rows": [{"grains": N, "forces": ms, "step": ms}, ...]}; of --host: what one core of another, larger machine took.
+--draw: the picture of what --json has written.
 """
 import argparse
 import json
@@ -23,7 +25,7 @@ import matplotlib.pyplot as plt
 
 import gas_lammps
 
-INK, BLUE, ORANGE, GREEN = "#1a1a1a", "#0072b2", "#d55e00", "#009e73"
+INK, BLUE, SKY, ORANGE, GREEN = "#1a1a1a", "#0072b2", "#56b4e9", "#d55e00", "#009e73"
 SMALL, LARGE = 30000, 1000000  # fewer grains get more steps, more get fewer
 
 
@@ -91,15 +93,16 @@ def draw_lines(axes, rows, name, style, colour, label):
                   linewidth=1.2, label=label)
 
 
-def draw(ours, lammps, device, title):
+def draw(ours, lammps, device, host, title):
     plt.rcParams.update({"font.size": 8, "savefig.dpi": 160})
     figure, (time, memory) = plt.subplots(1, 2, figsize=(7.5, 3.4), layout="constrained", width_ratios=[1.6, 1])
-    for rows, colour, who in ((ours, BLUE, "one core"), (lammps, ORANGE, "LAMMPS, one core"),
+    for rows, colour, who in ((ours, BLUE, "one core"), (host["rows"], SKY, host["device"]), (lammps, ORANGE, "LAMMPS, one core"),
                               (device["rows"], GREEN, device["device"])):
         draw_lines(time, rows, "step", "o-", colour, f"{who}: step")
         draw_lines(time, rows, "forces", "s--", colour, f"{who}: forces of charges")
     draw_lines(time, ours, "contacts", "^:", INK, "one core: step without charges")
     draw_lines(memory, ours, "MiB", "o-", BLUE, "largest resident size")
+    draw_lines(memory, host["rows"], "MiB", "o-", SKY, host["device"])
     time.set(xscale="log", yscale="log", xlabel="grains", ylabel="ms")
     memory.set(xscale="log", yscale="log", xlabel="grains", ylabel="MiB")
     for axes in (time, memory):
@@ -119,11 +122,19 @@ def main():
     parser.add_argument("--lammps-up-to", type=int, default=0, help="grains; 0: without LAMMPS")
     parser.add_argument("--cutoff", type=float, default=6, help="of LAMMPS")
     parser.add_argument("--device", type=Path, help="figures of a device")
+    parser.add_argument("--host", type=Path, help="figures of one core of another machine")
+    parser.add_argument("--draw", type=Path, help="figures that were written before: nothing is measured")
     parser.add_argument("--json", type=Path, help="file to write all figures to")
     parser.add_argument("--out", type=Path, help="picture to write")
     arguments = parser.parse_args()
+    if arguments.draw:
+        found = json.loads(arguments.draw.read_text())
+        title = f"A charged gas at an accuracy of {arguments.accuracy:g}; {found['machine']}"
+        draw(found["ours"], found["lammps"], found["device"], found["host"], title).savefig(arguments.out)
+        return
     arguments.program, arguments.lichtenberg = arguments.program.resolve(), arguments.lichtenberg.resolve()
-    device = json.loads(arguments.device.read_text()) if arguments.device else {"device": "", "rows": []}
+    device, host = (json.loads(path.read_text()) if path else {"device": "", "rows": []}
+                    for path in (arguments.device, arguments.host))
     ours, lammps, machine = [], [], ""
     for grains in map(int, arguments.grains.split(",")):
         row, machine = run_ours(arguments, grains)
@@ -134,10 +145,11 @@ def main():
             print_head(machine)
         print_row(row, (lammps, device["rows"]))
         if arguments.json:
-            arguments.json.write_text(json.dumps({"machine": machine, "ours": ours, "lammps": lammps, "device": device}, indent=1))
+            arguments.json.write_text(json.dumps({"machine": machine, "ours": ours, "lammps": lammps, "device": device,
+                                                  "host": host}, indent=1))
     title = f"A charged gas at an accuracy of {arguments.accuracy:g}; {machine}"
     if arguments.out:
-        draw(ours, lammps, device, title).savefig(arguments.out)
+        draw(ours, lammps, device, host, title).savefig(arguments.out)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,334 @@
+// What is known to go wrong in gases of charged grains (../README.md), on a device: the rows of ../hard_cases_gas.cpp
+// that are about steps, lists, contacts and sums, with their bounds, whose derivations stand there.
+//
+//   device_hard_cases [--host] [SECTION]
+//
+// --host: the device's algorithms run by the CPU, item after item. Sections: to-one-cluster, at-rest, elastic, cold,
+// cooled, lists, charges, bits, too-fast, held-forces, restitution.
+
+#include <set>
+#include <string_view>
+
+#include "solvers/error.hpp"
+#include "src/analysis/gas_clusters.hpp"
+#include "src/effects/charge_exchange.hpp"
+#include "src/effects/coulomb.hpp"
+#include "src/granular/device/device.hpp"
+#include "src/granular/note.hpp"
+#include "src/theory/haff.hpp"
+#include "src/theory/restitution.hpp"
+#include "tests/grains.hpp"
+#include "validation/harness.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::grains;
+using namespace lichtenberg::validation;
+
+namespace {
+
+bool on_host = false;
+
+/// A gas that a device carries on.
+class There {
+ public:
+  explicit There(const Scene& scene)
+      : gas_(scene),
+        device_(on_host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene)) {
+    load();
+  }
+
+  double time() const { return device_->time(); }
+  void to(double time) {
+    while (this->time() < time) {
+      const double end = std::min(time, gas_.stage_end());
+      while (this->time() < end) device_->step(end, 100);
+      if (this->time() < gas_.stage_end()) continue;
+      now().leave_stage();
+      load();
+    }
+  }
+  /// One step, and no farther than to `time`.
+  void step(double time) { device_->step(time); }
+  /// As it is now.
+  granular::Gas& now() {
+    Checkpoint checkpoint = gas_.save();
+    device_->store(checkpoint);
+    gas_.restore(checkpoint);
+    return gas_;
+  }
+
+ private:
+  void load() { device_->load(gas_.save(), gas_.law(), gas_.in_elastic_stage(), gas_.stage_begin()); }
+
+  granular::Gas gas_;
+  std::unique_ptr<granular::device::DeviceGas> device_;
+};
+
+Scene viscoelastic(double edge, double dissipative = 27.7) {
+  Scene scene = cube(edge);
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
+  return scene;
+}
+
+void charge_alternately(Scene& scene, double size) {
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
+}
+
+double thermal_momentum(const granular::Gas& gas) {
+  return std::sqrt(2 * gas.bodies().size() * std::max(gas.kinetic_energy(), 1e-300));
+}
+
+double left_over(const granular::GasEnergy& now, double start) {
+  return std::abs(now.total() - start) / now.dissipated;
+}
+
+analysis::ClusterSizes clusters(const granular::Gas& gas) {
+  return analysis::cluster_sizes(analysis::cluster_numbers(gas.bodies().size(), granular::pairs_in_contact(gas)));
+}
+
+void to_one_cluster(Report& report) {
+  const int n = 50;
+  const double edge = std::cbrt(n / 0.1);
+  Scene scene = viscoelastic(edge);
+  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
+  add_gas(scene, n, edge, 10);
+  charge_alternately(scene, 1);
+  There there(scene);
+  granular::Gas& start = there.now();
+  const double energy = start.energy().total(), thermal = thermal_momentum(start);
+  double largest = 0;
+  while (largest < n && there.time() < 5000) there.to(there.time() + 100), largest = clusters(there.now()).largest;
+  there.to(there.time() + 500);
+  granular::Gas& gas = there.now();
+  const granular::GasEnergy now = gas.energy();
+  report.section(
+      fmt::format("{} charged grains cool from T = 10 to rest in one cluster, t = {:g}, {:.2g} steps, {:.2g} of "
+                  "contacts",
+                  n, there.time(), static_cast<double>(gas.steps), static_cast<double>(gas.contact_steps)));
+  report.at_most("left over of the book, of what was dissipated", left_over(now, energy), 1e-3);
+  report.at_least("grains in the largest cluster", clusters(gas).largest, n);
+  report.at_most("kinetic energy, of that at the start", now.kinetic / (1.5 * 10 * n), std::nullopt);
+  report.at_most("momentum, of the thermal one at the start", momentum(gas.bodies()) / thermal, std::nullopt);
+}
+
+void at_rest(Report& report) {
+  report.section("13 charged grains cool to rest");
+  Scene scene = viscoelastic(30);
+  scene.effects.add(effects::CoulombOptions{.strength = 0.1, .accuracy = 1e-4});
+  add(scene, 0.5 * scene.domain.size, {}, 12);
+  add_gas(scene, 12, 3.5, 0, 4);
+  for (std::size_t i = 1; i < scene.conductors.size(); ++i) scene.conductors[i].charge = -1;
+  scene.mechanics.step = 0.01;
+  There there(scene);
+  const double start = there.now().energy().total();
+  double before = INFINITY, rise = 0;
+  for (int n = 1; n <= 200; ++n) {
+    there.to(0.5 * n);
+    const granular::GasEnergy now = there.now().energy();
+    const double left = now.kinetic + now.contact + now.potential;
+    rise = std::max(rise, left - before);
+    before = left;
+  }
+  report.at_most("largest rise of the energy between two looks", rise, 1e-3);
+  report.at_most("left over of the book, of what was dissipated", left_over(there.now().energy(), start), 1e-3);
+  report.at_most("clusters", static_cast<double>(clusters(there.now()).number), 1);
+}
+
+void elastic_gas(Report& report) {
+  report.section("an elastic gas, dilute: collisions over omega N t / 2");
+  const int n = 4000;
+  const double edge = std::cbrt(n / 0.05), time = 20;
+  Scene scene = cube(edge);
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278600, .dissipative = 0});
+  scene.mechanics.contact_steps = 25;
+  add_gas(scene, n, edge, 1);
+  There there(scene);
+  there.to(1);
+  const granular::GasEnergy before = there.now().energy();
+  const std::int64_t first = there.now().collisions;
+  there.to(1 + time);
+  granular::Gas& gas = there.now();
+  const granular::GasEnergy after = gas.energy();
+  const double expected = 0.5 * theory::collision_frequency(0.05, 2 * after.kinetic / (3 * n)) * n * time;
+  const double late = theory::collision_frequency(0.05, 1) * 3.2 * std::pow(0.25 / (278600. * 278600. * 1.5), 0.2);
+  report.at_most("25 steps a contact: off by", std::abs(static_cast<double>(gas.collisions - first) / expected - 1),
+                 3 / std::sqrt(expected) + late + 0.002);
+  report.at_most("  kinetic + stored energy, change over it",
+                 std::abs(after.kinetic + after.contact - before.kinetic - before.contact) / before.kinetic,
+                 1e-4 * 2 * expected / n);
+}
+
+void cold_gas(Report& report) {
+  report.section("force errors and a gas that is nearly cold");
+  Scene scene = viscoelastic(16, 0);
+  scene.effects.add(effects::CoulombOptions{.strength = 1e-5, .accuracy = 1e-3});
+  add_gas(scene, 250, 15.9, 1e-5);
+  charge_alternately(scene, 1);
+  There there(scene);
+  double squares = 0;
+  for (const double f : there.now().smooth_forces()) squares += f * f;
+  const double time = 1000, before = there.now().energy().total(), kinetic = 1.5 * 250 * 1e-5;
+  there.to(time);
+  report.at_most(fmt::format("elastic, T = 1e-5, t = {:g}: growth of energy over kinetic", time),
+                 std::abs(there.now().energy().total() - before) / kinetic,
+                 0.5 * 1e-6 * squares * time * time / kinetic + 1e-6 * time / 2);
+}
+
+void cooled_gas(Report& report) {
+  report.section("a charged gas cools from T = 10");
+  const int n = 1000;
+  const double edge = std::cbrt(n / 0.4);
+  Scene scene = viscoelastic(edge);
+  scene.effects.add(effects::CoulombOptions{.strength = 2.469, .accuracy = 1e-3});
+  scene.effects.add<effects::ChargeExchangeOptions>();
+  scene.stages = {{.duration = 1, .stiffness = 10, .temperature = 10}};
+  add_gas(scene, n, edge, 10);
+  There there(scene);
+  const double thermal = thermal_momentum(there.now()), start = there.now().energy().total();
+  const auto temperature = [&] { return 2 * there.now().kinetic_energy() / (3 * n); };
+  while (there.time() < 400 && temperature() > 1e-4) there.to(there.time() + 10);
+  granular::Gas& gas = there.now();
+  // Forces in single precision, of which each grain's rounds by 6e-8, are made to add up by taking the mean off.
+  report.at_most(fmt::format("momentum over thermal momentum, at T = {:.2g}, t = {:.3g}", temperature(), there.time()),
+                 momentum(gas.bodies()) / thermal_momentum(gas), std::nullopt);
+  report.at_most("  over that at the start", momentum(gas.bodies()) / thermal, 1e-3);
+  report.at_most("left over of the book, of what was dissipated", left_over(gas.energy(), start), 1e-3);
+}
+
+void lists(Report& report) {
+  report.section("every pair that overlaps is a contact");
+  Scene scene = viscoelastic(8);
+  add_gas(scene, 150, 7.9, 1e-4);
+  scene.conductors.front().velocity = {7, 5, 3};
+  There there(scene);
+  double missed = 0, seen = 0;
+  for (int n = 0; n < 500; ++n) {
+    there.step(1e4);
+    const granular::Gas& gas = there.now();
+    const Bodies& b = gas.bodies();
+    std::set<Pair> noted;
+    for (const GrainContact& contact : gas.contacts()) noted.insert(contact.pair);
+    for (int i = 0; i < b.size(); ++i)
+      for (int j = i + 1; j < b.size(); ++j)
+        if (norm(spheres<3>(b).box.difference(position<3>(b, i), position<3>(b, j))) < 1)
+          ++seen, missed += !noted.contains({i, j});
+  }
+  report.at_most(fmt::format("one grain at 1e3 thermal speeds: missed of {:g}", seen), missed, 0);
+}
+
+void charges(Report& report) {
+  report.section("charges");
+  const auto end = [](double strength, double exchange) {
+    Scene scene = viscoelastic(12);
+    scene.effects.add(effects::CoulombOptions{.strength = strength, .accuracy = 1e-3});
+    scene.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
+    scene.mechanics.step = 0.02;
+    add_gas(scene, 500, 11.9, 1);
+    There there(scene);
+    there.to(5);
+    return there.now().bodies();
+  };
+  const Bodies one = end(1, 0.25);
+  double sum = 0;
+  for (const double q : one.charge) sum += q;
+  report.at_most("sum of 500 charges that were exchanged, as a number", std::abs(sum), 0);
+  report.at_least("(K, Q) and (4 K, Q / 2): the same bits", end(4, 0.125).position == one.position, 1);
+}
+
+void bits(Report& report) {
+  report.section("the same bits");
+  Scene scene = viscoelastic(12);
+  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-3});
+  scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.1});
+  add_gas(scene, 500, 11.9, 1);
+  charge_alternately(scene, 0.2);
+  const auto end = [&] {
+    There there(scene);
+    there.to(5);
+    return there.now().save();
+  };
+  const Checkpoint one = end(), other = end();
+  report.at_least("run again", one.reals == other.reals && one.integers == other.integers, 1);
+}
+
+void too_fast(Report& report) {
+  report.section("grains that would fly through each other (v > 21.1)");
+  bool refused = false;
+  try {
+    Scene scene = viscoelastic(10, 0);
+    add_pair(scene, 25, 0.1);
+    There there(scene);
+    there.to(1);
+  } catch (const Failure&) {
+    refused = true;
+  }
+  report.at_least("elastic, v = 25: refused", refused, 1);
+}
+
+/// Change of what should stay of a bound pair that vibrates, over K q^2 times the overlap, after fifty periods.
+double bound_pair(double attraction, double dissipative) {
+  const double overlap = std::pow(attraction / 278.6, 2.0 / 3);
+  const double period = 2 * std::numbers::pi * std::sqrt(0.5 / (1.5 * 278.6 * std::sqrt(overlap)));
+  Scene scene = viscoelastic(30, dissipative);
+  scene.effects.add(effects::CoulombOptions{.strength = attraction, .accuracy = 1e-5});
+  scene.mechanics.step = 0.25 * period;
+  add_pair(scene, 0, -1.3 * overlap, 1);
+  There there(scene);
+  there.to(0.25 * period);
+  const double start = there.now().energy().total();
+  there.to(50 * period);
+  return (there.now().energy().total() - start) / (attraction * overlap);
+}
+
+void held_forces(Report& report) {
+  report.section("a bound pair followed for 50 of its periods in steps of a quarter: change of the energy");
+  for (const double attraction : {0.1, 1e-3}) {
+    const double bound = 9 * std::pow(attraction / 278.6, 2.0 / 3);
+    report.at_most(fmt::format("K q^2 = {:g}, elastic", attraction), std::abs(bound_pair(attraction, 0)), bound);
+    report.at_most("  damped, with what is booked", std::abs(bound_pair(attraction, 27.7)), bound);
+  }
+}
+
+void restitutions(Report& report) {
+  report.section("error of restitution by speed, lone central collisions of a dilute neutral gas");
+  const int n = 20000;
+  const double edge = std::cbrt(n / 0.002);
+  Scene scene = viscoelastic(edge);
+  add_gas(scene, n, edge, 1);
+  There there(scene);
+  there.to(20);
+  const granular::RestitutionCheck& found = there.now().restitution;
+  // What a pair that turns costs, 1e-3, and twice what 45 steps a contact leave of restitution.
+  for (int k = 0; k < granular::RestitutionCheck::decades; ++k)
+    if (const auto& decade = found.by_speed()[k]; decade.collisions > 0)
+      report.at_most(fmt::format("speed 1e{}, {} collisions, worst", granular::RestitutionCheck::first_decade + k,
+                                 decade.collisions),
+                     decade.worst, 2e-3);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string_view section;
+  for (int k = 1; k < argc; ++k)
+    if (argv[k] == std::string_view("--host"))
+      on_host = true;
+    else
+      section = argv[k];
+  Report report("What goes wrong in gases of charged grains, on a device");
+  const auto run = [&](std::string_view name, void (*rows)(Report&)) {
+    if (section.empty() || section == name) rows(report);
+  };
+  run("too-fast", too_fast);
+  run("lists", lists);
+  run("charges", charges);
+  run("bits", bits);
+  run("held-forces", held_forces);
+  run("at-rest", at_rest);
+  run("elastic", elastic_gas);
+  run("restitution", restitutions);
+  run("cold", cold_gas);
+  run("cooled", cooled_gas);
+  run("to-one-cluster", to_one_cluster);
+  return report.exit_status();
+}

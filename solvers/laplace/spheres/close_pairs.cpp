@@ -233,11 +233,14 @@ bool leads_across(const Tail& tail, Vec3 way) {
   return norm2(tail.axis * tail.distance - way) < 1e-20 * tail.distance * tail.distance;
 }
 
-/// Whether harmonics beyond the source's degree are felt by the target.
+/// Whether harmonics beyond either sphere's degree are felt by the other: tails that meet do so both ways.
 bool reaches(const NearPair& pair, const std::vector<Site>& sites, double accuracy) {
+  const auto reach = [&](const Site& source, const Site& target) {
+    const double closest = norm(pair.way) - target.radius;
+    return closest < source.radius || std::pow(source.radius / closest, source.degree + 1) > accuracy;
+  };
   const Site &source = sites[pair.source], &target = sites[pair.target];
-  const double closest = norm(pair.way) - target.radius;
-  return closest < source.radius || std::pow(source.radius / closest, source.degree + 1) > accuracy;
+  return reach(source, target) || reach(target, source);
 }
 
 /// Up to which degree l a tail is felt by harmonics up to t of a sphere beside it: until C(l+t, l) (R_s/d)^l (R_t/d)^t,

@@ -111,7 +111,7 @@ class Conductors:
     def caption(self, shown):
         snapshot = shown[0]
         words = f"t = {snapshot.time:.4g} s, N = {len(snapshot.radius)}"
-        if snapshot.successor is not None:
+        if snapshot.successor is not None and (len(self.terminals) > 0 or snapshot.connected.any()):
             words += f", {100 * snapshot.connected.mean():.3g} % connected to {self.all_supplies}"
         if self.is_dark(snapshot.potential):
             words += ", all at 0 V"

@@ -10,7 +10,8 @@ Grains of charge +1 and -1 at random places of a periodic box, volume fraction .
 forces over the rms force, against forces that are asked for to 1e-8.
 
 `--every 10`: charges' forces in each tenth step of contacts alone, ours held over ten and then put right, LAMMPS' by its own
-run_style respa, as impulses. Nothing is analysed on the way, which a run does ten times a frame. `--contacts`: without charges. Milliseconds are those of processors, a step of contacts.
+run_style respa, as impulses. Nothing is analysed on the way, which a run does ten times a frame. `--contacts`: without
+charges. Milliseconds are those of processors, a step of contacts.
 """
 import argparse
 import os

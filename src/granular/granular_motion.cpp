@@ -94,9 +94,11 @@ struct GranularMotion::Implementation {
       return;
     }
     wait_for_a_core();
-    pending.push_back(std::async(std::launch::async, [snapshot = snapshot(), of = like, with = law, book = flows] {
-      return note_of(*snapshot, *of, with, book);
-    }));
+    pending.push_back(
+        std::async(std::launch::async, [snapshot = snapshot(), of = like, with = law, book = flows]() mutable {
+          const auto taken = std::move(snapshot);  // whose memory others want, when this is done
+          return note_of(*taken, *of, with, book);
+        }));
   }
   void wait_for_a_core() {
     const Stopwatch stopwatch(analysis_seconds);

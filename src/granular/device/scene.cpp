@@ -76,7 +76,7 @@ periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions&
 double bytes_needed(const Scene& scene) {
   // Arrays of grains and of entries in lists (gas.hpp), a mesh of whole numbers, points, modes and factors with the
   // transforms' own, and what starts the device; lists with the widest skin that a gas has had at T = 10.
-  constexpr double a_grain = 550, an_entry = 210, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
+  constexpr double a_grain = 630, an_entry = 210, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
   constexpr double a_dipole = 450;  // with its history and what solves it
   const double n = static_cast<double>(scene.conductors.size());
   const Vec3 lengths = scene.domain.box().lengths;

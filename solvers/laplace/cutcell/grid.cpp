@@ -26,6 +26,15 @@ struct NeighboursInMedium {
 
 // Neighbours are of the other colour, so that no row that is written is read.
 
+/// 0 where there is no unknown. Divides in any case, so that all can be divided at once.
+void invert_row(int n, const double* __restrict diagonal, float* __restrict inverse) {
+  for (int k = 0; k < n; ++k) {
+    const auto d = static_cast<float>(diagonal[k]);
+    const float one_over = 1.0f / (d > 0 ? d : 1.0f);
+    inverse[k] = d > 0 ? one_over : 0.0f;
+  }
+}
+
 /// v = (f + flux from the neighbours) / diagonal
 template <class Around>
 void relax_row(int n, float* v, const float* f, const float* inverse_diagonal, Around around) {
@@ -94,9 +103,7 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
   for_each_row(team, layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
-      const double* diagonal = &level.diagonal[row];
-      for (int k = 0; k < layout.row_length(colour, j); ++k)
-        inverse_diagonal_[row + k] = diagonal[k] > 0 ? 1.0f / static_cast<float>(diagonal[k]) : 0.0f;
+      invert_row(layout.row_length(colour, j), &level.diagonal[row], &inverse_diagonal_[row]);
       // The coarsest grid's solve sets unknowns only: cells that a grounded conductor covers now would keep what they
       // had.
       std::fill_n(&v[row], layout.row_length(colour, j), 0.0f);

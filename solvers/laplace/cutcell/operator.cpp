@@ -158,8 +158,9 @@ void CutCellOperator::shift_cells(double value, double* x) const {
   for_each_row(*team_, level_->layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = level_->layout.row(colour, j);
-      for (int k = 0; k < level_->layout.row_length(colour, j); ++k)
-        if (level_->diagonal[row + k] > 0) x[row + k] += value;
+      const double* __restrict diagonal = level_->diagonal.data() + row;
+      double* __restrict to = x + row;
+      for (int k = 0; k < level_->layout.row_length(colour, j); ++k) to[k] += diagonal[k] > 0 ? value : 0.0;
     }
   });
 }

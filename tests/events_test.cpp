@@ -104,6 +104,23 @@ TEST_CASE("a step that leads to a contact by a force far off is judged like any 
   CHECK(simulation.counters().contacts_made == 0);
 }
 
+TEST_CASE("an event is taken as it comes while the step's error is below half of what is allowed, later it is judged") {
+  // Without forces the first step is as long as it may be. Their rate is not known yet: half the error comes after
+  // sqrt(1/2) of it. One solve at the start, one of those that have merged, one at the end; and one to judge.
+  const auto solves = [](double share) {
+    Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
+    scene.effects.remove<effects::StokesDragOptions>();
+    scene.mechanics.largest_step = 1;
+    scene.conductors[0].velocity = {(0.02 - 3 * radius) / share, 0};
+    Simulation simulation(scene, no_forces());
+    simulation.advance_to(1.02 * share);
+    CHECK(simulation.counters().contacts_made == 1);
+    return simulation.counters().field_solves;
+  };
+  CHECK(solves(0.69) == 3);
+  CHECK(solves(0.73) == 4);
+}
+
 TEST_CASE("events at the same instant are one event") {
   Scene scene = conductor_scene({{0.04, 0.05}, {0.05, 0.05}, {0.06, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();

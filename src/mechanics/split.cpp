@@ -13,6 +13,9 @@ namespace {
 /// What is thrown away with a prediction is more than a step: it is to be wrong by half a tolerance, and seldom by one.
 double next_prediction(double dt, double error) { return next_step(dt, 2 * error, 2); }
 
+/// Of the time a step lasts: with it grows the error of a force that is extrapolated.
+int order(const effects::HeldField& held) { return held.rates_known ? 3 : 2; }
+
 }  // namespace
 
 Split::Split(Workplace workplace)
@@ -157,11 +160,12 @@ double Split::advance(double time, double target, std::span<const Vec3> force, s
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
 /// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
-/// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
-/// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
-/// old groups' field is needed, to judge the step by it.
+/// the event, and the charges there, must be known. As long as a step's error is half of what it may be, as that of
+/// predictions is to be, the extrapolation will do, but not for what resistors carry: their conductance magnifies its
+/// error. Returns false if the old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time, FieldGrid grid) {
-  if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
+  const double time_to_half = step_ * std::pow(0.5, 1.0 / order(held()));
+  if (at_.electrics->has_resistors() || time - held().time >= time_to_half) return false;
   std::vector<double> charge;
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge.push_back(held().charge_at(i, time));
   at_.electrics->share(time, charge);
@@ -198,7 +202,7 @@ double Split::error(double since, const Trial& trial, const std::vector<Vec3>& a
 void Split::accept(const Trial& trial, double error) {
   ++at_.counters.steps;
   const effects::HeldField& before = held();
-  const double dt = trial.time - before.time, proposed = next_step(dt, error, before.rates_known ? 3 : 2);
+  const double dt = trial.time - before.time, proposed = next_step(dt, error, order(before));
   const bool cut_short = dt < step_;  // by an event or the end: no reason to make the next one shorter
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(trial);
@@ -216,7 +220,7 @@ void Split::accept(const Trial& trial, double error) {
 void Split::reject(double time, double reached, double error, FieldGrid grid) {
   ++at_.counters.rejected_steps;
   const double dt = reached - held().time;
-  step_ = std::max(std::min(next_step(dt, error, held().rates_known ? 3 : 2), 0.5 * dt), shortest_step_);
+  step_ = std::max(std::min(next_step(dt, error, order(held())), 0.5 * dt), shortest_step_);
   if (held().time == time) return;
   // Groups have parted since the last solve, and there is no way back behind that.
   const std::vector<Vec3> before = held_forces(time);

@@ -11,6 +11,7 @@
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/team.hpp"
 #include "tests/cutcell_problems.hpp"
+#include "tests/message.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
@@ -408,6 +409,14 @@ TEST_CASE("any number of threads gives the same bits") {
   };
   const std::vector<double> one = solve(1);
   for (const int threads : {2, 3, 7}) CHECK((solve(threads) == one));
+}
+
+TEST_CASE("charges that double precision does not hold are refused in a sentence") {
+  LaplaceProblem problem = crowd(3, 64, 6, 4);
+  problem.permittivity = 1e-12;
+  for (Group& group : problem.groups) group.charge = group.floating ? 1e300 : 0;
+  CutCellSolver solver(options(64));
+  CHECK(message_of([&] { solver.solve(problem); }).find("too large for double precision") != std::string::npos);
 }
 
 TEST_CASE("a team does every task once, however often it is called, and hands on what a side task throws") {

@@ -96,6 +96,11 @@ class Child {
   ~Child() { wait(); }
 
   void send(int signal) const { kill(process_, signal); }
+  /// Whether it has a handler for the signal by now.
+  bool catches(int signal) const {
+    const std::string status = text_of("/proc/" + std::to_string(process_) + "/status"), key = "SigCgt:";
+    return std::stoull(status.substr(status.find(key) + key.size()), nullptr, 16) >> (signal - 1) & 1;
+  }
   /// Exit status, or 128 and the number of the signal that ended it.
   int wait() {
     if (process_ != 0) waitpid(process_, &status_, 0);
@@ -245,6 +250,17 @@ TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupte
     check_same_numbers(folder / "six.h5", folder / "reference.h5");
   }
   CHECK_GT(resumed, 0);
+}
+
+TEST_CASE("a signal that comes while a method is chosen stops the run before it has begun") {
+  const SceneFolder folder;
+  folder.write("six.toml", replaced(scene_text, "cells = 64", "accuracy = 1e-4"));
+  Child child(folder, "six.h5");
+  while (!child.catches(SIGTERM)) usleep(100);
+  child.send(SIGTERM);
+  CHECK_EQ(child.wait(), 128 + SIGTERM);
+  CHECK_NE(child.messages().find("stopped before the run began: it left nothing"), std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "six.h5"));
 }
 
 TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be resumed") {

@@ -299,6 +299,7 @@ void run(const RunArguments& request) {
     run.emplace(request, scene);
     run->advance_to_the_end();
   }
+  if (Interruption::requested()) Interruption::obey();  // it came when all was saved: pictures can wait
   run->report();
 }
 

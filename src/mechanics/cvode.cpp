@@ -248,7 +248,8 @@ double Cvode::Implementation::longest_step(double time) {
   double longest = INFINITY;
   for (const int i : moving) {
     double speed = 0, acceleration = 0;
-    for (std::size_t k = i * bodies.dimension; k < (i + 1.0) * bodies.dimension; ++k) {
+    const auto first = static_cast<std::size_t>(i) * bodies.dimension;
+    for (std::size_t k = first; k < first + bodies.dimension; ++k) {
       speed = std::hypot(speed, bodies.momentum[k] / bodies.mass[i]);
       acceleration = std::hypot(acceleration, force[k] / bodies.mass[i]);
     }

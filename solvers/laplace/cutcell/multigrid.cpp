@@ -31,6 +31,8 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
 void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest) {
   if (coarse_levels_.empty()) return;
   const auto factorize = [&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); };
+  // All coarse grids together take two thirds of what the finest one takes to make: of two threads one has enough to do
+  // with them, of three it would be the last to end.
   if (team_.size() == 2)
     return team_.start([this, &problem, &finest, factorize] {
       discretize_coarse(problem, finest, parallel::Team::single());

@@ -17,6 +17,7 @@
 #include "solvers/laplace/cutcell/matrix_free.hpp"
 #include "solvers/laplace/cutcell/results.hpp"
 #include "solvers/laplace/cutcell/shares.hpp"
+#include "solvers/laplace/cutcell/wavefront.hpp"
 #include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
@@ -27,12 +28,11 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Unless told, no more threads than have work for longer than it takes to call them. The assembled system is PETSc's.
+/// Unless told, no more threads than the finest grid's loops have bands for. The assembled system is PETSc's.
 int team_size(const CutCellOptions& options) {
   if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
   if (options.threads > 0) return options.threads;
-  constexpr long cells_a_thread = 8192;
-  const long useful = static_cast<long>(options.cells) * options.cells / cells_a_thread;
+  const long useful = static_cast<long>(options.cells) * options.cells / cells_a_band;
   const long available = std::max(1u, std::thread::hardware_concurrency());
   return static_cast<int>(std::clamp(useful, 1L, available));
 }

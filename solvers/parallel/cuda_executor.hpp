@@ -40,8 +40,8 @@ enum class KernelStart { in_turn, early };
 class CudaExecutor {
  public:
   explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
-    check_cuda(cudaStreamCreateWithFlags(&recorder_, cudaStreamNonBlocking));
-    check_cuda(cudaStreamCreateWithFlags(&beside_, cudaStreamNonBlocking));
+    recorder_ = make_stream(Priority::first);
+    beside_ = make_stream(Priority::last);
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
@@ -306,10 +306,10 @@ class CudaExecutor {
   void beside(F f, G g) const {
     check_cuda(cudaEventRecord(fork_, stream_));
     check_cuda(cudaStreamWaitEvent(beside_, fork_, 0));
+    f();
     cudaStream_t stream = std::exchange(stream_, beside_);
     g();
     stream_ = stream;
-    f();
     check_cuda(cudaEventRecord(join_, beside_));
     check_cuda(cudaStreamWaitEvent(stream_, join_, 0));
   }
@@ -350,6 +350,17 @@ class CudaExecutor {
   }
 
  private:
+  /// Of two kernels at the same time: whose blocks a processor that has room takes.
+  enum class Priority { first, last };
+  static cudaStream_t make_stream(Priority priority) {
+    int lowest = 0, highest = 0;
+    check_cuda(cudaDeviceGetStreamPriorityRange(&lowest, &highest));
+    cudaStream_t stream = nullptr;
+    check_cuda(
+        cudaStreamCreateWithPriority(&stream, cudaStreamNonBlocking, priority == Priority::first ? highest : lowest));
+    return stream;
+  }
+
   /// The graph that is being recorded, and what of it the next kernel waits for.
   struct Recorded {
     cudaGraph_t graph = nullptr;
@@ -382,9 +393,7 @@ class CudaExecutor {
     check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
     check_cuda(cudaStreamUpdateCaptureDependencies(stream_, &added, nullptr, 1, cudaStreamSetCaptureDependencies));
     // Streams of their own: one that has been recorded on belongs to that recording until it ends.
-    cudaStream_t body = nullptr, beside = nullptr;
-    check_cuda(cudaStreamCreateWithFlags(&body, cudaStreamNonBlocking));
-    check_cuda(cudaStreamCreateWithFlags(&beside, cudaStreamNonBlocking));
+    cudaStream_t body = make_stream(Priority::first), beside = make_stream(Priority::last);
     cudaGraph_t graph = node.conditional.phGraph_out[0];
     check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeRelaxed));
     std::swap(stream_, body), std::swap(beside_, beside);

@@ -303,6 +303,14 @@ class CudaGrid {
     for (int k = warp * lanes + threadIdx.x % lanes; k < n; k += all) f(k);
 #endif
   }
+  template <class F>
+  __host__ __device__ void begin_last(int n, F f) const {
+#ifdef __CUDA_ARCH__
+    constexpr int lanes = 32;
+    const int warp = threadIdx.x / lanes * gridDim.x + blockIdx.x, all = gridDim.x * blockDim.x;
+    for (int k = all - 1 - warp * lanes - threadIdx.x % lanes; k < n; k += all) f(k);
+#endif
+  }
   template <class Keep, class Put>
   __host__ __device__ void select(int n, int* taken, Keep keep, Put put) const {
 #ifdef __CUDA_ARCH__

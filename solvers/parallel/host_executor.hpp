@@ -176,6 +176,11 @@ class HostExecutor {
     void begin(int n, F f) const {
       each(n, f);
     }
+    /// The same, but on a device threads that the loop which follows leaves idle, if it is short, come first.
+    template <class F>
+    void begin_last(int n, F f) const {
+      each(n, f);
+    }
     /// Makes *to the largest of value(k), if that is larger; none is negative.
     template <class Value>
     void largest(int n, double* to, Value value) const {
@@ -308,7 +313,7 @@ class HostExecutor {
     for (int k = 0; k < n; ++k) f(k);
   }
 
-  /// Runs f and g, which touch nothing in common, at the same time where that can be done.
+  /// Runs f and g, which touch nothing in common, at the same time where that can be done; g where f leaves room.
   template <class F, class G>
   void beside(F f, G g) const {
     f();

@@ -322,21 +322,6 @@ class CudaGrid {
     cooperative_groups::this_grid().sync();
 #endif
   }
-  template <class Value>
-  __host__ __device__ void largest(int n, double* to, Value value) const {
-#ifdef __CUDA_ARCH__
-    constexpr int lanes = 32;
-    double most = 0;
-    for (long k = blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x; k < n;
-         k += gridDim.x * static_cast<long>(blockDim.x))
-      most = fmax(most, value(static_cast<int>(k)));
-#pragma unroll
-    for (int offset = lanes / 2; offset > 0; offset /= 2)
-      most = fmax(most, __shfl_down_sync(0xffffffffu, most, offset));
-    if (threadIdx.x % lanes == 0) enlarge_atomically(to, most);
-    cooperative_groups::this_grid().sync();
-#endif
-  }
 };
 
 template <int threads, class F>

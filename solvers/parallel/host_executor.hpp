@@ -181,11 +181,6 @@ class HostExecutor {
     void begin_last(int n, F f) const {
       each(n, f);
     }
-    /// Makes *to the largest of value(k), if that is larger; none is negative.
-    template <class Value>
-    void largest(int n, double* to, Value value) const {
-      for (int k = 0; k < n; ++k) enlarge_atomically(to, value(k));
-    }
     /// As HostExecutor::select.
     template <class Keep, class Put>
     void select(int n, int* taken, Keep keep, Put put) const {

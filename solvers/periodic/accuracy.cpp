@@ -41,7 +41,7 @@ std::vector<int> quick_for_fftw() {
   return numbers;
 }
 
-constexpr int highest_double_order = 7;
+constexpr int highest_double_order = 7, highest_device_order = 7;
 
 /// What a way to sum can do, and the nanoseconds that it takes on one core (validation/benchmarks/periodic.cpp).
 struct Way {
@@ -84,6 +84,25 @@ Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
   // Large meshes do not fit into the second-level cache.
   const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
   return {numbers_of({2, 3, 5}), windows, 4, 8, SingleNear::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
+}
+
+/// On an H200, where all threads wait for memory (validation/device/README.md): partners stand in lists with a skin,
+/// and each point of the mesh is also added to and copied by tiles.
+Way on_device(Vec3 lengths, const std::vector<Window>& windows) {
+  constexpr double partner = 0.0036, skin = 0.5;
+  const auto near = [](double density, double cutoff) {
+    return partner * density * 4 * M_PI / 3 * std::pow(cutoff + skin, 3);
+  };
+  return {numbers_of({2, 3, 5, 7}),
+          windows,
+          4,
+          highest_device_order,
+          0.5 * std::min({lengths.x, lengths.y, lengths.z}),
+          1.05,
+          near,
+          0.1,
+          0.006,
+          [](int) { return 0.0025; }};
 }
 
 /// What a cloud loses of the forces of charges and their dipoles.
@@ -226,12 +245,13 @@ std::optional<MeshChoice> split_at(double cutoff, double most, const MeshRequest
   return choice;
 }
 
-/// Those that leave the error `most`, squared, to near part and mesh each; none if there are none.
-std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way) {
+/// Those that leave the error `most`, squared, to near part and mesh each, with less work than `least`, which is theirs
+/// then; none if there are none.
+std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way,
+                                      double& least) {
   const ByHand& by_hand = request.by_hand;
   const Points points(request, way);
   std::optional<MeshChoice> best;
-  double least = INFINITY;
   for (const double cutoff :
        by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact, way.between)) {
     if (cutoff > way.longest_cutoff || work_on_charges(way, request, cutoff, 0) >= least) break;
@@ -253,8 +273,16 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
 
 std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
   for (const Window window : way.windows)
-    if (const auto choice = choose_with(window, most, request, way)) return choice;
+    if (double least = INFINITY; const auto choice = choose_with(window, most, request, way, least)) return choice;
   return {};
+}
+/// With the windows that take least work.
+std::optional<MeshChoice> choose_of_all(double most, const MeshRequest& request, const Way& way) {
+  std::optional<MeshChoice> best;
+  double least = INFINITY;
+  for (const Window window : way.windows)
+    if (const auto choice = choose_with(window, most, request, way, least)) best = choice;
+  return best;
 }
 
 /// Throws InputError for an order by hand that a ParticleMesh does not know.
@@ -285,7 +313,7 @@ MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_ord
   return *best;
 }
 
-std::vector<Window> windows_in_single(const MeshRequest& request) {
+std::vector<Window> windows_of(const MeshRequest& request) {
   if (request.splines) return {Window::spline};
   return {Window::prolate, Window::spline};
 }
@@ -325,7 +353,7 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
   const int order = *request.by_hand.order;
   std::optional<MeshChoice> best;
   if (why_not_single(request).empty() && order >= 4 && order <= 8)
-    for (const Window window : windows_in_single(request)) {
+    for (const Window window : windows_of(request)) {
       const auto choice = in_single(by_hand_with(window, request), request);
       if (choice && (!best || choice->error < best->error)) best = choice;
     }
@@ -338,7 +366,7 @@ MeshChoice by_hand_alone(const MeshRequest& request) {
 
 std::string why_not_single(const MeshRequest& request) {
   const ByHand& by_hand = request.by_hand;
-  if (request.only_double) return "that is asked for";
+  if (request.only_double || request.on_device) return "that is asked for";
   if (request.polarizability) return "single knows no dipoles";
   if (!by_hand.complete() && request.accuracy < finest_single)
     return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
@@ -359,8 +387,13 @@ MeshChoice choose_quick_mesh(const MeshRequest& request) {
   const double own2 = error_of_single_precision * error_of_single_precision;
   const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);
   std::optional<MeshChoice> best;
+  if (request.on_device && !request.polarizability) {
+    best = choose_of_all(most, request, on_device(request.lengths, windows_of(request)));
+    if (best) best->error = std::hypot(error_of(*best, request), error_of_single_precision);
+    if (best) return *best;
+  }
   if (why_not_single(request).empty())
-    best = choose(most, request, in_single_precision(request.lengths, windows_in_single(request)));
+    best = choose(most, request, in_single_precision(request.lengths, windows_of(request)));
   if (!best) {
     require_order_in_double(request);
     return in_double(request.accuracy, request, request.polarizability ? lowest_dipole_order : 4);

@@ -55,9 +55,10 @@ struct MeshRequest {
   std::optional<double> polarizability{};  ///< of dipoles that the charges induce; none: there are no dipoles
   ByHand by_hand{};
   double longest_cutoff = INFINITY;  ///< of a ParticleMesh, in a box whose half is longer
+  bool on_device = false;            ///< a DeviceMesh, which for charges alone has prolate windows too
   // For comparisons; runs have no reason to ask for any.
   bool gauss = false;        ///< Ewald's splitting in place of the prolate one
-  bool splines = false;      ///< splines for windows of a SingleMesh too
+  bool splines = false;      ///< splines for windows of a SingleMesh and a DeviceMesh too
   bool only_double = false;  ///< a ParticleMesh in any case
 };
 
@@ -77,6 +78,8 @@ MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contac
 /// The same of a SingleMesh, if there are no dipoles, the accuracy is 6e-7 or more and the box is long enough for one.
 /// With all given by hand only the cloud's band limit is left to choose: the one of least error. Throws InputError if
 /// what is given by hand leaves no way to reach the accuracy, or an order is given that the precision does not know.
+/// On a device parameters of charges alone are chosen by what takes its time; with dipoles they are those of a
+/// ParticleMesh.
 MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// The same, with parameters whose error at these places lies between a third of what is asked for and that: relative
 /// errors of clusters differ from those of charges at random places by up to two, either way. It is measured against a

@@ -3,8 +3,7 @@
 // than 1, and the same in one dense ball.
 //
 //   device_charges [--sizes 50016,1000000] [--accuracies 1e-3,1e-4] [--skin 0.5] [--cutoffs 4,5 --orders 5,6]
-//   [--no-error]
-//                  [--host]
+//   [--no-error] [--splines] [--host]
 
 #include <fmt/format.h>
 
@@ -97,14 +96,14 @@ double error_of(const Gas& gas, const Response& found, parallel::Team& team) {
 
 /// `by_hand`: what is not to be chosen.
 void measure(const Gas& gas, const char* name, double accuracy, const ByHand& by_hand, double skin, bool host,
-             bool error, parallel::Team& team) {
+             bool error, bool splines, parallel::Team& team) {
   const int count = static_cast<int>(gas.charge.size());
-  const MeshChoice choice = by_hand.any() ? choose_quick_mesh({.accuracy = accuracy,
-                                                               .charges = count,
-                                                               .lengths = gas.lengths,
-                                                               .by_hand = by_hand,
-                                                               .only_double = true})
-                                          : choose_mesh(accuracy, count, gas.lengths, 1);
+  const MeshChoice choice = choose_quick_mesh({.accuracy = accuracy,
+                                               .charges = count,
+                                               .lengths = gas.lengths,
+                                               .by_hand = by_hand,
+                                               .on_device = true,
+                                               .splines = splines});
   const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
   const auto mesh = host ? device::make_host_mesh(choice.mesh, cloud) : device::make_cuda_mesh(choice.mesh, cloud);
   Response found, again;
@@ -126,14 +125,15 @@ int main(int argc, char** argv) {
   std::vector<double> accuracies{1e-3, 1e-4, 1e-6}, cutoffs;
   std::vector<int> orders;
   double skin = 0.5;
-  bool host = false, no_error = false;
+  bool host = false, no_error = false, splines = false;
   CLI::App app("Times periodic Coulomb sums on a CUDA device and compares them with the CPU's");
   app.add_option("--sizes", sizes, "numbers of charges")->delimiter(',');
   app.add_option("--accuracies", accuracies, "rms error of a force over rms force")->delimiter(',');
   app.add_option("--cutoffs", cutoffs, "in place of the one that is chosen")->delimiter(',');
-  app.add_option("--orders", orders, "likewise, of splines")->delimiter(',');
+  app.add_option("--orders", orders, "likewise, of windows")->delimiter(',');
   app.add_option("--skin", skin, "of the lists of partners");
   app.add_flag("--no-error", no_error, "compare with nothing");
+  app.add_flag("--splines", splines, "for windows, in place of prolate ones");
   app.add_flag("--host", host, "run the device's algorithms on the CPU");
   CLI11_PARSE(app, argc, argv);
   try {
@@ -145,12 +145,12 @@ int main(int argc, char** argv) {
       const Gas gas = random_gas(count, team), dense = cluster(count);
       for (const double accuracy : accuracies) {
         if (cutoffs.empty() && orders.empty()) {
-          measure(gas, "random", accuracy, {}, skin, host, !no_error, team);
-          measure(dense, "cluster", accuracy, {}, skin, host, !no_error, team);
+          measure(gas, "random", accuracy, {}, skin, host, !no_error, splines, team);
+          measure(dense, "cluster", accuracy, {}, skin, host, !no_error, splines, team);
         }
         for (const double cutoff : cutoffs)
           for (const int order : orders)
-            measure(gas, "random", accuracy, {.cutoff = cutoff, .order = order}, skin, host, !no_error, team);
+            measure(gas, "random", accuracy, {.cutoff = cutoff, .order = order}, skin, host, !no_error, splines, team);
       }
     }
   } catch (const std::exception& error) {

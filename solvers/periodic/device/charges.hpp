@@ -17,28 +17,6 @@ LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
 }
 
-/// Terms of Totals of a charge with its dipole, which is as two charges so far apart (../mesh.cpp). (A struct: nvcc
-/// mixes up lambdas that are handed on by a template in two files.)
-struct MultipoleTerms {
-  const Charged* charges;
-  const Moment* moments;
-  const Felt* felt;
-  Felt* force;
-  float over_apart2;
-
-  LICHTENBERG_HOST_DEVICE Totals operator()(int s) const {
-    const double q = charges[s].charge;
-    const Moment m = moments[s];
-    const Felt f = felt[s], pushed = force[s];
-    const float strength = charges[s].charge * charges[s].charge + over_apart2 * (m.x * m.x + m.y * m.y + m.z * m.z);
-    force[s].potential = strength;
-    const double energy = q * f.potential - (static_cast<double>(m.x) * f.x + static_cast<double>(m.y) * f.y +
-                                             static_cast<double>(m.z) * f.z);
-    return {on_fine_grid(pushed.x), on_fine_grid(pushed.y), on_fine_grid(pushed.z),
-            on_fine_grid(strength), on_fine_grid(q),        on_fine_grid(0.5 * energy)};
-  }
-};
-
 /// Fields, potentials and energy of charges on an executor. Charges are sorted by cells by who has them; what is
 /// computed is of scaled charges, and its bits do not depend on how they are sorted.
 template <class Executor>
@@ -68,15 +46,13 @@ class ChargeSums {
   }
   /// Partners beyond the cutoff change nothing. Without potentials their energy is not computed either.
   void evaluate(const Charged* charges, const TableView& partners, bool potentials) {
-    run_->beside(
-        [&] {
-          mesh_.spread(charges);
-          mesh_.solve();
-        },
-        [&] {
-          totals_.zero();
-          compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data());
-        });
+    // Spreading fills a device by itself; transforms do not.
+    mesh_.spread(charges);
+    run_->beside([&] { mesh_.solve(); },
+                 [&] {
+                   totals_.zero();
+                   compute_near(*run_, n_, tables_.near, potentials, partners, charges, felt_.data());
+                 });
     mesh_.gather(charges, felt_.data(), totals_.data());
   }
   /// The same of charges with dipoles, and the forces on them.
@@ -90,8 +66,7 @@ class ChargeSums {
           totals_.zero();
           compute_near_force(*run_, n_, tables_.multipoles, partners, charges, moments, felt_.data(), force_.data());
         });
-    mesh_.gather_forces(charges, moments, felt_.data(), force_.data());
-    add_up(charges, moments);
+    mesh_.gather_forces(charges, moments, felt_.data(), force_.data(), totals_.data());
   }
   /// Overwrites `field` with that of the dipoles alone.
   void dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
@@ -117,25 +92,7 @@ class ChargeSums {
   std::vector<Felt> download_force() const { return force_.download(); }
   Totals download_totals() const { return totals_.download().front(); }
 
-  // Public, as nvcc wants all functions that have kernels.
-
-  void add_up(const Charged* charges, const Moment* moments) {
-    const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
-    add_up_terms(MultipoleTerms{charges, moments, felt_.data(), force_.data(), over_apart2});
-  }
-  template <class Term>
-  void add_up_terms(Term term) {
-    Totals* totals = totals_.data();
-    const int n = n_;
-    run_->sum_segments((n + a_part - 1) / a_part,
-                       [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return term(p * a_part + t); },
-                       [=] LICHTENBERG_HOST_DEVICE(int, Totals sum) { totals->add(sum); });
-  }
-
  private:
-  static constexpr int a_part = 256;
-
   const Executor* run_;
   MeshTables tables_;
   MeshPart<Executor> mesh_;

@@ -23,10 +23,6 @@ struct ExactSum {
   LICHTENBERG_HOST_DEVICE double value() const {
     return (static_cast<double>(high) + static_cast<double>(low) * 0x1p-40) * 0x1p-20;
   }
-  LICHTENBERG_HOST_DEVICE void add_atomically(const ExactSum& other) {
-    parallel::add_atomically(&high, other.high);
-    parallel::add_atomically(&low, other.low);
-  }
   LICHTENBERG_HOST_DEVICE ExactSum& operator+=(const ExactSum& other) {
     high += other.high, low += other.low;
     return *this;
@@ -47,9 +43,9 @@ struct ExactPair {
 
 /// How far the solver is.
 struct DipoleSolve {
-  ExactSum residual, field, curvature;  ///< squares over all; of a direction p, p.(1/A - T)p
-  ExactSum change;                      ///< of squares of what a sweep of near dipoles changes, over A
-  double goal = 0, square = 0, step = 0, turn = 0;
+  double goal = 0,
+         square = 0;  ///< of the residual, squares over all; or of what a sweep of near dipoles changes, over A
+  double step = 0, turn = 0;
   double before = INFINITY;       ///< the residual's square at the last evaluation of this solve
   std::int64_t applications = 0;  ///< of T, ever
   int go = 0, correct = 0, changed = 0;
@@ -154,22 +150,23 @@ class InducedDipolesOn {
   /// Where kernels that are recorded find it.
   const void* place() const { return dipole_.data(); }
 
-  /// The dipoles of the next step, from the start that the history has for them; `charges` of this scale.
-  void follow(const Charged* charges, const double* scale, const TableView& partners) {
-    predict();
-    solve(charges, scale, partners);
-    keep();
+  /// The dipoles of the next step, from the start that the history has for them; `charges` of this scale. Where *go is
+  /// 0 there is none: the dipoles stay as they are.
+  void follow(const Charged* charges, const double* scale, const TableView& partners, const int* go) {
+    predict(go);
+    solve(charges, scale, partners, go);
+    finish(scale, dipole_history, go);
   }
   /// The same step with other charges.
   void follow_charges(const Charged* charges, const double* scale, const TableView& partners) {
-    solve(charges, scale, partners);
-    keep();
+    solve(charges, scale, partners, nullptr);
+    finish(scale, 1, nullptr);
   }
   /// What these very dipoles do.
   void evaluate(const Charged* charges, const double* scale, const TableView& partners) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
-    finish(scale);
+    finish(scale, 0, nullptr);
   }
 
   // With kernels, which nvcc wants to be public.
@@ -181,28 +178,18 @@ class InducedDipolesOn {
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { all.put(s, spare[s]); });
   }
 
-  void predict() {
+  void predict(const int* go) {
     const DipoleArrays all = arrays();
     DipoleSolve* solve = solve_.data();
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
       // Kolafa's always stable ones, of as many steps as are known (DipolePredictor).
+      if (!*go) return;
       constexpr double weight[dipole_history + 1][dipole_history] = {
           {}, {1}, {2, -1}, {2.5, -2, 0.5}, {2.8, -2.8, 1.2, -0.2}};
       Vec3 sum;
       for (int k = 0; k < dipole_history; ++k) sum += weight[solve->known][k] * all.earlier[k][s];
       for (int k = dipole_history - 1; k > 0; --k) all.earlier[k][s] = all.earlier[k - 1][s];
       all.dipole[s] = sum;
-    });
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      if (solve->known < dipole_history) ++solve->known;
-    });
-  }
-  void keep() {
-    const DipoleArrays all = arrays();
-    DipoleSolve* solve = solve_.data();
-    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      all.earlier[0][s] = all.dipole[s];
-      if (s == 0 && solve->known == 0) solve->known = 1;
     });
   }
   void take(const double* scale) {
@@ -220,17 +207,17 @@ class InducedDipolesOn {
   /// What charges and the start's dipoles do is all that is wanted, if the start is good enough; or what they do once
   /// near dipoles have taken off most of the residual, again and again while that takes off much. If it does not,
   /// conjugate gradients follow, with 1/A as the preconditioner's inverse. The residual is compared with the field of
-  /// charges and dipoles.
-  void solve(const Charged* charges, const double* scale, const TableView& partners) {
+  /// charges and dipoles. Where *go is 0 the start is taken as it is.
+  void solve(const Charged* charges, const double* scale, const TableView& partners, const int* go) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
-    begin();
+    begin(go);
     DipoleSolve* solve = solve_.data();
     run_->repeat_while(&solve->correct, [&] {
       run_->repeat_while(&solve->go, [&] { sweep(charges, partners); });
       correct();
       sums_->evaluate(charges, moments_.data(), partners);
-      begin();
+      begin(go);
     });
     run_->repeat_while(&solve->go, [&] {
       sums_->dipole_field(charges, moments_.data(), partners, field_.data());
@@ -238,7 +225,6 @@ class InducedDipolesOn {
       go_on();
     });
     run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
-    finish(scale);
   }
   /// The correction A r + A T d of what d was, T of near dipoles alone: what is left of a residual r by them is by how
   /// much d changes, over A. If that does not fall the series has no end, and what it has brought is a start.
@@ -259,14 +245,12 @@ class InducedDipolesOn {
           moments[s] = moment(a * now);
           return ExactPair{ExactSum::of(norm2(change)), {}};
         },
-        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) { solve->change.add_atomically(of.first); });
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      constexpr double share = 0.25;  // of the goal: far dipoles leave something too
-      const double now = solve->change.value();
-      solve->go = now > share * solve->goal && now < solve->square && ++solve->sweeps < most;
-      solve->square = now;
-      solve->change = {};
-    });
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
+          constexpr double share = 0.25;  // of the goal: far dipoles leave something too
+          const double now = all.first.value();
+          solve->go = now > share * solve->goal && now < solve->square && ++solve->sweeps < most;
+          solve->square = now;
+        });
   }
   void correct() {
     Vec3* scaled = scaled_.data();
@@ -279,35 +263,27 @@ class InducedDipolesOn {
       if (s == 0) ++solve->applications;
     });
   }
-  void begin() {
+  void begin(const int* wanted) {
     const Felt* felt = sums_->felt();
     Vec3 *scaled = scaled_.data(), *residual = residual_.data(), *direction = direction_.data();
     Moment* moments = moments_.data();
     DipoleSolve* solve = solve_.data();
     const double a = polarizability_, tolerance2 = tolerance_ * tolerance_;
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { solve->residual = solve->field = {}; });
     sum(
         [=] LICHTENBERG_HOST_DEVICE(int s) {
           const Vec3 e{felt[s].x, felt[s].y, felt[s].z}, r = e - (1 / a) * scaled[s];
-          residual[s] = r, direction[s] = a * r;
+          residual[s] = r, direction[s] = a * r, moments[s] = moment(a * r);
           return ExactPair{ExactSum::of(norm2(r)), ExactSum::of(norm2(e))};
         },
-        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) {
-          solve->residual.add_atomically(of.first), solve->field.add_atomically(of.second);
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
+          solve->goal = tolerance2 * all.second.value(), solve->square = all.first.value();
+          constexpr double much = 16;  // a quarter of it is left, or less
+          solve->go = solve->square > solve->goal && (!wanted || *wanted);
+          solve->correct = solve->go && much * solve->square < solve->before;
+          solve->changed = solve->go && !solve->correct;
+          solve->before = solve->square;
+          solve->iterations = solve->sweeps = 0;
         });
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      solve->goal = tolerance2 * solve->field.value(), solve->square = solve->residual.value();
-      constexpr double much = 16;  // a quarter of it is left, or less
-      solve->go = solve->square > solve->goal;
-      solve->correct = solve->go && much * solve->square < solve->before;
-      solve->changed = solve->go && !solve->correct;
-      solve->before = solve->square;
-      solve->iterations = solve->sweeps = 0;
-      solve->curvature = solve->residual = solve->change = {};
-    });
-    run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      if (solve->go) moments[s] = moment(direction[s]);
-    });
   }
   /// With T p known: how far to go along p.
   void turn() {
@@ -320,7 +296,11 @@ class InducedDipolesOn {
           const Vec3 p = direction[s], t{field[s].x, field[s].y, field[s].z};
           return ExactPair{ExactSum::of(dot(p, (1 / a) * p - t)), {}};
         },
-        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) { solve->curvature.add_atomically(of.first); });
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
+          const double curvature = all.first.value();
+          if (!(curvature > 0)) solve->unstable = 1;
+          solve->step = curvature > 0 ? a * solve->square / curvature : 0;
+        });
   }
   void go_on() {
     constexpr int most = 100;
@@ -329,12 +309,6 @@ class InducedDipolesOn {
     Moment* moments = moments_.data();
     DipoleSolve* solve = solve_.data();
     const double a = polarizability_;
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      const double curvature = solve->curvature.value();
-      if (!(curvature > 0)) solve->unstable = 1;
-      solve->step = curvature > 0 ? a * solve->square / curvature : 0;
-      solve->curvature = {};
-    });
     sum(
         [=] LICHTENBERG_HOST_DEVICE(int s) {
           const Vec3 p = direction[s], t{field[s].x, field[s].y, field[s].z};
@@ -343,40 +317,41 @@ class InducedDipolesOn {
           residual[s] = r;
           return ExactPair{ExactSum::of(norm2(r)), {}};
         },
-        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& of) { solve->residual.add_atomically(of.first); });
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      const double now = solve->residual.value();
-      solve->turn = now / solve->square, solve->square = now;
-      solve->residual = {};
-      ++solve->iterations, ++solve->applications;
-      solve->go = now > solve->goal && !solve->unstable;
-      if (solve->go && solve->iterations == most) solve->go = 0, solve->unsolved = 1;
-    });
+        [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
+          const double now = all.first.value();
+          solve->turn = now / solve->square, solve->square = now;
+          ++solve->iterations, ++solve->applications;
+          solve->go = now > solve->goal && !solve->unstable;
+          if (solve->go && solve->iterations == most) solve->go = 0, solve->unsolved = 1;
+        });
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
       direction[s] = a * residual[s] + solve->turn * direction[s];
       moments[s] = moment(solve->go ? direction[s] : scaled[s]);
     });
   }
-  /// The dipoles as they are wanted, and their own energy mu^2 / 2A.
-  void finish(const double* scale) {
-    Vec3 *dipole = dipole_.data(), *scaled = scaled_.data();
+  /// The dipoles as they are wanted, and their own energy mu^2 / 2A. They are the last of the history, which has
+  /// `known` steps at most by them (0: it stays as it is), one more than before if `go` is null or *go is not 0.
+  void finish(const double* scale, int known, const int* go) {
+    const DipoleArrays all = arrays();
+    const Vec3* scaled = scaled_.data();
+    DipoleSolve* solve = solve_.data();
     double* energy = &sums_->totals_to_change()->energy;
     const double a = polarizability_;
     run_->sum_segments((n_ + OfParts::a_part - 1) / OfParts::a_part, parts(),
                        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
                          const int s = p * OfParts::a_part + t;
-                         dipole[s] = (1 / *scale) * scaled[s];
+                         all.dipole[s] = (1 / *scale) * scaled[s];
+                         if (known > 0) all.earlier[0][s] = all.dipole[s];
+                         if (s == 0 && solve->known < known && (!go || *go)) ++solve->known;
                          return OneSum{on_fine_grid(norm2(scaled[s]) / (2 * a))};
                        },
                        [=] LICHTENBERG_HOST_DEVICE(int, OneSum of) { parallel::add_atomically(energy, of.value); });
   }
 
-  /// add(sum of value(s) over some), for all of them.
-  template <class Value, class Add>
-  void sum(Value value, Add add) {
-    run_->sum_segments((n_ + OfParts::a_part - 1) / OfParts::a_part, parts(),
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return value(p * OfParts::a_part + t); },
-                       [=] LICHTENBERG_HOST_DEVICE(int, ExactPair of) { add(of); });
+  /// finish(sum of value(s) over all).
+  template <class Value, class Finish>
+  void sum(Value value, Finish finish) {
+    run_->template sum<1>(n_, value, finish);
   }
 
  private:

@@ -15,7 +15,7 @@ template <int order>
 struct Gather {
   static constexpr int batch = 1024 / order;  ///< charges whose weights are kept
   Tiles tiles;
-  Window<order> window;
+  Weigher<order> window;
   const Charged* charges;
   const float* mesh;
   Felt* felt;
@@ -76,9 +76,9 @@ struct Gather {
   LICHTENBERG_HOST_DEVICE void add(Felt& to, const Charged& of, const Felt& sum, float* half, float* bend) const {
     const OnMesh x(of.at.x, tiles.points[0]), y(of.at.y, tiles.points[1]), z(of.at.z, tiles.points[2]);
     float own = self;
-    own += own_wave(x.behind - 0.5f, 0, half[0], bend[0]);
-    own += own_wave(y.behind - 0.5f, 1, half[1], bend[1]);
-    own += own_wave(z.behind - 0.5f, 2, half[2], bend[2]);
+    own += own_wave(x.from_middle, 0, half[0], bend[0]);
+    own += own_wave(y.from_middle, 1, half[1], bend[1]);
+    own += own_wave(z.from_middle, 2, half[2], bend[2]);
     to.x += of.charge * half[0] - sum.x * over_spacing[0];
     to.y += of.charge * half[1] - sum.y * over_spacing[1];
     to.z += of.charge * half[2] - sum.z * over_spacing[2];
@@ -89,7 +89,7 @@ struct Gather {
   LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
     const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
     float weight[order], slope[order];
-    window.weights(at.behind, weight, slope);
+    window.weights(at.from_middle, weight, slope);
     LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) to.weight[axis][c] = weight[c], to.slope[axis][c] = slope[c];
     to.at[axis] = tiles.local(at.point, from[axis], axis);
@@ -150,7 +150,7 @@ struct GatherForces {
   Gather<order> of_charges;
   const Moment* moments;
   Felt* force;
-  float self_field;
+  float self_field, over_apart2;
 
   struct Weights {
     float weight[3][order], slope[3][order], curvature[3][order];
@@ -169,6 +169,7 @@ struct GatherForces {
     const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
     const int begin = tiles.begin(tile), end = tiles.begin(tile + 1);
     if (begin == end) return;
+    Totals sum;
     block.template each<8>(tiles.region(), [&](int k) { local[k] = of_charges.mesh[tiles.global(from, k)]; });
     for (int first = begin; first < end; first += batch) {
       const int now = end - first < batch ? end - first : batch;
@@ -179,17 +180,20 @@ struct GatherForces {
         Derivatives all;
         LICHTENBERG_UNROLL(8)
         for (int a = 0; a < order; ++a) all += parts[k * order + a];
-        add(tiles.charge[first + k], all);
+        const int s = tiles.charge[first + k];
+        add(s, all);
+        sum += terms_of(of_charges.charges[s], moments[s], of_charges.felt[s], force[s], over_apart2);
       });
     }
+    block.sum(sum, [&](const Totals& all) { of_charges.totals->add(all); });
   }
 
  private:
   LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
     const Tiles& tiles = of_charges.tiles;
     const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
-    of_charges.window.weights(at.behind, to.weight[axis], to.slope[axis]);
-    curvatures(of_charges.window, at.behind, to.curvature[axis]);
+    of_charges.window.weights(at.from_middle, to.weight[axis], to.slope[axis]);
+    curvatures(of_charges.window, at.from_middle, to.curvature[axis]);
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
   LICHTENBERG_HOST_DEVICE Derivatives plane(const Weights& of, int a, const float* local) const {

@@ -91,14 +91,14 @@ class MeshPart {
   // Spread, solve, gather, in this order.
 
   void spread(const Charged* charges) {
-    with_window([&]<int order>(const Window<order>& window) {
+    with_window([&]<int order>(const Weigher<order>& window) {
       run_->template for_each_block<512>(tiles_.count(), Spread<order>::bytes(tiles_),
                                          Spread<order>{tiles_, window, charges, whole_.data(), unit_});
     });
   }
   /// Of dipoles alone, or of charges with dipoles.
   void spread(const Charged* charges, const Moment* moments, bool with_charges) {
-    with_window([&]<int order>(const Window<order>& window) {
+    with_window([&]<int order>(const Weigher<order>& window) {
       with_charges ? spread_with<order, Sought::forces>(window, charges, moments)
                    : spread_with<order, Sought::of_dipoles>(window, charges, moments);
     });
@@ -120,37 +120,38 @@ class MeshPart {
   }
   /// Adds to what the charges feel, and all that up. The mesh's background is not in the potential.
   void gather(const Charged* charges, Felt* felt, Totals* totals) {
-    with_window([&]<int order>(const Window<order>& window) {
+    with_window([&]<int order>(const Weigher<order>& window) {
       run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_),
                                          gather_of(window, charges, felt, totals));
     });
   }
   /// Adds the field of dipoles alone.
   void gather_field(const Charged* charges, const Moment* moments, Felt* field) {
-    with_window([&]<int order>(const Window<order>& window) {
+    with_window([&]<int order>(const Weigher<order>& window) {
       Gather<order> gather = gather_of(window, charges, field);
       gather.moments = moments, gather.self_field = tables_.self_field;
       run_->template for_each_block<512>(tiles_.count(), Gather<order>::bytes(tiles_), gather);
     });
   }
-  /// Adds to what charges with dipoles feel, and to the forces on them.
-  void gather_forces(const Charged* charges, const Moment* moments, Felt* felt, Felt* force) {
-    with_window([&]<int order>(const Window<order>& window) {
-      run_->template for_each_block<512>(
-          tiles_.count(), GatherForces<order>::bytes(tiles_),
-          GatherForces<order>{gather_of(window, charges, felt), moments, force, tables_.self_field});
+  /// Adds to what charges with dipoles feel, and to the forces on them, and all that up.
+  void gather_forces(const Charged* charges, const Moment* moments, Felt* felt, Felt* force, Totals* totals) {
+    const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
+    with_window([&]<int order>(const Weigher<order>& window) {
+      run_->template for_each_block<512>(tiles_.count(), GatherForces<order>::bytes(tiles_),
+                                         GatherForces<order>{gather_of(window, charges, felt, totals), moments, force,
+                                                             tables_.self_field, over_apart2});
     });
   }
 
  private:
   template <int order, Sought sought>
-  void spread_with(const Window<order>& window, const Charged* charges, const Moment* moments) {
+  void spread_with(const Weigher<order>& window, const Charged* charges, const Moment* moments) {
     Spread<order, sought> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
     for (int k = 0; k < 3; ++k) spread.over_spacing[k] = tables_.over_spacing[k];
     run_->template for_each_block<512>(tiles_.count(), Spread<order, sought>::bytes(tiles_), spread);
   }
   template <int order>
-  Gather<order> gather_of(const Window<order>& window, const Charged* charges, Felt* felt,
+  Gather<order> gather_of(const Weigher<order>& window, const Charged* charges, Felt* felt,
                           Totals* totals = nullptr) const {
     Gather<order> gather{tiles_, window, charges, real_.data(), felt, totals, {}, tables_.self, {}};
     for (int k = 0; k < 3; ++k) {
@@ -159,7 +160,7 @@ class MeshPart {
     }
     return gather;
   }
-  /// work(Window) of the mesh's order.
+  /// work(Weigher) of the mesh's order.
   template <class Work>
   void with_window(Work&& work) const {
     switch (tables_.mesh.order) {
@@ -174,8 +175,8 @@ class MeshPart {
     }
   }
   template <int order>
-  Window<order> window() const {
-    Window<order> window;
+  Weigher<order> window() const {
+    Weigher<order> window;
     for (int d = 0; d < order; ++d)
       for (int c = 0; c < order; ++c) window.term[d][c] = tables_.window[d * order + c];
     return window;

@@ -14,7 +14,7 @@ template <int order, Sought sought = Sought::of_charges>
 struct Spread {
   static constexpr int batch = 256;  ///< charges whose weights are kept
   Tiles tiles;
-  Window<order> window;
+  Weigher<order> window;
   const Charged* charges;
   int* mesh;
   float unit;
@@ -54,14 +54,14 @@ struct Spread {
     float weight[order];
     if constexpr (dipoles) {
       float slope[order];
-      window.weights(at.behind, weight, slope);
+      window.weights(at.from_middle, weight, slope);
       const Moment m = moments[s];
       const float factor = over_spacing[axis] * (axis == 0 ? m.x : axis == 1 ? m.y : m.z);
       LICHTENBERG_UNROLL(8)
       for (int c = 0; c < order; ++c) to.weight[axis][c] = weight[c], to.slope[axis][c] = factor * slope[c];
       if (axis == 0) to.charge = sought == Sought::forces ? of.charge : 0;
     } else {
-      window.weights(at.behind, weight);
+      window.weights(at.from_middle, weight);
       const float factor = axis == 0 ? unit * of.charge : 1;
       LICHTENBERG_UNROLL(8)
       for (int c = 0; c < order; ++c) to.weight[axis][c] = factor * weight[c];

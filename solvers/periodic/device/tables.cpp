@@ -2,27 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/charge_mesh.hpp"
 #include "solvers/periodic/near.hpp"
-#include "solvers/periodic/splines.hpp"
+#include "solvers/periodic/turn.hpp"
 
 namespace lichtenberg::periodic::device {
 namespace {
 
-template <int order>
-std::vector<float> window_of_order() {
-  std::vector<float> window;
-  for (int d = 0; d < order; ++d)
-    for (int c = 0; c < order; ++c) window.push_back(static_cast<float>(Spline<order>::coefficients[d][c]));
-  return window;
-}
+constexpr int highest_order = 7;
 
-std::vector<float> window_of(int order) {
+std::vector<float> window_of(const Mesh& mesh) {
   std::vector<float> window;
-  with_order<7>(order, [&](auto constant) { window = window_of_order<constant>(); });
+  for (const std::vector<double>& of_power : window_pieces(mesh.window, mesh.order))
+    for (const double weight : of_power) window.push_back(static_cast<float>(weight));
   return window;
 }
 
@@ -53,7 +49,7 @@ MultipoleTable multipole_table(const Mesh& mesh, const Cloud& cloud, const std::
 }  // namespace
 
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
-  const ChargeMesh checked(mesh, cloud);  // refuses what it cannot do
+  checked(mesh, highest_order);  // refuses what it cannot do
   const NearPart near(mesh.lengths, cloud);
   const std::vector<double>&of_charges = near.coefficients(Kind::charges),
         &of_dipoles = near.coefficients(Kind::dipoles);
@@ -62,10 +58,11 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
         fmt::format("A near part of degree {} is beyond the single precision of a device, which reaches "
                     "an accuracy of 1e-6: it has {} at most.",
                     of_charges.size() - 1, most_terms - 1));
-  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud, of_charges), .window = window_of(mesh.order)};
-  if (mesh.order >= lowest_dipole_order && of_dipoles.size() <= most_terms)
+  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud, of_charges), .window = window_of(mesh)};
+  if (mesh.window == Window::spline && mesh.order >= lowest_dipole_order && of_dipoles.size() <= most_terms)
     tables.multipoles = multipole_table(mesh, cloud, of_dipoles);
   const Influence influence = optimal_influence(mesh, cloud);
+  const auto waves = waves_from_middle(influence, mesh.order);
   const auto [across, down, up] = mesh.points;
   const int deep = up / 2 + 1;
   tables.factor.resize(influence.factor.size());
@@ -76,13 +73,11 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
             static_cast<float>(influence.factor[(static_cast<std::size_t>(y) * across + x) * deep + z]);
   for (int k = 0; k < 3; ++k) {
     tables.over_spacing[k] = static_cast<float>(1 / mesh.spacing()[k]);
-    // Half a spacing turns the first wave round; so does the mesh's lying back by half of an odd order.
-    tables.wave[0][k] = static_cast<float>(influence.self_wave[k][0] * (mesh.order % 2 == 0 ? -1 : 1));
-    tables.wave[1][k] = static_cast<float>(influence.self_wave[k][1]);
+    for (int n = 0; n < 2; ++n) tables.wave[n][k] = static_cast<float>(waves[n][k]);
   }
   tables.self = static_cast<float>(cloud.potential(0));
   tables.self_field = static_cast<float>(cloud.dipole_field);
-  tables.reach = checked.reach();
+  tables.reach = 0.5 * mesh.order * std::max({mesh.spacing().x, mesh.spacing().y, mesh.spacing().z});
   tables.cutoff = cloud.cutoff;
   tables.background = -cloud.background / mesh.volume();
   return tables;

@@ -32,7 +32,7 @@ struct MeshTables {
   Mesh mesh;
   NearTable near;
   MultipoleTable multipoles;  ///< without terms: there can be no dipoles
-  std::vector<float> window;  ///< of t^d in the c-th weight: [d * order + c]
+  std::vector<float> window;  ///< of t^d in the c-th weight: [d * order + c] (Weigher)
   std::vector<float> factor;  ///< of mode (x * points[1] + y) * (points[2] / 2 + 1) + z
   float over_spacing[3] = {};
   float self = 0;         ///< potential of a unit charge's own cloud
@@ -43,7 +43,8 @@ struct MeshTables {
   double background = 0;  ///< potential that a unit of total charge adds everywhere
 };
 
-/// Throws InputError where ParticleMesh does, and for an accuracy beyond single precision.
+/// Throws InputError where ParticleMesh does but that windows may be prolate, for charges alone, and for an accuracy
+/// beyond single precision.
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud);
 
 }  // namespace lichtenberg::periodic::device

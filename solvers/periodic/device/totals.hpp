@@ -39,4 +39,17 @@ LICHTENBERG_HOST_DEVICE inline Totals terms_of(const Charged& charge, const Felt
           on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
 }
 
+/// The same of a charge with its dipole, which is as two charges so far apart (../mesh.cpp). How much of the net force
+/// is taken off it goes where a potential would stand.
+LICHTENBERG_HOST_DEVICE inline Totals terms_of(const Charged& charge, const Moment& m, const Felt& f, Felt& force,
+                                               float over_apart2) {
+  const double q = charge.charge;
+  const float strength = charge.charge * charge.charge + over_apart2 * (m.x * m.x + m.y * m.y + m.z * m.z);
+  force.potential = strength;
+  const double energy = q * f.potential - (static_cast<double>(m.x) * f.x + static_cast<double>(m.y) * f.y +
+                                           static_cast<double>(m.z) * f.z);
+  return {on_fine_grid(force.x),  on_fine_grid(force.y), on_fine_grid(force.z),
+          on_fine_grid(strength), on_fine_grid(q),       on_fine_grid(0.5 * energy)};
+}
+
 }  // namespace lichtenberg::periodic::device

@@ -10,9 +10,9 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Weights of a charge's points along one axis, by what lies behind the point before it.
+/// Weights of a charge's points along one axis, by how far it lies behind the middle between two of them.
 template <int order>
-struct Window {
+struct Weigher {
   float term[order][order];  ///< of t^d in the c-th weight: [d][c]
 
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight) const {
@@ -38,7 +38,7 @@ struct Window {
 
 /// Second derivatives of these weights.
 template <int order>
-LICHTENBERG_HOST_DEVICE void curvatures(const Window<order>& window, float t, float* curvature) {
+LICHTENBERG_HOST_DEVICE void curvatures(const Weigher<order>& window, float t, float* curvature) {
   LICHTENBERG_UNROLL(8)
   for (int c = 0; c < order; ++c) {
     float value = 0;
@@ -51,17 +51,17 @@ LICHTENBERG_HOST_DEVICE void curvatures(const Window<order>& window, float t, fl
 /// What is spread and gathered: as Kind of the CPU's.
 enum class Sought { of_charges, of_dipoles, forces };
 
-/// A place on the mesh along one axis: the point before it, and how far behind that it lies.
+/// A place on the mesh along one axis: the point before it, and how far behind the middle between that and the next it
+/// lies, from -1/2 to 1/2.
 struct OnMesh {
   int point = 0;
-  float behind = 0;
+  float from_middle = 0;
 
   LICHTENBERG_HOST_DEVICE OnMesh(std::uint32_t turns, int points) {
     const std::uint64_t product = static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(points);
     point = static_cast<int>(product >> 32);
-    behind = static_cast<float>(static_cast<std::uint32_t>(product)) * 0x1p-32f;
-    // Rounded up to the next point, it lies at the end of this one.
-    if (behind > 0x1.fffffep-1f) behind = 0x1.fffffep-1f;
+    from_middle =
+        static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(product) - 0x80000000u)) * 0x1p-32f;
   }
 };
 

@@ -2,6 +2,7 @@
 
 // How long the next step is. The device chooses, step after step; the host only the first of some.
 
+#include <algorithm>
 #include <cmath>
 
 #include "src/granular/device/contact_steps.hpp"
@@ -102,27 +103,44 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const Found& found, const StepPar
   now.exchanges += now.exchanged;
 }
 
+/// How many steps like the one that has been chosen lists hold for at least, if the fastest grain goes on as it flies.
+template <class Law>
+int steps_ahead(const StepRule<Law>& rule, const Found& found, const Progress& now, const StepParameters& next) {
+  const double room = 0.5 * rule.skin - std::sqrt(found.moved2) - now.travel,
+               path = std::sqrt(found.speed2) * next.outer;
+  const double most = std::min<double>(now.left, std::ceil((now.target - now.time) / next.outer));
+  const double further = path > 0 ? std::floor(room / path) : most;
+  return 1 + static_cast<int>(std::max(std::min(further, most - 1), 0.0));
+}
+
 /// Nothing follows a step.
 struct NoMore {
   LICHTENBERG_HOST_DEVICE void operator()() const {}
 };
-/// The step is booked and the next one chosen.
-template <class Law, class Again>
+/// The step is booked and the next one chosen. If none had been chosen, none has been made.
+template <class Law>
 struct GoOn {
   StepRule<Law> by;
-  const Found* found;
+  Found* found;
   StepParameters* parameters;
   Progress* now;
   const int* unstable;  ///< null: there are no dipoles
   bool exchanges;
-  Again again;
 
   LICHTENBERG_HOST_DEVICE void operator()() const {
+    Progress here = *now;
+    here.exchanged = 0;
+    if (here.go) go_on(here);
+    *now = here;
+  }
+  LICHTENBERG_HOST_DEVICE void go_on(Progress& here) const {
     const Found seen = parallel::fresh(found);
-    count_step(seen, *parameters, exchanges, *now);
-    if (unstable && *unstable) now->left = 0;
-    choose(by, seen, *now, *parameters);
-    again(now->go);
+    StepParameters next = *parameters;
+    count_step(seen, next, exchanges, here);
+    if (unstable && *unstable) here.left = 0;
+    choose(by, seen, here, next);
+    *parameters = next;
+    if (here.go) found->begin_step();
   }
 };
 

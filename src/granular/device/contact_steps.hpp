@@ -54,7 +54,7 @@ struct GrainsView {
   const double *over_mass = nullptr, *radius = nullptr;
   const int* number = nullptr;  ///< by which the scene knows it
   Located* located = nullptr;
-  Vec3* held = nullptr;  ///< forces of charges
+  Vec3* held = nullptr;  ///< forces of charges at the start of an outer step
   // What its pairs add up to within a step.
   WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
   int* busy = nullptr;                   ///< 1: some pair of its is active
@@ -108,6 +108,13 @@ struct Found {
   int lost = 0;              ///< grains whose places are no numbers
   int pairs = 0, active = 0;
   int passed = 0;  ///< 1 + number of a grain through which another flew
+
+  /// Nothing is known of the next step yet.
+  LICHTENBERG_HOST_DEVICE void begin_step() {
+    begun = transfers = 0;
+    impact2 = 0;
+    pairs = active = 0;
+  }
 };
 /// What is kept from step to step.
 struct Extremes {
@@ -169,14 +176,6 @@ struct ContactSteps {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// At the start of an outer step, with the force of charges then.
-  LICHTENBERG_HOST_DEVICE void enter(int s, Vec3 force) const {
-    grains.held[s] = force;
-    grains.located[s].radius = static_cast<float>(grains.radius[s]);
-    grains.touches[s] = 0;
-    locate(s, grains.place[s]);
-    if (s == 0) *found = {};
-  }
   /// Whether an entry's two may matter within an outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
@@ -280,7 +279,6 @@ struct ContactSteps {
     grains.place[s] = place;
     grains.momentum[s] = momentum;
     locate(s, place);
-    if (s == 0) found->active = 0;
   }
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 place) const {
     const Vec3 over = whole_turn * nearest.turns_a_metre;

@@ -24,19 +24,18 @@ struct Landing {
   }
 };
 
-/// An outer step's contacts: forces at its start, the pairs that may matter within it, all steps of contacts, and what
-/// the last has left.
+/// An outer step's contacts: the pairs that may matter within it, and all steps of contacts.
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
-  ForceView force;
   Landing land;
+  const int* go;  ///< 0: there is no such step
 
   template <class Grid>
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
+    if (!*go) return;
     const int count = steps.parameters->steps, grains = steps.grains.count;
     const GrainsView& all = steps.grains;
-    grid.each(grains, [&](int s) { steps.enter(s, force(s)); });
     grid.select(
         steps.contacts.table.end(grains - 1), &steps.found->pairs, [&](int e) { return steps.is_near(e); },
         [&](int place, int e) { steps.list_near(place, e); });
@@ -47,14 +46,23 @@ struct FollowContacts {
       const int active = steps.found->active;
       grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, k); });
       grid.each(active, [&](int a) { steps.push_halfway(a); });
+      // Integration is long, and of few threads: others move grains that no pair pushes meanwhile.
+      grid.begin_last(grains, [&](int s) {
+        if (!all.busy[s]) move(s, step == count - 1);
+      });
       grid.each(active, [&](int a) { steps.integrate(a, step); });
       grid.begin(3 * grains, [&](int k) { steps.clear(all.force, all.halfway, k); });
       grid.each(grains, [&](int s) {
-        steps.move(s);
-        if (step == count - 1) land(steps.grains, s);
+        if (all.busy[s]) move(s, step == count - 1);
+        if (s == 0) steps.found->active = 0;
       });
     }
-    grid.largest(pairs, &steps.found->impact2, [&](int k) { return steps.impact2(k); });
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE void move(int s, bool last) const {
+    steps.move(s);
+    if (last) land(steps.grains, s);
   }
 };
 

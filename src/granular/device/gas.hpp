@@ -34,7 +34,7 @@ class GasOn final : public DeviceGas {
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
     gas_.load(checkpoint, law, elastic, stage_begin);
-    steps_.clear();
+    step_.clear();
     lists_.load(checkpoint);
     if (dipoles_) load_dipoles(checkpoint, gas_.n, *dipoles_);
   }
@@ -74,11 +74,24 @@ class GasOn final : public DeviceGas {
     Progress& now = progress_.host();
     now = Progress::towards(time, gas_.time, most, whole);
     while (now.wanted()) {
-      choose_first(law);
-      run_->run(steps_, [&] { record(law); });
+      if (!now.go) begin_steps(law);
+      progress_.send();
+      for (int k = steps_ahead(rule(law), found_.host(), now, parameters_.host()); k > 0; --k)
+        run_->run(step_, [&] { record(law); });
+      progress_.fetch();
+      found_.fetch();
       run_->wait();
       book(now);
     }
+  }
+  /// With one that the host chooses. All further ones the device chooses by itself, until one cannot be made.
+  template <class Law>
+  void begin_steps(const Law& law) {
+    choose_first(law);
+    found_.host().begin_step();
+    parameters_.send();
+    found_.send();
+    hold();
   }
   /// The first of some; lists are made where it takes new ones.
   template <class Law>
@@ -160,7 +173,12 @@ class GasOn final : public DeviceGas {
   void begin(const Law& law) {
     parameters_.host() = {};
     parameters_.send();
+    found_.host() = {};
+    found_.send();
+    progress_.host().go = 1;
+    progress_.send();
     follow(law);  // those that overlap
+    find_impacts(law);
     finish(NoMore());
     found_.fetch();
   }
@@ -177,7 +195,7 @@ class GasOn final : public DeviceGas {
     lists_.arrange(travel, sums_, dipoles_);
     found_.host().moved2 = 0;
     if (auto seen = lists_.kernels(); !(seen == recorded_)) {
-      steps_.clear();
+      step_.clear();
       recorded_ = std::move(seen);
     }
   }
@@ -216,40 +234,61 @@ class GasOn final : public DeviceGas {
       if (booked) book->exchanged += energy - book->energy;
       book->energy = energy;
     });
+    hold();
+  }
+  /// Forces of charges as they are, until the next ones are known.
+  void hold() {
+    const ForceView force = forces();
+    Vec3* held = gas_.held.data();
+    run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { held[s] = force(s); });
   }
 
-  /// Steps until one cannot be made before the host has done something.
+  /// The step that has been chosen, or if there is none what changes nothing: the host asks for some steps ahead.
   template <class Law>
   void record(const Law& law) {
-    parameters_.send();
-    progress_.send();
     Progress* now = progress_.device();
     const bool exchanges = sums_ && gas_.options.exchanges;
-    run_->repeat([&](typename Executor::Again again) {
-      follow(law);
-      if (dipoles_)
-        dipoles_->follow(gas_.charges.data(), scale(), lists_.partners());
-      else if (sums_)
-        sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
-      finish(GoOn<Law, typename Executor::Again>{rule(law), found_.device(), parameters_.device(), now,
-                                                 dipoles_ ? dipoles_->unstable() : nullptr, exchanges, again});
-      if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
-    });
-    progress_.fetch();
-    found_.fetch();
+    follow(law);
+    run_->beside([&] { follow_charges(); }, [&] { find_impacts(law); });
+    finish(GoOn<Law>{rule(law), found_.device(), parameters_.device(), now, dipoles_ ? dipoles_->unstable() : nullptr,
+                     exchanges});
+    if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
   }
   template <class Law>
   void follow(const Law& law) {
     const Landing land{gas_.box, gas_.turns_a_length(), gas_.image.data(), gas_.charges.data()};
-    run_->together(FollowContacts<Law>{contact_steps(law), forces(), land});
+    run_->together(FollowContacts<Law>{contact_steps(law), land, &progress_.device()->go});
+  }
+  void follow_charges() {
+    if (dipoles_)
+      dipoles_->follow(gas_.charges.data(), scale(), lists_.partners(), &progress_.device()->go);
+    else if (sums_)
+      sums_->evaluate(gas_.charges.data(), lists_.partners(), gas_.options.exchanges);
+  }
+  /// What the last step of contacts has left, pair by pair; parts of them side by side.
+  template <class Law>
+  void find_impacts(const Law& law) {
+    const ContactSteps<Law> steps = contact_steps(law);
+    Found* found = found_.device();
+    const int parts = std::max(gas_.n / 16, 1);
+    run_->sum_segments(
+        parts,
+        [=] LICHTENBERG_HOST_DEVICE(int p) {
+          const int a_part = (found->pairs + parts - 1) / parts, left = found->pairs - p * a_part;
+          return left < a_part ? left : a_part;
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+          return Most{steps.impact2(p * ((found->pairs + parts - 1) / parts) + t)};
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->impact2, most.value); });
   }
   /// Momenta change as if forces of charges had changed linearly; charges move; and what the host wants to know before
   /// the next step; `then` comes after all that.
   template <class Then>
   void finish(Then then) {
     const ForceView force = forces();
-    const Vec3 *held = gas_.held.data(), *place = gas_.place.data();
-    Vec3* momentum = gas_.momentum.data();
+    const Vec3* place = gas_.place.data();
+    Vec3 *momentum = gas_.momentum.data(), *held = gas_.held.data();
     double* charge = gas_.charge.data();
     const double *over_mass = gas_.over_mass.data(), quantum = gas_.quanta.charge;
     std::int64_t* moved = gas_.moved_charge.data();
@@ -262,7 +301,7 @@ class GasOn final : public DeviceGas {
         gas_.n,
         [=] LICHTENBERG_HOST_DEVICE(int s) {
           const Vec3 now = force(s), at = place[s], p = momentum[s] + (0.5 * parameters->outer) * (now - held[s]);
-          momentum[s] = p;
+          momentum[s] = p, held[s] = now;
           if (s == 0) book->energy = force.energy();
           if (moved[s] != 0) charge[s] += quantum * static_cast<double>(moved[s]), moved[s] = 0;
           const Turns from = sorted_at[s];
@@ -332,7 +371,7 @@ class GasOn final : public DeviceGas {
             gas_.options.way,
             static_cast<double>(gas_.options.contact_steps),
             gas_.largest_radius,
-            *std::ranges::min_element(gas_.options.mass),
+            gas_.lightest,
             gas_.options.tables ? gas_.options.strength : 0,
             lists_.skin()};
   }
@@ -358,7 +397,7 @@ class GasOn final : public DeviceGas {
   parallel::Mirrored<Found, Executor> found_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   parallel::Mirrored<Progress, Executor> progress_{*run_};
-  typename Executor::Recording steps_;
+  typename Executor::Recording step_;
   typename GasLists<Executor>::Kernels recorded_;
   bool energy_known_ = false;  ///< of the field, as the charges are now
   StepCounts counts_;

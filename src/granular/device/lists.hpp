@@ -4,6 +4,7 @@
 // an entry of the table each.
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -49,7 +50,7 @@ class GasLists {
   void arrange(double travel, Sums& sums, Dipoles& dipoles) {
     GasState<Executor>& gas = *state_;
     // Twice as much as is needed now may be kept: kernels that are recorded know the lists' range.
-    const double skin = 5 * std::max(travel, least_travel);
+    const double skin = skin_for(std::max(travel, least_travel));
     if (!(skin <= skin_ && skin_ <= 2 * skin)) skin_ = 1.2 * skin;
     sort_cells();
     if (loaded_) list_open();
@@ -177,7 +178,12 @@ class GasLists {
   }
 
  private:
-  static constexpr double least_travel = 0.1;  ///< lists for less are made no more seldom
+  static constexpr double least_travel = 0.02;  ///< lists for less are made no more seldom
+
+  /// Lists that take the time L to make hold for about skin / travel steps, as the travel is twice the fastest's way; a
+  /// step's near charges and pairs take a * skin more: least of both is at sqrt(L travel / a). On an H200 L / a is some
+  /// 10 diameters. And they should hold for two steps at least.
+  static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
   static Vec3 cell_edges(const GasOptions& options) {
     return options.tables ? periodic::device::cell_edges(*options.tables, 0.6) : Vec3{1, 1, 0.5};

@@ -68,7 +68,7 @@ periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions&
                                       .lengths = scene.domain.box().lengths,
                                       .contact = smallest_diameter(scene),
                                       .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
-                                      .only_double = true});  // for how it counts work
+                                      .on_device = true});
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ struct GasState {
       : run(&executor), options(o), n(static_cast<int>(o.mass.size())), box{o.lengths} {
     box.sides.fill(Boundary::periodic);
     largest_radius = *std::ranges::max_element(options.radius);
+    lightest = *std::ranges::min_element(options.mass);
     // A sum of all energies has 52 bits of so much.
     quanta.energy = std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(n / 32768.0)))));
     if (options.exchanges) quanta.charge = effects::charge_quantum(options.exchange.strength);
@@ -132,10 +133,13 @@ struct GasState {
     const Vec3 over = turns_a_length();
     Turns* at = sorted_at.data();
     Located* where = located.data();
+    int* touched = touches.data();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const Grain g = to[s];
       from.put(s, g);
-      at[s] = where[s].at = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
+      at[s] = {turns(g.place.x, over.x), turns(g.place.y, over.y), turns(g.place.z, over.z)};
+      where[s] = {at[s], static_cast<float>(g.radius)};
+      touched[s] = 0;
     });
   }
   std::int64_t dissipated_quanta() const {
@@ -162,7 +166,7 @@ struct GasState {
   Box<3> box;
   GrainContactLaw law;
   bool elastic = false;  ///< the gas is being mixed: no charge moves
-  double largest_radius = 0;
+  double largest_radius = 0, lightest = 0;
   Quanta quanta;
   double time = 0;
   Counters count;

@@ -120,11 +120,11 @@ def draw_panel(axes, figures, device, series, scale):
     axes.set_xticks(counts, map(str, counts))
     axes.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
     axes.grid(alpha=0.2)
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
 
 
 def draw(request, figures, device):
-    figure, (numbers, prices, whole) = plt.subplots(1, 3, figsize=(11, 3.6), layout="constrained")
+    figure, (numbers, prices, whole) = plt.subplots(1, 3, figsize=(13, 4.3), layout="constrained")
     draw_panel(numbers, figures, device, SERIES, 1 / request.time)
     numbers.set(ylabel="a simulated second", title="how often")
     draw_panel(prices, figures, device, PRICES, 1e3)

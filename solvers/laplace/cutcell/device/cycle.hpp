@@ -36,22 +36,20 @@ void take_residual(const Executor& run, ProblemView problem, GridView grid, cons
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
-/// What the t-th direct link of a group brings.
-LICHTENBERG_HOST_DEVICE inline float direct_flux(const ProblemView& problem, const GridView& grid, const float* phi,
-                                                 int g, int t) {
-  const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
-  return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
-}
-
-/// All of a group's, for sums over its links.
+/// What a group's direct links with other groups bring, for sums over its links. Groups of given potential have 0 in
+/// `phi`: the right-hand side knows of them.
+template <class Real>
 struct DirectFluxes {
   ProblemView problem;
   GridView grid;
-  const float* phi;
+  const Real* phi;
   LICHTENBERG_HOST_DEVICE int count(int g) const {
     return grid.may_have(Of::direct_links) ? grid.direct_links_of(problem, g) : 0;
   }
-  LICHTENBERG_HOST_DEVICE float value(int g, int t) const { return direct_flux(problem, grid, phi, g, t); }
+  LICHTENBERG_HOST_DEVICE Real value(int g, int t) const {
+    const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+    return link.is_to_electrode() ? Real(0) : static_cast<Real>(link.conductance) * phi[problem.group_of[link.other]];
+  }
 };
 
 /// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
@@ -59,11 +57,12 @@ struct DirectFluxes {
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         const float* more, float* phi_next, double* z = nullptr) {
+  const DirectFluxes<float> of_phi{problem, grid, phi};
   run.template sum_segments<group_lanes>(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const float own = direct_flux(problem, grid, phi, g, t);
-        return more ? own + direct_flux(problem, grid, more, g, t) : own;
+        const float own = of_phi.value(g, t);
+        return more ? own + DirectFluxes<float>{of_phi.problem, of_phi.grid, more}.value(g, t) : own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         phi_next[g] = (flux[g] + sum) * grid.group_inverse_diagonal[g];
@@ -80,7 +79,7 @@ void leave_group_residuals(const Executor& run, ProblemView problem, GridView fi
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         return static_cast<float>(fine.conductance[link]) * static_cast<float>(v[fine.link_slot[link]]);
       },
-      DirectFluxes{problem, fine, phi},
+      DirectFluxes<float>{problem, fine, phi},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         const float inverse = fine.group_inverse_diagonal[g];
         coarse.charge[g] = inverse > 0 ? fine.charge[g] + sum - phi[g] / inverse : 0.0f;

@@ -10,22 +10,6 @@
 
 namespace lichtenberg::laplace::device {
 
-/// What a group's direct links with floating groups bring.
-struct DirectFlux {
-  ProblemView problem;
-  GridView grid;
-  const double* x;
-  LICHTENBERG_HOST_DEVICE int count(int g) const {
-    return grid.may_have(Of::direct_links) ? grid.direct_links_of(problem, g) : 0;
-  }
-  LICHTENBERG_HOST_DEVICE double value(int g, int t) const {
-    const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
-    if (link.is_to_electrode()) return 0.0;
-    const int other = problem.group_of[link.other];
-    return problem.floating[other] ? link.conductance * x[grid.layout.size() + other] : 0.0;
-  }
-};
-
 /// finish(g, what a group's links and direct links with floating groups bring).
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, double* partial,
@@ -33,7 +17,7 @@ void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const
   run.sum_pieces(
       grid.link_pieces(problem), partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
-      DirectFlux{problem, grid, x}, finish);
+      DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
 /// y = A x.

@@ -153,9 +153,10 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
     const int* own = here.own_group;
+    const DirectFluxes<float> fluxes{problem, here, phi};
     block.sum_segments(
         here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
-        [&](int k, int t) { return direct_flux(problem, here, phi, own[k], t); },
+        [&](int k, int t) { return fluxes.value(own[k], t); },
         [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.group_inverse_diagonal[own[k]]; });
   }
 
@@ -218,7 +219,7 @@ struct SmallGrids {
           const float value = slot < black ? cells.f[slot] * cells.inverse[slot] : cells.v[slot];
           return static_cast<float>(conductance[link]) * value;
         },
-        DirectFluxes{problem, fine, phi},
+        DirectFluxes<float>{problem, fine, phi},
         [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
   }
 

@@ -217,46 +217,52 @@ class Hierarchy {
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
 };
 
-}  // namespace
+/// The equations of all nodes but the two that are held, in walking order, and the currents that those feed them.
+struct Inside {
+  std::vector<int> order;
+  Level finest;
+  Vector fed;
+};
 
-MultigridSolution solve_by_multigrid(const Network& network, int low, int high, double voltage, double tolerance) {
-  MultigridSolution result{.potential = std::vector<double>(network.nodes, 0)};
-  result.potential[high] = voltage;
-  std::vector<int> order = walking_order(network, low), number(network.nodes, -1);
+Inside inside(const Network& network, int low, int high, double voltage) {
+  Inside result;
+  std::vector<int>& order = result.order;
+  std::vector<int> number(network.nodes, -1);
+  order = walking_order(network, low);
   std::erase_if(order, [&](int n) { return n == low || n == high; });
   const int n = static_cast<int>(order.size());
   for (int k = 0; k < n; ++k) number[order[k]] = k;
-  Level finest;
-  finest.diagonal = Vector::Zero(n);
-  Vector fed = Vector::Zero(n);
+  result.finest.diagonal = result.fed = Vector::Zero(n);
   std::vector<Entry> entries;
   entries.reserve(2 * network.links.size());
   for (const Link& link : network.links) {
     const int a = number[link.a], b = number[link.b];
     if (link.a == link.b) continue;
-    if (a >= 0) finest.diagonal[a] += link.conductance;
-    if (b >= 0) finest.diagonal[b] += link.conductance;
+    if (a >= 0) result.finest.diagonal[a] += link.conductance;
+    if (b >= 0) result.finest.diagonal[b] += link.conductance;
     if (a >= 0 && b >= 0) {
       entries.push_back({a, b, link.conductance});
       entries.push_back({b, a, link.conductance});
     } else {
-      if (a >= 0 && link.b == high) fed[a] += link.conductance * voltage;
-      if (b >= 0 && link.a == high) fed[b] += link.conductance * voltage;
+      if (a >= 0 && link.b == high) result.fed[a] += link.conductance * voltage;
+      if (b >= 0 && link.a == high) result.fed[b] += link.conductance * voltage;
     }
   }
-  fill(finest, n, entries);
-  if (n == 0) return result;
-  const Hierarchy hierarchy(std::move(finest));
-  result.levels = hierarchy.levels();
+  fill(result.finest, n, entries);
+  return result;
+}
+
+/// Flexible conjugate gradients: the preconditioner is not the same linear map every time. Returns the potentials.
+Vector conjugate_gradients(const Hierarchy& hierarchy, const Vector& fed, double voltage, double tolerance,
+                           MultigridSolution& result) {
   const Level& a = hierarchy.finest();
-  // Flexible conjugate gradients: the preconditioner is not the same linear map every time.
-  Vector v = Vector::Zero(n), r = fed, z, p, ap, last_ap;
+  Vector v = Vector::Zero(fed.size()), r = fed, z, p, ap;
   double last_pap = 0;
   constexpr int most = 200;
   for (result.iterations = 0;; ++result.iterations) {
     result.imbalance = r.lpNorm<1>();
     const double current = std::abs(fed.sum() - (fed.array() * v.array()).sum() / voltage);
-    if (result.iterations > 0 && result.imbalance <= tolerance * current) break;
+    if (result.iterations > 0 && result.imbalance <= tolerance * current) return v;
     if (result.iterations == most)
       throw Failure(
           fmt::format("multigrid did not converge in {} iterations: currents of {:.2g} A of {:.2g} A are out "
@@ -270,7 +276,19 @@ MultigridSolution solve_by_multigrid(const Network& network, int low, int high, 
     v += step * p;
     r -= step * ap;
   }
-  for (int k = 0; k < n; ++k) result.potential[order[k]] = v[k];
+}
+
+}  // namespace
+
+MultigridSolution solve_by_multigrid(const Network& network, int low, int high, double voltage, double tolerance) {
+  MultigridSolution result{.potential = std::vector<double>(network.nodes, 0)};
+  result.potential[high] = voltage;
+  Inside equations = inside(network, low, high, voltage);
+  if (equations.order.empty()) return result;
+  const Hierarchy hierarchy(std::move(equations.finest));
+  result.levels = hierarchy.levels();
+  const Vector v = conjugate_gradients(hierarchy, equations.fed, voltage, tolerance, result);
+  for (std::size_t k = 0; k < equations.order.size(); ++k) result.potential[equations.order[k]] = v[k];
   return result;
 }
 

@@ -189,3 +189,20 @@ TEST_CASE("a gas of dielectric grains goes on from a checkpoint with the same bi
   scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::ewald});
   check_restored(scene);
 }
+
+// A fast grain elsewhere lets pairs be looked for soon again, but not so soon: the gap of .2 is closed after
+// sqrt(2 x .2 / 400) by two accelerations of 200, and later than the next search by what contacts might push with.
+TEST_CASE("a pair at rest that held forces press together is looked at in time") {
+  Scene scene = grains::cube(20);
+  grains::add(scene, {5, 5, 5});
+  grains::add(scene, {6.2, 5, 5});
+  grains::add(scene, {12, 12, 12}, {5, 0, 0});
+  Bodies bodies = make_bodies(scene);
+  std::vector<GrainContact> contacts;
+  const std::vector<double> held{200, 0, 0, -200, 0, 0, 0, 0, 0};
+  const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
+  const granular::ContactSteps all{.time = 0.05, .steps = 10, .fastest = 5, .gain = 10};
+  const auto done = motion->advance(bodies, contacts, held, all, parallel::Team::single());
+  REQUIRE(done.record.begun.size() == 1);
+  CHECK(done.record.begun[0].since == doctest::Approx(std::sqrt(0.001)));
+}

@@ -104,9 +104,9 @@ TEST_CASE("a step that leads to a contact by a force far off is judged like any 
   CHECK(simulation.counters().contacts_made == 0);
 }
 
-TEST_CASE("an event is taken as it comes while the step's error is below half of what is allowed, later it is judged") {
-  // Without forces the first step is as long as it may be. Their rate is not known yet: half the error comes after
-  // sqrt(1/2) of it. One solve at the start, one of those that have merged, one at the end; and one to judge.
+TEST_CASE("an event is taken as it comes up to half a step after the last solve, later the step is judged there") {
+  // Without forces the first step is as long as it may be. One solve at the start, one of those that have merged, one
+  // at the end; and one to judge.
   const auto solves = [](double share) {
     Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
     scene.effects.remove<effects::StokesDragOptions>();
@@ -117,8 +117,8 @@ TEST_CASE("an event is taken as it comes while the step's error is below half of
     CHECK(simulation.counters().contacts_made == 1);
     return simulation.counters().field_solves;
   };
-  CHECK(solves(0.69) == 3);
-  CHECK(solves(0.73) == 4);
+  CHECK(solves(0.49) == 3);
+  CHECK(solves(0.51) == 4);
 }
 
 TEST_CASE("events at the same instant are one event") {

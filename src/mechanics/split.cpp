@@ -160,12 +160,11 @@ double Split::advance(double time, double target, std::span<const Vec3> force, s
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
 /// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
-/// the event, and the charges there, must be known. As long as a step's error is half of what it may be, as that of
-/// predictions is to be, the extrapolation will do, but not for what resistors carry: their conductance magnifies its
-/// error. Returns false if the old groups' field is needed, to judge the step by it.
+/// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
+/// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
+/// old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time, FieldGrid grid) {
-  const double time_to_half = step_ * std::pow(0.5, 1.0 / order(held()));
-  if (at_.electrics->has_resistors() || time - held().time >= time_to_half) return false;
+  if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
   std::vector<double> charge;
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge.push_back(held().charge_at(i, time));
   at_.electrics->share(time, charge);

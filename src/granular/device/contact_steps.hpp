@@ -106,14 +106,14 @@ struct Found {
   double moved2 = 0;         ///< of the grain that has moved most since grains were sorted
   double charge = 0;         ///< the largest magnitude
   int lost = 0;              ///< grains whose places are no numbers
-  int pairs = 0, active = 0;
+  int pairs = 0, active = 0, ended = 0;
   int passed = 0;  ///< 1 + number of a grain through which another flew
 
   /// Nothing is known of the next step yet.
   LICHTENBERG_HOST_DEVICE void begin_step() {
     begun = transfers = 0;
     impact2 = 0;
-    pairs = active = 0;
+    pairs = active = ended = 0;
   }
 };
 /// What is kept from step to step.
@@ -295,6 +295,14 @@ struct ContactSteps {
     return 2 * over_mass(p) * law.push(reach(p) - root(distance2), scale(p)).stored;
   }
 
+  /// The k-th of those that have ended within the outer step, if there are so many.
+  LICHTENBERG_HOST_DEVICE void count_end(int k) const {
+    if (k >= found->ended) return;
+    const EndedContact contact = restitution.ended[k];
+    const GrainPair p{contact.lower, contact.higher};
+    restitution.count(law, scale(p), 1 / over_mass(p), reach(p), contact);
+  }
+
  private:
   /// Whether two are so near that they may come into contact in this step; if not, notes when they may.
   LICHTENBERG_HOST_DEVICE bool may_matter(int k, const NearPair& p, int step) const {
@@ -351,12 +359,17 @@ struct ContactSteps {
     parallel::enlarge_atomically(&extremes->overlap, (sum - distance) / sum);
     if (distance < too_close * sum) parallel::enlarge_atomically(&found->passed, 1 + grains.number[p.lower]);
     if (distance < sum) return true;
-    if (contacts.alone[p.entry])
-      restitution(law, scale(p), 1 / over_mass(p), sum, state(p), contacts.since[p.entry],
-                  contacts.impact_speed[p.entry], time);
+    if (contacts.alone[p.entry]) note_end(p, time);
     contacts.since[p.entry] = -1;
     contacts.near[k].due = 0;
     return false;
+  }
+
+  LICHTENBERG_HOST_DEVICE void note_end(const NearPair& p, double time) const {
+    const PairState<3> at = state(p);
+    const double began = contacts.since[p.entry];
+    restitution.note(&found->ended, {p.lower, p.higher, began, time - began, contacts.impact_speed[p.entry],
+                                     -closing(at), speed_across(at)});
   }
 
   /// Whether two in flight come closer than `distance` within dt.

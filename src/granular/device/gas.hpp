@@ -281,6 +281,7 @@ class GasOn final : public DeviceGas {
           return Most{steps.impact2(p * ((found->pairs + parts - 1) / parts) + t)};
         },
         [=] LICHTENBERG_HOST_DEVICE(int, Most most) { parallel::enlarge_atomically(&found->impact2, most.value); });
+    run_->for_each(steps.restitution.room, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
   }
   /// Momenta change as if forces of charges had changed linearly; charges move; and what the host wants to know before
   /// the next step; `then` comes after all that.

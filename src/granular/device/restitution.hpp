@@ -3,6 +3,7 @@
 // Collisions that have ended, held against the restitution of their law: RestitutionCheck on an executor. Errors are
 // added up in whole numbers, so that the order in which collisions end does not show.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -36,22 +37,35 @@ struct RestitutionDecade {
   double worst = 0;
 };
 
+/// A contact of a lone pair that has ended.
+struct EndedContact {
+  int lower = 0, higher = 0;  ///< where its two are sorted
+  double began = 0, lasted = 0;
+  double impact_speed = 0, parting_speed = 0, speed_across = 0;
+};
+
 struct RestitutionCount {
   static constexpr double quantum = 1.0 / (1 << 30);  // of 2^33 collisions that are off by 1 the sum is still a number
 
   RestitutionLaw expected;
   RestitutionDecade* decade = nullptr;  ///< [RestitutionCheck::decades]
   double since = 0;                     ///< contacts that began before were under another law
+  EndedContact* ended = nullptr;        ///< [room] of an outer step
+  int room = 0;
 
-  /// A contact of a lone pair has ended at `time`. A function of its own: it is rare, and those who call it have few
-  /// registers to spare.
+  /// Those that are computed with pairs have few registers to spare: what has ended is counted after them.
+  LICHTENBERG_HOST_DEVICE void note(int* count, const EndedContact& contact) const {
+    const int place = parallel::take_place(count);
+    if (place < room) ended[place] = contact;
+  }
   template <class Law>
-  LICHTENBERG_HOST_DEVICE __attribute__((noinline)) void operator()(const Law& law, double scale, double mass,
-                                                                    double reach, const PairState<3>& at, double began,
-                                                                    double speed, double time) const {
-    const double across = speed_across(at);
-    if (!(speed > 0) || began < since || !RestitutionCheck::is_central(across, time - began, speed, reach)) return;
-    const double error = std::abs(-closing(at) / speed - expected(law, scale, mass, speed));
+  LICHTENBERG_HOST_DEVICE void count(const Law& law, double scale, double mass, double reach,
+                                     const EndedContact& contact) const {
+    const double speed = contact.impact_speed;
+    if (!(speed > 0) || contact.began < since ||
+        !RestitutionCheck::is_central(contact.speed_across, contact.lasted, speed, reach))
+      return;
+    const double error = std::abs(contact.parting_speed / speed - expected(law, scale, mass, speed));
     RestitutionDecade& of = decade[RestitutionCheck::decade_of(speed)];
     parallel::add_atomically(&of.collisions, std::int64_t{1});
     parallel::add_atomically(&of.errors, static_cast<std::int64_t>(error / quantum + 0.5));
@@ -63,20 +77,21 @@ struct RestitutionCount {
 template <class Executor>
 class RestitutionOn {
  public:
-  explicit RestitutionOn(const Executor& run) : node_(run), loss_(run), decade_(run) {
+  explicit RestitutionOn(const Executor& run) : node_(run), loss_(run), decade_(run), ended_(run) {
     const theory::RestitutionCurve& curve = theory::restitution_curve();
     node_.upload(curve.points());
     loss_.upload(curve.losses());
   }
 
   /// As RestitutionCheck has saved it.
-  void load(const std::vector<double>& saved, double stage_begin) {
+  void load(const std::vector<double>& saved, double stage_begin, int grains) {
     std::vector<RestitutionDecade> before(RestitutionCheck::decades);
     for (std::size_t k = 0; k < before.size(); ++k)
       before[k] = {static_cast<std::int64_t>(saved.at(3 * k)),
                    std::llround(saved.at(3 * k + 1) / RestitutionCount::quantum), saved.at(3 * k + 2)};
     decade_.upload(before);
     since_ = stage_begin;
+    ended_.resize(std::max(grains / 2, 1));  // as many as a step can end if none begins, as each of the two is alone
   }
   std::vector<double> saved() const {
     std::vector<double> all;
@@ -86,12 +101,17 @@ class RestitutionOn {
     return all;
   }
   RestitutionCount view() const {
-    return {{node_.data(), loss_.data(), static_cast<int>(node_.size())}, decade_.data(), since_};
+    return {{node_.data(), loss_.data(), static_cast<int>(node_.size())},
+            decade_.data(),
+            since_,
+            ended_.data(),
+            static_cast<int>(ended_.size())};
   }
 
  private:
   parallel::Array<double, Executor> node_, loss_;
   parallel::Array<RestitutionDecade, Executor> decade_;
+  parallel::Array<EndedContact, Executor> ended_;
   double since_ = 0;
 };
 

@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <span>
 #include <thread>
@@ -140,12 +142,12 @@ TEST_CASE("on a device, too, collisions of lone pairs are held against the resti
       scene.effects.add(effects::LinearContactOptions{.stiffness = 278.6, .restitution = 0.8});
     else
       scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
-    // Head on at nine speeds; a pair that passes at a distance does not count, nor does one that a third hits
-    // meanwhile.
+    // Head on at nine speeds, each pair on a line of its own: the fastest fly 8 in the time and meet no other. One that
+    // passes at a distance does not count, nor does one that a third hits meanwhile.
     for (int k = 0; k < 9; ++k) {
-      const double v = 0.02 * std::pow(2, k), x = 3 + 4.0 * k;
-      grains::add(scene, {x, 5, 5}, {v / 2, 0, 0});
-      grains::add(scene, {x + 1 + 0.2 * v, 5, 5}, {-v / 2, 0, 0});
+      const double v = 0.02 * std::pow(2, k), y = 2 + 4.0 * k;
+      grains::add(scene, {5, y, 5}, {v / 2, 0, 0});
+      grains::add(scene, {6 + 0.2 * v, y, 5}, {-v / 2, 0, 0});
     }
     grains::add(scene, {10, 20, 20}, {1, 0, 0});
     grains::add(scene, {11.2, 20.6, 20}, {-1, 0, 0});
@@ -158,7 +160,7 @@ TEST_CASE("on a device, too, collisions of lone pairs are held against the resti
     REQUIRE(device->time() == cpu.gas.time());
     const auto expected = cpu.gas.save().reals.at("restitution_check"),
                middle = stored(*device, start).reals.at("restitution_check");
-    CHECK(cpu.gas.restitution.all().collisions >= 9);
+    CHECK(cpu.gas.restitution.all().collisions == 9);
     CHECK(cpu.gas.restitution.all().collisions < cpu.gas.collisions);
     CHECK(largest_difference(middle, expected) < 1e-8);  // rounding, and quanta of 1e-9
     // What has been counted goes on from the checkpoint; a contact of an earlier stage does not count.
@@ -527,4 +529,22 @@ TEST_CASE("frames and checkpoints that are put together while a device goes on a
     }
     CHECK(later.leaves_a_core() == (std::thread::hardware_concurrency() > 1));
   }
+}
+
+TEST_CASE("who wants the gas back from a device waits for all that is left to be called, also behind what is dropped") {
+  Scene scene = charged_gas(60, 7, 3);
+  scene.stop.time = 1;
+  scene.output.every = 0.25;
+  GranularMotion motion(scene, granular::device::make_host_gas(scene));
+  motion.advance_to(0.25, [] { return false; });
+  std::atomic<bool> begun = false;
+  const auto keep_later = motion.keep_later();
+  motion.frame_later();
+  const std::jthread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    begun = true;
+    keep_later();
+  });
+  motion.frame();
+  CHECK(begun.load());
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <future>
 #include <thread>
@@ -74,15 +75,16 @@ struct GranularMotion::Implementation {
   /// Waits for what others do with `here`, `theory` and the notes, for frames and checkpoints of a gas that goes on on
   /// a device.
   void catch_up() {
-    if (!behind.valid()) return;
     const Stopwatch stopwatch(analysis_seconds);
-    behind.wait();
-    behind = {};
+    for (const std::future<void>& task : std::exchange(behind, {})) task.wait();
   }
   /// Of a task for another thread, which tells it when it is over; one that nobody calls is over when nobody has it.
   std::shared_ptr<std::promise<void>> leave_behind() {
+    std::erase_if(behind, [](const std::future<void>& earlier) {
+      return earlier.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    });
     auto task = std::make_shared<std::promise<void>>();
-    behind = task->get_future().share();
+    behind.push_back(task->get_future());
     return task;
   }
 
@@ -200,7 +202,7 @@ struct GranularMotion::Implementation {
   GasEnergy flows;                                        ///< booked before it went there
   std::shared_ptr<const granular::device::Snapshot> now;  ///< the last that was taken
   std::vector<std::future<Note>> pending;                 ///< in the order of their times
-  std::shared_future<void> behind;                        ///< the last that was left to another thread
+  std::vector<std::future<void>> behind;                  ///< what was left to another thread
   double seconds = 0, analysis_seconds = 0;
   bool warned = false;  ///< what effects have to say has been said
 };

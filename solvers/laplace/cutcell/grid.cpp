@@ -24,8 +24,6 @@ struct NeighboursInMedium {
   }
 };
 
-// Neighbours are of the other colour, so that no row that is written is read.
-
 /// 0 where there is no unknown. Divides in any case, so that all can be divided at once.
 void invert_row(int n, const double* __restrict diagonal, float* __restrict inverse) {
   for (int k = 0; k < n; ++k) {
@@ -34,6 +32,8 @@ void invert_row(int n, const double* __restrict diagonal, float* __restrict inve
     inverse[k] = d > 0 ? one_over : 0.0f;
   }
 }
+
+// Neighbours are of the other colour, so that no row that is written is read.
 
 /// v = (f + flux from the neighbours) / diagonal
 template <class Around>

@@ -70,6 +70,14 @@ double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
 /// So many spheres, and pairs of all with all cost more than cells.
 constexpr std::size_t many_spheres = 48;
 
+constexpr int least_degree = 2;
+
+/// Two images of one sphere that face each other the same way: one stands for both.
+bool are_twins(const NearPair& a, const NearPair& b) {
+  return a.target == a.source && b.target == a.target && b.source == a.source && b.mask == a.mask && a.mask == 0 &&
+         norm2(a.way + b.way) < 1e-20 * norm2(a.way);
+}
+
 }  // namespace
 
 /// Degrees for the accuracy, from the neighbours of each sphere, and the gaps at which they are not enough.
@@ -78,9 +86,19 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     for (Site& site : sites_) site.degree = fixed_degree_;
     return;
   }
-  constexpr int least_degree = 2;
   std::vector<double> degree(sites_.size(), least_degree);
-  // Of gaps for which those are enough: nearly all pairs, told without a logarithm.
+  std::vector<NearPair> gaps = narrow_gaps(problem, pairs, degree);
+  take(degree);
+  std::erase_if(gaps, [&](const NearPair& pair) { return is_enough_for(pair); });
+  close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_, team);
+  let_tails_meet(close_pairs_, sites_, pairs, accuracy_, team);
+}
+
+/// Gaps between different potentials beside which no harmonics that gaps of one potential ask for are enough, each in
+/// one direction; raises the degrees to what each pair asks for.
+std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
+                                          std::vector<double>& degree) {
+  // Of gaps for which the least degree is enough: nearly all pairs, told without a logarithm.
   const double fewest = std::cosh(-std::log(accuracy_) / least_degree) - 1;
   std::vector<NearPair> gaps;
   for (const NearPair& pair : pairs) {
@@ -92,22 +110,22 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     const double contact = dielectric ? degree_of_dielectrics(target, source, accuracy_)
                                       : degree_at_contact(site.radius, other.radius, accuracy_);
     const double apart = gap > 0 ? degree_beside(site.radius, other.radius, gap, accuracy_) : 2 * contact;
-    degree[pair.target] = std::max(degree[pair.target], std::min(apart, contact));
+    double& wanted = degree[pair.target];
+    wanted = std::max(wanted, std::min(apart, contact));
     const bool one_potential = target.group == source.group && pair.sign > 0;
     if (dielectric || one_potential || apart <= contact) continue;
     const double share = spheres::narrowness(site.radius, other.radius, gap);
     narrowness_ = std::min(narrowness_, share);
     const double closer = degree_at_contact(site.radius, other.radius, share * accuracy_);
-    if (degree[pair.target] < largest_degree)
-      degree[pair.target] = std::clamp<double>(closer, degree[pair.target], largest_degree);
-    if (pair.target > pair.source) continue;
-    // Of two images that face each other the same way one stands for both.
-    const auto twin = [&](const NearPair& p) {
-      return pair.target == pair.source && p.target == pair.target && p.source == pair.source && p.mask == pair.mask &&
-             pair.mask == 0 && norm2(p.way + pair.way) < 1e-20 * norm2(pair.way);
-    };
-    if (std::none_of(gaps.begin(), gaps.end(), twin)) gaps.push_back(pair);
+    if (wanted < largest_degree) wanted = std::clamp<double>(closer, wanted, largest_degree);
+    const auto twin = [&](const NearPair& one) { return are_twins(pair, one); };
+    if (pair.target <= pair.source && std::ranges::none_of(gaps, twin)) gaps.push_back(pair);
   }
+  return gaps;
+}
+
+/// Throws InputError for a degree that no sphere may have.
+void Fields::take(const std::vector<double>& degree) {
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     if (degree[i] > largest_degree) {
       // Degrees grow as the digits do, or faster.
@@ -119,16 +137,14 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     }
     sites_[i].degree = static_cast<int>(std::ceil(degree[i]));
   }
-  // A narrower gap of a sphere may ask for harmonics that are enough for this one, too.
-  const auto enough = [&](int i, int facing, double gap) {
-    return degree_beside(sites_[i].radius, sites_[facing].radius, gap, accuracy_) <= sites_[i].degree;
-  };
-  std::erase_if(gaps, [&](const NearPair& pair) {
-    const double gap = norm(pair.way) - sites_[pair.target].radius - sites_[pair.source].radius;
-    return enough(pair.target, pair.source, gap) && enough(pair.source, pair.target, gap);
-  });
-  close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_, team);
-  let_tails_meet(close_pairs_, sites_, pairs, accuracy_, team);
+}
+
+/// Whether both spheres have the harmonics that this gap asks for, as a narrower one may have made them.
+bool Fields::is_enough_for(const NearPair& pair) const {
+  const Site &target = sites_[pair.target], &source = sites_[pair.source];
+  const double gap = norm(pair.way) - target.radius - source.radius;
+  return degree_beside(target.radius, source.radius, gap, accuracy_) <= target.degree &&
+         degree_beside(source.radius, target.radius, gap, accuracy_) <= source.degree;
 }
 
 Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,

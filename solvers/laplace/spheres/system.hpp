@@ -45,6 +45,10 @@ class Fields {
  private:
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
   void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
+  std::vector<NearPair> narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
+                                    std::vector<double>& degree);
+  void take(const std::vector<double>& degree);
+  bool is_enough_for(const NearPair& pair) const;
 
   const Mirrors* mirrors_;
   double accuracy_;

@@ -160,9 +160,9 @@ double Split::advance(double time, double target, std::span<const Vec3> force, s
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
 /// because they part with the charges and potentials that they have, which leaves the field as it is. But what led to
-/// the event, and the charges there, must be known. Half a step has an eighth of a step's error: so far the
-/// extrapolation will do, but not for what resistors carry: their conductance magnifies its error. Returns false if the
-/// old groups' field is needed, to judge the step by it.
+/// the event, and the charges there, must be known. Half a step has an eighth of a step's error, a quarter while the
+/// force's rate is unknown: so far the extrapolation will do, but not for what resistors carry: their conductance
+/// magnifies its error. Returns false if the old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time, FieldGrid grid) {
   if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
   std::vector<double> charge;

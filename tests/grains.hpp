@@ -97,6 +97,10 @@ inline void add_gas(Scene& scene, int count, double room, double temperature, st
   for (std::size_t i = first; i < scene.conductors.size(); ++i) scene.conductors[i].velocity -= sum / count;
 }
 
+inline void charge_alternately(Scene& scene, double size) {
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
+}
+
 /// A gas and what moves it.
 struct Run {
   explicit Run(const Scene& scene) : gas(scene), integrator(granular::make_integrator(scene.mechanics.integrator)) {}
@@ -137,6 +141,10 @@ inline double momentum(const Bodies& b) {
   Vec3 sum{};
   for (int i = 0; i < b.size(); ++i) sum += b.mass[i] * velocity<3>(b, i);
   return norm(sum);
+}
+/// What that would be if momenta pointed anywhere, of grains of mass 1.
+inline double thermal_momentum(const granular::Gas& gas) {
+  return std::sqrt(2 * gas.bodies().size() * std::max(gas.kinetic_energy(), 1e-300));
 }
 
 }  // namespace lichtenberg::grains

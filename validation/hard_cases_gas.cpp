@@ -30,14 +30,6 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-void charge_randomly(Scene& scene, double size) {
-  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
-}
-
-double thermal_momentum(const granular::Gas& gas) {
-  return std::sqrt(2 * gas.bodies().size() * std::max(gas.model().kinetic_energy(), 1e-300));
-}
-
 /// Elastic grains: their energy does not change but for the steps and the forces' accuracy.
 double energy_drift(Scene scene, double time) {
   Run run(scene);
@@ -58,7 +50,7 @@ void dipoles(Report& report, bool all) {
     scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.05, .sum = sum});
     scene.mechanics.step = 0.01;
     add_gas(scene, all ? 50 : 20, 9.9, 1);
-    charge_randomly(scene, 0.3);
+    charge_alternately(scene, 0.3);
     const bool conservative = sum != periodic::DipoleSum::source;
     report.at_most(fmt::format("{}, t = {}", name_of(sum), all ? 100 : 2), energy_drift(scene, all ? 100 : 2),
                    conservative ? std::optional(2e-3) : std::nullopt);
@@ -97,7 +89,7 @@ void sums(Report& report) {
   Scene scene = viscoelastic(20);
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
   add_gas(scene, 500, 19.9, 1);
-  charge_randomly(scene, 1);
+  charge_alternately(scene, 1);
   granular::Gas gas(scene);
   Vec3 net{};
   double magnitudes = 0;
@@ -118,7 +110,7 @@ void cold_gas(Report& report, bool all) {
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 0});
   scene.effects.add(effects::CoulombOptions{.strength = 1e-5, .accuracy = 1e-3});
   add_gas(scene, 250, 15.9, 1e-5);
-  charge_randomly(scene, 1);
+  charge_alternately(scene, 1);
   Run run(scene);
   double squares = 0;
   for (const double f : run.gas.smooth_forces()) squares += f * f;
@@ -323,7 +315,7 @@ void to_one_cluster(Report& report, bool all) {
   Scene scene = viscoelastic(edge);
   scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
   add_gas(scene, n, edge, 10);
-  charge_randomly(scene, 1);
+  charge_alternately(scene, 1);
   scene.mechanics.step = all ? 0.005 : 0.02;
   Run run(scene);
   const double start = run.gas.energy().total(), thermal = thermal_momentum(run.gas);
@@ -470,7 +462,7 @@ void bits(Report& report) {
   scene.effects.add<effects::ChargeExchangeOptions>();
   scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.05});
   add_gas(scene, 200, 8.9, 1);
-  charge_randomly(scene, 0.2);
+  charge_alternately(scene, 0.2);
   const auto end = [&](int threads, bool resume) {
     scene.mechanics.threads = threads;
     auto run = std::make_unique<Run>(scene);

@@ -70,14 +70,6 @@ Scene viscoelastic(double edge, double dissipative = 27.7) {
   return scene;
 }
 
-void charge_alternately(Scene& scene, double size) {
-  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? size : -size;
-}
-
-double thermal_momentum(const granular::Gas& gas) {
-  return std::sqrt(2 * gas.bodies().size() * std::max(gas.kinetic_energy(), 1e-300));
-}
-
 double left_over(const granular::GasEnergy& now, double start) {
   return std::abs(now.total() - start) / now.dissipated;
 }

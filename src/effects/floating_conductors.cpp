@@ -306,7 +306,7 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
   if (cells == 0) return std::make_unique<FloatingConductors>(scene, make_field_solver(moving));
   auto solver = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
   moving.cells = cells;
-  moving.tolerance = std::max(moving.tolerance, 3e-3);  // such a grid's own error is several times that
+  moving.tolerance = std::max(moving.tolerance, 1e-3);  // such a grid's own error is ten times that and more
   auto predictor = std::make_unique<laplace::CutCellSolver>(cut_cell_options(moving));
   solver->follow(*predictor);
   auto effect = std::make_unique<FloatingConductors>(scene, std::move(solver));

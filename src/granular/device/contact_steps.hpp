@@ -4,6 +4,7 @@
 // each once, and of them in each step of contacts those that do. What grains get from their pairs is added up in whole
 // numbers: neither the order of lists nor that of threads shows.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -40,6 +41,12 @@ struct Quanta {
 
   Quanta inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
 };
+
+/// Of what grains have dissipated (m0 v0^2), of which a step of contacts of a pair is a whole number: a sum over all of
+/// them has 52 bits of so much.
+inline double energy_quantum(int grains) {
+  return std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(grains / 32768.0)))));
+}
 
 /// Where a grain is, for who looks for those near it.
 struct alignas(16) Located {

@@ -24,8 +24,7 @@ struct GasState {
     box.sides.fill(Boundary::periodic);
     largest_radius = *std::ranges::max_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
-    // A sum of all energies has 52 bits of so much.
-    quanta.energy = std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(n / 32768.0)))));
+    quanta.energy = energy_quantum(n);
     if (options.exchanges) quanta.charge = effects::charge_quantum(options.exchange.strength);
     book.resize(1);
     extremes.resize(1);

@@ -17,6 +17,7 @@
 #include "src/effects/linear_contact.hpp"
 #include "src/effects/uniform_force.hpp"
 #include "src/granular/device/device.hpp"
+#include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/pair_path.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "tests/grains.hpp"
@@ -60,6 +61,17 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 }
 
 }  // namespace
+
+TEST_CASE("a gas too large for a device is refused with what it needs and how many grains would fit") {
+  granular::device::GasOptions options = granular::device::gas_options(gas(100, 12, 1));
+  options.path = "gas.toml";
+  options.bytes = 1 << 30;
+  CHECK_NOTHROW(granular::device::check_room(options, 1 << 30));
+  CHECK_THROWS_WITH_AS(granular::device::check_room(options, 1 << 28),
+                       "gas.toml: 100 grains take about 1024 MiB of the CUDA device, of which 256 are free: 25 of them "
+                       "would fit",
+                       Failure);
+}
 
 TEST_CASE("a pair's step on a device is PairMotion's to rounding, whether it comes, stays, lets go or goes by") {
   struct Contact {

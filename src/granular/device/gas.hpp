@@ -326,14 +326,9 @@ class GasOn final : public DeviceGas {
  private:
   static constexpr int a_part = GasState<Executor>::a_part, a_warp = 32;
 
-  /// Throws Failure, with the number of grains that would fit, if the device has too little memory.
   static const GasOptions& checked(const Executor& run, const GasOptions& options) {
-    const auto room = static_cast<double>(run.room()), grains = static_cast<double>(options.mass.size());
-    if (options.bytes <= room) return options;
-    const auto in_words = [](double value, double unit) { return std::to_string(static_cast<long>(value / unit)); };
-    throw Failure(options.path + ": " + in_words(grains, 1) + " grains take about " + in_words(options.bytes, 1 << 20) +
-                  " MiB of the CUDA device, of which " + in_words(room, 1 << 20) +
-                  " are free: " + in_words(grains * (room / options.bytes), 1) + " of them would fit");
+    check_room(options, static_cast<double>(run.room()));
+    return options;
   }
 
   ForceView forces() const {

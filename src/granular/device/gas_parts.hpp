@@ -54,6 +54,8 @@ struct Drive {
 
 /// Of a scene that check_scene does not refuse.
 GasOptions gas_options(const Scene& scene);
+/// Throws Failure, with the number of grains that would fit, if a device with so many free bytes has too few for a gas.
+void check_room(const GasOptions& options, double free);
 
 /// Things of which the largest is sought.
 struct Largest {

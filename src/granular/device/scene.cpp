@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
@@ -122,6 +123,16 @@ GasOptions gas_options(const Scene& scene) {
   if (const auto* force = scene.effects.find<effects::UniformForceOptions>())
     options.acceleration = force->acceleration.value;
   return options;
+}
+
+void check_room(const GasOptions& options, double free) {
+  if (options.bytes <= free) return;
+  constexpr double mebibyte = 1 << 20;
+  const std::size_t grains = options.mass.size();
+  throw Failure(fmt::format(
+      "{}: {} grains take about {:.0f} MiB of the CUDA device, of which {:.0f} are free: {:.0f} of them would fit",
+      options.path, grains, options.bytes / mebibyte, free / mebibyte,
+      std::floor(static_cast<double>(grains) * (free / options.bytes))));
 }
 
 }  // namespace lichtenberg::granular::device

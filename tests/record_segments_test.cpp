@@ -147,7 +147,12 @@ TEST_CASE("where there is no room to put segments together they stay, and are th
   CHECK_EQ(status_of(child), 0);
   CHECK_GT(segments(path), 3);
   CHECK(numbers(path) == expected(600));
-  CHECK(!Recorder::resume(path, some_scene()).summary().empty());
+  Recorder later = Recorder::resume(path, some_scene(), tail);
+  CHECK(!later.summary().empty());
+  CHECK_FALSE(later.in_one_file());
+  CHECK_EQ(later.save(milestone(600, true)), "");
+  CHECK(later.in_one_file());
+  CHECK_EQ(segments(path), 0);
 }
 
 TEST_CASE("more segments than a process may open files are put together") {

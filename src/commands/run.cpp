@@ -220,8 +220,9 @@ class Run {
     final_warnings_ = motion_->final_warnings();
   }
 
-  /// A run that was over when it was resumed: perhaps its very last instant has been saved, but not as its end, or the
-  /// scene's [stop] now calls it another end. One that is past a [stop] that was set back stays as it is.
+  /// A run that was over when it was resumed: perhaps its very last instant has been saved, but not as its end, or its
+  /// frames have not been put together, or the scene's [stop] now calls it another end. One that is past a [stop] that
+  /// was set back stays as it is.
   void save_the_end(Progress& progress) {
     backlog_.finish();
     if (recorder_.saved_time() != motion_->time()) return record(progress);
@@ -231,7 +232,7 @@ class Run {
       const auto found = std::ranges::find(all, summary_.goal, &Quantity::name);
       return found == all.end() ? -1.0 : found->value;
     };
-    if (value(recorder_.summary()) != value(summary_.quantities)) save(progress);
+    if (value(recorder_.summary()) != value(summary_.quantities) || !recorder_.in_one_file()) save(progress);
   }
 
   [[noreturn]] void stop_here(Progress& progress) {

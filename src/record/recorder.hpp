@@ -59,6 +59,8 @@ class Recorder {
   const std::vector<Quantity>& summary() const { return summary_; }
   /// All frames of the run so far, those that wait for the next save among them.
   std::int64_t frames() const { return frames_; }
+  /// Whether no frames stand in files of their own, as they do until the end of a long run, or longer if that failed.
+  bool in_one_file() const { return segments_.empty(); }
 
   /// Keeps a frame for the next save. Throws InputError that names the column which has the wrong length or unit, a
   /// name of another one, or is not one of those of the frames before; Failure if a frame of many bytes, which does not

@@ -19,6 +19,7 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/granular/note.hpp"
+#include "src/scene/contact_steps.hpp"
 #include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/grains.hpp"
@@ -132,6 +133,7 @@ void cooled_gas(Report& report, bool all) {
   scene.effects.add(effects::CoulombOptions{.strength = 2.469, .accuracy = 1e-3});
   scene.effects.add<effects::ChargeExchangeOptions>();
   scene.stages = {{.duration = 1, .stiffness = 10, .temperature = 10}};
+  scene.mechanics.contact_steps = contact_steps_for(1e-3);
   add_gas(scene, n, edge, 10);
   Run run(scene);
   const auto temperature = [&] { return 2 * run.gas.model().kinetic_energy() / (3 * n); };
@@ -232,6 +234,7 @@ double bound_pair(double attraction, double dissipative, double part) {
   Scene scene = cube(30);
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
   scene.effects.add(effects::CoulombOptions{.strength = attraction, .sum = effects::CoulombSum::minimum_image});
+  scene.mechanics.contact_steps = contact_steps_for(1e-3);
   add_pair(scene, 0, -1.3 * overlap, 1);
   Run run(scene);
   const auto step = [&] { run.integrator->step(run.gas, run.gas.time() + part * period); };
@@ -280,6 +283,7 @@ void cluster_at_rest(Report& report) {
   add_gas(scene, 12, 3.5, 0, 4);
   for (std::size_t i = 1; i < scene.conductors.size(); ++i) scene.conductors[i].charge = -1;
   scene.mechanics.step = 0.01;
+  scene.mechanics.contact_steps = contact_steps_for(1e-3);
   Run run(scene);
   const double start = run.gas.energy().potential;
   double before = INFINITY, rise = 0;
@@ -317,6 +321,7 @@ void to_one_cluster(Report& report, bool all) {
   add_gas(scene, n, edge, 10);
   charge_alternately(scene, 1);
   scene.mechanics.step = all ? 0.005 : 0.02;
+  scene.mechanics.contact_steps = contact_steps_for(1e-4);
   Run run(scene);
   const double start = run.gas.energy().total(), thermal = thermal_momentum(run.gas);
   const auto largest = [&] {

@@ -17,6 +17,7 @@
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
+#include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
 
@@ -51,10 +52,20 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
   return theory::collision_frequency(grain_density(scene), temperature) * theory::impact_mean(temperature, duration);
 }
 
+/// What steps of contacts are as many for as they are.
+std::string why_so_many(const Scene& scene) {
+  const int steps = scene.mechanics.contact_steps;
+  const std::optional<double> accuracy = number_in(scene, &EffectKind::force_accuracy);
+  const std::string error = fmt::format("wrong by up to {:.1g} of a contact's energy", contact_error(steps));
+  if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy))) return error + ": mechanics.contact_steps";
+  return error + (accuracy ? fmt::format(", for forces to {:g}", *accuracy) : "");
+}
+
 void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
   const double speed = 2 * granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature);
-  fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps\n",
-             shortest_contact(law, speed), scene.mechanics.contact_steps);
+  fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}\n",
+             shortest_contact(law, speed), scene.mechanics.contact_steps,
+             scene.mechanics.integrator == Integrator::multirate ? ", " + why_so_many(scene) : "");
   fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;

@@ -9,6 +9,7 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
+#include "src/scene/contact_steps.hpp"
 
 namespace lichtenberg::work_precision {
 namespace {
@@ -157,11 +158,12 @@ Method charges_held(const GasSubject& subject) {
   return method;
 }
 
-/// Nothing else given: contacts as the scene has them.
+/// Nothing else given.
 Method by_accuracy(const GasSubject& subject) {
-  Method method{"accuracy", "one knob: it says how forces of charges are summed and how long they are held", {}};
+  Method method{
+      "accuracy", "one knob: how forces of charges are summed, how long they are held, steps of contacts", {}};
   for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5}) {
-    Scene scene = with(subject, Integrator::multirate, INFINITY, subject.scene.mechanics.contact_steps);
+    Scene scene = with(subject, Integrator::multirate, INFINITY, contact_steps_for(accuracy));
     scene.effects.find<effects::CoulombOptions>()->accuracy = accuracy;
     method.candidates.push_back(
         candidate(subject, {{"accuracy", accuracy}}, 1 / std::sqrt(accuracy), std::move(scene)));

@@ -9,6 +9,7 @@
 #include "solvers/geometry/box.hpp"
 #include "solvers/random.hpp"
 #include "src/scene/charge_distribution.hpp"
+#include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/schema.hpp"
 
@@ -151,6 +152,11 @@ double default_step(const Scene& scene) {
   return integrator == Integrator::multirate && number_in(scene, &EffectKind::force_accuracy) ? INFINITY : 0.05;
 }
 
+/// What the forces of charges may be wrong by, contacts may be too.
+int default_contact_steps(const Scene& scene) {
+  return contact_steps_for(number_in(scene, &EffectKind::force_accuracy).value_or(usual_contact_accuracy));
+}
+
 }  // namespace
 
 void fill_in_grains(Draft& draft) {
@@ -159,6 +165,7 @@ void fill_in_grains(Draft& draft) {
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
   if (!is_given("mechanics.step")) scene.mechanics.step = default_step(scene);
+  if (!is_given("mechanics.contact_steps")) scene.mechanics.contact_steps = default_contact_steps(scene);
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;
   scene.stop.stationary = false;

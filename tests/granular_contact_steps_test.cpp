@@ -1,0 +1,116 @@
+// How many steps a contact has: as few as leave the accuracy that is asked, of a contact alone and of a whole gas.
+#include <doctest/doctest.h>
+
+#include "src/effects/read_scene.hpp"
+#include "src/scene/contact_steps.hpp"
+#include "tests/gas_text.hpp"
+#include "tests/grains.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::grains;
+
+namespace {
+
+/// The law of contact of the gases here; without `dissipative` elastic.
+Scene of_contacts(double edge, double dissipative, int contact_steps) {
+  Scene scene = cube(edge);
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
+  scene.mechanics.contact_steps = contact_steps;
+  return scene;
+}
+
+/// The largest change, over the phases of a step at touch, of the energy of two elastic grains that meet alone.
+double elastic_error(int contact_steps) {
+  constexpr double speed = 1;
+  Scene scene = of_contacts(10, 0, contact_steps);
+  scene.mechanics.step = shortest_contact(ViscoelasticLaw{278.6, 0}, speed) / contact_steps;
+  double worst = 0;
+  constexpr int phases = 12;
+  for (int k = 0; k < phases; ++k)
+    worst = std::max(worst, std::abs(std::pow(restitution(scene, speed, 1 + (k + 0.5) / phases), 2) - 1));
+  return worst;
+}
+
+/// A gas in which a grain is in contact for more than half of its time (phi = .25, T = 1).
+struct Crowd {
+  std::vector<double> momentum;  ///< after .3
+  double left_over = 0;  ///< of the energy book after 5, over what was dissipated; elastic: over the kinetic energy
+};
+
+Crowd crowd(double dissipative, int contact_steps) {
+  constexpr int grains = 120;
+  const double edge = std::cbrt(grains * std::numbers::pi / 6 / 0.25);
+  Scene scene = of_contacts(edge, dissipative, contact_steps);
+  add_gas(scene, grains, edge, 1);
+  Run run(scene);
+  const granular::GasEnergy start = run.gas.energy();
+  run.to(0.3);
+  Crowd found{.momentum = run.gas.bodies().momentum};
+  run.to(5);
+  const granular::GasEnergy end = run.gas.energy();
+  found.left_over = std::abs(end.total() - start.total()) / (dissipative > 0 ? end.dissipated : start.kinetic);
+  return found;
+}
+
+/// Over the rms momentum of each, of variance 1.
+double rms_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double squares = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
+  return std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+constexpr std::array accuracies = {1e-3, 1e-4};
+
+}  // namespace
+
+TEST_CASE("steps of contacts are the fewest whose error is what is asked") {
+  for (const double accuracy : {1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-7}) {
+    const int steps = contact_steps_for(accuracy);
+    CHECK(contact_error(steps) <= accuracy);
+    CHECK(contact_error(steps - 1) > accuracy);
+  }
+  CHECK(contact_steps_for(1e-3) == 16);
+  CHECK(contact_steps_for(0.1) == 16);
+  CHECK(contact_steps_for(1e-15) == 10000);
+}
+
+TEST_CASE("an elastic contact keeps its energy to the accuracy asked, and not with half the steps") {
+  for (const double accuracy : accuracies) {
+    CHECK(elastic_error(contact_steps_for(accuracy)) < accuracy);
+    CHECK(elastic_error(contact_steps_for(accuracy) / 2) > accuracy);
+  }
+}
+
+TEST_CASE("a crowd of elastic grains keeps its energy to the accuracy asked, and not with half the steps") {
+  for (const double accuracy : accuracies) {
+    CHECK(crowd(0, contact_steps_for(accuracy)).left_over < accuracy);
+    CHECK(crowd(0, contact_steps_for(accuracy) / 2).left_over > accuracy);
+  }
+}
+
+// Momenta before the motion is chaotic (a grain has met two others), the book until nine tenths of the energy are gone.
+// Half the steps leave four times as much by the law; twice is asked for.
+TEST_CASE("a crowd that cools has momenta and a book as accurate as is asked, and half the steps are worse") {
+  const Crowd reference = crowd(27.7, 400);
+  for (const double accuracy : accuracies) {
+    const int steps = contact_steps_for(accuracy);
+    const Crowd found = crowd(27.7, steps), coarse = crowd(27.7, steps / 2);
+    CHECK(rms_difference(found.momentum, reference.momentum) < accuracy);
+    CHECK(found.left_over < accuracy);
+    CHECK(rms_difference(coarse.momentum, reference.momentum) > 2 * rms_difference(found.momentum, reference.momentum));
+    CHECK(coarse.left_over > 2 * found.left_over);
+  }
+}
+
+TEST_CASE("a scene's steps of contacts follow its accuracy, or are what it says") {
+  const auto steps = [](const std::string& coulomb, const std::string& more = "") {
+    std::string text = gas_text(2, 10, 1, 1, more);
+    const std::string sum = "[effects.coulomb]\nsum = \"minimum-image\"\n";
+    return parse_scene(text.replace(text.find(sum), sum.size(), coulomb), "gas.toml").mechanics.contact_steps;
+  };
+  const std::string to_1e_5 = "[effects.coulomb]\naccuracy = 1e-5\n";
+  CHECK(steps(to_1e_5) == contact_steps_for(1e-5));
+  CHECK(steps("[effects.coulomb]\naccuracy = 1e-4\n") == 50);
+  CHECK(steps(to_1e_5, "[mechanics]\ncontact_steps = 20\n") == 20);
+  CHECK(steps("") == contact_steps_for(usual_contact_accuracy));
+}

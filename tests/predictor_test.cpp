@@ -1,6 +1,7 @@
 // Forces between field solves predicted on a coarser grid (src/mechanics/README.md).
 #include <doctest/doctest.h>
 
+#include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/mechanics/simulation.hpp"
@@ -118,5 +119,64 @@ TEST_CASE("a simulation with a predictor is restored bit for bit") {
     const Checkpoint same = resumed.checkpoint();
     CHECK(same.reals == checkpoints[k - 1].reals);
     CHECK(same.integers == checkpoints[k - 1].integers);
+  }
+}
+
+TEST_CASE("what a field solve of a moving scene is wrong by displaces no body by two tenths of a tolerance") {
+  const double until = 0.3, every = 0.01;
+  const Scene scene = resolved_crowd();
+  Simulation without_frames(scene), simulation(scene);
+  without_frames.advance_to(until);
+  const double between_solves = until / static_cast<double>(without_frames.counters().corrections);  // s, mean
+  std::vector<ConductorFrame> path;
+  for (double time = every; time < until; time += every) {
+    simulation.advance_to(time);
+    path.push_back(simulation.now());
+  }
+  const auto forces = [&](double moving_tolerance) {
+    Scene solved = scene;
+    solved.field().moving_tolerance = moving_tolerance;
+    const auto field = effects::make_floating_conductors(solved);
+    std::vector<std::vector<Vec3>> found;
+    for (const ConductorFrame& frame : path) {
+      for (std::size_t i = 0; i < frame.position.size(); ++i) solved.conductors[i].position = frame.position[i];
+      const Bodies bodies = make_bodies(solved);
+      const effects::NodeCharges charges{.charge = frame.charge};
+      found.push_back(field->solve(bodies, effects::groups_at_start(scene, bodies), charges).force);
+    }
+    return found;
+  };
+  const auto exact = forces(1e-10);
+  const auto largest_displacement = [&](double moving_tolerance) {
+    const auto found = forces(moving_tolerance);
+    double largest = 0;
+    for (std::size_t k = 0; k < found.size(); ++k)
+      for (std::size_t i = 0; i < found[k].size(); ++i)
+        largest = std::max(largest, norm(found[k][i] - exact[k][i]) * between_solves / drag);
+    return largest;
+  };
+  const double usual = effects::usual_moving_tolerance(scene), bound = 0.2 * scene.mechanics.position_tolerance;
+  CHECK(usual == doctest::Approx(1e-4));
+  CHECK(largest_displacement(usual) < bound);
+  CHECK(largest_displacement(10 * usual) > bound);  // so the bound is near what happens
+}
+
+TEST_CASE("the moving tolerance follows the position tolerance where that is what bounds the motion's error") {
+  Scene scene = resolved_crowd();
+  const auto usual = [&](double radii) {
+    scene.mechanics.position_tolerance = radii * radius;
+    return effects::usual_moving_tolerance(scene);
+  };
+  CHECK(usual(2.5e-4) == doctest::Approx(2.5e-5));
+  CHECK(usual(4e-3) == doctest::Approx(4e-4));
+  CHECK(usual(1e-6) == 1e-5);  // the links are wrong by as much
+  CHECK(usual(1) == 1e-3);
+  for (const auto& change : std::initializer_list<void (*)(Scene&)>{
+           [](Scene& s) { s.mechanics.coupling = FieldCoupling::monolithic; },
+           [](Scene& s) { s.mechanics.integrator = Integrator::euler; },
+           [](Scene& s) { s.effects.add(effects::LeakageOptions{.conductivity = 1e-10}); }}) {
+    Scene other = scene;
+    change(other);
+    CHECK(effects::usual_moving_tolerance(other) == 1e-5);
   }
 }

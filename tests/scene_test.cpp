@@ -315,6 +315,12 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   CHECK(parse(with("method = \"multipole\"")).field().moving_tolerance == 1e-6);
   CHECK(parse(with("method = \"cut-cell\"")).field().tolerance == 1e-8);
   CHECK(parse(with("method = \"relaxation\", tolerance = 1e-6")).field().tolerance == 1e-6);
+  const std::string moving = box + electrostatics + grounded + disk("[0.01, 0.01]");
+  CHECK(parse(moving).field().moving_tolerance == doctest::Approx(1e-4));
+  CHECK(parse(moving + "[mechanics]\nposition_tolerance = 4e-7\n").field().moving_tolerance == doctest::Approx(4e-5));
+  CHECK(parse(box + "effects.floating_conductors = {}\nfield = { cells = 64, moving_tolerance = 1e-6 }\n" + grounded)
+            .field()
+            .moving_tolerance == 1e-6);
   check_refused(with("tolerance = 1e-15"), {"field.tolerance = 1e-15", "rounding ends at 1e-14", "\"cut-cell\""});
   check_refused(with("moving_tolerance = 1e-15"), {"field.moving_tolerance = 1e-15"});
   check_refused(with("method = \"multipole\", tolerance = 1e-14"), {"rounding ends at 1e-13"});

@@ -73,6 +73,15 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
   return request;
 }
 
+double usual_moving_tolerance(const Scene& scene) {
+  constexpr double least = 1e-5, most = 1e-3, share = 0.1;
+  const MechanicsOptions& mechanics = scene.mechanics;
+  const bool has_tolerance = mechanics.integrator == Integrator::cvode && mechanics.coupling == FieldCoupling::split;
+  if (!has_tolerance || scene.conductors.empty() || has_circuit(scene)) return least;
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  return std::clamp(share * mechanics.position_tolerance / radius, least, most);
+}
+
 FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice) {
   return {.method = choice.method == laplace::Method::multipole ? FieldMethod::multipole : FieldMethod::cut_cell,
           .cells = choice.cells,

@@ -10,6 +10,14 @@ namespace lichtenberg::effects {
 /// The electrical groups of the first instant: contacts that exist are made.
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
 
+/// Relative tolerance in the energy norm of the cut-cell solves of a moving scene that gives none: a tenth of
+/// mechanics.position_tolerance over the smallest radius, from 1e-5, which is what the links are wrong by, to 1e-3.
+/// A field wrong by that share pulls a body wrong by twice that share of what its field can do at most, and while one
+/// solve's error lasts no body goes farther than a contact away, a radius or so: two tenths of the position tolerance.
+/// 1e-5 where charges follow potentials (a circuit), where CVODE estimates its errors by differences of such solves,
+/// and by Euler's method, whose positions have no tolerance.
+double usual_moving_tolerance(const Scene& scene);
+
 /// The request of a scene that has one, as the solvers take it. For a run it is to hold for gaps down to
 /// contact_discharge's, and the method must be one that can follow. Throws InputError for a device that the method
 /// cannot use.

@@ -13,6 +13,7 @@
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_source.hpp"
+#include "src/effects/field_choice.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/model/neighbours.hpp"
@@ -277,6 +278,9 @@ void complete(const Draft& draft, Scene& scene) {
   const auto* source = scene.effects.find<CurrentSourceOptions>();
   check_ground(draft, scene, source && source->current != 0 ? "effects.current_source" : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
+  auto* field = std::get_if<FieldOptions>(&scene.field_table);
+  if (field && field->method == FieldMethod::cut_cell && !draft.field.moving_tolerance)
+    field->moving_tolerance = usual_moving_tolerance(scene);
 }
 
 }  // namespace

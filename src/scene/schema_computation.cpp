@@ -84,7 +84,9 @@ Table field() {
           {.name = "moving_tolerance",
            .place = [](Draft& d) { return &d.field.moving_tolerance; },
            .range = accuracy,
-           .computed_default = "1e-5; 1e-6 of multipole, 1e-4 of relaxation, 1e-3 of spheres",
+           .computed_default =
+               "0.1 * mechanics.position_tolerance / the smallest radius, from 1e-5 to 1e-3, and 1e-5 with a "
+               "circuit; 1e-6 of multipole, 1e-4 of relaxation, 1e-3 of spheres",
            .help = "the same for the solves of a moving scene"},
           {.name = "device",
            .place = [](Draft& d) { return &d.field.options.device; },

@@ -57,6 +57,52 @@ TEST_CASE("links taken several at a time are those taken one by one") {
     }
 }
 
+TEST_CASE("links of disks a cell and less apart are link.hpp's, squeezed where groups differ") {
+  for (const bool one_group : {false, true}) {
+    LaplaceProblem problem{.size = {32, 32}, .permittivity = 1};
+    problem.sides[bottom].kind = Side::Kind::electrode;
+    problem.groups = {{.floating = true}, {.floating = true}};
+    problem.bodies = {{Disk{{9.8, 15.9}, 5}, 0}, {Disk{{20.45, 16.3}, 5}, one_group ? 0 : 1}};  // .66 cell apart
+    Level level(problem, 32, 32);
+    level.build(problem, LinkFormula::log_fitted);
+    std::size_t link = 0, squeezed = 0;
+    for (int body = 0; body < 2; ++body) {
+      const Outline own = outline_in_cells(problem.bodies[body].shape, 1),
+                    other = outline_in_cells(problem.bodies[1 - body].shape, 1);
+      for (int j = 0; j < 32; ++j)
+        for (int i = 0; i < 32; ++i)
+          for (int side = 0; side < 4 && covers(own, i, j); ++side) {
+            const Vec2 p = cell_centre(i, j), e = direction(side);
+            const auto covered_at = [&](const Outline& outline, int cells) {
+              return covers(outline, i + cells * static_cast<int>(e.x), j + cells * static_cast<int>(e.y));
+            };
+            if (covered_at(own, 1) || covered_at(other, 1)) continue;
+            Conductance c = fluid_link(own, p + e, -e, LinkFormula::log_fitted);
+            Squeeze narrow;
+            if (!one_group && covered_at(other, 2)) narrow = squeeze(own, p, e, other, c);
+            REQUIRE(link < level.links.size());
+            const FluidLink& found = level.links[link];
+            // As where links are taken several at a time: the rounding of R^2 over the cut and R.
+            const double cut = std::max(norm(p + e - own.centre) - own.size, smallest_cut),
+                         rounding = 1e-15 * (1 + 5 / cut);
+            CHECK(found.conductance == doctest::Approx(c.value).epsilon(10 * rounding));
+            CHECK(norm(found.gradient - c.gradient) < 10 * rounding * norm(c.gradient));
+            if (narrow.close) {
+              REQUIRE(squeezed < level.cross_gradients.size());
+              const CrossGradient& cross = level.cross_gradients[squeezed++];
+              CHECK(cross.link == static_cast<int>(link));
+              CHECK(cross.body == 1 - body);
+              CHECK(norm(cross.gradient - narrow.partner_gradient) < 10 * rounding * norm(narrow.partner_gradient));
+            }
+            ++link;
+          }
+    }
+    CHECK(link == level.links.size());
+    CHECK(squeezed == level.cross_gradients.size());
+    CHECK((squeezed > 0) == !one_group);
+  }
+}
+
 TEST_CASE("gradients of the links are the derivatives of their values") {
   // Central differences with step s: truncation s^2 f'''/6 and rounding 1e-16 |f| / s, balanced near s = 1e-5.
   const double s = 1e-5, accuracy = 1e-7;

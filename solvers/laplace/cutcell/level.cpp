@@ -164,6 +164,7 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
         link_cell(problem, formula, {i, j}, body, part);
       }
     link_batches(body, part);
+    squeeze_links(body, part);
   }
 }
 
@@ -201,13 +202,14 @@ void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell c
     if (cover[slot].is_fluid()) {
       const Cell beyond{next.i + static_cast<int>(e.x), next.j + static_cast<int>(e.y)};
       const Cover behind = inside(beyond) ? cover[layout(beyond.i, beyond.j)] : Cover();
+      const int link = static_cast<int>(part.links.size());
       Conductance c;
-      if (behind.is_fluid() && takes_batches(body, formula)) {
-        part.batched.push_back({static_cast<int>(part.links.size()), centre(next) - outlines_[body].centre, -e});
-      } else {
+      if (takes_batches(body, formula))
+        part.batched.push_back({link, centre(next) - outlines_[body].centre, -e});
+      else
         c = fluid_link(outlines_[body], centre(next), -e, formula);
-        squeeze_link(problem, cell, body, e, behind, c, part);
-      }
+      if (!behind.is_fluid() && problem.bodies[behind.body()].group != problem.bodies[body].group)
+        part.opposite.push_back({link, cell, e, behind.body()});
       part.links.push_back({slot, body, c.value, c.gradient});
       part.link_row.push_back(next.j);
     } else if (const int other = cover[slot].body();
@@ -218,15 +220,19 @@ void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell c
   }
 }
 
-/// If a body lies on the other side of a body's fluid neighbour, in the cell `beyond`: the channel between the two.
-void Level::squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, Cover beyond, Conductance& c,
-                         Part& part) {
-  if (beyond.is_fluid()) return;
-  const int other = beyond.body();
-  if (problem.bodies[other].group == problem.bodies[body].group) return;
-  const Squeeze squeezed = squeeze(outlines_[body], centre(cell), e, outlines_[other], c);
-  if (squeezed.close)
-    part.cross_gradients.push_back({static_cast<int>(part.links.size()), other, squeezed.partner_gradient});
+/// Once the links of a body are known: where a conductor of another group lies on the other side of a link's fluid
+/// cell, the channel between the two.
+void Level::squeeze_links(int body, Part& part) const {
+  for (const OppositeLink& at : part.opposite) {
+    FluidLink& link = part.links[at.link];
+    Conductance c{link.conductance, link.gradient};
+    const Squeeze squeezed = squeeze(outlines_[body], centre(at.cell), at.e, outlines_[at.other], c);
+    if (!squeezed.close) continue;
+    link.conductance = c.value;
+    link.gradient = c.gradient;
+    part.cross_gradients.push_back({at.link, at.other, squeezed.partner_gradient});
+  }
+  part.opposite.clear();
 }
 
 /// One list after the other: the same lists for any number of threads.

@@ -136,6 +136,14 @@ class Level {
     int link;
     Vec2 centre, e;
   };
+  /// A part's link whose fluid cell has the conductor `other`, of another group, on its other side. `cell` is the
+  /// body's, e the direction to the fluid one.
+  struct OppositeLink {
+    int link;
+    Cell cell;
+    Vec2 e;
+    int other;
+  };
   /// Consecutive pieces, the work of one thread, and what it makes of them.
   struct Part {
     int from_piece, to_piece;
@@ -145,7 +153,8 @@ class Level {
     std::vector<int> link_row;
     std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
     std::vector<PairLink> pairs;
-    std::vector<BatchedLink> batched;  // of one body
+    std::vector<BatchedLink> batched;    // of one body
+    std::vector<OppositeLink> opposite;  // of one body
   };
   void discretize(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team);
   void divide();
@@ -156,8 +165,7 @@ class Level {
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
   bool takes_batches(int body, LinkFormula formula) const;
   void link_batches(int body, Part& part) const;
-  void squeeze_link(const LaplaceProblem& problem, Cell cell, int body, Vec2 e, Cover beyond, Conductance& c,
-                    Part& part);
+  void squeeze_links(int body, Part& part) const;
   void join_parts(parallel::Team& team);
   void sort_by_row(parallel::Team& team);
   void sort_row(int j, std::vector<int>& place, std::vector<int>& sorted);

@@ -263,6 +263,17 @@ TEST_CASE("a signal that comes while a method is chosen stops the run before it 
   CHECK_FALSE(fs::exists(folder / "six.h5"));
 }
 
+TEST_CASE("a signal that comes while conductors are placed stops the run before it has begun") {
+  const SceneFolder folder;
+  // Far too many for random places, and too few to be refused before: without the signal the run ends with status 2.
+  folder.write("six.toml", replaced(replaced(scene_text, "count = 6\n", "count = 9000\n"), "0.775e-3", "0.04e-3"));
+  Child child(folder, "six.h5");
+  while (!child.catches(SIGHUP)) usleep(100);
+  child.send(SIGTERM);
+  CHECK_EQ(child.wait(), 128 + SIGTERM);
+  CHECK_NE(child.messages().find("stopped before the run began: it left nothing"), std::string::npos);
+}
+
 TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be resumed") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 4.0"));

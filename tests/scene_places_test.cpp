@@ -1,12 +1,16 @@
 // What stands where in a scene: electrodes, conductors, groups, populations, packings.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "src/effects/contact_resistance.hpp"
+#include "src/effects/effects.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/scene/placing.hpp"
 #include "src/scene/scene.hpp"
+#include "src/scene/stopping.hpp"
+#include "tests/folder.hpp"
 #include "tests/scene_texts.hpp"
 
 using namespace lichtenberg;
@@ -450,4 +454,83 @@ TEST_CASE("populations") {
     check_refused(start + "[[population]]\ncount = 0\nradius = 0.001\n", {"population.count = 0", "at least 1"});
     check_refused(start + "[[population]]\ncount = 2.5\nradius = 0.001\n", {"population.count = 2.5", "an integer"});
   }
+}
+
+namespace {
+
+/// A periodic box of edges a, b, c with grains of these keys.
+std::string gas_text(const std::string& size, const std::string& keys) {
+  std::string text = "reference = {}\neffects.viscoelastic_contact = {}\n[domain]\nsize = " + size + "\n";
+  for (const auto side : side_names) text += std::string(side) + " = \"periodic\"\n";
+  return text + "[[population]]\n" + keys;
+}
+
+}  // namespace
+
+TEST_CASE("each place is the first of its tries that is free of all others, looked at one by one") {
+  struct Case {
+    std::string size, keys;
+    int count;
+    double gap, small, large;
+  };
+  for (const Case& c :
+       {Case{"[7.0, 9.0, 8.0]", "count = 240\nmin_gap = 0.05\n", 240, 0.05, 0.5, 0.5},     // 240 of 504
+        Case{"[2.5, 2.5, 40.0]", "count = 100\nradius = [0.3, 0.6]\n", 100, 0, 0.3, 0.6},  // two buckets
+        Case{"[900.0, 900.0, 900.0]", "count = 40\nradius = [1.0, 60.0]\n", 40, 0, 1, 60}}) {
+    CAPTURE(c.size);
+    const Scene scene = parse(gas_text(c.size, c.keys));
+    const Box<3> box = scene.domain.box();
+    UniformRandom random(scene.seed);
+    std::vector<Sphere> placed;
+    while (static_cast<int>(placed.size()) < c.count) {
+      Sphere sphere{.radius = c.small < c.large ? random.between(c.small, c.large) : c.small};
+      const auto conflicts = [&](const Sphere& other) {
+        return norm(box.difference(sphere.centre, other.centre)) - other.radius - sphere.radius < c.gap;
+      };
+      do
+        for (int k = 0; k < 3; ++k) sphere.centre[k] = random.between(0, box.lengths[k]);
+      while (std::ranges::any_of(placed, conflicts));
+      placed.push_back(sphere);
+    }
+    for (int i = 0; i < c.count; ++i) CHECK(scene.conductors[i].position == placed[i].centre);
+  }
+}
+
+TEST_CASE(
+    "a density that random places cannot fill is refused before the first of them, and what they can fill is not") {
+  Folder folder;
+  const auto first_place = [] { return true; };  // who is asked to stop has begun to place
+  const auto read = [&](const std::string& text) {
+    folder.write("dense.toml", text);
+    return read_scene(folder / "dense.toml", effects::all_kinds(), {}, first_place);
+  };
+  const auto refusal_of = [&](const std::string& text) {
+    try {
+      read(text);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string dense = refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 1000000\n"));  // .479 of the volume
+  CAPTURE(dense);
+  CHECK(has(dense, "dense.toml:11: population.count = 1000000 is impossible at this density"));
+  // Between .341 of 103^3 d0^3 over pi/6 d0^3, what such places fill, and .384, where they jam: 712000 to 801000.
+  const int fit = std::stoi(dense.substr(dense.find("at most some ") + 13));
+  CHECK((fit >= 712000 && fit <= 801000));
+  // A grain with half its gap is 1.1 d0 wide: 1.331 times the volume, .447.
+  CHECK(has(refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 700000\nmin_gap = 0.1\n")), "with this min_gap"));
+  // Disks: .56 of an area of 200 x 100 radii squared.
+  CHECK(has(refusal_of("domain.size = [2.0, 1.0]\n[[population]]\ncount = 11400\nradius = 0.00559\n"), "at most some"));
+  // .335 of the volume, in a part of the box and between walls, too: those are placed.
+  CHECK_THROWS_AS(read(gas_text("[40.0, 40.0, 40.0]", "count = 40900\n")), Stopped);
+  CHECK_THROWS_AS(
+      read(gas_text("[80.0, 40.0, 40.0]", "count = 40900\nregion = [[0.0, 0.0, 0.0], [40.0, 40.0, 40.0]]\n")), Stopped);
+  CHECK(parse(gas_text("[26.0, 26.0, 26.0]", "count = 11200\n")).conductors.size() == 11200);  // .334
+}
+
+TEST_CASE("so many grains are allowed, and conductors a tenth as many") {
+  check_refused(gas_text("[1e3, 1e3, 1e3]", "count = 10000001\n"), {"population.count = 10000001", "at most 10000000"});
+  check_refused("domain.size = [1.0, 1.0]\nfield.cells = 64\n[[population]]\ncount = 1000001\nradius = 1e-5\n",
+                {"test.toml:3: population.count = 1000001", "at most 1000000", "[reference]"});
 }

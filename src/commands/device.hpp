@@ -1,10 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "src/commands/commands.hpp"
+#include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/scene/scene.hpp"
+#include "src/scene/stopping.hpp"
 
 namespace lichtenberg {
 
@@ -37,9 +40,10 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
   return settings;
 }
 
+/// `stop`: as in stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
-                            const std::vector<std::string>& settings) {
-  Scene scene = read_scene(path, settings_of(settings));
+                            const std::vector<std::string>& settings, const std::function<bool()>& stop = {}) {
+  Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop);
   if (!device.empty())
     std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
   return scene;

@@ -41,7 +41,7 @@ struct RunArguments {
 };
 
 Scene requested_scene(const RunArguments& request) {
-  Scene scene = read_scene_for(request.scene, request.device, request.settings);
+  Scene scene = read_scene_for(request.scene, request.device, request.settings, Interruption::requested);
   if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
   if (scene.conductors.empty())
     throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
@@ -53,10 +53,19 @@ Scene requested_scene(const RunArguments& request) {
   return effects::with_field_chosen(std::move(scene));
 }
 
-/// An accuracy may take seconds to choose a method for.
 [[noreturn]] void stop_before_start() {
   fmt::print(stderr, "lichtenberg: stopped before the run began: it left nothing\n");
   Interruption::obey();
+}
+
+/// Conductors may take minutes to be placed, an accuracy seconds to choose a method for.
+Scene interruptible_scene(const RunArguments& request) {
+  try {
+    Scene scene = requested_scene(request);
+    if (!Interruption::requested()) return scene;
+  } catch (const Stopped&) {
+  }
+  stop_before_start();
 }
 
 std::unique_ptr<Motion> make_motion(const Scene& scene) {
@@ -295,8 +304,7 @@ void run(const RunArguments& request) {
   std::optional<Run> run;
   {
     const Interruption interruption;
-    const Scene scene = requested_scene(request);
-    if (Interruption::requested()) stop_before_start();
+    const Scene scene = interruptible_scene(request);
     run.emplace(request, scene);
     run->advance_to_the_end();
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -121,6 +122,7 @@ struct Draft {
   std::vector<ConductorDraft> conductors;
   std::vector<GroupDraft> groups;
   std::vector<PopulationDraft> populations;
+  std::function<bool()> stop;        ///< asked while conductors are placed
   std::map<std::string, int> lines;  ///< where a table or key stands, by path; of repeated tables the last
 
   /// The line of a table or key, 0 if the file does not have it.

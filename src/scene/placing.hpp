@@ -1,9 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <random>
-#include <unordered_map>
 #include <vector>
 
 #include "src/scene/draft.hpp"
@@ -31,15 +31,14 @@ struct Sphere {
 
 inline Sphere sphere_of(const Conductor& conductor) { return {conductor.position, conductor.radius}; }
 
-/// Disks or spheres in square or cubic buckets, so that the neighbours of one are found without looking at all of them.
-/// Along periodic axes of the domain the nearest images count.
+/// Disks or spheres in buckets that divide the domain, so that the neighbours of one are found without looking at all
+/// of them. Along periodic axes the nearest images count.
 class SphereGrid {
  public:
-  /// `reach`: the largest centre distance (m) at which two can matter to each other.
-  SphereGrid(double reach, const Domain& domain)
-      : side_(reach), box_(domain.box()), layers_(domain.dimension() == 3 ? 1 : 0) {}
+  /// `reach`: the largest centre distance (m) at which two can matter to each other. `count`: about how many it will
+  /// hold; buckets are at most some times as many.
+  SphereGrid(double reach, std::size_t count, const Domain& domain);
 
-  /// Along periodic axes the centre must be in the domain.
   void insert(const Sphere& sphere);
   /// Index, in the order of insertion, of one closer than `clearance` to this one, surface to surface.
   std::optional<std::size_t> conflict(const Sphere& sphere, double clearance) const;
@@ -50,21 +49,18 @@ class SphereGrid {
   }
 
  private:
-  struct Bucket {
-    std::int64_t x, y, z;
-    bool operator==(const Bucket&) const = default;
-  };
-  struct Hash {
-    std::size_t operator()(const Bucket& bucket) const;
-  };
-  Bucket bucket_of(Vec3 p) const;
-  std::optional<std::size_t> conflict_near(Vec3 place, const Sphere& sphere, double clearance) const;
+  static constexpr int none = -1;
+  /// Along an axis, of a place; one outside is in the last on its side, or where its image is.
+  int bucket_along(int axis, double place) const;
+  /// Of the one so many further along; none beyond a side.
+  int bucket_beside(int axis, int bucket, int steps) const;
+  std::optional<std::size_t> conflict_in(std::size_t bucket, const Sphere& sphere, double clearance) const;
 
-  double side_;
   Box<3> box_;
-  int layers_;  ///< of buckets to look at on either side along z
+  std::array<int, 3> buckets_;  ///< along each axis
   std::vector<Sphere> spheres_;
-  std::unordered_map<Bucket, std::vector<std::size_t>, Hash> buckets_;
+  std::vector<int> latest_;  ///< of a bucket's, `none` if it is empty
+  std::vector<int> before_;  ///< the one that came into its bucket before this one
 };
 
 /// Rounding of decimal numbers allowed where disks touch, as a fraction of the radius.
@@ -77,7 +73,8 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 /// The conductors given one by one, and after them the populations in the order of the file, each conductor at the
 /// first of its random places that is free (random sequential addition; where overlaps are allowed, free of electrodes
 /// and walls). Per conductor the generator is asked for the radius, if that is an interval, then for x, y (and z) of
-/// each try. Throws InputError if a conductor finds no place: the population is too dense.
+/// each try. Throws InputError if a conductor finds no place: the population is too dense; Stopped if the draft's
+/// `stop` says so.
 std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
                                         const std::vector<Wall>& walls);
 

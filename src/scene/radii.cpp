@@ -13,6 +13,11 @@ double largest_radius(const PopulationDraft& population) {
   return population.radius ? population.radius->largest : 0;
 }
 
+double smallest_radius(const PopulationDraft& population) {
+  if (!population.radii.empty()) return std::ranges::min(population.radii);
+  return population.radius ? population.radius->smallest : 0;
+}
+
 Radii::Radii(const Draft& draft, const PopulationDraft& population) : draft_(draft), population_(population) {
   const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, population.line, why); };
   const bool uniform = population.distribution == RadiusDistribution::uniform;

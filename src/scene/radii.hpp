@@ -7,6 +7,7 @@ namespace lichtenberg {
 
 /// m, that a conductor of the population can have.
 double largest_radius(const PopulationDraft& population);
+double smallest_radius(const PopulationDraft& population);
 
 /// The radii of a population, one conductor after the other.
 class Radii {

@@ -11,6 +11,7 @@
 #include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/schema.hpp"
+#include "src/scene/stopping.hpp"
 #include "src/scene/value.hpp"
 
 namespace lichtenberg {
@@ -166,13 +167,16 @@ void refuse(const std::string& path, int line, const std::string& sentence) {
   throw InputError(place_in(path, line) + sentence);
 }
 
-Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
-                  const std::vector<Setting>& settings) {
+namespace {
+
+Scene scene_of_text(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                    const std::vector<Setting>& settings, const std::function<bool()>& stop) {
   const Schema schema(kinds);
   toml::table document = parse_document(text, path);
   apply(settings, schema, document);
   Draft draft;
   draft.scene.path = path;
+  draft.stop = stop;
   draft.scene.text = settings.empty() ? text : text_of(document);
   Reader(schema, draft).read_document(document);
   draft.scene.effects.sort(kinds);
@@ -181,8 +185,20 @@ Scene parse_scene(const std::string& text, const std::string& path, const Effect
   return complete(draft);
 }
 
+}  // namespace
+
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                  const std::vector<Setting>& settings) {
+  return scene_of_text(text, path, kinds, settings, {});
+}
+
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings) {
-  return parse_scene(read_text(path), path, kinds, settings);
+  return read_scene(path, kinds, settings, {});
+}
+
+Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings,
+                 const std::function<bool()>& stop) {
+  return scene_of_text(read_text(path), path, kinds, settings, stop);
 }
 
 }  // namespace lichtenberg

@@ -277,9 +277,9 @@ Table population() {
           .keys = {
               {.name = "count",
                .place = [](Draft& d) { return &d.populations.back().count; },
-               .range = {.low = 1, .high = 1e6},
+               .range = {.low = 1, .high = 1e7},
                .required = true,
-               .help = "how many"},
+               .help = "how many; 1e6 at most but of grains"},
               {.name = "radius",
                .place = [](Draft& d) { return &d.populations.back().radius; },
                .unit = "m",

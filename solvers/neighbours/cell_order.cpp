@@ -45,7 +45,8 @@ void CellOrder<d>::lay_out(const Spheres<d>& spheres) {
     longest = std::max(longest, length);
   }
   // Places are rounded by up to half of their last digit, and so is what they are turned by.
-  const double within = (range_ + 4 * longest * std::numeric_limits<float>::epsilon()) * (1 + 1e-6);
+  rounded_ = 4 * longest * std::numeric_limits<float>::epsilon();
+  const double within = (range_ + rounded_) * (1 + 1e-6);
   within_square_ = static_cast<float>(within * within);
 }
 
@@ -62,7 +63,8 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
   start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
   for (auto* of : {&cell_, &particle_, &slot_}) of->resize(n);
   inside_.resize(n);
-  for (auto& along : place_) along.resize(n + width);
+  for (auto* of : {&place_, &velocity_})
+    for (auto& along : *of) along.resize(n + width);
   for (int i = 0; i < n; ++i) {
     int cell = 0;
     for (int k = d - 1; k >= 0; --k) {
@@ -110,22 +112,34 @@ auto CellOrder<d>::rows_beside(int y, int z) const -> std::vector<Row> {
   return rows;
 }
 
-/// `folded`: nearest images are looked for; else `turned` says where they are.
 template <int d>
-template <bool folded>
-void CellOrder<d>::search(int slot, Span among, const std::array<float, d>& turned, Near& near) const {
+void CellOrder<d>::set_velocity(int slot, const Vec<d>& velocity) {
+  for (int k = 0; k < d; ++k) velocity_[k][slot] = static_cast<float>(velocity[k]);
+}
+
+/// `folded`: nearest images are looked for; else `turned` says where they are. `flies`: only who meets is found.
+template <int d>
+template <bool folded, bool flies>
+[[gnu::always_inline]] inline void CellOrder<d>::search(int slot, const Among& among, Near& near) const {
   for (int first = among.first; first < among.last; first += width) {
     Several square = 0;
+    std::array<Several, d> apart;
     for (int k = 0; k < d; ++k) {
-      Several apart = Several(&place_[k][first], stdx::element_aligned) - (place_[k][slot] - turned[k]);
+      apart[k] = Several(&place_[k][first], stdx::element_aligned) - (place_[k][slot] - among.turned[k]);
       if (folded && period_[k] > 0) {
         const float period = static_cast<float>(period_[k]);
-        apart -= period * stdx::nearbyint(apart * (1 / period));
+        apart[k] -= period * stdx::nearbyint(apart[k] * (1 / period));
       }
-      square += apart * apart;
+      square += apart[k] * apart[k];
     }
     auto is_near = square < within_square_ && lanes < static_cast<float>(among.last - first);
     if (stdx::none_of(is_near)) continue;
+    if constexpr (flies) {
+      Several rate = 0;  // of half the square
+      for (int k = 0; k < d; ++k)
+        rate += apart[k] * (Several(&velocity_[k][first], stdx::element_aligned) - velocity_[k][slot]);
+      is_near = is_near && (square < near_square_ || square + time_ * rate < met_within_ * stdx::sqrt(square));
+    }
     for (int left = stdx::popcount(is_near); left > 0; --left) {
       const int lane = stdx::find_first_set(is_near), other = first + lane;
       near.push_back({std::min(slot, other), std::max(slot, other)});
@@ -135,46 +149,75 @@ void CellOrder<d>::search(int slot, Span among, const std::array<float, d>& turn
 }
 
 template <int d>
-template <bool folded>
+template <bool folded, bool flies>
 void CellOrder<d>::search_row(int y, int z, Near& near) const {
   const int row = (z * count_[1] + y) * count_[0], columns = count_[0];
   const std::vector<Row> beside = rows_beside(y, z);
   const bool turns = period_[0] > 0 && columns > 1;
-  std::array<float, d> behind{};
-  behind[0] = static_cast<float>(period_[0]);
-  const auto turned = [&](std::array<float, d> by, int turn) {
-    by[0] = turn * behind[0];
-    return by;
+  const auto behind = static_cast<float>(period_[0]);
+  std::vector<Among> others;  // of a cell: those outside, among which each of it looks
+  const auto add = [&](int first_cell, int end_cell, std::array<float, d> turned, int turn) {
+    turned[0] = static_cast<float>(turn) * behind;
+    others.push_back({start_[first_cell], start_[end_cell], turned});
   };
   for (int x = 0; x < columns; ++x) {
-    const int first = std::max(x - 1, 0), end = std::min(x + 2, columns);
-    for (int s = start_[row + x]; s < start_[row + x + 1]; ++s) {
-      search<folded>(s, {s + 1, start_[row + end]}, {}, near);
-      if (turns && x == columns - 1) search<folded>(s, {start_[row], start_[row + 1]}, behind, near);
-      for (const Row& other : beside) {
-        const auto cells = [&](int from, int to) { return Span{start_[other.first + from], start_[other.first + to]}; };
-        search<folded>(s, cells(first, end), other.turned, near);
-        if (turns && x == 0) search<folded>(s, cells(columns - 1, columns), turned(other.turned, -1), near);
-        if (turns && x == columns - 1) search<folded>(s, cells(0, 1), turned(other.turned, 1), near);
-      }
+    const int begin = start_[row + x], end = start_[row + x + 1];
+    if (begin == end) continue;
+    const int from = std::max(x - 1, 0), to = std::min(x + 2, columns);
+    others.clear();
+    if (turns && x == columns - 1) add(row, row + 1, {}, 1);
+    for (const Row& other : beside) {
+      add(other.first + from, other.first + to, other.turned, 0);
+      if (turns && x == 0) add(other.first + columns - 1, other.first + columns, other.turned, -1);
+      if (turns && x == columns - 1) add(other.first, other.first + 1, other.turned, 1);
+    }
+    for (int s = begin; s < end; ++s) {
+      search<folded, flies>(s, {s + 1, start_[row + to], {}}, near);
+      for (const Among& among : others) search<folded, flies>(s, among, near);
     }
   }
 }
 
 template <int d>
-const std::vector<Pair>& CellOrder<d>::pairs(parallel::Team& team) {
+template <bool flies>
+const std::vector<Pair>& CellOrder<d>::collect(parallel::Team& team) {
   constexpr int cells_a_task = 8192;
   const int rows = count_[1] * count_[2], rows_a_task = std::max(1, cells_a_task / count_[0]);
   found_.resize((rows + rows_a_task - 1) / rows_a_task);
   team.for_each(static_cast<int>(found_.size()), [&](int task) {
     found_[task].clear();
     for (int row = task * rows_a_task; row < std::min(rows, (task + 1) * rows_a_task); ++row)
-      folds_ ? search_row<true>(row % count_[1], row / count_[1], found_[task])
-             : search_row<false>(row % count_[1], row / count_[1], found_[task]);
+      folds_ ? search_row<true, flies>(row % count_[1], row / count_[1], found_[task])
+             : search_row<false, flies>(row % count_[1], row / count_[1], found_[task]);
   });
   pairs_.clear();
   for (const Near& found : found_) pairs_.insert(pairs_.end(), found.begin(), found.end());
   return pairs_;
+}
+
+template <int d>
+const std::vector<Pair>& CellOrder<d>::pairs(parallel::Team& team) {
+  return collect<false>(team);
+}
+
+template <int d>
+const std::vector<Pair>& CellOrder<d>::pairs_that_meet(const Flight& flight, parallel::Team& team) {
+  // What is wrong by rounding, of the distance and of its rate: the direction by that over the distance, which is not
+  // below `near`, and velocities by a few of their last digits.
+  constexpr double last_digits = 8 * std::numeric_limits<float>::epsilon();
+  double squares = 0;
+  for (int s = 0; s < size(); ++s) {
+    double square = 0;
+    for (int k = 0; k < d; ++k) square += double{velocity_[k][s]} * velocity_[k][s];
+    squares = std::max(squares, square);
+  }
+  const double way = 2 * std::sqrt(squares) * flight.time;
+  const double wrong = rounded_ + way * (last_digits + 2 * rounded_ / flight.near);
+  const double near = (flight.near + rounded_) * (1 + 1e-6);
+  near_square_ = static_cast<float>(near * near);
+  met_within_ = static_cast<float>((flight.within + wrong) * (1 + 1e-6));
+  time_ = static_cast<float>(flight.time);
+  return collect<true>(team);
 }
 
 template class CellOrder<2>;

@@ -25,9 +25,24 @@ class CellOrder {
   /// counting, and some that are farther by rounding. The same order for any number of threads.
   const std::vector<Pair>& pairs(parallel::Team& team);
 
+  /// A time (s) of flight at constant velocities.
+  struct Flight {
+    double time = 0;
+    double within = 0;  ///< m: pairs that come closer than that are looked for
+    double near = 0;    ///< m, above 0: and pairs that are closer than that at first
+  };
+  /// Of the particle in this slot (m/s), as of the last sort.
+  void set_velocity(int slot, const Vec<d>& velocity);
+  /// Those of pairs() that may come so close. The distance of two, r, is a convex function of time: it is never below
+  /// r + r' time, r' its rate at first, and who stays within by that is found, besides some that don't by rounding.
+  /// Velocities of all slots have been set since the sort.
+  const std::vector<Pair>& pairs_that_meet(const Flight& flight, parallel::Team& team);
+
  private:
-  struct Span {
+  /// Slots side by side, and how far away their image is that is near others.
+  struct Among {
     int first = 0, last = 0;
+    std::array<float, d> turned{};
   };
   /// Cells side by side along the first axis, and how far away their image is that is near another row.
   struct Row {
@@ -39,20 +54,24 @@ class CellOrder {
   void lay_out(const Spheres<d>& spheres);
   int column(double x, int k) const;
   std::vector<Row> rows_beside(int y, int z) const;
-  template <bool folded>
+  template <bool flies>
+  const std::vector<Pair>& collect(parallel::Team& team);
+  template <bool folded, bool flies>
   void search_row(int y, int z, Near& near) const;
-  template <bool folded>
-  void search(int slot, Span among, const std::array<float, d>& turned, Near& near) const;
+  template <bool folded, bool flies>
+  void search(int slot, const Among& among, Near& near) const;
 
-  double range_ = 0;
+  double range_ = 0, rounded_ = 0;  ///< rounded_: by which a difference of two places may be wrong
   float within_square_ = 0;
+  float time_ = 0, met_within_ = 0, near_square_ = 0;  ///< of the flight, with what rounding needs
   std::array<int, 3> count_{1, 1, 1};
   bool folds_ = false;                                        ///< along some periodic axis there is one cell alone
   std::array<double, 3> low_{}, period_{}, cells_a_metre_{};  ///< period 0: not periodic
   std::vector<int> start_, cell_, particle_, slot_;
-  std::vector<std::array<float, d>> inside_;  ///< by particle, from low_ on
-  std::array<std::vector<float>, d> place_;   ///< the same by slot, and room for a whole vector beyond the last
-  std::vector<Near> found_;                   ///< by task
+  std::vector<std::array<float, d>> inside_;    ///< by particle, from low_ on
+  std::array<std::vector<float>, d> place_;     ///< the same by slot, and room for a whole vector beyond the last
+  std::array<std::vector<float>, d> velocity_;  ///< as place_
+  std::vector<Near> found_;                     ///< by task
   Near pairs_;
 };
 

@@ -19,26 +19,31 @@ struct Bounds {
   double excess = 0;        ///< by how much more than that two come closer before it is known that there was more
 
   double speed() const { return 2 * fastest; }
-  /// How much closer two come within t than in straight flight, at most.
+  /// How much closer two come within t than in straight flight, at most, by contacts.
   double bend(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
+  /// The same by all that acts on them.
+  double closed_by(double t) const { return 2 * jolt * t + bend(t) + pull * t * t; }
   /// How much closer than they are two may come within t.
   double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + bend(t)) + excess; }
 };
 
 inline constexpr double rounding = 1e-9;  ///< of lengths: more than that of places, less than what matters
 
-/// For how long pairs stay apart, at least. In straight flight two come closer never faster than at first, c; jolts
-/// make that faster, all else but contacts brings them 2 pull t^2 / 2 closer, and contacts a t^2 / 2 or 3 speeds t:
-/// their gap lasts longer than either way has it closed.
+/// For how long pairs stay apart, at least. In straight flight the distance of two is a convex function of time: they
+/// come closer never faster than at first, c, and where that is negative they part at least so fast from then on. Jolts
+/// make c larger, all else but contacts brings them 2 pull t^2 / 2 closer, and contacts a t^2 / 2 or 3 speeds t: their
+/// gap lasts longer than either way has it closed.
 template <int d>
 Several apart_for(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
   const Several distance = sqrt(norm2(pairs.apart));
   const Several gap = not_below<Several>(distance - ((1 + rounding) * reach + bounds.excess), 0);
-  const Several straight = not_below<Several>(-dot(pairs.apart, pairs.velocity) / distance, 0);
+  // The root of speed t + acceleration t^2 / 2 = gap, without a difference of like numbers.
   const auto closed_after = [&](const Several& speed, double acceleration) {
-    return 2.0 * gap / (speed + sqrt(speed * speed + 2 * acceleration * gap));
+    const Several root = sqrt(speed * speed + 2 * acceleration * gap);
+    const auto parting = speed < 0;
+    return chosen<Several>(parting, root - speed, 2.0 * gap) / chosen<Several>(parting, acceleration, speed + root);
   };
-  const Several closing = straight + 2 * bounds.jolt;
+  const Several closing = 2 * bounds.jolt - dot(pairs.apart, pairs.velocity) / distance;
   const Several bent = closed_after(closing, bounds.acceleration + 2 * bounds.pull);
   const Several time = not_below<Several>(bent, closed_after(closing + 3 * bounds.speed(), 2 * bounds.pull));
   return chosen<Several>(gap > 0, time, 0);
@@ -114,6 +119,9 @@ void Encounters<d>::copy_spots(const Bodies& bodies, parallel::Team& team) {
       spot.velocity[k] = per_mass * bodies.momentum[i * d + k];
     }
     spot.radius = bodies.radius[i];
+    Vec<d> velocity;
+    for (int k = 0; k < d; ++k) velocity[k] = spot.velocity[k];
+    cells_.set_velocity(s, velocity);
   };
   team.for_each((n + spots_a_task - 1) / spots_a_task, [&](int task) {
     for (int s = task * spots_a_task; s < std::min(n, (task + 1) * spots_a_task); ++s) copy(s);
@@ -164,7 +172,10 @@ void Encounters<d>::search(const Bodies& bodies, const Bounds& bounds, double ho
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
   copy_spots(bodies, team);
-  const std::vector<Pair>& pairs = cells_.pairs(team);
+  // All with a smaller apart_for() than the horizon, as if all were as wide as the widest.
+  const double reach = (1 + rounding) * 2 * widest + bounds.excess;
+  const std::vector<Pair>& pairs =
+      cells_.pairs_that_meet({.time = horizon, .within = reach + bounds.closed_by(horizon), .near = reach}, team);
   estimate(pairs, team);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (!(apart_for_[p] < horizon)) continue;

@@ -1,11 +1,12 @@
-// One pair by itself and several at once: the same bits. Compiled without contraction of products and sums, as the
-// contacts of a gas are.
+// One pair by itself and several at once: the same bits. For how long pairs stay apart. Compiled without contraction of
+// products and sums, as the contacts of a gas are.
 
 #include <doctest/doctest.h>
 
 #include <experimental/simd>
 
 #include "solvers/random.hpp"
+#include "src/granular/encounters.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/linear_spring.hpp"
 #include "src/model/viscoelastic.hpp"
@@ -89,4 +90,37 @@ TEST_CASE("a pair moves by the same bits alone and beside 1, 3 or 7 others") {
   check_same_bits<4>(law, starts);
   check_same_bits<8>(law, starts);
   check_same_bits<8>(LinearSpringLaw{278.6, 10}, starts);
+}
+
+// The distance of two in straight flight, and all that may bring them closer does, along the line between them.
+TEST_CASE("pairs stay apart for as long as is said, and head-on no longer") {
+  Random random({.seed = 5, .purpose = RandomPurpose::population});
+  int parting = 0, tight = 0;
+  for (int n = 0; n < 10000; ++n) {
+    const auto direction = [&] { return Vec3{random.normal(), random.normal(), random.normal()}; };
+    const Bounds bounds{.fastest = 5,
+                        .jolt = n % 3 == 0 ? 0 : random.uniform(0, 0.1),
+                        .pull = n % 5 == 0 ? 0 : random.uniform(0, 2),
+                        .acceleration = random.uniform(1, 200),
+                        .excess = n % 2 == 0 ? 0 : random.uniform(0, 0.01)};
+    const Vec3 way = direction(), across = direction();
+    const Vec3 unit = 1 / norm(way) * way, apart = random.uniform(1.011, 1.5) * unit;
+    const bool head_on = n % 4 == 0;
+    const Vec3 velocity = head_on ? random.uniform(-2, 2) * unit : across;
+    const auto several = [](const Vec3& v) { return Vectors<3>::each([&](int k) { return Several(v[k]); }); };
+    const double time = apart_for<3>({several(apart), several(velocity)}, Several(1.0), bounds)[0];
+    REQUIRE(time > 0);
+    const auto gap = [&](double t) {
+      return norm(apart + t * velocity) - 2 * bounds.jolt * t - bounds.bend(t) - bounds.pull * t * t - bounds.excess -
+             1;
+    };
+    constexpr double slack = 1e-8;  // the lengths' rounding of 1e-9 and that of these sums
+    for (int part = 0; part <= 8; ++part) CHECK(gap(part * 0.125 * time) > -slack);
+    parting += dot(apart, velocity) > 0;
+    if (!head_on) continue;
+    CHECK(gap(time) < slack);
+    ++tight;
+  }
+  CHECK(parting > 3000);
+  CHECK(tight == 2500);
 }

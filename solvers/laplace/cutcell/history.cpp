@@ -43,17 +43,14 @@ void History::set_groups(const LaplaceProblem& problem, std::size_t cells) {
   }
 }
 
-void History::form_basis(const CutCellOperator& op) {
-  const int m = static_cast<int>(past_.size());
-  for (int p = 0; p < m; ++p) {
-    basis_[p].resize(op.size());
+/// Entries of all basis vectors: `count` of them, in a row of cells or of groups.
+void History::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count) {
+  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
     const double* __restrict newer = past_[std::max(p - 1, 0)].x.data();
     const double* __restrict older = past_[p].x.data();
     double* __restrict to = basis_[p].data();
-    for_all_unknowns(op, [=, &op](std::ptrdiff_t from, int count) {
-      for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = p == 0 ? older[k] : newer[k] - older[k];
-      mask_row(op, from, count, to);
-    });
+    for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = p == 0 ? older[k] : newer[k] - older[k];
+    mask_row(op, from, count, to);
   }
 }
 
@@ -93,10 +90,19 @@ History::Products History::group_products(const CutCellOperator& op, const doubl
   return products;
 }
 
+/// Forms the basis a row ahead of its products: one pass over memory in place of one a vector and one for all.
 History::Products History::products(const CutCellOperator& op, const std::vector<double>& b) {
   image_.resize(op.size());
-  std::vector<Products> of_row(op.level().layout.ny);
-  for_each_row(op.team(), op.level().layout, [&](int j) { of_row[j] = row_products(op, b.data(), j); });
+  for (std::size_t p = 0; p < past_.size(); ++p) basis_[p].resize(op.size());
+  form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
+  const Layout& at = op.level().layout;
+  std::vector<Products> of_row(at.ny);
+  wavefront(op.team(), at, 2, [&](int stage, int j) {
+    if (stage == 1)
+      of_row[j] = row_products(op, b.data(), j);
+    else
+      for (int colour = 0; colour < 2; ++colour) form_basis(op, at.row(colour, j), at.row_length(colour, j));
+  });
   Products all = group_products(op, b.data());
   for (const Products& row : of_row) all.add(row);
   return all;
@@ -105,7 +111,6 @@ History::Products History::products(const CutCellOperator& op, const std::vector
 double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                             std::vector<double>& x) {
   set_groups(problem, op.cells());
-  form_basis(op);
   const Products known = products(op, b);
   const int m = static_cast<int>(past_.size());
   std::vector<double> gram(m * m);

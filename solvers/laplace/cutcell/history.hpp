@@ -47,7 +47,7 @@ class History {
     void add(const Products& other);
   };
   void set_groups(const LaplaceProblem& problem, std::size_t cells);
-  void form_basis(const CutCellOperator& op);
+  void form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count);
   Products row_products(const CutCellOperator& op, const double* b, int j);
   Products group_products(const CutCellOperator& op, const double* b);
   Products products(const CutCellOperator& op, const std::vector<double>& b);

@@ -154,14 +154,10 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
         part.covered.push_back(slot);
         part.covered_body.push_back(body);
         // Most cells lie inside their body.
-        const int colour = (i + j) & 1, number = i >> 1;
-        const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
-        const std::ptrdiff_t south = layout.row(1 - colour, j - 1) + number;
-        if (cover[west].is(body) && cover[west + 1].is(body) && cover[south].is(body) &&
-            cover[south + 2 * layout.stride].is(body))
-          continue;
+        const std::array<std::ptrdiff_t, 4> beside = slots_beside(i, j);
+        if (std::ranges::all_of(beside, [&](std::ptrdiff_t next) { return cover[next].is(body); })) continue;
         part.rim.push_back(slot);
-        link_cell(problem, formula, {i, j}, body, part);
+        link_cell(problem, formula, {i, j}, beside, body, part);
       }
     link_batches(body, part);
     squeeze_links(body, part);
@@ -193,14 +189,25 @@ void Level::link_batches(int body, Part& part) const {
   part.batched.clear();
 }
 
-void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part) {
+/// By SideIndex; beyond a side of the box they are in the padding, which is fluid.
+std::array<std::ptrdiff_t, 4> Level::slots_beside(int i, int j) const {
+  const int colour = (i + j) & 1, number = i >> 1;
+  const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
+  const std::ptrdiff_t south = layout.row(1 - colour, j - 1) + number;
+  return {west, west + 1, south, south + 2 * layout.stride};
+}
+
+/// `beside`: slots of the cells around.
+void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell,
+                      const std::array<std::ptrdiff_t, 4>& beside, int body, Part& part) {
+  constexpr int step_i[4] = {-1, 1, 0, 0}, step_j[4] = {0, 0, -1, 1};
   for (int d = 0; d < 4; ++d) {
+    const std::ptrdiff_t slot = beside[d];
+    const Cell next{cell.i + step_i[d], cell.j + step_j[d]};
+    if (cover[slot].is(body) || !inside(next)) continue;
     const Vec2 e = direction(d);
-    const Cell next{cell.i + static_cast<int>(e.x), cell.j + static_cast<int>(e.y)};
-    if (!inside(next)) continue;
-    const std::ptrdiff_t slot = layout(next.i, next.j);
     if (cover[slot].is_fluid()) {
-      const Cell beyond{next.i + static_cast<int>(e.x), next.j + static_cast<int>(e.y)};
+      const Cell beyond{next.i + step_i[d], next.j + step_j[d]};
       const Cover behind = inside(beyond) ? cover[layout(beyond.i, beyond.j)] : Cover();
       const int link = static_cast<int>(part.links.size());
       Conductance c;

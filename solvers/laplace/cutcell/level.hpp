@@ -162,7 +162,9 @@ class Level {
   void claim(const Piece& piece, bool alone);
   bool has_cell(int body) const;
   void link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part);
-  void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell, int body, Part& part);
+  std::array<std::ptrdiff_t, 4> slots_beside(int i, int j) const;
+  void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell,
+                 const std::array<std::ptrdiff_t, 4>& beside, int body, Part& part);
   bool takes_batches(int body, LinkFormula formula) const;
   void link_batches(int body, Part& part) const;
   void squeeze_links(int body, Part& part) const;

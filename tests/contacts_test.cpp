@@ -45,12 +45,15 @@ TEST_CASE("contact with an electrode or an electrode side holds a group; all hel
   CHECK(!groups.potential[2]);
 
   scene.domain.sides[2].potential = 6;
+  scene.path = "scene.toml";
   CHECK(electrical_groups(scene, contacts).id == std::vector<int>{0, 0, 2, 3});
   const std::vector<Contact> shorted = {{0, 1}, {0, 4}, {1, 5}};
   CHECK_THROWS_WITH_AS(
       electrical_groups(scene, shorted),
       "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
-      "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed",
+      "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed: in scene.toml their "
+      "electrode.potential, side's potential in [domain] or group.potential must be the same, or a conductor.position "
+      "must leave a gap",
       InputError);
 }
 

@@ -119,6 +119,19 @@ TEST_CASE("a viscoelastic contact in SI has the numbers of the scales") {
   CHECK(options.dissipative == Approx(27.83).epsilon(2e-4).scale(0));
 }
 
+TEST_CASE("contacts too short for any step: the keys that make them so are named") {
+  const std::string stage = "[[stage]]\nduration = 0.5\nstiffness = ";
+  const auto said = [](const std::string& text, const std::string& part) {
+    const std::string sentence = sentence_of(box + grains + contact + text);
+    CAPTURE(sentence);
+    CHECK(sentence.find(part) != std::string::npos);
+  };
+  said(stage + "1e300\n", "stage.stiffness = 1e+300");
+  said(stage + "1e300\n", "at most 1e+15");
+  said("elastic = 1e60\n", "softer contacts (elastic)");  // E as its power -2/5: 1e-24 of .2 t0 or so
+  said("elastic = 1e60\n" + stage + "10\n", "softer contacts (stage.stiffness, elastic)");
+}
+
 TEST_CASE("a stage of stiffer contacts has their restitution, and the book knows when it ends") {
   for (const std::string law : {"[effects.viscoelastic_contact]\n", "[effects.linear_contact]\nrestitution = 0.6\n"}) {
     const std::string stage = "[[stage]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";

@@ -17,6 +17,7 @@
 #include "src/mechanics/step_control.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/message.hpp"
 #include "tests/spheres.hpp"
 
 using namespace lichtenberg;
@@ -289,6 +290,17 @@ TEST_CASE("an interval of a rounding error is none") {
   REQUIRE(start < end);
   CHECK(cvode.advance(start, end) == end);
   CHECK(position(model.bodies, 0).x == 0.05);
+}
+
+TEST_CASE("an accuracy that rounding does not leave is said by its key, not in CVODE's words") {
+  Scene scene = scene_of({{0.05, 0.05}});
+  scene.conductors[0].velocity = {1, 0};
+  Model model = effects::make_model(scene);
+  // A place of .05 rounds by 1.1e-17, and CVODE refuses what is less than its epsilon of it, 1.1e-17.
+  Cvode cvode(model, {.relative = 1e-15, .position = 1e-18, .momentum = {1e-15}});
+  const std::string sentence = message_of([&] { cvode.advance(0, 1); });
+  CHECK_NE(sentence.find("mechanics.relative_tolerance = 1e-15 asks for more than rounding leaves"), std::string::npos);
+  CHECK_EQ(sentence.find("CVODE"), std::string::npos);
 }
 
 TEST_CASE("a place without a field that an iteration tries is no failure, one that a body reaches is") {

@@ -78,6 +78,9 @@ void keep_message(int, const char*, const char*, char* text, void* data) {
 void check(const Integration& self, int flag) {
   if (flag >= 0) return;
   if (self.thrown) std::rethrow_exception(self.thrown);
+  if (flag == CV_TOO_MUCH_ACC)
+    throw Failure(fmt::format("a differential equation asks for an accuracy of {:g} where numbers so large round more",
+                              self.ode.relative));
   throw Failure(fmt::format("CVODE gave up: {}", self.message));
 }
 

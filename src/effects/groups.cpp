@@ -16,15 +16,16 @@ namespace {
 /// What holds each component at its potential, by the component's first conductor.
 class Holders {
  public:
-  explicit Holders(std::vector<Supply> supplies) : supplies_(std::move(supplies)) {}
+  explicit Holders(const Scene& scene) : path_(scene.path), supplies_(supplies_of(scene)) {}
   void add(int component, int supply) {
     const auto [held, is_new] = holders_.try_emplace(component, supply);
     const Supply &first = supplies_[held->second], &other = supplies_[supply];
     if (first.potential != other.potential)
-      throw InputError(
-          fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
-                      "conductors, whose current has no limit, is not allowed",
-                      component, first.name, first.potential, other.name, other.potential));
+      throw InputError(fmt::format(
+          "the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
+          "conductors, whose current has no limit, is not allowed: in {} their electrode.potential, side's potential "
+          "in [domain] or group.potential must be the same, or a conductor.position must leave a gap",
+          component, first.name, first.potential, other.name, other.potential, path_));
     held->second = std::min(held->second, supply);
   }
   /// -1: none.
@@ -38,6 +39,7 @@ class Holders {
   }
 
  private:
+  std::string path_;
   std::vector<Supply> supplies_;
   std::map<int, int> holders_;
 };
@@ -131,7 +133,7 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   const std::vector<Terminal> terminals = terminals_of(scene);
   const bool conducting = !scene.effects.has<ContactResistanceOptions>();
   DisjointSets sets = connect(scene, contacts, terminals, conducting);
-  Holders holders(supplies_of(scene));
+  Holders holders(scene);
   for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });
 
   ElectricalGroups groups;

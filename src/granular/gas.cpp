@@ -193,8 +193,9 @@ int Gas::contact_steps_within(double dt, double gain) const {
   if (!(dt / step < most))
     throw Failure(
         fmt::format("{}: at t = {:.6g} t0 the shortest contact lasts {:.2g} t0, too short for steps of "
-                    "{:.2g}: softer contacts (elastic), or a far shorter mechanics.step, is needed",
-                    scene_.path, time_, step * scene_.mechanics.contact_steps, dt));
+                    "{:.2g}: softer contacts ({}), or a far shorter mechanics.step, is needed",
+                    scene_.path, time_, step * scene_.mechanics.contact_steps, dt,
+                    stage_ < scene_.stages.size() ? "stage.stiffness, elastic" : "elastic"));
   return std::max(1, static_cast<int>(std::ceil(dt / step)));
 }
 

@@ -36,7 +36,7 @@ struct Cvode::Implementation {
   bool presses(double time);
   void assemble();
   void copy_to(SUNMatrix matrix);
-  [[noreturn]] void fail(double time) const;
+  [[noreturn]] void fail(double time, int flag) const;
 
   Cvode& owner;
   Model& model;
@@ -300,8 +300,13 @@ void Cvode::Implementation::copy_to(SUNMatrix target) {
   if (!same_pattern) SUNLinSol_KLUReInit(linear_solver, target, jacobian.nonZeros(), SUNKLU_REINIT_PARTIAL);
 }
 
-void Cvode::Implementation::fail(double time) const {
+void Cvode::Implementation::fail(double time, int flag) const {
   if (thrown) std::rethrow_exception(thrown);
+  if (flag == CV_TOO_MUCH_ACC)
+    throw Failure(fmt::format(
+        "mechanics: at t = {:.9g} s mechanics.relative_tolerance = {:g} asks for more than rounding leaves of "
+        "places and momenta so large: a larger one is needed",
+        time, accuracy.relative));
   throw Failure(fmt::format("mechanics: the integrator gave up at t = {:.9g} s: {}", time, message));
 }
 
@@ -371,7 +376,7 @@ double Cvode::Implementation::advance(double from, double end) {
     const std::vector<double> position = owner.after_step ? model.bodies.position : std::vector<double>();
     const std::vector<double> momentum = owner.after_step ? model.bodies.momentum : std::vector<double>();
     flag = CVode(memory, end, y, &time, CV_ONE_STEP);
-    if (flag < 0) fail(time);
+    if (flag < 0) fail(time, flag);
     CVodeGetDky(memory, time, 1, rate);
     load(y);
     if (owner.after_step) owner.after_step(time - before, position, momentum);

@@ -70,7 +70,7 @@ Table stage() {
            .help = "contacts lose nothing and move no charge, and no gas acts"},
           {.name = "stiffness",
            .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
-           .range = {.low = 1},
+           .range = {.low = 1, .high = 1e15},  // overlaps shrink as its power -2/5: to 1e-7, far above rounding
            .help = "by what contacts are stiffer, so that the fastest grains do not overlap too deeply or fly through "
                    "each other; those that lose something keep their restitution"},
           {.name = "temperature",

@@ -186,7 +186,7 @@ void check_density(const Draft& draft, const PopulationDraft& population) {
 
 }  // namespace
 
-SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : box_(domain.box()) {
+SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : box_(domain.box()), nearest_(box_) {
   const double most = 64 + 2.0 * static_cast<double>(count);  // where spheres are few, empty buckets would be many
   constexpr double wider = 1.25;
   buckets_ = {1, 1, 1};
@@ -199,6 +199,14 @@ SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : 
     }
   }
   latest_.assign(static_cast<std::size_t>(buckets_[0]) * buckets_[1] * buckets_[2], none);
+}
+
+/// Of nearest images, which most are as they stand: to round takes longer than all else here.
+double SphereGrid::distance(Vec3 a, Vec3 b) const {
+  Vec3 r = a - b;
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(r[k]) > 0.4 * nearest_.length[k]) r[k] = nearest_(r[k], k);
+  return norm(r);
 }
 
 int SphereGrid::bucket_along(int axis, double place) const {

@@ -44,9 +44,7 @@ class SphereGrid {
   std::optional<std::size_t> conflict(const Sphere& sphere, double clearance) const;
   const Sphere& operator[](std::size_t index) const { return spheres_[index]; }
   /// m, from surface to surface; negative if they overlap.
-  double gap(const Sphere& a, const Sphere& b) const {
-    return norm(box_.difference(a.centre, b.centre)) - b.radius - a.radius;
-  }
+  double gap(const Sphere& a, const Sphere& b) const { return distance(a.centre, b.centre) - b.radius - a.radius; }
 
  private:
   static constexpr int none = -1;
@@ -55,8 +53,10 @@ class SphereGrid {
   /// Of the one so many further along; none beyond a side.
   int bucket_beside(int axis, int bucket, int steps) const;
   std::optional<std::size_t> conflict_in(std::size_t bucket, const Sphere& sphere, double clearance) const;
+  double distance(Vec3 a, Vec3 b) const;
 
   Box<3> box_;
+  NearestImage<3> nearest_;
   std::array<int, 3> buckets_;  ///< along each axis
   std::vector<Sphere> spheres_;
   std::vector<int> latest_;  ///< of a bucket's, `none` if it is empty

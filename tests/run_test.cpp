@@ -15,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <thread>
 
 #include "src/analysis/network.hpp"
 #include "src/commands/command_line.hpp"
@@ -584,6 +585,28 @@ TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit 
     REQUIRE_EQ(run(folder, "six.h5", {"--quiet", saved ? "--resume" : "--overwrite"}), 0);
     check_same_numbers(folder / "six.h5", folder / "reference.h5");
   }
+}
+
+// Which of the two fails first is chance: while the first frame is written, the first step is made.
+TEST_CASE("a motion and a disk that fail at once are both said") {
+  if (std::thread::hardware_concurrency() < 2) return;  // frames are written between steps
+  const Folder folder;
+  folder.write("six.toml", replaced(gas_text(60, 8, 1, 0.025), "contact]\n", "contact]\nelastic = 1e60\n") +
+                               "picture = false\n[mechanics]\nthreads = 1\n");
+  int both = 0;
+  for (int trial = 0; trial < 50 && both == 0; ++trial) {
+    Child child(folder, "six.h5", {"--quiet"}, [] {
+      signal(SIGXFSZ, SIG_IGN);
+      const rlimit at_most{1000, 1000};
+      setrlimit(RLIMIT_FSIZE, &at_most);
+    });
+    CHECK_EQ(child.wait(), 1);
+    const auto says = [&](const std::string& part) { return child.messages().find(part) != std::string::npos; };
+    CAPTURE(child.messages());
+    CHECK(says("six.h5 cannot be written (File too large); nothing was saved"));
+    both += says("softer contacts (elastic), or a far shorter mechanics.step, is needed; and ");
+  }
+  CHECK_GT(both, 0);
 }
 
 TEST_CASE("a full disk ends a gas too with status 1 and the sentence, and leaves the last checkpoint") {

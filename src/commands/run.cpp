@@ -161,15 +161,24 @@ class Run {
       stop_where_saved(progress);
     } catch (const Failure& failure) {
       if (parallel::process_count() > 1) throw;  // it may be this process's own, and saving takes all
-      backlog_.finish();
       progress.end_line();
-      if (last_state_) recorder_.save({.checkpoint = *last_state_, .seconds = seconds()});
+      save_last_state(failure);
       throw Failure(
           fmt::format("{}; {} holds the run up to {}, and --resume goes on from there; where the scene is to "
                       "change, --from {} --out ANOTHER does",
                       failure.what(), scene_.output.file, instant(*recorder_.saved_time()), scene_.output.file));
     }
     if (backlog_.has_failed()) backlog_.finish();
+  }
+
+  /// What has been computed until the last frame. A disk that fails with the motion has its say too.
+  void save_last_state(const Failure& failure) {
+    try {
+      backlog_.finish();
+      if (last_state_) recorder_.save({.checkpoint = *last_state_, .seconds = seconds()});
+    } catch (const Failure& of_disk) {
+      throw Failure(fmt::format("{}; and {}", failure.what(), of_disk.what()));
+    }
   }
 
   void record(Progress& progress) {

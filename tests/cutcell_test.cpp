@@ -1,14 +1,19 @@
 #include <doctest/doctest.h>
+#include <petscsys.h>
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "solvers/parallel/team.hpp"
 #include "tests/cutcell_problems.hpp"
 #include "tests/message.hpp"
@@ -491,4 +496,33 @@ TEST_CASE("work is counted in residual evaluations on the whole grid") {
   const LaplaceSolution warm = solver.solve(problem);
   CHECK(warm.iterations == 0);
   CHECK(warm.work == doctest::Approx(1 + edge_sweeps + 1 + 3).epsilon(1e-12));
+}
+
+// A side's potential is asked for by who discretizes the coarse grids: the helper, while the caller is refused.
+TEST_CASE("once a solve has thrown, no helper is at work on its problem") {
+  parallel::start_petsc();
+  CutCellOptions two_threads = options(256);
+  two_threads.threads = 2;
+  std::atomic<bool> over = false;
+  std::atomic<int> beside = 0, afterwards = 0;
+  LaplaceProblem problem = two_disks(256, {128.3, 127.8}, {1, 0}, 16, 40);
+  const auto exact = problem.sides[0].profile;
+  for (Side& side : problem.sides)
+    side.profile = [&, exact, caller = std::this_thread::get_id()](Vec2 p) {
+      if (std::this_thread::get_id() != caller) {
+        ++beside;
+        std::this_thread::sleep_for(std::chrono::microseconds(200));  // so that it is still at work then
+      }
+      if (over) ++afterwards;
+      return exact(p);
+    };
+  parallel::check_petsc(PetscOptionsSetValue(nullptr, "-field_pc_type", "jacobi"));
+  CutCellSolver solver(two_threads);
+  const std::string sentence = message_of([&] { solver.solve(problem); });
+  over = true;
+  parallel::check_petsc(PetscOptionsClearValue(nullptr, "-field_pc_type"));
+  CHECK_NE(sentence.find("-field_pc_type jacobi needs a matrix"), std::string::npos);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  CAPTURE(beside);
+  CHECK(afterwards == 0);
 }

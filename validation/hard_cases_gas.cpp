@@ -9,8 +9,6 @@
 // are in `periodic`; closed forms at cancelling arguments in tests/theory_gas_test.cpp; temperatures by cells and
 // dimensions of clusters of known ones in the tests of src/analysis.
 
-#include <set>
-
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "src/effects/charge_exchange.hpp"
@@ -19,10 +17,9 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/granular/note.hpp"
-#include "src/scene/contact_steps.hpp"
-#include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/grains.hpp"
+#include "validation/gas_cases.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
@@ -104,23 +101,13 @@ void sums(Report& report) {
 
 void cold_gas(Report& report, bool all) {
   report.section("force errors and a gas that is nearly cold");
-  // Errors dF = 1e-3 of the rms force that last: dF^2 t^2 / 2m of each grain, an upper bound of (2/3) dF^2 t_corr / m a
-  // unit of time. Beside them pairs that are bound, K q^2 = T, bounce every two units, and each elastic restitution is
-  // off by up to 1e-6 at 25 steps a contact.
-  Scene scene = cube(16);
-  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 0});
-  scene.effects.add(effects::CoulombOptions{.strength = 1e-5, .accuracy = 1e-3});
-  add_gas(scene, 250, 15.9, 1e-5);
-  charge_alternately(scene, 1);
-  Run run(scene);
-  double squares = 0;
-  for (const double f : run.gas.smooth_forces()) squares += f * f;
+  Run run(gas_cases::cold_gas());
+  const std::vector<double> forces = run.gas.smooth_forces();
   const double time = all ? 1000 : 100, before = run.gas.energy().total();
   run.to(time);
-  const double kinetic = 1.5 * 250 * 1e-5;
   report.at_most(fmt::format("elastic, T = 1e-5, t = {:g}: growth of energy over kinetic", time),
-                 std::abs(run.gas.energy().total() - before) / kinetic,
-                 0.5 * 1e-6 * squares * time * time / kinetic + 1e-6 * time / 2);
+                 std::abs(run.gas.energy().total() - before) / gas_cases::kinetic_energy_of_cold_gas(),
+                 gas_cases::bound_of_cold_gas(forces, time));
   // A component of a sum of N momenta rounds by 1e-16 of each, as often as there are impulses.
   report.at_most("momentum over thermal momentum", momentum(run.gas.bodies()) / thermal_momentum(run.gas), 1e-10);
 }
@@ -128,14 +115,8 @@ void cold_gas(Report& report, bool all) {
 void cooled_gas(Report& report, bool all) {
   report.section("a charged gas cools from T = 10");
   const int n = all ? 1000 : 200;
-  const double edge = std::cbrt(n / 0.4), coldest = 1e-4;
-  Scene scene = viscoelastic(edge);
-  scene.effects.add(effects::CoulombOptions{.strength = 2.469, .accuracy = 1e-3});
-  scene.effects.add<effects::ChargeExchangeOptions>();
-  scene.stages = {{.duration = 1, .stiffness = 10, .temperature = 10}};
-  scene.mechanics.contact_steps = contact_steps_for(1e-3);
-  add_gas(scene, n, edge, 10);
-  Run run(scene);
+  const double coldest = 1e-4;
+  Run run(gas_cases::cooling_gas(n));
   const auto temperature = [&] { return 2 * run.gas.model().kinetic_energy() / (3 * n); };
   while (run.gas.time() < 400 && temperature() > coldest) run.step(1e9);
   // Each step rounds a grain's momentum by 1.1e-16 of it a few times, at random, and most at the start, when the gas
@@ -194,71 +175,53 @@ void too_fast(Report& report) {
 /// Collisions of elastic grains over omega N t / 2, and what is left over of their energy.
 void elastic_gas(Report& report, bool all) {
   report.section("an elastic gas, dilute: collisions over omega N t / 2, with the step halved");
-  // Contacts last: of the time between collisions, 1/omega, a part omega t_c is spent in them. Statistics: the number
-  // is Poisson's to better than its root. Carnahan and Starling's g is good to 1e-3 here.
-  const int n = all ? 4000 : 1000;
-  const double edge = std::cbrt(n / 0.05), time = all ? 20 : 10;
+  const gas_cases::ElasticGas gas{all ? 4000 : 1000};
+  const double time = all ? 20 : 10;
   std::vector<double> counts;
   for (const int contact_steps : {25, 50}) {
-    Scene scene = cube(edge);
-    scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278600, .dissipative = 0});
-    scene.mechanics.contact_steps = contact_steps;
-    add_gas(scene, n, edge, 1);
-    Run run(scene);
+    Run run(gas.scene(contact_steps));
     run.to(1);  // forgets that no two were closer than 1.05
     const granular::GasEnergy before = run.gas.energy();
     const std::int64_t first = run.gas.collisions;
     run.to(1 + time);
     const granular::GasEnergy after = run.gas.energy();
-    const double temperature = 2 * after.kinetic / (3 * n);
-    const double expected = 0.5 * theory::collision_frequency(0.05, temperature) * n * time;
+    const double expected = gas.collisions(2 * after.kinetic / (3 * gas.n), time);
     const auto found = static_cast<double>(run.gas.collisions - first);
     counts.push_back(found / expected);
-    const double late = theory::collision_frequency(0.05, 1) * 3.2 * std::pow(0.25 / (278600. * 278600. * 1.5), 0.2);
     report.at_most(fmt::format("{} steps a contact: off by", contact_steps), std::abs(found / expected - 1),
-                   3 / std::sqrt(expected) + late + 0.002);
-    // An elastic restitution is off by 1e-4 to either side; n collisions add up to their root.
+                   gas.bound(expected));
     report.at_most("  kinetic + stored energy, change over it",
                    std::abs(after.kinetic + after.contact - before.kinetic - before.contact) / before.kinetic,
-                   1e-4 * 2 * expected / n);
+                   gas.bound_of_energy(expected));
   }
   report.at_most("  difference of the two", std::abs(counts[0] - counts[1]),
-                 3 * std::sqrt(2 / (3.0 * n * time)) + 0.03);
+                 3 * std::sqrt(2 / (3.0 * gas.n * time)) + 0.03);
 }
 
-/// Two grains that attract each other and vibrate in contact, followed for fifty periods in steps that are a part of
-/// one, however long: the change of what should stay, over K q^2 times the overlap.
-double bound_pair(double attraction, double dissipative, double part) {
-  const double overlap = std::pow(attraction / 278.6, 2.0 / 3);
-  const double period = 2 * std::numbers::pi * std::sqrt(0.5 / (1.5 * 278.6 * std::sqrt(overlap)));
-  Scene scene = cube(30);
-  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
-  scene.effects.add(effects::CoulombOptions{.strength = attraction, .sum = effects::CoulombSum::minimum_image});
-  scene.mechanics.contact_steps = contact_steps_for(1e-3);
-  add_pair(scene, 0, -1.3 * overlap, 1);
-  Run run(scene);
+/// A bound pair followed for fifty periods in steps that are a part of one, however long: the change of what should
+/// stay, over K q^2 times the overlap.
+double change_of(const gas_cases::BoundPair& pair, double dissipative, double part) {
+  const double period = pair.period();
+  Run run(pair.scene(dissipative, {.sum = effects::CoulombSum::minimum_image}));
   const auto step = [&] { run.integrator->step(run.gas, run.gas.time() + part * period); };
   step();  // a contact is known from then on
   const double start = run.gas.energy().total();
   while (run.gas.time() < 50 * period) step();
-  return (run.gas.energy().total() - start) / (attraction * overlap);
+  return (run.gas.energy().total() - start) / (pair.attraction * pair.overlap());
 }
 
 void held_forces(Report& report) {
   report.section("a bound pair followed for 50 of its periods in steps that are a part of one: change of the energy");
-  // The contact feels the force of each instant but for what it changes within a step, by K q^2 2 a over amplitudes a
-  // of .3 overlaps: work of .3 x 2 x .3 of K q^2 overlap^2 a period at most if it always came at the wrong time, of
-  // either sign; 50 periods of it are 9 overlaps.
   for (const double attraction : {0.1, 1e-3}) {
-    const double bound = 9 * std::pow(attraction / 278.6, 2.0 / 3);
+    const gas_cases::BoundPair pair{attraction};
     double elastic = 0, damped = 0;
     for (const double part : {0.05, 0.1, 0.15, 0.2, 0.25}) {
-      elastic = std::max(elastic, std::abs(bound_pair(attraction, 0, part)));
-      damped = std::max(damped, std::abs(bound_pair(attraction, 27.7, part)));
+      elastic = std::max(elastic, std::abs(change_of(pair, 0, part)));
+      damped = std::max(damped, std::abs(change_of(pair, 27.7, part)));
     }
-    report.at_most(fmt::format("K q^2 = {:g}, elastic, steps up to a quarter", attraction), elastic, bound);
-    report.at_most("  damped, with what is booked", damped, bound);
-    report.at_most("  elastic, 1.25 periods, which are refused", bound_pair(attraction, 0, 1.25), std::nullopt);
+    report.at_most(fmt::format("K q^2 = {:g}, elastic, steps up to a quarter", attraction), elastic, pair.bound());
+    report.at_most("  damped, with what is booked", damped, pair.bound());
+    report.at_most("  elastic, 1.25 periods, which are refused", change_of(pair, 0, 1.25), std::nullopt);
   }
 }
 
@@ -277,14 +240,7 @@ double turning_energy(const Bodies& b) {
 
 void cluster_at_rest(Report& report) {
   report.section("13 charged grains cool to rest");
-  Scene scene = viscoelastic(30, Integrator::multirate);
-  scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::minimum_image});
-  add(scene, 0.5 * scene.domain.size, {}, 12);
-  add_gas(scene, 12, 3.5, 0, 4);
-  for (std::size_t i = 1; i < scene.conductors.size(); ++i) scene.conductors[i].charge = -1;
-  scene.mechanics.step = 0.01;
-  scene.mechanics.contact_steps = contact_steps_for(1e-3);
-  Run run(scene);
+  Run run(gas_cases::thirteen_grains({.strength = 0.1, .sum = effects::CoulombSum::minimum_image}));
   const double start = run.gas.energy().potential;
   double before = INFINITY, rise = 0;
   for (int n = 1; n <= 1000; ++n) {
@@ -298,14 +254,13 @@ void cluster_at_rest(Report& report) {
   // Forces held for h = .01 are wrong by h F'/2 at its end, in ways h v: h^2 F' v / 2 a grain and step, of F' = 2 F
   // = 2.4 and v = 3 at the most 4e-4 of energies of 1, of either sign; twice that for twelve.
   report.at_most("largest rise of the energy between two looks", rise, 1e-3);
-  report.at_most("left over of the book, of what was dissipated", std::abs(end.total() - start) / end.dissipated, 1e-3);
+  report.at_most("left over of the book, of what was dissipated", gas_cases::left_over(end, start), 1e-3);
   // Nothing stops a cluster that turns as a whole, as nearest images make it do. What else moves are grains that slide
   // along each other by a, bound by k = F / d: they lose what the contact's curvature makes of it, v_n = v a / d, so
   // E' = -D sqrt(xi) <v^2 a^2> = -D sqrt(xi) E^2 / (2 k) of a mode, E = 2 k / (D sqrt(xi) t), of which half is kinetic,
   // in two modes a grain. F = K q q' = E xi^(3/2) is that of the middle on another.
   const double force = 0.1 * 12, overlap = std::pow(force / 278.6, 2.0 / 3);
-  const auto numbers = analysis::cluster_numbers(13, granular::pairs_in_contact(run.gas));
-  report.at_most("clusters", static_cast<double>(analysis::cluster_sizes(numbers).number), 1);
+  report.at_most("clusters", static_cast<double>(gas_cases::clusters(run.gas).number), 1);
   report.at_most("kinetic energy at t = 100, less that of turning", end.kinetic - turning_energy(run.gas.bodies()),
                  24 * force / (27.7 * std::sqrt(overlap) * 100));
   report.at_most("steps of contacts in a step, on average",
@@ -314,33 +269,27 @@ void cluster_at_rest(Report& report) {
 }
 
 void to_one_cluster(Report& report, bool all) {
-  const int n = 50;
-  const double edge = std::cbrt(n / 0.1), look = all ? 1000 : 50;
-  Scene scene = viscoelastic(edge);
-  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
-  add_gas(scene, n, edge, 10);
-  charge_alternately(scene, 1);
+  const double look = all ? 1000 : 50;
+  Scene scene = gas_cases::to_one_cluster();
+  const std::size_t n = scene.conductors.size();
   scene.mechanics.step = all ? 0.005 : 0.02;
-  scene.mechanics.contact_steps = contact_steps_for(1e-4);
   Run run(scene);
   const double start = run.gas.energy().total(), thermal = thermal_momentum(run.gas);
-  const auto largest = [&] {
-    const auto numbers = analysis::cluster_numbers(n, granular::pairs_in_contact(run.gas));
-    return static_cast<double>(analysis::cluster_sizes(numbers).largest);
-  };
+  const auto largest = [&] { return static_cast<double>(gas_cases::clusters(run.gas).largest); };
   // The last two clusters, of net charges that are opposite, fall on each other in (pi / 2) sqrt(m L^3 / (2 K Q^2)),
   // which is 28 for Q = 1, m = 10 and L = 4; how many such falls, and turns around each other, it takes is chance.
   do run.to(run.gas.time() + look);
-  while (largest() < n && run.gas.time() < 10 * look);
+  while (largest() < static_cast<double>(n) && run.gas.time() < 10 * look);
   report.section(
       fmt::format("{} charged grains cool from T = 10 to rest in one cluster, {:.2g} steps, {:.2g} of contacts", n,
                   static_cast<double>(run.gas.steps), static_cast<double>(run.gas.contact_steps)));
   const granular::GasEnergy now = run.gas.energy();
-  report.at_most("left over of the book, of what was dissipated", std::abs(now.total() - start) / now.dissipated, 1e-3);
-  report.at_least("grains in the largest cluster", largest(), n);
+  report.at_most("left over of the book, of what was dissipated", gas_cases::left_over(now, start), 1e-3);
+  report.at_least("grains in the largest cluster", largest(), static_cast<double>(n));
   // Without a bound: a cluster as large as the box has soft modes that are more, and slower, than those of
   // cluster_at_rest.
-  report.at_most("kinetic energy, of that at the start", now.kinetic / (1.5 * 10 * n), std::nullopt);
+  report.at_most("kinetic energy, of that at the start", now.kinetic / (1.5 * 10 * static_cast<double>(n)),
+                 std::nullopt);
   // A grain's momentum rounds by 1.1e-16 of it a few times a step, at random.
   report.at_most("momentum, of the thermal one at the start", momentum(run.gas.bodies()) / thermal,
                  10 * 1.1e-16 * std::sqrt(static_cast<double>(run.gas.contact_steps)));
@@ -348,22 +297,13 @@ void to_one_cluster(Report& report, bool all) {
 
 void lists(Report& report, bool all) {
   report.section("every pair that overlaps is a contact");
-  Scene scene = viscoelastic(8);
-  add_gas(scene, 150, 7.9, 1e-4);
-  scene.conductors.front().velocity = {7, 5, 3};
-  Run run(scene);
-  double missed = 0, seen = 0;
+  Run run(gas_cases::one_fast_grain());
+  gas_cases::Overlaps overlaps;
   for (int n = 0; n < (all ? 5000 : 500); ++n) {
     run.step(1e4);
-    const Bodies& b = run.gas.bodies();
-    std::set<Pair> noted;
-    for (const GrainContact& contact : run.gas.contacts()) noted.insert(contact.pair);
-    for (int i = 0; i < b.size(); ++i)
-      for (int j = i + 1; j < b.size(); ++j)
-        if (norm(spheres<3>(b).box.difference(position<3>(b, i), position<3>(b, j))) < 1)
-          ++seen, missed += !noted.contains({i, j});
+    overlaps.look(run.gas);
   }
-  report.at_most(fmt::format("one grain at 1e3 thermal speeds: missed of {:g}", seen), missed, 0);
+  report.at_most(fmt::format("one grain at 1e3 thermal speeds: missed of {:g}", overlaps.seen), overlaps.missed, 0);
   double worst = 0;
   const double expected = restitution(viscoelastic(10), 2, 1);
   for (int corner = 0; corner < 8; ++corner) {

@@ -1,12 +1,12 @@
 // What is known to go wrong in gases of charged grains (../README.md), on a device: the rows of ../hard_cases_gas.cpp
-// that are about steps, lists, contacts and sums, with their bounds, whose derivations stand there.
+// that are about steps, lists, contacts and sums, with their bounds, whose derivations stand there and in
+// ../gas_cases.hpp.
 //
 //   device_hard_cases [--host] [SECTION]
 //
 // --host: the device's algorithms run by the CPU, item after item. Sections: to-one-cluster, at-rest, elastic, cold,
 // cooled, lists, charges, bits, too-fast, held-forces, restitution.
 
-#include <set>
 #include <string_view>
 
 #include "solvers/error.hpp"
@@ -16,13 +16,20 @@
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/note.hpp"
-#include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/grains.hpp"
+#include "validation/gas_cases.hpp"
 #include "validation/harness.hpp"
 
 using namespace lichtenberg;
-using namespace lichtenberg::grains;
+using gas_cases::clusters;
+using gas_cases::left_over;
+using gas_cases::viscoelastic;
+using lichtenberg::grains::add_gas;
+using lichtenberg::grains::add_pair;
+using lichtenberg::grains::charge_alternately;
+using lichtenberg::grains::momentum;
+using lichtenberg::grains::thermal_momentum;
 using namespace lichtenberg::validation;
 
 namespace {
@@ -65,27 +72,9 @@ class There {
   std::unique_ptr<granular::device::DeviceGas> device_;
 };
 
-Scene viscoelastic(double edge, double dissipative = 27.7) {
-  Scene scene = cube(edge);
-  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
-  return scene;
-}
-
-double left_over(const granular::GasEnergy& now, double start) {
-  return std::abs(now.total() - start) / now.dissipated;
-}
-
-analysis::ClusterSizes clusters(const granular::Gas& gas) {
-  return analysis::cluster_sizes(analysis::cluster_numbers(gas.bodies().size(), granular::pairs_in_contact(gas)));
-}
-
 void to_one_cluster(Report& report) {
-  const int n = 50;
-  const double edge = std::cbrt(n / 0.1);
-  Scene scene = viscoelastic(edge);
-  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
-  add_gas(scene, n, edge, 10);
-  charge_alternately(scene, 1);
+  const Scene scene = gas_cases::to_one_cluster();
+  const auto n = static_cast<double>(scene.conductors.size());
   There there(scene);
   granular::Gas& start = there.now();
   const double energy = start.energy().total(), thermal = thermal_momentum(start);
@@ -106,13 +95,7 @@ void to_one_cluster(Report& report) {
 
 void at_rest(Report& report) {
   report.section("13 charged grains cool to rest");
-  Scene scene = viscoelastic(30);
-  scene.effects.add(effects::CoulombOptions{.strength = 0.1, .accuracy = 1e-4});
-  add(scene, 0.5 * scene.domain.size, {}, 12);
-  add_gas(scene, 12, 3.5, 0, 4);
-  for (std::size_t i = 1; i < scene.conductors.size(); ++i) scene.conductors[i].charge = -1;
-  scene.mechanics.step = 0.01;
-  There there(scene);
+  There there(gas_cases::thirteen_grains({.strength = 0.1, .accuracy = 1e-4}));
   const double start = there.now().energy().total();
   double before = INFINITY, rise = 0;
   for (int n = 1; n <= 200; ++n) {
@@ -129,54 +112,38 @@ void at_rest(Report& report) {
 
 void elastic_gas(Report& report) {
   report.section("an elastic gas, dilute: collisions over omega N t / 2");
-  const int n = 4000;
-  const double edge = std::cbrt(n / 0.05), time = 20;
-  Scene scene = cube(edge);
-  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278600, .dissipative = 0});
-  scene.mechanics.contact_steps = 25;
-  add_gas(scene, n, edge, 1);
-  There there(scene);
+  const gas_cases::ElasticGas elastic{4000};
+  const double time = 20;
+  There there(elastic.scene(25));
   there.to(1);
   const granular::GasEnergy before = there.now().energy();
   const std::int64_t first = there.now().collisions;
   there.to(1 + time);
   granular::Gas& gas = there.now();
   const granular::GasEnergy after = gas.energy();
-  const double expected = 0.5 * theory::collision_frequency(0.05, 2 * after.kinetic / (3 * n)) * n * time;
-  const double late = theory::collision_frequency(0.05, 1) * 3.2 * std::pow(0.25 / (278600. * 278600. * 1.5), 0.2);
+  const double expected = elastic.collisions(2 * after.kinetic / (3 * elastic.n), time);
   report.at_most("25 steps a contact: off by", std::abs(static_cast<double>(gas.collisions - first) / expected - 1),
-                 3 / std::sqrt(expected) + late + 0.002);
+                 elastic.bound(expected));
   report.at_most("  kinetic + stored energy, change over it",
                  std::abs(after.kinetic + after.contact - before.kinetic - before.contact) / before.kinetic,
-                 1e-4 * 2 * expected / n);
+                 elastic.bound_of_energy(expected));
 }
 
 void cold_gas(Report& report) {
   report.section("force errors and a gas that is nearly cold");
-  Scene scene = viscoelastic(16, 0);
-  scene.effects.add(effects::CoulombOptions{.strength = 1e-5, .accuracy = 1e-3});
-  add_gas(scene, 250, 15.9, 1e-5);
-  charge_alternately(scene, 1);
-  There there(scene);
-  double squares = 0;
-  for (const double f : there.now().smooth_forces()) squares += f * f;
-  const double time = 1000, before = there.now().energy().total(), kinetic = 1.5 * 250 * 1e-5;
+  There there(gas_cases::cold_gas());
+  const std::vector<double> forces = there.now().smooth_forces();
+  const double time = 1000, before = there.now().energy().total();
   there.to(time);
   report.at_most(fmt::format("elastic, T = 1e-5, t = {:g}: growth of energy over kinetic", time),
-                 std::abs(there.now().energy().total() - before) / kinetic,
-                 0.5 * 1e-6 * squares * time * time / kinetic + 1e-6 * time / 2);
+                 std::abs(there.now().energy().total() - before) / gas_cases::kinetic_energy_of_cold_gas(),
+                 gas_cases::bound_of_cold_gas(forces, time));
 }
 
 void cooled_gas(Report& report) {
   report.section("a charged gas cools from T = 10");
   const int n = 1000;
-  const double edge = std::cbrt(n / 0.4);
-  Scene scene = viscoelastic(edge);
-  scene.effects.add(effects::CoulombOptions{.strength = 2.469, .accuracy = 1e-3});
-  scene.effects.add<effects::ChargeExchangeOptions>();
-  scene.stages = {{.duration = 1, .stiffness = 10, .temperature = 10}};
-  add_gas(scene, n, edge, 10);
-  There there(scene);
+  There there(gas_cases::cooling_gas(n));
   const double thermal = thermal_momentum(there.now()), start = there.now().energy().total();
   const auto temperature = [&] { return 2 * there.now().kinetic_energy() / (3 * n); };
   while (there.time() < 400 && temperature() > 1e-4) there.to(there.time() + 10);
@@ -190,23 +157,13 @@ void cooled_gas(Report& report) {
 
 void lists(Report& report) {
   report.section("every pair that overlaps is a contact");
-  Scene scene = viscoelastic(8);
-  add_gas(scene, 150, 7.9, 1e-4);
-  scene.conductors.front().velocity = {7, 5, 3};
-  There there(scene);
-  double missed = 0, seen = 0;
+  There there(gas_cases::one_fast_grain());
+  gas_cases::Overlaps overlaps;
   for (int n = 0; n < 500; ++n) {
     there.step(1e4);
-    const granular::Gas& gas = there.now();
-    const Bodies& b = gas.bodies();
-    std::set<Pair> noted;
-    for (const GrainContact& contact : gas.contacts()) noted.insert(contact.pair);
-    for (int i = 0; i < b.size(); ++i)
-      for (int j = i + 1; j < b.size(); ++j)
-        if (norm(spheres<3>(b).box.difference(position<3>(b, i), position<3>(b, j))) < 1)
-          ++seen, missed += !noted.contains({i, j});
+    overlaps.look(there.now());
   }
-  report.at_most(fmt::format("one grain at 1e3 thermal speeds: missed of {:g}", seen), missed, 0);
+  report.at_most(fmt::format("one grain at 1e3 thermal speeds: missed of {:g}", overlaps.seen), overlaps.missed, 0);
 }
 
 void charges(Report& report) {
@@ -265,29 +222,27 @@ struct Change {
 /// Change of what should stay of a bound pair that vibrates, over K q^2 times the overlap, after fifty periods; and the
 /// most, five standard deviations, that comes of booking what each step of contacts dissipates in whole quanta, which
 /// rounds it by an rms of 1 / sqrt(12) of one.
-Change bound_pair(double attraction, double dissipative) {
-  const double overlap = std::pow(attraction / 278.6, 2.0 / 3);
-  const double period = 2 * std::numbers::pi * std::sqrt(0.5 / (1.5 * 278.6 * std::sqrt(overlap)));
-  Scene scene = viscoelastic(30, dissipative);
-  scene.effects.add(effects::CoulombOptions{.strength = attraction, .accuracy = 1e-5});
+Change change_of(const gas_cases::BoundPair& pair, double dissipative) {
+  const double period = pair.period();
+  Scene scene = pair.scene(dissipative, {.accuracy = 1e-5});
   scene.mechanics.step = 0.25 * period;
-  add_pair(scene, 0, -1.3 * overlap, 1);
   There there(scene);
   there.to(0.25 * period);
   const double start = there.now().energy().total();
   there.to(50 * period);
   granular::Gas& gas = there.now();
-  const double quanta = 5 * std::sqrt(static_cast<double>(gas.contact_steps) / 12), depth = attraction * overlap;
+  const double quanta = 5 * std::sqrt(static_cast<double>(gas.contact_steps) / 12),
+               depth = pair.attraction * pair.overlap();
   return {std::abs(gas.energy().total() - start) / depth, quanta * granular::device::energy_quantum(2) / depth};
 }
 
 void held_forces(Report& report) {
   report.section("a bound pair followed for 50 of its periods in steps of a quarter: change of the energy");
   for (const double attraction : {0.1, 1e-3}) {
-    const double bound = 9 * std::pow(attraction / 278.6, 2.0 / 3);
-    report.at_most(fmt::format("K q^2 = {:g}, elastic", attraction), bound_pair(attraction, 0).found, bound);
-    const Change damped = bound_pair(attraction, 27.7);
-    report.at_most("  damped, with what is booked", damped.found, bound + damped.rounding);
+    const gas_cases::BoundPair pair{attraction};
+    report.at_most(fmt::format("K q^2 = {:g}, elastic", attraction), change_of(pair, 0).found, pair.bound());
+    const Change damped = change_of(pair, 27.7);
+    report.at_most("  damped, with what is booked", damped.found, pair.bound() + damped.rounding);
   }
 }
 

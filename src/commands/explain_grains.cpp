@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -12,11 +13,13 @@
 #include "solvers/laplace/accuracy/price.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/gas_parameters.hpp"
+#include "src/effects/charge_exchange.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
+#include "src/granular/resonance.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/theory/haff.hpp"
@@ -94,60 +97,99 @@ void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
       *closest, speed, limit);
 }
 
-/// Temperatures of a homogeneous gas without charges at equal intervals, the stages' part taken as at the start.
+/// What theory says of a homogeneous gas whose charges do not act, at equal intervals, the stages' part taken as at the
+/// start.
 struct Foreseen {
   std::vector<double> time, temperature;
-  double collisions = 0;  ///< of a grain
+  std::vector<double> charge;  ///< the largest that a grain has
+  double collisions = 0;       ///< of a grain
 };
+
+/// Mean square of the charge that an impact moves; empty where theory does not know it.
+std::function<double(double)> charge_of_impacts(const Scene& scene) {
+  const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>();
+  if (!exchange || exchange->model != effects::ExchangeModel::impact) return {};
+  return [=](double speed) { return theory::impact_charge_square(exchange->strength, exchange->exponent, 0.5, speed); };
+}
+
+/// Of so many grains that got their charges in collisions: their density falls like exp(-sqrt(2) |q| / rms), of
+/// kurtosis 6.
+double largest_charge(double square, std::size_t grains) {
+  return std::sqrt(square / 2) * std::log(std::max<double>(2, static_cast<double>(grains)));
+}
 
 Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
   const double warm = warm_up(scene);
   const double left = std::max(scene.stop.time - warm, 0.0), initial = initial_temperature(scene);
   constexpr int intervals = 200;
   Foreseen result;
-  std::vector<double> times;
-  for (int k = 0; k <= intervals; ++k) times.push_back(left * k / intervals);
-  const theory::Impacts impacts{.restitution = [&](double speed) { return restitution(law, speed); }};
-  result.time = times;
+  for (int k = 0; k <= intervals; ++k) result.time.push_back(left * k / intervals);
+  double given = 0;
+  for (const Conductor& grain : scene.conductors) given = std::max(given, std::abs(grain.charge));
   if (initial <= 0 || scene.dimension() == 2) {
-    result.temperature.assign(times.size(), initial);
+    result.temperature.assign(result.time.size(), initial);
+    result.charge.assign(result.time.size(), given);
     return result;
   }
-  const auto states = theory::cool(grain_density(scene), impacts, initial, times);
-  for (const theory::CoolingState& state : states) result.temperature.push_back(state.temperature);
+  const theory::Impacts impacts{.restitution = [&](double speed) { return restitution(law, speed); },
+                                .charge_square = charge_of_impacts(scene)};
+  const auto states = theory::cool(grain_density(scene), impacts, initial, result.time);
+  for (const theory::CoolingState& state : states) {
+    result.temperature.push_back(state.temperature);
+    result.charge.push_back(given + largest_charge(state.charge_square, scene.conductors.size()));
+  }
   result.collisions = states.back().collisions + warm * theory::collision_frequency(grain_density(scene), initial);
   return result;
 }
 
-struct Steps {
-  double outer = 0, contact = 0;
+/// Of a whole run.
+struct Work {
+  double steps = 0, contact_steps = 0;
+  double evaluations = 0;  ///< of the forces of charges
+  double way = 0;          ///< d0, that the fastest grain flies
 };
+
+double smallest_radius(const Scene& scene) { return std::ranges::min(scene.conductors, {}, &Conductor::radius).radius; }
 
 /// That the fastest grain flies in a step whose length the accuracy of forces decides.
 double way_of(const Scene& scene) {
-  const double smallest = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   return granular::way_for(number_in(scene, &EffectKind::force_accuracy).value(), scene.conductors.size(),
-                           2 * smallest);
+                           2 * smallest_radius(scene));
 }
 
-Steps count_steps(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
+/// How long forces may be held between grains of this charge.
+double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
+  const double attraction = number_in(scene, &EffectKind::charge_strength).value_or(0) * charge * charge;
+  const double mass = 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(smallest_radius(scene), 3);
+  return std::visit([&](const auto& one) { return granular::longest_hold(one, attraction, 0.5 * mass); }, law);
+}
+
+/// What lets steps be no longer, as in Multirate::longest_step, but for accelerations. Contacts that are elastic move
+/// no charge, after which the forces would have to be found again.
+Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
   const bool by_accuracy = std::isinf(scene.mechanics.step);
   const double way = by_accuracy ? way_of(scene) : granular::longest_way;
-  // A run stops for its notes, ten times a frame.
-  const double longest = std::min(scene.mechanics.step, 0.1 * scene.output.every);
-  Steps steps;
-  const auto add = [&](double duration, double temperature, const GrainContactLaw& then) {
+  const double note = 0.1 * scene.output.every;  // a run stops for these
+  Work work;
+  const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
     const double speed = granular::fastest_of(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));
-    const double outer = std::min(longest, way / speed);
     const double inner = shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
-    steps.outer += duration / outer;
-    steps.contact += duration / outer * std::ceil(outer / inner);
+    const double flight = by_accuracy ? std::max(way / speed, inner) : way / speed;
+    const double longest = std::min({scene.mechanics.step, flight, hold_of(scene, then, charge)});
+    const double step = note / std::ceil(note / longest), steps = duration / step;
+    work.steps += steps;
+    work.contact_steps += steps * std::ceil(step / inner);
+    work.evaluations += steps * again;
+    work.way += speed * duration;
   };
   for (const Stage& stage : scene.stages)
-    if (stage.elastic) add(stage.duration, initial_temperature(scene), elastic(law, stage.stiffness));
+    if (stage.elastic)
+      add(stage.duration, initial_temperature(scene), foreseen.charge.front(), elastic(law, stage.stiffness), 1);
+  const double evaluations = number_in(scene, &EffectKind::evaluations_a_step).value_or(1);
   for (std::size_t k = 1; k < foreseen.time.size(); ++k)
-    add(foreseen.time[k] - foreseen.time[k - 1], foreseen.temperature[k], law);
-  return steps;
+    add(foreseen.time[k] - foreseen.time[k - 1], std::sqrt(foreseen.temperature[k - 1] * foreseen.temperature[k]),
+        foreseen.charge[k], law, evaluations);
+  return work;
 }
 
 /// What the first step is as long as it is for.
@@ -204,15 +246,24 @@ double seconds_of_forces(const Scene& scene) {
   return seconds;
 }
 
-void explain_cost(const Scene& scene, const Steps& steps) {
-  // One core of an AMD EPYC (validation/benchmarks/README.md).
-  constexpr double contact_step = 4e-8, step = 1.5e-8;  // s a grain; step: what passes over all grains
-  const double n = static_cast<double>(scene.conductors.size()), evaluation = seconds_of_forces(scene);
-  const double evaluations = steps.outer * number_in(scene, &EffectKind::evaluations_a_step).value_or(1);
-  fmt::print("\ncost: an estimate, from figures measured on one core\n");
-  fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", steps.outer, steps.contact);
-  fmt::print("  a run                {:.2g} s\n",
-             n * (steps.contact * contact_step + steps.outer * step + evaluations * evaluation));
+/// By figures of one core of an AMD EPYC on which little else ran (validation/benchmarks/README.md, what explain
+/// counts).
+void explain_cost(const Scene& scene, const Work& work) {
+  // s a grain: a step of contacts; what pairs cost that come and go, and searches for them, a d0 that the fastest
+  // flies; passes over all grains, a step.
+  constexpr double contact_step = 3.6e-8, way = 5e-7, step = 1.5e-8;
+  // Forces within a run, over forces alone: contacts use the caches in between, the book asks for potentials, and
+  // grains in clusters have more neighbours.
+  constexpr double in_a_run = 1.5;
+  const double n = static_cast<double>(scene.conductors.size());
+  const double contacts = n * (work.contact_steps * contact_step + work.way * way);
+  const double forces = n * work.evaluations * in_a_run * seconds_of_forces(scene);
+  fmt::print("\ncost: an estimate for one core, of a gas that stays homogeneous\n");
+  fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", work.steps, work.contact_steps);
+  fmt::print("  a run                {:.2g} s: {:.2g} s of contacts", contacts + forces + n * work.steps * step,
+             contacts);
+  if (forces > 0) fmt::print(", {:.2g} s of smooth forces, {:.2g} times", forces, work.evaluations);
+  fmt::print("\n");
 }
 
 }  // namespace
@@ -240,7 +291,7 @@ void explain_grains(const Scene& scene) {
   if (foreseen.collisions > 0)
     fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
                foreseen.temperature.back(), foreseen.collisions);
-  if (scene.mechanics.integrator == Integrator::multirate) explain_cost(scene, count_steps(scene, law, foreseen));
+  if (scene.mechanics.integrator == Integrator::multirate) explain_cost(scene, count_work(scene, law, foreseen));
 }
 
 }  // namespace lichtenberg

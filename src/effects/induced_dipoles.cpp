@@ -98,7 +98,7 @@ const EffectKind& InducedDipolesOptions::kind() {
             const auto& options = *scene.effects.find<InducedDipolesOptions>();
             return options.degree == 1 ? std::cbrt(2 * options.polarizability) : 0.0;
           },
-      .seconds = 3.2e-6};
+      .seconds = 2.1e-6};
   return kind;
 }
 

@@ -319,3 +319,27 @@ TEST_CASE("a gas that blows at random drives grains to its temperature") {
   CHECK(temperature == doctest::Approx(0.01 * std::tanh(0.5)).epsilon(4 * std::sqrt(2.0 / (30 * n))));
   CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
 }
+
+// Whole numbers, and masses that are powers of two: nothing is rounded. The fastest is the last, the first or another.
+TEST_CASE("a survey of any number of grains finds their kinetic energy and the largest speed") {
+  for (const int d : {2, 3})
+    for (const int count : {1, 7, 8, 21})
+      for (const int fast : {0, count / 2, count - 1}) {
+        CAPTURE(d);
+        CAPTURE(count);
+        CAPTURE(fast);
+        Bodies bodies{.dimension = d};
+        double energy = 0;
+        for (int i = 0; i < count; ++i) {
+          bodies.radius.push_back(0.5);
+          bodies.mass.push_back(i % 2 == 0 ? 2 : 4);
+          for (int k = 0; k < d; ++k) bodies.momentum.push_back(i == fast && k == 1 ? 400 : i % 3 + k);
+          for (int k = 0; k < d; ++k) energy += std::pow(bodies.momentum[i * d + k], 2) / (2 * bodies.mass[i]);
+        }
+        double square = 0;
+        for (int k = 0; k < d; ++k) square += std::pow(bodies.momentum[fast * d + k] / bodies.mass[fast], 2);
+        const granular::Survey found = granular::survey(bodies, parallel::Team::single());
+        CHECK(found.kinetic == energy);
+        CHECK(found.fastest == std::sqrt(square));
+      }
+}

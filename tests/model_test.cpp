@@ -123,6 +123,30 @@ TEST_CASE("bodies that leave a periodic box come in on the other side, and their
   CHECK(bodies.image[0] == 2);
 }
 
+// Looked at in groups: each body that has left is brought back wherever it stands, and no other is touched.
+TEST_CASE("of many bodies in a periodic box those that have left are brought back, and those alone") {
+  Bodies bodies{.dimension = 3, .box = {.lengths = {2, 3, 4}}};
+  bodies.box.sides.fill(Boundary::periodic);
+  bodies.box.sides[2] = bodies.box.sides[3] = Boundary::wall;  // not along y
+  constexpr int count = 53;
+  for (int i = 0; i < count; ++i) {
+    bodies.radius.push_back(0.1);
+    for (const double x : {i % 7 == 0 ? 2.5 : 0.25, i % 5 == 0 ? -1.0 : 5.0, i % 11 == 0 ? -4.5 : 0.0})
+      bodies.position.push_back(x);
+  }
+  wrap(bodies);
+  REQUIRE(bodies.image.size() == bodies.position.size());
+  for (int i = 0; i < count; ++i) {
+    CAPTURE(i);
+    CHECK(bodies.position[3 * i] == (i % 7 == 0 ? 0.5 : 0.25));
+    CHECK(bodies.image[3 * i] == (i % 7 == 0 ? 1 : 0));
+    CHECK(bodies.position[3 * i + 1] == (i % 5 == 0 ? -1.0 : 5.0));
+    CHECK(bodies.image[3 * i + 1] == 0);
+    CHECK(bodies.position[3 * i + 2] == (i % 11 == 0 ? 3.5 : 0.0));
+    CHECK(bodies.image[3 * i + 2] == (i % 11 == 0 ? -2 : 0));
+  }
+}
+
 TEST_CASE("a wired group's charge is spread over its members") {
   Scene scene;
   scene.groups = {{.name = "pair", .charge = 6e-12}};

@@ -1,6 +1,7 @@
 #include "src/granular/survey.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -33,8 +34,7 @@ Part over_ranges(int grains, parallel::Team& team, const Work& work) {
   return together(parts);
 }
 
-/// Of the vectors of a grain each: visit(grain, square). Several sums side by side, or each addition waits for the one
-/// before.
+/// Of the vectors of a grain each: visit(grain, square).
 template <class Visit>
 void for_each_square(const Bodies& b, const double* v, int first, int last, const Visit& visit) {
   if (b.dimension == 3)
@@ -44,16 +44,38 @@ void for_each_square(const Bodies& b, const double* v, int first, int last, cons
     for (int i = first; i < last; ++i) visit(i, v[2 * i] * v[2 * i] + v[2 * i + 1] * v[2 * i + 1]);
 }
 
+/// Of as many grains as are looked at side by side, since each sum waits for the one before.
+constexpr int together_at_once = 8;
+struct Sums {
+  std::array<double, together_at_once> energy{}, speed2{};
+
+  template <int d>
+  void add(const double* momentum, const double* mass, int count) {
+    for (int lane = 0; lane < count; ++lane) {
+      double square = momentum[lane * d] * momentum[lane * d];
+      for (int k = 1; k < d; ++k) square += momentum[lane * d + k] * momentum[lane * d + k];
+      const double per_mass = 1 / mass[lane], twice = per_mass * square, faster = per_mass * twice;
+      energy[lane] += twice;
+      speed2[lane] = speed2[lane] < faster ? faster : speed2[lane];
+    }
+  }
+};
+
+template <int d>
+Sums sums_of(const Bodies& b, int first, int last) {
+  Sums sums;
+  const double *momentum = b.momentum.data(), *mass = b.mass.data();
+  int i = first;
+  for (; i + together_at_once <= last; i += together_at_once) sums.add<d>(momentum + i * d, mass + i, together_at_once);
+  sums.add<d>(momentum + i * d, mass + i, last - i);
+  return sums;
+}
+
 /// Compiled once, so that who surveys after a kick and who surveys alone find the same bits.
 [[gnu::noinline]] void survey_range(const Bodies& b, int first, int last, Part& part) {
-  constexpr int sums = 8;
-  double energy[sums] = {};
-  for_each_square(b, b.momentum.data(), first, last, [&](int i, double square) {
-    const double per_mass = 1 / b.mass[i], twice = per_mass * square;
-    energy[i % sums] += twice;
-    part.speed2 = std::max(part.speed2, per_mass * twice);
-  });
-  for (const double one : energy) part.kinetic += 0.5 * one;
+  const Sums sums = b.dimension == 3 ? sums_of<3>(b, first, last) : sums_of<2>(b, first, last);
+  for (const double one : sums.energy) part.kinetic += 0.5 * one;
+  part.speed2 = std::max(part.speed2, *std::ranges::max_element(sums.speed2));
 }
 
 [[gnu::noinline]] void kick_range(Bodies& b, double dt, const double* before, const double* now, int first, int last,

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include "solvers/error.hpp"
@@ -10,25 +14,57 @@
 namespace lichtenberg {
 namespace {
 
+/// So many are looked at together: few of them leave a box within a step, and most such groups are left alone.
+constexpr int bodies_at_once = 16;
+
+/// Whether bodies are where a periodic box has them: a loop without branches over their components.
+template <int d>
+class Inside {
+ public:
+  explicit Inside(const Box<d>& box) {
+    for (int c = 0; c < components; ++c)
+      if (box.periodic(c % d)) low_[c] = 0, high_[c] = box.lengths[c % d];
+  }
+  /// Of bodies_at_once places one after another.
+  bool all(const double* position) const {
+    std::int64_t outside = 0;
+    for (int c = 0; c < components; ++c) outside |= !(position[c] >= low_[c]) | !(position[c] < high_[c]);
+    return outside == 0;
+  }
+
+ private:
+  static constexpr int components = d * bodies_at_once;
+  std::array<double, components> low_ = filled(-INFINITY), high_ = filled(INFINITY);
+
+  static std::array<double, components> filled(double value) {
+    std::array<double, components> all;
+    all.fill(value);
+    return all;
+  }
+};
+
+template <int d>
+void wrap_one(Bodies& bodies, const Box<d>& box, int i) {
+  Vec<d> p;
+  for (int k = 0; k < d; ++k) p[k] = bodies.position[i * d + k];
+  Image<d> image{};
+  box.wrap(p, image);
+  for (int k = 0; k < d; ++k) {
+    bodies.position[i * d + k] = p[k];
+    bodies.image[i * d + k] += image[k];
+  }
+}
+
 template <int d>
 void wrap_all(Bodies& bodies) {
   const Box<d> box = spheres<d>(bodies).box;
   if (!box.any_periodic()) return;
+  const Inside<d> inside(box);
   bodies.image.resize(bodies.position.size(), 0);
-  for (int i = 0; i < bodies.size(); ++i) {
-    Vec<d> p;
-    bool inside = true;
-    for (int k = 0; k < d; ++k) {
-      p[k] = bodies.position[i * d + k];
-      inside &= p[k] >= 0 && p[k] < box.lengths[k];
-    }
-    if (inside) continue;
-    Image<d> image{};
-    box.wrap(p, image);
-    for (int k = 0; k < d; ++k) {
-      bodies.position[i * d + k] = p[k];
-      bodies.image[i * d + k] += image[k];
-    }
+  for (int first = 0; first < bodies.size(); first += bodies_at_once) {
+    const int last = std::min(bodies.size(), first + bodies_at_once);
+    if (last - first == bodies_at_once && inside.all(&bodies.position[first * d])) continue;
+    for (int i = first; i < last; ++i) wrap_one(bodies, box, i);
   }
 }
 

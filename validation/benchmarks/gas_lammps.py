@@ -2,16 +2,21 @@
 """Whole steps of a charged gas by `lichtenberg run` and by LAMMPS (Debian's package `lammps`), on one core, in one run.
 
     gas_lammps.py [--program build/lichtenberg] [--grains 8516,50016] [--accuracy 1e-4] [--steps 100] [--every 10]
-    gas_lammps.py --contacts [--grains 8516,50016] [--steps 100]
+    gas_lammps.py --contacts [--grains 8516,50016] [--steps 100] [--step .02]
+    gas_lammps.py --contact-errors
 
 Grains of charge +1 and -1 at random places of a periodic box, volume fraction .0763, T = 1, in viscoelastic contact
 (E = 278.6, D = 27.7); all forces in each step of .005. LAMMPS: the same places, velocities, charges and law of contact
-(gran/hertz/history without tangential forces), PPPM, with the fastest of some cut-offs. Errors are rms errors of the charges'
-forces over the rms force, against forces that are asked for to 1e-8.
+(gran/hertz/history without tangential forces, and none that attracts: limit_damping), PPPM, with the fastest of some
+cut-offs. Errors are rms errors of the charges' forces over the rms force, against forces that are asked for to 1e-8.
 
 `--every 10`: charges' forces in each tenth step of contacts alone, ours held over ten and then put right, LAMMPS' by its own
 run_style respa, as impulses. Nothing is analysed on the way, which a run does ten times a frame. `--contacts`: without
 charges. Milliseconds are those of processors, a step of contacts.
+
+Contacts of both have an error, too: that of the restitution of lone pairs that meet at v = 1, the worst of phases of the step
+at touch, which stands beside each time. `--contact-errors` shows it by the length of the step: it says which of ours (`--step`)
+is as good as LAMMPS' .005.
 """
 import argparse
 import os
@@ -28,15 +33,22 @@ ELASTIC, DISSIPATIVE, STEP = 278.6, 27.7, 0.005
 CONTACT_STEPS = 29  # in the shortest contact, .147 at twice the fastest of 5e4 grains' speeds: steps of STEP
 
 
+def contact_steps(step):
+    """Of steps of that length."""
+    return round(CONTACT_STEPS * STEP / step)
+
+
+PERIODIC = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "bottom", "top", "front", "back"))
+
+
 def scene(grains, length, accuracy, steps, every=1, step=STEP):
     """Charges' forces, if an accuracy is given, each `every` steps of contacts, of `step` each, for `steps` STEPs."""
     coulomb = f"[effects.coulomb]\nstrength = 1\naccuracy = {accuracy}" if accuracy else ""
-    sides = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "bottom", "top", "front", "back"))
     populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
     return f"""[reference]
 [domain]
 size = [{length}, {length}, {length}]
-{sides}
+{PERIODIC}
 {populations}
 [effects.viscoelastic_contact]
 elastic = {ELASTIC}
@@ -44,7 +56,7 @@ dissipative = {DISSIPATIVE}
 {coulomb}
 [mechanics]
 step = {every * step}
-contact_steps = {round(CONTACT_STEPS * STEP / step)}
+contact_steps = {contact_steps(step)}
 threads = 1
 [stop]
 time = {steps * STEP}
@@ -81,10 +93,13 @@ def first_frame(folder):
         return {name: grain[f"{name}/value"][0] for name in names if name in grain}
 
 
+# Without limit_damping forces attract before contacts end, and the restitution at v = 1, .33, is another by .08.
+GRANULAR = f"gran/hertz/history {2 * ELASTIC} 0 {4 * DISSIPATIVE} 0 0 0 limit_damping"
+
+
 def lammps_input(cutoff, accuracy, steps, contacts, every):
     """cutoff None: without charges."""
-    granular = f"gran/hertz/history {2 * ELASTIC} 0 {4 * DISSIPATIVE} 0 0 0"
-    styles = [f"coul/long {cutoff}"] * (cutoff is not None) + [granular] * contacts
+    styles = [f"coul/long {cutoff}"] * (cutoff is not None) + [GRANULAR] * contacts
     coefficients = ["coul/long"] * (cutoff is not None) + ["gran/hertz/history"] * contacts
     overlay = len(styles) > 1
     lines = ["units lj", "atom_style hybrid sphere charge", "comm_modify vel yes", "read_data data",
@@ -123,6 +138,85 @@ def run_lammps(folder, cutoff, accuracy, steps, contacts=True, every=1):
 def forces_of_lammps(folder):
     rows = [line.split() for line in (folder / "forces").read_text().splitlines()[9:]]
     return np.array([[float(x) for x in row[1:4]] for row in rows if len(row) == 4])
+
+
+PHASES, BOX = 36, 30  # pairs, of which one touches in each part of a step; d0
+GAP = 0.1
+
+
+def pairs(step):
+    """Places and velocities of pairs that meet along x at v = 1, all at different phases of a step."""
+    grains = []
+    for k in range(PHASES):
+        y, z, apart = 2.5 + 5 * (k % 6), 2.5 + 5 * (k // 6), 1 + GAP + k / PHASES * step
+        grains += [((BOX / 2 - apart / 2, y, z), (0.5, 0, 0)), ((BOX / 2 + apart / 2, y, z), (-0.5, 0, 0))]
+    return grains
+
+
+END_OF_PAIRS = 1.0  # they have parted: gap, contact of .34
+
+
+def restitutions_of_ours(program, folder, at, step):
+    """In steps of contacts of that length: four of the shortest contact, at v = 1, are longer."""
+    conductors = "\n".join(f"[[conductor]]\nposition = {list(place)}\nvelocity = {list(velocity)}\nradius = 0.5"
+                           for place, velocity in pairs(at))
+    (folder / "pairs.toml").write_text(f"""[reference]
+[domain]
+size = [{BOX}, {BOX}, {BOX}]
+{PERIODIC}
+{conductors}
+[effects.viscoelastic_contact]
+elastic = {ELASTIC}
+dissipative = {DISSIPATIVE}
+[mechanics]
+step = {step}
+contact_steps = 4
+threads = 1
+[stop]
+time = {END_OF_PAIRS}
+[output]
+every = {10 * END_OF_PAIRS}
+picture = false
+""")
+    processor_seconds([program, "run", "pairs.toml", "--overwrite", "--quiet"], folder)
+    with h5py.File(folder / "pairs.h5") as file:
+        return -np.diff(file["particles/conductors/velocity/value"][-1][:, 0])[::2]
+
+
+def restitutions_of_lammps(folder, step):
+    places, velocities = zip(*pairs(step))
+    write_data(folder / "data", {"position": places, "velocity": velocities}, BOX)
+    (folder / "in").write_text("\n".join([
+        "units lj", "atom_style hybrid sphere charge", "comm_modify vel yes", "read_data data", f"pair_style {GRANULAR}",
+        "pair_coeff * *", "neighbor 0.3 bin", "fix 1 all nve", f"timestep {step}", f"run {round(END_OF_PAIRS / step)}",
+        "write_dump all custom velocities id vx modify sort id format float %.15g", ""]))
+    processor_seconds(["lmp", "-in", "in", "-log", "none"], folder)
+    rows = [line.split() for line in (folder / "velocities").read_text().splitlines()[9:]]
+    return -np.diff([float(vx) for _, vx in rows])[::2]
+
+
+def contact_errors(program, folder, step, step_of_lammps=STEP):
+    """The worst error of restitution, ours and LAMMPS', by ours in steps of 1/400 of a contact."""
+    exact = -restitutions_of_ours(program, folder, step, 8e-4).mean()
+    return (np.abs(-restitutions_of_ours(program, folder, step, step) - exact).max(),
+            np.abs(-restitutions_of_lammps(folder, step_of_lammps) - exact).max())
+
+
+def show_contacts(program, step):
+    """What contacts of the comparison are worth."""
+    with tempfile.TemporaryDirectory() as name:
+        ours, lammps = contact_errors(program, Path(name), step)
+    print(f"contacts: lichtenberg {contact_steps(step)} steps of {step:g} in the shortest, restitution off by {ours:.1e}; "
+          f"LAMMPS {CONTACT_STEPS} of {STEP:g}, {lammps:.1e}")
+
+
+def show_contact_errors(program):
+    print("error of restitution at v = 1, worst phase")
+    with tempfile.TemporaryDirectory() as name:
+        for step in (0.00125, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.04):
+            ours, lammps = contact_errors(program, Path(name), step, step)
+            print(f"steps of {step:g}, {contact_steps(step)} in the shortest contact of a gas: lichtenberg {ours:.1e}, "
+                  f"LAMMPS {lammps:.1e}")
 
 
 def error(force, reference):
@@ -166,12 +260,16 @@ def main():
     parser.add_argument("--steps", type=int, default=100, help="timed, of contacts")
     parser.add_argument("--every", type=int, default=1, help="steps of contacts from one force of charges to the next")
     parser.add_argument("--contacts", action="store_true", help="without charges")
+    parser.add_argument("--contact-errors", action="store_true", help="of both, by the length of the step; nothing is timed")
     parser.add_argument("--step", type=float, default=STEP,
                         help="of contacts, ours; times are still those of .005, LAMMPS' step")
     parser.add_argument("--cutoffs", type=lambda text: [float(x) for x in text.split(",")], default=[4, 5, 6, 7],
                         help="of LAMMPS")
     arguments = parser.parse_args()
     arguments.program = Path(arguments.program).resolve()
+    if arguments.contact_errors:
+        return show_contact_errors(arguments.program)
+    show_contacts(arguments.program, arguments.step)
     for grains in arguments.grains.split(","):
         compare(arguments, int(grains))
 

@@ -30,7 +30,11 @@ SMALL, LARGE = 30000, 1000000  # fewer grains get more steps, more get fewer
 
 
 def steps_for(grains):
-    return 50 if grains < SMALL else 10 if grains < LARGE else 3
+    return 50 if grains < SMALL else 10 if grains < LARGE else 3 if grains < 3 * LARGE else 1
+
+
+def repeats_for(grains):
+    return 3 if grains < 3 * LARGE else 2
 
 
 def run_with_memory(command):
@@ -47,7 +51,7 @@ def run_with_memory(command):
 def run_ours(arguments, grains):
     """A row, of processor time: what steps take more with charges are two evaluations of forces, as charges move in between."""
     command = [str(arguments.program), "--sizes", str(grains), "--accuracies", f"0,{arguments.accuracy:g}", "--sample", "0"]
-    command += ["--steps", str(steps_for(grains)), "--repeats", "3"]
+    command += ["--steps", str(steps_for(grains)), "--repeats", str(repeats_for(grains))]
     text, memory = run_with_memory(command)
     lines = text.splitlines()
     title = next(k for k, line in enumerate(lines) if line.split()[:1] == ["grains"])
@@ -95,7 +99,7 @@ def draw_lines(axes, rows, name, style, colour, label):
 
 def draw(ours, lammps, device, host, title):
     plt.rcParams.update({"font.size": 8, "savefig.dpi": 160})
-    figure, (time, memory) = plt.subplots(1, 2, figsize=(7.5, 3.4), layout="constrained", width_ratios=[1.6, 1])
+    figure, (time, memory) = plt.subplots(1, 2, figsize=(7.5, 4.2), layout="constrained", width_ratios=[1.6, 1])
     for rows, colour, who in ((ours, BLUE, "one core"), (host["rows"], SKY, host["device"]), (lammps, ORANGE, "LAMMPS, one core"),
                               (device["rows"], GREEN, device["device"])):
         draw_lines(time, rows, "step", "o-", colour, f"{who}: step")
@@ -108,7 +112,7 @@ def draw(ours, lammps, device, host, title):
     for axes in (time, memory):
         axes.grid(True, which="major", linewidth=0.3)
         axes.tick_params(which="minor", length=0)
-        axes.legend(frameon=False, fontsize=7)
+        axes.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.14), ncols=2 if axes is time else 1)
     figure.suptitle(title, fontsize=8)
     return figure
 

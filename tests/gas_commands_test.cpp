@@ -215,6 +215,7 @@ TEST_CASE("explain says what a gas starts with, and how warm polarized grains ma
   CHECK_MESSAGE(contains(ended.out, "charges              0 q0 in all, rms "), ended.out);
   CHECK_MESSAGE(contains(ended.out, "m0 v0 in all"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "held forces          for "), ended.out);
+  CHECK_MESSAGE(contains(ended.out, "memory               some 57 MiB\n"), ended.out);  // 60e6 bytes and 60 of 1510
   CHECK_MESSAGE(contains(ended.out, "multirate, steps as the accuracy of forces asks for\n"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "the fastest grain flies 0.2 d0, which costs what forces to 0.01 do\n"), ended.out);
   CHECK_MESSAGE(contains(ended.out, ": 16 steps, wrong by up to 0.001 of a contact's energy, for forces to 0.01\n"),

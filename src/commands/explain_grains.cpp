@@ -246,6 +246,15 @@ double seconds_of_forces(const Scene& scene) {
   return seconds;
 }
 
+/// Largest resident size of runs of 3e5 to 1e7 grains on one core, with charges at an accuracy of 1e-4
+/// (validation/benchmarks/README.md).
+void explain_memory(const Scene& scene) {
+  constexpr double at_start = 60e6, grain = 660, charge = 850;  // bytes
+  const double each = grain + (scene.effects.has("coulomb") ? charge : 0);
+  fmt::print("  memory               some {:.0f} MiB\n",
+             (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
+}
+
 /// By figures of one core of an AMD EPYC on which little else ran (validation/benchmarks/README.md, what explain
 /// counts).
 void explain_cost(const Scene& scene, const Work& work) {
@@ -281,6 +290,7 @@ void explain_grains(const Scene& scene) {
   explain_sums(scene);
   explain_stages(scene);
   explain_integrator(gas);
+  explain_memory(scene);
   if (is_for_cuda(scene)) {
     granular::device::check_scene(scene);
     fmt::print("  device               cuda: some {:.0f} MiB of its memory\n",

@@ -16,6 +16,7 @@
 #include "src/analysis/packing.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/scene_change.hpp"
+#include "src/record/seal.hpp"
 #include "src/record/vtkhdf.hpp"
 #include "tests/recorded_pair.hpp"
 
@@ -55,6 +56,27 @@ TEST_CASE("a resumed run goes on where the file ends and adds its own provenance
   CHECK_EQ(hdf5::get<double>(file, "provenance/session-1/seconds/field"), std::vector<double>{0.5});
   CHECK_FALSE(hdf5::exists(file, "provenance/session-2"));
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
+}
+
+TEST_CASE("a run that another build has carried on last says so when it is resumed, and once") {
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  saved_run(path, 2);
+  CHECK_EQ(Recorder::resume(path, two_conductors()).warning(), "");
+  const auto pages = std::make_shared<hdf5::Pages>(hdf5::pages_of(OpenFile(path)));
+  {
+    const hdf5::Handle session = hdf5::open_group(hdf5::open_in_memory(pages), "provenance/session-0");
+    hdf5::check(H5Adelete(session, "commit"));
+    hdf5::put_attribute(session, "commit", "0123456789ab");
+  }
+  write_sealed(path, *pages);
+  {
+    Recorder resumed = Recorder::resume(path, two_conductors());
+    CHECK_NE(resumed.warning().find("run.h5 was last carried on by lichtenberg 0.1.0 (0123456789ab), not 0.1.0 ("),
+             std::string::npos);
+    resumed.save(milestone(2));
+  }
+  CHECK_EQ(Recorder::resume(path, two_conductors()).warning(), "");
 }
 
 TEST_CASE("frames after the last checkpoint can be saved without one, and a resumed run makes them anew") {

@@ -113,6 +113,7 @@ class Run {
         frames_(recorder_.frames()),
         motion_(make_motion(scene_)),
         backlog_(motion_->leaves_a_core() ? a_frame : 0) {
+    if (!recorder_.warning().empty()) fmt::print(stderr, "lichtenberg: {}\n", recorder_.warning());
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 

@@ -61,6 +61,24 @@ void check_start(const hdf5::Handle& file, const std::string& path, const Scene&
 
 std::string session_group(int session) { return fmt::format("provenance/session-{}", session); }
 
+int sessions(const hdf5::Handle& file) {
+  int count = 0;
+  while (hdf5::exists(file, session_group(count))) ++count;
+  return count;
+}
+
+/// Empty if the last session was of this build.
+std::string warning_of_another_build(const hdf5::Handle& file, const std::string& path) {
+  const hdf5::Handle last = hdf5::open_group(file, session_group(sessions(file) - 1));
+  const std::string number = hdf5::text(last, "version"), commit = hdf5::text(last, "commit");
+  const Version here = lichtenberg_version();
+  if (number == here.number && commit == here.commit) return "";
+  return fmt::format(
+      "{} was last carried on by lichtenberg {} ({}), not {} ({}): what the scene leaves open may have another default "
+      "here, so the run may go on in another way than it would have there",
+      path, number, commit, here.number, here.commit);
+}
+
 void put_program(const hdf5::Handle& group, const Provenance& provenance) {
   const Version version = lichtenberg_version();
   hdf5::put_attribute(group, "version", version.number);
@@ -186,10 +204,11 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
                       path));
     check_scene(result.file(), path, scene);
     check_start(result.file(), path, scene);
+    recorder.warning_ = warning_of_another_build(result.file(), path);
     recorder.take_over(result);
     recorder.stored_field_ = scene.output.field;
     recorder.put_constants([&](const hdf5::Handle& file) {
-      while (hdf5::exists(file, session_group(recorder.session_))) ++recorder.session_;
+      recorder.session_ = sessions(file);
       put_session(file, recorder.session_, provenance(), scene);
     });
     remove_partial_files(path);

@@ -49,6 +49,9 @@ class Recorder {
   /// differs from this one outside of [stop], [output] and [network]; Failure if it is damaged.
   static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
+  /// What the user of a resumed run should be told if another build of this program was the last to carry it on: what
+  /// the scene leaves open may have another default here. Else empty.
+  const std::string& warning() const { return warning_; }
   /// The checkpoint to go on from; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
   /// Of the checkpoint on disk, in the frames' unit of time; empty for a new run.
@@ -98,6 +101,7 @@ class Recorder {
   std::uint64_t tail_limit_;
   hdf5::Pages constants_;  ///< a file of all that no save changes: the scene, where the program ran before ...
   int session_ = 0;        ///< 0: the start of the run, then one more for each time it was resumed
+  std::string warning_;
   std::size_t particles_ = 0;
   std::optional<Checkpoint> checkpoint_;
   std::optional<double> saved_time_;

@@ -21,6 +21,7 @@
 #include "src/granular/device/pair_path.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "tests/grains.hpp"
+#include "tests/message.hpp"
 
 using namespace lichtenberg;
 
@@ -71,6 +72,17 @@ TEST_CASE("a gas too large for a device is refused with what it needs and how ma
                        "gas.toml: 100 grains take about 1024 MiB of the CUDA device, of which 256 are free: 25 of them "
                        "would fit",
                        Failure);
+}
+
+TEST_CASE("a gas whose lists a device could not count is refused with what they would hold") {
+  Scene scene = gas(100, 12, 1);
+  scene.path = "gas.toml";
+  scene.effects.add(effects::CoulombOptions{.accuracy = 1e-4});
+  CHECK_NOTHROW(granular::device::check_scene(scene));
+  scene.conductors.resize(300000, scene.conductors.front());  // on top of each other: who is near is not looked at
+  const std::string sentence = message_of([&] { granular::device::check_scene(scene); });
+  CHECK_MESSAGE(sentence.starts_with("gas.toml: device = \"cuda\" has no room in its lists for 300000 grains with "),
+                sentence);
 }
 
 TEST_CASE("a pair's step on a device is PairMotion's to rounding, whether it comes, stays, lets go or goes by") {

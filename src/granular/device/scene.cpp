@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
@@ -38,26 +39,6 @@ void check_exchange(const Scene& scene, const effects::ChargeExchangeOptions& op
   if (options.capacity) refuse(scene, "effects.charge_exchange.capacity");
 }
 
-}  // namespace
-
-void check_scene(const Scene& scene) {
-  if (!scene.reference) refuse(scene, "scenes without [reference] but for their field");
-  if (scene.dimension() != 3) refuse(scene, "grains in the plane");
-  if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
-    refuse(scene, "walls around grains");
-  if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
-    refuse(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
-  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
-      dipoles && dipoles->sum != periodic::DipoleSum::ewald)
-    refuse(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(dipoles->sum)));
-  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>(); dipoles && dipoles->degree > 1)
-    refuse(scene, "effects.induced_dipoles.degree above 1");
-  if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) check_coulomb(scene, *coulomb);
-  if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) check_exchange(scene, *exchange);
-}
-
-namespace {
-
 double smallest_diameter(const Scene& scene) {
   return 2 * std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
 }
@@ -72,23 +53,61 @@ periodic::MeshChoice mesh_for(const Scene& scene, const effects::CoulombOptions&
                                       .on_device = true});
 }
 
+constexpr double widest_skin = 2.4;  // of lists; that a gas has had at T = 10
+
+/// Grains nearer than that to one, if they are evenly spread.
+double grains_within(const Scene& scene, double range) {
+  const Vec3 lengths = scene.domain.box().lengths;
+  return static_cast<double>(scene.conductors.size()) / (lengths.x * lengths.y * lengths.z) * 4.2 * range * range *
+         range;
+}
+
+/// Entries of a list are counted in 32 bits.
+void check_list(const Scene& scene, const effects::CoulombOptions& options) {
+  const double cutoff = mesh_for(scene, options).cutoff + widest_skin;
+  const double entries = static_cast<double>(scene.conductors.size()) * grains_within(scene, cutoff);
+  if (entries < std::numeric_limits<int>::max()) return;
+  refuse(scene,
+         fmt::format(
+             "room in its lists for {} grains with {:.0f} others each within {:.2g} d0, as effects.coulomb.accuracy = "
+             "{:g} asks for",
+             scene.conductors.size(), grains_within(scene, cutoff), cutoff, options.accuracy));
+}
+
 }  // namespace
+
+void check_scene(const Scene& scene) {
+  if (!scene.reference) refuse(scene, "scenes without [reference] but for their field");
+  if (scene.dimension() != 3) refuse(scene, "grains in the plane");
+  if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
+    refuse(scene, "walls around grains");
+  if (scene.mechanics.integrator != lichtenberg::Integrator::multirate)
+    refuse(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
+      dipoles && dipoles->sum != periodic::DipoleSum::ewald)
+    refuse(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(dipoles->sum)));
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>(); dipoles && dipoles->degree > 1)
+    refuse(scene, "effects.induced_dipoles.degree above 1");
+  if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) {
+    check_coulomb(scene, *coulomb);
+    check_list(scene, *coulomb);
+  }
+  if (const auto* exchange = scene.effects.find<effects::ChargeExchangeOptions>()) check_exchange(scene, *exchange);
+}
 
 double bytes_needed(const Scene& scene) {
   // Arrays of grains and of entries in lists (gas.hpp), a mesh of whole numbers, points, modes and factors with the
-  // transforms' own, and what starts the device; lists with the widest skin that a gas has had at T = 10.
-  constexpr double a_grain = 630, an_entry = 210, a_partner = 4, a_column = 4, a_point = 28, start = 300e6, skin = 2.4;
+  // transforms' own, and what starts the device; lists with the widest skin.
+  constexpr double a_grain = 630, an_entry = 210, a_partner = 4, a_column = 4, a_point = 28, start = 300e6;
   constexpr double a_dipole = 450;  // with its history and what solves it
   const double n = static_cast<double>(scene.conductors.size());
-  const Vec3 lengths = scene.domain.box().lengths;
-  const double density = n / (lengths.x * lengths.y * lengths.z);
-  const auto within = [&](double range) { return density * 4.2 * range * range * range; };
-  double bytes = start + n * (a_grain + 0.5 * 1.25 * an_entry * within(1 + skin));
+  double bytes = start + n * (a_grain + 0.5 * 1.25 * an_entry * grains_within(scene, 1 + widest_skin));
   if (const auto* coulomb = scene.effects.find<effects::CoulombOptions>()) {
     const periodic::MeshChoice choice = mesh_for(scene, *coulomb);
     const auto [x, y, z] = choice.mesh.points;
     if (scene.effects.has("induced_dipoles")) bytes += n * a_dipole;
-    bytes += n * (25 * a_column + 1.25 * a_partner * within(choice.cutoff + skin)) + a_point * x * y * z;
+    bytes += n * (25 * a_column + 1.25 * a_partner * grains_within(scene, choice.cutoff + widest_skin)) +
+             a_point * x * y * z;
   }
   return bytes;
 }

@@ -167,10 +167,10 @@ TEST_CASE("the moving tolerance follows the position tolerance where that is wha
     scene.mechanics.position_tolerance = radii * radius;
     return effects::usual_moving_tolerance(scene);
   };
-  CHECK(usual(2.5e-4) == doctest::Approx(2.5e-5));
-  CHECK(usual(4e-3) == doctest::Approx(4e-4));
-  CHECK(usual(1e-6) == 1e-5);  // the links are wrong by as much
-  CHECK(usual(1) == 1e-3);
+  CHECK(usual(1e-3) == doctest::Approx(1e-4));
+  CHECK(usual(5e-4) == doctest::Approx(2.5e-5));
+  CHECK(usual(2.5e-4) == 1e-5);  // the links are wrong by as much
+  CHECK(usual(4e-3) == 1e-4);
   for (const auto& change : std::initializer_list<void (*)(Scene&)>{
            [](Scene& s) { s.mechanics.coupling = FieldCoupling::monolithic; },
            [](Scene& s) { s.mechanics.integrator = Integrator::euler; },

@@ -317,7 +317,7 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   CHECK(parse(with("method = \"relaxation\", tolerance = 1e-6")).field().tolerance == 1e-6);
   const std::string moving = box + electrostatics + grounded + disk("[0.01, 0.01]");
   CHECK(parse(moving).field().moving_tolerance == doctest::Approx(1e-4));
-  CHECK(parse(moving + "[mechanics]\nposition_tolerance = 4e-7\n").field().moving_tolerance == doctest::Approx(4e-5));
+  CHECK(parse(moving + "[mechanics]\nposition_tolerance = 4e-7\n").field().moving_tolerance == doctest::Approx(1.6e-5));
   CHECK(parse(box + "effects.floating_conductors = {}\nfield = { cells = 64, moving_tolerance = 1e-6 }\n" + grounded)
             .field()
             .moving_tolerance == 1e-6);

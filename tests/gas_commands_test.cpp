@@ -218,12 +218,13 @@ TEST_CASE("explain says what a gas starts with, and how warm polarized grains ma
   CHECK_MESSAGE(contains(ended.out, "memory               some 57 MiB\n"), ended.out);  // 60e6 bytes and 60 of 1510
   CHECK_MESSAGE(contains(ended.out, "multirate, steps as the accuracy of forces asks for\n"), ended.out);
   CHECK_MESSAGE(contains(ended.out, "the fastest grain flies 0.2 d0, which costs what forces to 0.01 do\n"), ended.out);
-  CHECK_MESSAGE(contains(ended.out, ": 16 steps, wrong by up to 0.001 of a contact's energy, for forces to 0.01\n"),
-                ended.out);
+  CHECK_MESSAGE(
+      contains(ended.out, ": 16 steps, wrong by about 0.001 of a contact's energy, the fewest that there are\n"),
+      ended.out);
   const Ended given =
       run_program(folder, "explain gas.toml --set mechanics.step=0.001 --set mechanics.contact_steps=40");
   CHECK_MESSAGE(
-      contains(given.out, ": 40 steps, wrong by up to 0.0002 of a contact's energy: mechanics.contact_steps\n"),
+      contains(given.out, ": 40 steps, wrong by about 0.0002 of a contact's energy: mechanics.contact_steps\n"),
       given.out);
   CHECK_MESSAGE(contains(given.out, "steps of at most 0.001 t0\n"), given.out);
   CHECK_MESSAGE(contains(given.out, " t0: mechanics.step\n"), given.out);

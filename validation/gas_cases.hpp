@@ -14,8 +14,8 @@
 #include "tests/grains.hpp"
 
 /// Gases that are hard to follow, what is looked at in them, and bounds: for who follows them on the processor
-/// (hard_cases_gas.cpp) and on a device (device/hard_cases.cpp). Reduced units. Where nothing else is said contacts
-/// have as many steps as a scene of that accuracy.
+/// (hard_cases_gas.cpp) and on a device (device/hard_cases.cpp). Reduced units. Contacts of gases
+/// that cool and of bound pairs have as many steps as a scene of that accuracy would give them.
 namespace lichtenberg::gas_cases {
 
 /// Of grains whose contacts lose what `dissipative` (D) says.

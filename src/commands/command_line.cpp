@@ -173,7 +173,7 @@ int status_of(const std::function<int()>& work) {
   } catch (const std::bad_alloc&) {
     return report(
         Failure("this machine has too little memory for that; `lichtenberg explain SCENE` says how much a scene "
-                "takes, and a smaller field.cells takes less"),
+                "takes, and a smaller field.cells or population.count takes less"),
         1);
   } catch (const std::exception& error) {
     return report(error, 1);

@@ -55,12 +55,13 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
   return theory::collision_frequency(grain_density(scene), temperature) * theory::impact_mean(temperature, duration);
 }
 
-/// What steps of contacts are as many for as they are.
-std::string why_so_many(const Scene& scene) {
+/// By what there are as many steps of contacts as there are.
+std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
   const std::optional<double> accuracy = number_in(scene, &EffectKind::force_accuracy);
-  const std::string error = fmt::format("wrong by up to {:.1g} of a contact's energy", contact_error(steps));
+  const std::string error = fmt::format("wrong by about {:.1g} of a contact's energy", contact_error(steps));
   if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy))) return error + ": mechanics.contact_steps";
+  if (steps == fewest_contact_steps) return error + ", the fewest that there are";
   return error + (accuracy ? fmt::format(", for forces to {:g}", *accuracy) : "");
 }
 
@@ -68,7 +69,7 @@ void explain_contacts(const Scene& scene, const GrainContactLaw& law, double tem
   const double speed = 2 * granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature);
   fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}\n",
              shortest_contact(law, speed), scene.mechanics.contact_steps,
-             scene.mechanics.integrator == Integrator::multirate ? ", " + why_so_many(scene) : "");
+             scene.mechanics.integrator == Integrator::multirate ? ", " + reason_of_steps(scene) : "");
   fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
              restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
@@ -169,7 +170,7 @@ double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
 Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
   const bool by_accuracy = std::isinf(scene.mechanics.step);
   const double way = by_accuracy ? way_of(scene) : granular::longest_way;
-  const double note = 0.1 * scene.output.every;  // a run stops for these
+  const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these
   Work work;
   const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
     const double speed = granular::fastest_of(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));

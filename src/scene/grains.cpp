@@ -11,6 +11,7 @@
 #include "src/scene/charge_distribution.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
+#include "src/scene/ground.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
@@ -229,6 +230,7 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
 
 void complete_grains(const Draft& draft, Scene& scene) {
   check_sizes(draft, scene);
+  check_charges(draft);
   for (const PopulationDraft& population : draft.populations) check_charges(draft, population);
   constexpr std::size_t few = 64;  // the work of cvode's events grows with their square
   if (scene.mechanics.integrator == Integrator::cvode && scene.conductors.size() > few)

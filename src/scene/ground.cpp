@@ -11,10 +11,11 @@ namespace {
 
 /// Forces and energies are its square over permittivities and lengths, which must be numbers.
 void check_size(const Draft& draft, const std::string& key, int line, double charge) {
-  constexpr double most = 1e100;
+  constexpr double most = 1e50;
   if (std::abs(charge) > most)
     refuse(draft.scene.path, line,
-           fmt::format("{} = {:g} C is not allowed: it must be between {:g} and {:g} C", key, charge, -most, most));
+           fmt::format("{} = {:g} {} is not allowed: it must be between {:g} and {:g}", key, charge,
+                       draft.scene.reference ? "q0" : "C", -most, most));
 }
 
 }  // namespace

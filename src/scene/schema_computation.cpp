@@ -85,8 +85,9 @@ Table field() {
            .place = [](Draft& d) { return &d.field.moving_tolerance; },
            .range = accuracy,
            .computed_default =
-               "0.1 * mechanics.position_tolerance / the smallest radius, from 1e-5 to 1e-3, and 1e-5 with a "
-               "circuit; 1e-6 of multipole, 1e-4 of relaxation, 1e-3 of spheres",
+               "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
+               "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"; 1e-6 of "
+               "multipole, 1e-4 of relaxation, 1e-3 of spheres",
            .help = "the same for the solves of a moving scene"},
           {.name = "device",
            .place = [](Draft& d) { return &d.field.options.device; },
@@ -172,9 +173,9 @@ Table mechanics() {
               {.name = "contact_steps",
                .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
                .range = {.low = 4, .high = 1e4},
-               .computed_default = "what effects.coulomb.accuracy asks for, 16 of 1e-3; 16 without charges",
+               .computed_default = "what effects.coulomb.accuracy asks for: 16 of 1e-3, 50 of 1e-4; 16 without",
                .help = "of multirate: steps of contacts in the shortest contact that there could be; n of them are "
-                       "wrong by up to 1 / (4 n^2) of a contact's energy"},
+                       "wrong by about 1 / (4 n^2) of a contact's energy"},
               {.name = "threads",
                .place = [](Draft& d) { return &d.scene.mechanics.threads; },
                .range = {.low = 0, .high = 1024},

@@ -18,6 +18,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/integrator.hpp"
+#include "src/scene/contact_steps.hpp"
 
 using namespace lichtenberg;
 
@@ -38,8 +39,10 @@ Scene prepared(const Options& options) {
   if (options.step > 0) scene.mechanics.step = options.step;
   if (options.contact_steps > 0) scene.mechanics.contact_steps = options.contact_steps;
   if (options.no_exchange) scene.effects.remove("charge_exchange");
-  if (auto* coulomb = scene.effects.find<effects::CoulombOptions>(); coulomb && options.accuracy > 0)
+  if (auto* coulomb = scene.effects.find<effects::CoulombOptions>(); coulomb && options.accuracy > 0) {
     coulomb->accuracy = options.accuracy;
+    if (options.contact_steps == 0) scene.mechanics.contact_steps = contact_steps_for(options.accuracy);
+  }
   if (options.polarizability > 0)
     scene.effects.add(
         effects::InducedDipolesOptions{.polarizability = options.polarizability, .tolerance = options.tolerance});

@@ -517,12 +517,15 @@ TEST_CASE("once a solve has thrown, no helper is at work on its problem") {
       return exact(p);
     };
   parallel::check_petsc(PetscOptionsSetValue(nullptr, "-field_pc_type", "jacobi"));
-  CutCellSolver solver(two_threads);
-  const std::string sentence = message_of([&] { solver.solve(problem); });
+  std::string sentence;
+  for (int trial = 0; trial < 200 && beside == 0; ++trial) {  // a caller may be refused before the helper has begun
+    CutCellSolver solver(two_threads);
+    sentence = message_of([&] { solver.solve(problem); });
+  }
   over = true;
   parallel::check_petsc(PetscOptionsClearValue(nullptr, "-field_pc_type"));
   CHECK_NE(sentence.find("-field_pc_type jacobi needs a matrix"), std::string::npos);
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  CAPTURE(beside);
+  CHECK(beside > 0);
   CHECK(afterwards == 0);
 }

@@ -21,11 +21,11 @@ class Holders {
     const auto [held, is_new] = holders_.try_emplace(component, supply);
     const Supply &first = supplies_[held->second], &other = supplies_[supply];
     if (first.potential != other.potential)
-      throw InputError(fmt::format(
-          "the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
-          "conductors, whose current has no limit, is not allowed: in {} their electrode.potential, side's potential "
-          "in [domain] or group.potential must be the same, or a conductor.position must leave a gap",
-          component, first.name, first.potential, other.name, other.potential, path_));
+      throw InputError(
+          fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
+                      "conductors, whose current has no limit, is not allowed: {} gives them these potentials, in "
+                      "electrode.potential, side's potential in [domain] or group.potential",
+                      component, first.name, first.potential, other.name, other.potential, path_));
     held->second = std::min(held->second, supply);
   }
   /// -1: none.

@@ -2,31 +2,26 @@
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sched.h>
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
-#include <map>
 #include <numeric>
-#include <thread>
 
 #include "src/analysis/network.hpp"
-#include "src/commands/command_line.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/folder.hpp"
-#include "tests/gas_text.hpp"
+#include "tests/run_child.hpp"
 
 using namespace lichtenberg;
+using namespace lichtenberg::run_child;
 namespace fs = std::filesystem;
 
 namespace {
@@ -73,84 +68,6 @@ stationary = false
 struct SceneFolder : Folder {
   SceneFolder() { write("six.toml", scene_text); }
 };
-
-/// `lichtenberg run six.toml --out <file> ...` in a child process whose output goes to files.
-class Child {
- public:
-  Child(
-      const Folder& folder, const std::string& file, std::vector<std::string> options = {},
-      const std::function<void()>& prepare = [] {})
-      : messages_(folder / "stderr"), summary_(folder / "stdout") {
-    std::vector<std::string> arguments{"run", folder / "six.toml", "--out", folder / file};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    std::fflush(nullptr);  // or the child would print what waits in our buffers again
-    process_ = fork();
-    if (process_ != 0) return;
-    for (const auto& [path, stream] : {std::pair{messages_, stderr}, std::pair{summary_, stdout}})
-      if (std::freopen(path.c_str(), "w", stream) == nullptr) _exit(99);
-    prepare();
-    const int status = run_command_line(arguments);
-    std::fflush(nullptr);
-    _exit(status);
-  }
-  Child(const Child&) = delete;
-  ~Child() { wait(); }
-
-  void send(int signal) const { kill(process_, signal); }
-  /// Whether it has a handler for the signal by now.
-  bool catches(int signal) const {
-    const std::string status = text_of("/proc/" + std::to_string(process_) + "/status"), key = "SigCgt:";
-    return std::stoull(status.substr(status.find(key) + key.size()), nullptr, 16) >> (signal - 1) & 1;
-  }
-  /// Exit status, or 128 and the number of the signal that ended it.
-  int wait() {
-    if (process_ != 0) waitpid(process_, &status_, 0);
-    process_ = 0;
-    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
-  }
-  std::string messages() const { return text_of(messages_); }
-  std::string summary() const { return text_of(summary_); }
-
- private:
-  std::string messages_, summary_;
-  pid_t process_ = 0;
-  int status_ = 0;
-};
-
-int run(const Folder& folder, const std::string& file, const std::vector<std::string>& options = {"--quiet"}) {
-  return Child(folder, file, options).wait();
-}
-
-void collect(hid_t group, const std::string& path, std::map<std::string, std::vector<std::byte>>& bytes) {
-  for (const std::string& name : hdf5::names(group)) {
-    const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
-    if (H5Iget_type(object) == H5I_GROUP) {
-      collect(object, path + "/" + name, bytes);
-    } else if (const hdf5::Handle type(H5Dget_type(object)); H5Tget_class(type) != H5T_STRING) {
-      const hdf5::Handle space(H5Dget_space(object));
-      std::vector<std::byte>& data = bytes[path + "/" + name];
-      data.resize(static_cast<size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
-      hdf5::check(H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()));
-    }
-  }
-}
-
-/// All numbers of a result file but the provenance's, which are timings.
-std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
-  std::map<std::string, std::vector<std::byte>> bytes;
-  collect(hdf5::load(path), "", bytes);
-  std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });
-  return bytes;
-}
-
-void check_same_numbers(const std::string& path, const std::string& reference) {
-  const auto a = numbers(path), b = numbers(reference);
-  REQUIRE_EQ(a.size(), b.size());
-  for (const auto& [name, bytes] : a) {
-    CAPTURE(name);
-    CHECK(bytes == b.at(name));
-  }
-}
 
 size_t frames(const std::string& path) { return hdf5::shape(hdf5::load(path), "observables/energy/value")[0]; }
 double number(const std::string& path, const std::string& name) {
@@ -535,96 +452,4 @@ TEST_CASE("a run that is asked for a picture leaves one") {
                replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));
   CHECK_EQ(run(folder, "six.h5"), 0);
   CHECK_EQ(text_of(folder / "six.png").substr(1, 3), "PNG");
-}
-
-/// A folder with a gas in it, whose frames are written by another thread where there is a second core. 41 frames, with
-/// a checkpoint each.
-struct GasFolder : Folder {
-  GasFolder() { write("six.toml", gas_text(60, 8, 1, 0.025, "[mechanics]\nthreads = 1\n") + "picture = false\n"); }
-};
-
-void stay_on_one_core() {
-  cpu_set_t all, one;
-  CPU_ZERO(&one);
-  sched_getaffinity(0, sizeof all, &all);
-  for (int core = 0; core < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++core)
-    if (CPU_ISSET(core, &all)) CPU_SET(core, &one);
-  sched_setaffinity(0, sizeof one, &one);
-}
-
-size_t gas_frames(const std::string& path) {
-  return hdf5::shape(hdf5::load(path), "observables/kinetic_energy/value")[0];
-}
-
-TEST_CASE("a gas whose frames are written beside its steps leaves what one leaves that writes them in between") {
-  const GasFolder folder;
-  REQUIRE_EQ(run(folder, "beside.h5"), 0);
-  REQUIRE_EQ(Child(folder, "between.h5", {"--quiet"}, stay_on_one_core).wait(), 0);
-  CHECK_EQ(gas_frames(folder / "beside.h5"), 41);
-  check_same_numbers(folder / "beside.h5", folder / "between.h5");
-}
-
-TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit for bit") {
-  const GasFolder folder;
-  const auto began = std::chrono::steady_clock::now();
-  REQUIRE_EQ(run(folder, "reference.h5"), 0);
-  const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - began;
-  for (int trial = 0; trial < 6; ++trial) {
-    const int signal = trial % 2 ? SIGTERM : SIGKILL;
-    fs::remove(folder / "six.h5");
-    Child child(folder, "six.h5", {"--quiet"});
-    if (trial < 2)
-      while (!fs::exists(folder / "six.h5")) usleep(1000);
-    else
-      usleep(static_cast<useconds_t>(1e6 * whole.count() * (trial + 0.5) / 6));
-    child.send(signal);
-    const int status = child.wait();
-    const bool saved = fs::exists(folder / "six.h5");
-    if (status == 128 + SIGTERM && saved)
-      CHECK_NE(child.messages().find("--resume goes on from there"), std::string::npos);
-    REQUIRE_EQ(run(folder, "six.h5", {"--quiet", saved ? "--resume" : "--overwrite"}), 0);
-    check_same_numbers(folder / "six.h5", folder / "reference.h5");
-  }
-}
-
-// Which of the two fails first is chance: while the first frame is written, the first step is made.
-TEST_CASE("a motion and a disk that fail at once are both said") {
-  if (std::thread::hardware_concurrency() < 2) return;  // frames are written between steps
-  const Folder folder;
-  folder.write("six.toml", replaced(gas_text(60, 8, 1, 0.025), "contact]\n", "contact]\nelastic = 1e60\n") +
-                               "picture = false\n[mechanics]\nthreads = 1\n");
-  int both = 0;
-  for (int trial = 0; trial < 50 && both == 0; ++trial) {
-    Child child(folder, "six.h5", {"--quiet"}, [] {
-      signal(SIGXFSZ, SIG_IGN);
-      const rlimit at_most{1000, 1000};
-      setrlimit(RLIMIT_FSIZE, &at_most);
-    });
-    CHECK_EQ(child.wait(), 1);
-    const auto says = [&](const std::string& part) { return child.messages().find(part) != std::string::npos; };
-    CAPTURE(child.messages());
-    CHECK(says("six.h5 cannot be written (File too large); nothing was saved"));
-    both += says("softer contacts (elastic), or a far shorter mechanics.step, is needed; and ");
-  }
-  CHECK_GT(both, 0);
-}
-
-TEST_CASE("a full disk ends a gas too with status 1 and the sentence, and leaves the last checkpoint") {
-  const GasFolder folder;
-  REQUIRE_EQ(run(folder, "reference.h5"), 0);
-  const rlim_t room = fs::file_size(folder / "reference.h5") / 2;
-  Child child(folder, "six.h5", {"--quiet"}, [room] {
-    signal(SIGXFSZ, SIG_IGN);
-    const rlimit at_most{room, room};
-    setrlimit(RLIMIT_FSIZE, &at_most);
-  });
-  CHECK_EQ(child.wait(), 1);
-  CHECK_NE(child.messages().find("six.h5 cannot be written (File too large); what was saved up to t = "),
-           std::string::npos);
-  CHECK_EQ(child.messages().find('\n') + 1, child.messages().size());
-  for (const auto& entry : fs::directory_iterator(fs::path(folder / "six.h5").parent_path()))
-    CHECK(entry.path().string().find(".partial") == std::string::npos);
-  CHECK_LT(gas_frames(folder / "six.h5"), 41);
-  REQUIRE_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 0);
-  check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }

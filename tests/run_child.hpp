@@ -1,0 +1,101 @@
+#pragma once
+
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "src/commands/command_line.hpp"
+#include "src/record/hdf5.hpp"
+#include "tests/folder.hpp"
+
+/// Runs in child processes, which may be killed, and what their result files hold.
+namespace lichtenberg::run_child {
+
+/// `lichtenberg run six.toml --out <file> ...` in a child process whose output goes to files.
+class Child {
+ public:
+  Child(
+      const Folder& folder, const std::string& file, std::vector<std::string> options = {},
+      const std::function<void()>& prepare = [] {})
+      : messages_(folder / "stderr"), summary_(folder / "stdout") {
+    std::vector<std::string> arguments{"run", folder / "six.toml", "--out", folder / file};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    std::fflush(nullptr);  // or the child would print what waits in our buffers again
+    process_ = fork();
+    if (process_ != 0) return;
+    for (const auto& [path, stream] : {std::pair{messages_, stderr}, std::pair{summary_, stdout}})
+      if (std::freopen(path.c_str(), "w", stream) == nullptr) _exit(99);
+    prepare();
+    const int status = run_command_line(arguments);
+    std::fflush(nullptr);
+    _exit(status);
+  }
+  Child(const Child&) = delete;
+  ~Child() { wait(); }
+
+  void send(int signal) const { kill(process_, signal); }
+  /// Whether it has a handler for the signal by now.
+  bool catches(int signal) const {
+    const std::string status = text_of("/proc/" + std::to_string(process_) + "/status"), key = "SigCgt:";
+    return std::stoull(status.substr(status.find(key) + key.size()), nullptr, 16) >> (signal - 1) & 1;
+  }
+  /// Exit status, or 128 and the number of the signal that ended it.
+  int wait() {
+    if (process_ != 0) waitpid(process_, &status_, 0);
+    process_ = 0;
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
+  }
+  std::string messages() const { return text_of(messages_); }
+  std::string summary() const { return text_of(summary_); }
+
+ private:
+  std::string messages_, summary_;
+  pid_t process_ = 0;
+  int status_ = 0;
+};
+
+inline int run(const Folder& folder, const std::string& file, const std::vector<std::string>& options = {"--quiet"}) {
+  return Child(folder, file, options).wait();
+}
+
+inline void collect(hid_t group, const std::string& path, std::map<std::string, std::vector<std::byte>>& bytes) {
+  for (const std::string& name : hdf5::names(group)) {
+    const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
+    if (H5Iget_type(object) == H5I_GROUP) {
+      collect(object, path + "/" + name, bytes);
+    } else if (const hdf5::Handle type(H5Dget_type(object)); H5Tget_class(type) != H5T_STRING) {
+      const hdf5::Handle space(H5Dget_space(object));
+      std::vector<std::byte>& data = bytes[path + "/" + name];
+      data.resize(static_cast<size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
+      hdf5::check(H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()));
+    }
+  }
+}
+
+/// All numbers of a result file but the provenance's, which are timings.
+inline std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
+  std::map<std::string, std::vector<std::byte>> bytes;
+  collect(hdf5::load(path), "", bytes);
+  std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });
+  return bytes;
+}
+
+inline void check_same_numbers(const std::string& path, const std::string& reference) {
+  const auto a = numbers(path), b = numbers(reference);
+  REQUIRE_EQ(a.size(), b.size());
+  for (const auto& [name, bytes] : a) {
+    CAPTURE(name);
+    CHECK(bytes == b.at(name));
+  }
+}
+
+}  // namespace lichtenberg::run_child

@@ -62,7 +62,7 @@ inline Scene thirteen_grains(const effects::CoulombOptions& coulomb) {
 ///
 /// Contacts last: of the time between collisions, 1/omega, a part omega t_c is spent in them. Statistics: the number is
 /// Poisson's to better than its root. Carnahan and Starling's g is good to 1e-3 here. An elastic restitution is off by
-/// 1e-4 to either side; n collisions add up to their root.
+/// 1e-4 to either side with 25 steps a contact; at worst all collisions of a grain add up.
 struct ElasticGas {
   static constexpr double density = 0.05, elastic = 278600;
   int n;
@@ -97,7 +97,8 @@ inline double kinetic_energy_of_cold_gas() { return 1.5 * 250 * 1e-5; }
 
 /// What its energy may grow by, over its kinetic one. Errors dF = 1e-3 of the rms force that last: dF^2 t^2 / 2m of
 /// each grain, an upper bound of (2/3) dF^2 t_corr / m a unit of time. Beside them pairs that are bound, K q^2 = T,
-/// bounce every two units, and each elastic restitution is off by up to 1e-6 at 25 steps a contact.
+/// bounce every two units. An elastic contact of 45 steps is wrong by up to 5e-5 of its energy, of either sign by the
+/// phase of the step at touch; 1e-6 a bounce, less than a single one may be, is what is allowed to add up.
 inline double bound_of_cold_gas(const std::vector<double>& forces, double time) {
   double squares = 0;
   for (const double f : forces) squares += f * f;

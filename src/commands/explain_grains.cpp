@@ -256,8 +256,8 @@ void explain_memory(const Scene& scene) {
              (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
 }
 
-/// By figures of one core of an AMD EPYC on which little else ran (validation/benchmarks/README.md, what explain
-/// counts).
+/// By figures of one core of an AMD EPYC with AVX-512 on which little else ran; without it some 2 to 3 times as long
+/// (validation/benchmarks/README.md, what explain counts).
 void explain_cost(const Scene& scene, const Work& work) {
   // s a grain: a step of contacts; what pairs cost that come and go, and searches for them, a d0 that the fastest
   // flies; passes over all grains, a step.

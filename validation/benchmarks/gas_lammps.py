@@ -41,23 +41,28 @@ def contact_steps(step):
 PERIODIC = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "bottom", "top", "front", "back"))
 
 
-def scene(grains, length, accuracy, steps, every=1, step=STEP):
-    """Charges' forces, if an accuracy is given, each `every` steps of contacts, of `step` each, for `steps` STEPs."""
-    coulomb = f"[effects.coulomb]\nstrength = 1\naccuracy = {accuracy}" if accuracy else ""
-    populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
+def gas_of(grains, length, coulomb, step, contact_steps):
+    """What all scenes here begin with; tables of grains and of charges' forces as text."""
     return f"""[reference]
 [domain]
 size = [{length}, {length}, {length}]
 {PERIODIC}
-{populations}
+{grains}
 [effects.viscoelastic_contact]
 elastic = {ELASTIC}
 dissipative = {DISSIPATIVE}
 {coulomb}
 [mechanics]
-step = {every * step}
-contact_steps = {contact_steps(step)}
-threads = 1
+step = {step}
+contact_steps = {contact_steps}
+threads = 1"""
+
+
+def scene(grains, length, accuracy, steps, every=1, step=STEP):
+    """Charges' forces, if an accuracy is given, each `every` steps of contacts, of `step` each, for `steps` STEPs."""
+    coulomb = f"[effects.coulomb]\nstrength = 1\naccuracy = {accuracy}" if accuracy else ""
+    populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
+    return gas_of(populations, length, coulomb, every * step, contact_steps(step)) + f"""
 [stop]
 time = {steps * STEP}
 [output]
@@ -160,18 +165,7 @@ def restitutions_of_ours(program, folder, at, step):
     """In steps of contacts of that length: four of the shortest contact, at v = 1, are longer."""
     conductors = "\n".join(f"[[conductor]]\nposition = {list(place)}\nvelocity = {list(velocity)}\nradius = 0.5"
                            for place, velocity in pairs(at))
-    (folder / "pairs.toml").write_text(f"""[reference]
-[domain]
-size = [{BOX}, {BOX}, {BOX}]
-{PERIODIC}
-{conductors}
-[effects.viscoelastic_contact]
-elastic = {ELASTIC}
-dissipative = {DISSIPATIVE}
-[mechanics]
-step = {step}
-contact_steps = 4
-threads = 1
+    (folder / "pairs.toml").write_text(gas_of(conductors, BOX, "", step, 4) + f"""
 [stop]
 time = {END_OF_PAIRS}
 [output]

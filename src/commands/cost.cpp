@@ -7,6 +7,7 @@
 #include "solvers/laplace/accuracy/price.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/effects/floating_conductors.hpp"
 
 namespace lichtenberg {
 
@@ -50,6 +51,16 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
          number_in(scene, &EffectKind::contact_gap);
 }
 
+/// Fitted to runs of 49 to 2500 conductors (README.md of this folder). `ways`: groups that float over the conductors'
+/// share of the domain.
+FieldSolves solves_in_plane(const Scene& scene, double ways) {
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
+  const double predictions = 2.6 * std::pow(ways, 1.25) * std::pow(tolerance, -1.0 / 3);
+  if (effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
+  return {.whole = 0.1 * std::pow(tolerance, -0.37) * predictions, .predictions = predictions};
+}
+
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries
 constexpr double share_in_motion = 0.8;  // of the iterations: earlier solutions are a good first guess
 
@@ -69,12 +80,13 @@ FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknow
   return cost;
 }
 
-std::optional<double> estimate_field_solves(const Scene& scene) {
-  if (scene.mechanics.integrator == Integrator::euler) return scene.stop.time / scene.mechanics.euler_field_step;
+std::optional<FieldSolves> estimate_field_solves(const Scene& scene) {
+  if (scene.mechanics.integrator == Integrator::euler)
+    return FieldSolves{.whole = scene.stop.time / scene.mechanics.euler_field_step};
   if (!is_fed_dragged_and_discharged(scene)) return std::nullopt;
-  const double ways = std::pow(floating_groups(scene) / share_of_area(scene), 1.5);
-  if (scene.dimension() == 2) return 0.65 * ways;
-  return scene.mechanics.keep_height ? std::optional(0.6 * ways) : std::nullopt;
+  const double ways = floating_groups(scene) / share_of_area(scene);
+  if (scene.dimension() == 2) return solves_in_plane(scene, ways);
+  return scene.mechanics.keep_height ? std::optional(FieldSolves{.whole = 0.6 * std::pow(ways, 1.5)}) : std::nullopt;
 }
 
 }  // namespace lichtenberg

@@ -22,10 +22,15 @@ FieldCost estimate_field_cost(const FieldOptions& options, double size);
 /// Of spheres in space, whose unknowns follow from the tolerance.
 FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns);
 
-/// Field solves of a run, predictions (solves on a coarser grid) among them. Euler's number is given by its steps to
-/// the end of the run; CVODE's is known to a factor of two or so (README.md of this folder) for scenes whose conductors
-/// are fed, dragged and discharged until they rest, in the plane or lying in a dish, and empty for others. Throws
-/// InputError if contacts at the start are a short circuit.
-std::optional<double> estimate_field_solves(const Scene& scene);
+/// How often a run solves for a field.
+struct FieldSolves {
+  double whole = 0;        ///< of it all
+  double predictions = 0;  ///< on a coarser grid between them
+};
+
+/// Euler's number is given by its steps to the end of the run; CVODE's is known to a factor of two or so (README.md of
+/// this folder) for scenes whose conductors are fed, dragged and discharged until they rest, in the plane or lying in a
+/// dish, and empty for others. Throws InputError if contacts at the start are a short circuit.
+std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
 }  // namespace lichtenberg

@@ -69,7 +69,9 @@ std::vector<Setting> settings_of_a_member(const Scene& scene, const std::vector<
 /// In a unit of its own: field solves times cells.
 double cost_of(const Scene& scene) {
   const double cells = scene.field_request() ? 1 : scene.field().cells;
-  return estimate_field_solves(scene).value_or(static_cast<double>(scene.conductors.size())) * cells * cells;
+  const FieldSolves unknown{.whole = static_cast<double>(scene.conductors.size())};
+  const FieldSolves solves = estimate_field_solves(scene).value_or(unknown);
+  return (solves.whole + solves.predictions) * cells * cells;
 }
 
 std::string header(const std::string& scene_path, const std::vector<Setting>& varied) {

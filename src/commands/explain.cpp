@@ -172,22 +172,18 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
-/// `size`: cells of the field's grid. `solves`: those of a run, on whichever grid.
-void explain_solves(const Scene& scene, double size, const FieldCost& cost, double solves) {
-  const int cells = effects::predictor_cells(scene);
-  if (cells == 0) {
-    fmt::print("  a run                {}, recording and pictures aside: some {:.2g} field solves\n",
-               duration(solves * cost.moving_seconds), solves);
-    return;
+/// `size`: cells of the field's grid.
+void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
+  double seconds = solves.whole * cost.moving_seconds;
+  std::string predictions;
+  if (solves.predictions > 0) {
+    const int cells = effects::predictor_cells(scene);
+    const double coarsening = static_cast<double>(scene.field().cells) / cells;
+    seconds += solves.predictions * estimate_field_cost(scene.field(), size / (coarsening * coarsening)).moving_seconds;
+    predictions = fmt::format(", and {:.2g} on {} cells between them", solves.predictions, cells);
   }
-  constexpr double share = 1.0 / 6;  // of field solves among them: a tenth to a quarter (README.md of this folder)
-  const double coarsening = static_cast<double>(scene.field().cells) / cells;
-  const FieldCost prediction = estimate_field_cost(scene.field(), size / (coarsening * coarsening));
-  const double seconds = solves * (share * cost.moving_seconds + (1 - share) * prediction.moving_seconds);
-  fmt::print(
-      "  a run                {}, recording and pictures aside: some {:.2g} field solves, and {:.2g} on {} cells "
-      "between them\n",
-      duration(seconds), share * solves, (1 - share) * solves, cells);
+  fmt::print("  a run                {}, recording and pictures aside: some {:.2g} field solves{}\n", duration(seconds),
+             solves.whole, predictions);
 }
 
 void explain_run(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {
@@ -195,7 +191,7 @@ void explain_run(const Scene& scene, double size, const FieldCost& cost, const s
     fmt::print("  a run                none: without conductors nothing moves\n");
   else if (!refusal.empty())
     fmt::print("  a run                refused: {}\n", refusal);
-  else if (const std::optional<double> solves = estimate_field_solves(scene))
+  else if (const std::optional<FieldSolves> solves = estimate_field_solves(scene))
     explain_solves(scene, size, cost, *solves);
   else
     fmt::print(

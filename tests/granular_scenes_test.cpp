@@ -208,6 +208,9 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},
+      {box + few + "radius = 1e-100\n" + contact + coulomb,
+       "domain.size = 12 d0 along its longest side is not allowed with a grain of diameter 2e-100 d0: at most 1e+09 "
+       "times that is, or contacts would be lost in rounding"},
       {box + few + contact + coulomb + "sum = \"shifted-force\"\ncutoff = 7\n",
        "effects.coulomb.cutoff = 7 is not allowed in this box: at most 6 is"},
       {box + few + contact + coulomb + "cutoff = 6.1\n",

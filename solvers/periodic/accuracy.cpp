@@ -217,17 +217,27 @@ struct Points {
   }
 };
 
-/// The coarsest mesh whose error is no more than `most`.
-std::optional<Mesh> coarsest(const Cloud& cloud, double most, const Points& points, const MeshRequest& request,
-                             int order, Window window) {
-  const auto of = [&](int number) { return mesh_of(number, points.others, request.lengths, order, window); };
-  const auto fine_enough = [&](int number) {
-    const auto mesh = of(number);
+/// A way's meshes of one kind of window.
+struct Meshes {
+  const MeshRequest& request;
+  const Points points;
+  const Window window;
+
+  /// With so many points along the longest side.
+  std::optional<Mesh> of(int number, int order) const {
+    return mesh_of(number, points.others, request.lengths, order, window);
+  }
+  bool fine_enough(int number, int order, const Cloud& cloud, double most) const {
+    const auto mesh = of(number, order);
     return mesh && mesh_error(sample_of(*mesh), cloud, dipole2_of(request)) <= most;
-  };
-  const auto number = std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n); });
-  return number == points.along_longest.end() ? std::nullopt : of(*number);
-}
+  }
+  /// The coarsest whose error is no more than `most`.
+  std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order) const {
+    const auto number =
+        std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n, order, cloud, most); });
+    return number == points.along_longest.end() ? std::nullopt : of(*number, order);
+  }
+};
 
 /// Nanoseconds without those of the mesh's points.
 double work_on_charges(const Way& way, const MeshRequest& request, double cutoff, double order) {
@@ -245,23 +255,39 @@ std::optional<MeshChoice> split_at(double cutoff, double most, const MeshRequest
   return choice;
 }
 
+/// Without those for which the finest mesh is too coarse. Where charges are small in a large box these are nearly all:
+/// shorter cut-offs need finer meshes.
+std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequest& request, const Way& way) {
+  if (request.by_hand.cutoff) return {*request.by_hand.cutoff};
+  std::vector<double> all = cutoffs(way.longest_cutoff, request.contact, way.between);
+  const int finest = meshes.points.along_longest.back();
+  const int order = request.by_hand.order.value_or(way.highest_order);
+  const auto too_short = [&](double cutoff) {
+    const auto choice = split_at(cutoff, most, request);
+    return !choice || !meshes.fine_enough(finest, order, choice->cloud(), most);
+  };
+  if (!all.empty() && too_short(all.front())) all.erase(all.begin(), std::ranges::partition_point(all, too_short));
+  return all;
+}
+
 /// Those that leave the error `most`, squared, to near part and mesh each, with less work than `least`, which is theirs
 /// then; none if there are none.
 std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way,
                                       double& least) {
-  const ByHand& by_hand = request.by_hand;
-  const Points points(request, way);
+  const Meshes meshes{request, Points(request, way), window};
+  const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), way.lowest_order);
+  if (!coarsest_of_all) return {};
+  const double least_on_mesh = work_on_mesh(way, *coarsest_of_all);
   std::optional<MeshChoice> best;
-  for (const double cutoff :
-       by_hand.cutoff ? std::vector{*by_hand.cutoff} : cutoffs(way.longest_cutoff, request.contact, way.between)) {
-    if (cutoff > way.longest_cutoff || work_on_charges(way, request, cutoff, 0) >= least) break;
+  for (const double cutoff : cutoffs_of(meshes, most, request, way)) {
+    if (cutoff > way.longest_cutoff || work_on_charges(way, request, cutoff, 0) + least_on_mesh >= least) break;
     auto choice = split_at(cutoff, most, request);
     if (!choice) continue;
     const Cloud cloud = choice->cloud();
     for (int order = way.lowest_order; order <= way.highest_order; ++order) {
       const double by_charges = work_on_charges(way, request, cutoff, order);
-      if (order != by_hand.order.value_or(order) || by_charges >= least) continue;
-      const auto mesh = coarsest(cloud, most, points, request, order, window);
+      if (order != request.by_hand.order.value_or(order) || by_charges + least_on_mesh >= least) continue;
+      const auto mesh = meshes.coarsest(cloud, most, order);
       if (!mesh || by_charges + work_on_mesh(way, *mesh) >= least) continue;
       least = by_charges + work_on_mesh(way, *mesh);
       choice->mesh = *mesh;

@@ -353,6 +353,12 @@ TEST_CASE("frames must be told apart") {
   CHECK(refusal(every("1e-9")) == "");
 }
 
+TEST_CASE("times whose squares underflow are refused") {
+  const std::string scene = box + "field.cells = 64\n" + disk("[0.01, 0.01]");
+  check_refused(scene + "[stop]\ntime = 1e-300\n", {"stop.time = 1e-300", "at least 1e-100"});
+  check_refused(scene + "[mechanics]\nlargest_step = 1e-300\n", {"mechanics.largest_step = 1e-300", "at least 1e-100"});
+}
+
 TEST_CASE("help lists every key with its unit and default") {
   std::istringstream words(scene_help());  // in lines of which nothing is asked here
   std::string help;

@@ -13,6 +13,8 @@ namespace {
 
 using namespace ranges;
 
+constexpr Range times{.low = 1e-100};  // s; integrators multiply two of them
+
 Table minimize() {
   return {
       .path = "minimize",
@@ -144,7 +146,7 @@ Table mechanics() {
               {.name = "largest_step",
                .place = [](Draft& d) { return &d.largest_step; },
                .unit = "s",
-               .range = positive,
+               .range = times,
                .computed_default = "output.every",
                .help = "largest coupling step"},
               {.name = "keep_height",
@@ -258,7 +260,7 @@ Table stop() {
               {.name = "time",
                .place = [](Draft& d) { return &d.scene.stop.time; },
                .unit = "s",
-               .range = positive,
+               .range = times,
                .help = "simulated time"},
               {.name = "stationary",
                .place = [](Draft& d) { return &d.scene.stop.stationary; },

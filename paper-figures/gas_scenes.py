@@ -31,7 +31,7 @@ class Gas:
     contact: str = VISCOELASTIC
     effects: tuple = ()
     population: str = ""
-    steps: int = 0  # of contacts; 0: the default
+    steps: int = 45  # of contacts
     device: bool = True  # a CUDA device has all that it needs
     pictured: bool = False  # the result of the first seed is kept, for pictures of its grains
 
@@ -44,7 +44,7 @@ class Gas:
             f"[domain]\nsize = [{edge:.6g}, {edge:.6g}, {edge:.6g}]\n{sides}",
             f"[[population]]\ncount = {self.count}\ntemperature = {self.temperature:g}\n{self.population}".rstrip(),
             *self._stages(), self.contact, *self.effects,
-            "[mechanics]\nthreads = 1" + (f"\ncontact_steps = {self.steps}" if self.steps else ""),
+            f"[mechanics]\nthreads = 1\ncontact_steps = {self.steps}",
             f"[stop]\ntime = {self.warm + self.until:g}",
             f"[output]\nevery = {self.every:g}\npicture = false\ncheckpoint_every = 1000000"]
         return "\n\n".join(parts) + "\n"

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "src/effects/gas_drag.hpp"
@@ -205,4 +206,43 @@ TEST_CASE("a pair at rest that held forces press together is looked at in time")
   const auto done = motion->advance(bodies, contacts, held, all, parallel::Team::single());
   REQUIRE(done.record.begun.size() == 1);
   CHECK(done.record.begun[0].since == doctest::Approx(std::sqrt(0.001)));
+}
+
+// Two at rest, each struck from behind by three heavy ones, meet within the call: sooner than a tenth of the hardest
+// push that there could be, which is thought of before contacts push, brings them together. The step in which they are
+// pushed harder is begun anew, with another search.
+TEST_CASE("a pair that others drive together harder than was foreseen is seen as if it were looked for in each step") {
+  Scene scene = grains::cube(20);
+  const double behind = 1.01 * 0.766, aside = 1.01 * 0.643;  // 40 degrees
+  for (const int side : {-1, 1}) {
+    add(scene, {10 + 0.59 * side, 10, 10});
+    for (int k = 0; k < 3; ++k) {
+      const double angle = 2 * std::numbers::pi / 3 * k;
+      add(scene, {10 + (0.59 + behind) * side, 10 + aside * std::cos(angle), 10 + aside * std::sin(angle)},
+          {-5.0 * side, 0, 0});
+    }
+  }
+  const auto touch = [&](double kicked, int steps) {
+    Bodies bodies = make_bodies(scene);
+    for (const int heavy : {1, 2, 3, 5, 6, 7}) bodies.mass[heavy] *= 100, bodies.momentum[3 * heavy] *= 100;
+    std::vector<GrainContact> contacts;
+    const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
+    constexpr double dt = 0.005;
+    for (int n = 0; n < 20; n += steps) {
+      const granular::ContactSteps all{.begin = n * dt,
+                                       .time = steps * dt,
+                                       .steps = steps,
+                                       .fastest = 5,
+                                       .kicked = n == 0 ? INFINITY : kicked,
+                                       .way = 1};
+      const auto done = motion->advance(bodies, contacts, {}, all, parallel::Team::single());
+      for (const GrainContact& one : done.record.begun)
+        if (one.pair == Pair{0, 4}) return one.since;
+    }
+    return -1.0;
+  };
+  const double since = touch(INFINITY, 1);
+  CHECK(since > 0.03);
+  CHECK(touch(0, 1) == since);
+  CHECK(touch(0, 20) == since);
 }

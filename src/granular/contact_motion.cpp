@@ -28,7 +28,9 @@ class Motion final : public ContactMotion {
       else
         note(time + n * dt_, followed.record);
       if (!encounters_.cover(dt_, of.fastest)) search(bodies, of, n, team), ++followed.searches;
-      step(n, time + n * dt_, team, followed.record);
+      for (follow(n, team); !encounters_.bear(rows_.hardest_push()); follow(n, team))
+        search(bodies, of, n, team), ++followed.searches;
+      step(n, time + n * dt_, followed.record);
     }
     look(time + dt, false, team);
     followed.stored_at_end = total(rows_.of().stored, rows_.touching());
@@ -50,10 +52,6 @@ class Motion final : public ContactMotion {
   /// A pair that is apart.
   struct Apart {
     Pair pair, slots;
-  };
-  /// Until when a pair stays apart, at least.
-  struct Glance {
-    double as_a_rule = 0, at_least = 0;  ///< at_least: contacts may push as hard as they can
   };
 
   void begin(const Bodies& bodies, std::span<const double> held, std::span<const GrainContact> contacts,
@@ -79,12 +77,12 @@ class Motion final : public ContactMotion {
     const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
     const double longest = horizon(of.fastest), jolt = kicked * (std::ceil(longest / of.time) + 1);
     const double fastest = of.fastest + jolt + pull * std::max(longest, of.time);
-    hardest_ = largest_acceleration(2 * fastest);
-    const Bounds bounds{.fastest = fastest,
-                        .jolt = jolt,
-                        .pull = pull,
-                        .acceleration = 2 * std::max(least * hardest_, more * encounters_.hardest_push()),
-                        .excess = hardest_ * dt_ * dt_};
+    const double hardest = largest_acceleration(2 * fastest);
+    Bounds bounds{.fastest = fastest,
+                  .jolt = jolt,
+                  .pull = pull,
+                  .acceleration = 2 * std::max(least * hardest, more * encounters_.hardest_push())};
+    bounds.excess = std::min(hardest, unseen_acceleration(2 * bounds.speed())) * dt_ * dt_ / 4;
     pairs_.clear();
     for (const Open& one : open_) pairs_.push_back(one.contact.pair);
     const auto open = [&](Pair pair) {  // the grains of a contact have slots
@@ -99,7 +97,7 @@ class Motion final : public ContactMotion {
     search_in(now);
   }
   /// What contacts may accelerate a grain by.
-  double largest_acceleration(double speed) {
+  double largest_acceleration(double speed) const {
     const double widest = grains_.widest(), scale = law_.scale(widest, widest), lightest = grains_.lightest();
     // The overlap that stores all that two have; its spring and its dashpot never act together like that.
     double low = 0, high = 2 * widest;
@@ -109,6 +107,13 @@ class Motion final : public ContactMotion {
     }
     const ContactParts deepest = law_.parts(high, scale);
     return (deepest.elastic + deepest.damping * speed) / lightest;
+  }
+  /// What a contact that begins after the middle of a step, which shows nothing of it, may accelerate a grain by before
+  /// the end.
+  double unseen_acceleration(double closing) const {
+    const double widest = grains_.widest();
+    const ContactParts parts = law_.parts(0.5 * dt_ * closing, law_.scale(widest, widest));
+    return (parts.elastic + parts.damping * closing) / grains_.lightest();
   }
   /// Those that have parted are waited for again.
   void close() {
@@ -132,17 +137,17 @@ class Motion final : public ContactMotion {
     due_.clear();
     encounters_.take(dt_, due_);
     const int count = static_cast<int>(due_.size());
-    glances_.resize(count + width);
+    apart_for_.resize(count + width);
     team.for_each((count + pairs_a_task - 1) / pairs_a_task, [&](int task) {
       for (int first = task * pairs_a_task; first < std::min(count, (task + 1) * pairs_a_task); first += width)
         glance(first, n);
     });
     for (int p = 0; p < count; ++p) {
       const Pair pair = due_[p];
-      if (glances_[p].at_least < (1 + rounding) * dt_)
+      if (apart_for_[p] < (1 + rounding) * dt_)
         meeting_.push_back({pair, {grains_.slot_of(pair.i), grains_.slot_of(pair.j)}});
       else
-        encounters_.wait(pair, std::max(glances_[p].as_a_rule, dt_));
+        encounters_.wait(pair, apart_for_[p]);
     }
     std::ranges::sort(meeting_, {}, &Apart::pair);
   }
@@ -164,13 +169,7 @@ class Motion final : public ContactMotion {
     const auto of = [&](int which) { return Several(found[which].data(), anywhere); };
     const PairState<d, Several> state{Vectors<d>::each([&](int k) { return of(k); }),
                                       Vectors<d>::each([&](int k) { return of(d + k); })};
-    // Within one step contacts may push as hard as they can, and nothing else changes velocities at once.
-    Bounds at_once = encounters_.bounds();
-    at_once.acceleration = 2 * hardest_;
-    at_once.excess = at_once.jolt = 0;
-    const Several as_a_rule = apart_for<d>(state, of(2 * d), encounters_.bounds());
-    const Several at_least = apart_for<d>(state, of(2 * d), at_once);
-    for (int lane = 0; lane < width; ++lane) glances_[first + lane] = {as_a_rule[lane], at_least[lane]};
+    apart_for<d>(state, of(2 * d), encounters_.bounds()).copy_to(&apart_for_[first], anywhere);
   }
 
   void look(double time, bool all_touch, parallel::Team& team) {
@@ -197,13 +196,17 @@ class Motion final : public ContactMotion {
     }
   }
 
-  void step(int n, double time, parallel::Team& team, ContactRecord& record) {
+  /// The motion of all pairs that may touch in step n; their grains stay where they are.
+  void follow(int n, parallel::Team& team) {
     meet(n, team);
     rows_.add(
         static_cast<int>(meeting_.size()), [&](int p) { return meeting_[p].slots; }, n, team);
     rows_.follow(team);
+  }
+
+  /// What has been followed happens.
+  void step(int n, double time, ContactRecord& record) {
     rows_.move(n);
-    encounters_.push(rows_.hardest_push());
     const PairColumns<d>& of = rows_.of();
     record.dissipated += total(of.dissipated, rows_.touching());
     for (int p = rows_.touching(); p < rows_.count(); ++p)
@@ -247,14 +250,14 @@ class Motion final : public ContactMotion {
   }
 
   Law law_;
-  double dt_ = 0, hardest_ = 0;  ///< hardest: what contacts may accelerate a grain by
+  double dt_ = 0;
   NearestImage<d> nearest_{Box<d>{}};
   TouchedGrains<d> grains_;
   ContactRows<d, Law> rows_{law_, grains_};
   Encounters<d> encounters_;
 
   std::vector<Pair> due_, pairs_;  ///< pairs: of the contacts, while it is searched
-  std::vector<Glance> glances_;
+  std::vector<double> apart_for_;  ///< of those that are due
   std::vector<Apart> meeting_;
   std::vector<Open> open_, begun_, sorted_;
 };

@@ -16,7 +16,7 @@ struct Bounds {
   double jolt = 0;          ///< by which all but contacts may change a velocity at once, together
   double pull = 0;          ///< by which all but contacts accelerate a grain
   double acceleration = 0;  ///< of two towards each other by contacts
-  double excess = 0;        ///< by how much more than that two come closer before it is known that there was more
+  double excess = 0;        ///< by how much more than that two may come closer in a step whose middle does not show it
 
   double speed() const { return 2 * fastest; }
   /// How much closer two come within t than in straight flight, at most, by contacts.
@@ -58,14 +58,17 @@ class Encounters {
   void jolt(double most) { jolts_ += most; }
   /// All but contacts accelerate no grain by more than that, until somebody says so again.
   void pull(double acceleration) { pull_ = acceleration; }
-  /// Contacts, or all there is, have accelerated a grain by so much.
-  void push(double acceleration) { hardest_push_ = std::max(hardest_push_, acceleration); }
+  /// Contacts, or all there is, accelerate a grain by so much in the middle of a step. False if they may push harder in
+  /// it than was thought, and pairs have to be searched for at its beginning.
+  bool bear(double acceleration) {
+    constexpr double margin = 1.2;  // by which pushes may grow from there to the end
+    hardest_push_ = std::max(hardest_push_, acceleration);
+    return 2 * margin * hardest_push_ <= bounds_.acceleration;
+  }
   double hardest_push() const { return hardest_push_; }  ///< since the search
   /// Whether all pairs that may touch within `time` from now are waited for; `fastest`: what is the largest speed now.
   bool cover(double time, double fastest) const {
-    constexpr double margin = 1.2;  // by which pushes may grow within a step
-    return now_ + time <= horizon_ && fastest <= bounds_.speed() && jolts_ <= bounds_.jolt && pull_ <= bounds_.pull &&
-           2 * margin * hardest_push_ <= bounds_.acceleration;
+    return now_ + time <= horizon_ && fastest <= bounds_.speed() && jolts_ <= bounds_.jolt && pull_ <= bounds_.pull;
   }
   /// Looks for all pairs that may touch within `horizon`, without those that are open, for steps of length `step`.
   template <class IsOpen>

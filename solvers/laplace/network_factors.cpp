@@ -86,6 +86,28 @@ void NetworkFactors::solve(double* flow) const {
   substitute(flow);
 }
 
+std::vector<double> NetworkFactors::inverse() const {
+  const std::size_t n = steps_.size();
+  std::vector<double> matrix(n * n, 0.0);
+  const auto row = [&](int node) { return matrix.data() + node * n; };
+  const auto add = [&](int to, double share, int from) {
+    double* __restrict sum = row(to);
+    const double* __restrict term = row(from);
+    for (std::size_t k = 0; k < n; ++k) sum[k] += share * term[k];
+  };
+  for (std::size_t k = 0; k < n; ++k) matrix[k * n + k] = 1;
+  const auto end_of = [&](std::size_t s) { return s + 1 < n ? steps_[s + 1].first_share : shares_.size(); };
+  for (std::size_t s = 0; s < n; ++s)
+    for (std::size_t k = steps_[s].first_share; k < end_of(s); ++k)
+      add(shares_[k].node, shares_[k].of_flow, steps_[s].node);
+  for (std::size_t s = n; s-- > 0;) {
+    const auto& [node, pivot, first_share] = steps_[s];
+    for (std::size_t k = 0; k < n; ++k) row(node)[k] = pivot > 0 ? row(node)[k] / pivot : 0.0;
+    for (std::size_t k = first_share; k < end_of(s); ++k) add(node, shares_[k].of_flow, shares_[k].node);
+  }
+  return matrix;
+}
+
 std::vector<NetworkLink> NetworkFactors::kept_links() const { return kept_; }
 
 }  // namespace lichtenberg::laplace

@@ -29,6 +29,9 @@ class NetworkFactors {
   /// Takes what flows into each node to its potential. Nodes that are linked to no ground: one of each set of them gets
   /// zero.
   void solve(double* flow) const;
+  /// By rows, what solve() multiplies with where all nodes are eliminated: sums of positive terms, so that entries have
+  /// all digits.
+  std::vector<double> inverse() const;
   /// The parts of it: shares of what flows into eliminated nodes to those that are kept, and back with their
   /// potentials.
   void eliminate(double* flow) const;

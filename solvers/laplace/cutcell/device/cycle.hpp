@@ -2,12 +2,10 @@
 
 // A large grid's part of the V-cycle, a kernel each: the halves of tiles.hpp, and what groups do before and after.
 
+#include "solvers/laplace/cutcell/device/relax_clusters.hpp"
 #include "solvers/laplace/cutcell/device/tiles.hpp"
 
 namespace lichtenberg::laplace::device {
-
-/// Threads that share the sum over a group's direct links.
-constexpr int group_lanes = 8;
 
 template <class Executor>
 void widen(const Executor& run, long n, const float* from, double* to) {
@@ -52,11 +50,12 @@ struct DirectFluxes {
   }
 };
 
-/// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
-/// `more`: is added to phi; `z`: becomes the potentials too; null: nothing.
+/// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those
+/// of a cluster as one. `more`: is added to phi; `z`: becomes the potentials too; null: nothing.
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         const float* more, float* phi_next, double* z = nullptr) {
+  if (grid.clusters) return relax_clusters(run, problem, grid, flux, phi, more, phi_next, z);
   const DirectFluxes<float> of_phi{problem, grid, phi};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
@@ -71,19 +70,27 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
 }
 
 /// The groups' residuals after the way down, as the coarse grid's charges; collect() adds what its cells have got.
+/// Clusters were in balance when they were relaxed: what has changed since is theirs.
 template <class V, class Executor>
 void leave_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse, const float* phi,
                            const V* v) {
-  run.sum_pieces(
-      fine.link_pieces(problem), fine.partial,
-      [=] LICHTENBERG_HOST_DEVICE(int link) {
-        return static_cast<float>(fine.conductance[link]) * static_cast<float>(v[fine.link_slot[link]]);
-      },
-      DirectFluxes<float>{problem, fine, phi},
-      [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        const float inverse = fine.group_inverse_diagonal[g];
-        coarse.charge[g] = inverse > 0 ? fine.charge[g] + sum - phi[g] / inverse : 0.0f;
-      });
+  const auto flux = [=] LICHTENBERG_HOST_DEVICE(int link) {
+    return static_cast<float>(fine.conductance[link]) * static_cast<float>(v[fine.link_slot[link]]);
+  };
+  if (fine.clusters) {
+    run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, FluxesSinceSweep{problem, fine, fine.phi, phi},
+                   [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+                     const float inverse = fine.group_inverse_diagonal[g];
+                     const float own = fine.clusters->row[g] < 0 ? fine.charge[g] - phi[g] / inverse : 0.0f;
+                     coarse.charge[g] = inverse > 0 ? sum + own : 0.0f;
+                   });
+    return;
+  }
+  run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, DirectFluxes<float>{problem, fine, phi},
+                 [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+                   const float inverse = fine.group_inverse_diagonal[g];
+                   coarse.charge[g] = inverse > 0 ? fine.charge[g] + sum - phi[g] / inverse : 0.0f;
+                 });
 }
 
 /// The residual of a group that a grid is the first to absorb goes to the four cells around it.
@@ -131,7 +138,7 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
 /// becomes the potentials too; null: nothing.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
-  const bool direct_links = grid.may_have(Of::direct_links);
+  const bool are_linked = grid.may_link_groups();
   run.sum_pieces(
       grid.link_pieces(problem), grid.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
@@ -140,7 +147,7 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       parallel::NoMore{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         const float flux = grid.charge[g] + sum;
-        if (direct_links) {
+        if (are_linked) {
           grid.flux[g] = flux;
           return;
         }
@@ -152,7 +159,7 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
 /// The groups' potentials on the way down.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Of::unknown_groups)) return nullptr;
-  return grid.may_have(Of::direct_links) ? grid.phi_down : grid.phi;
+  return grid.may_link_groups() ? grid.phi_down : grid.phi;
 }
 
 /// What comes before descend() but on the finest grid, whose residual is taken as it is (TakeResidual).
@@ -175,8 +182,8 @@ void with_tiles(const GridView& coarse, F f) {
 /// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
-  if (grid.may_have(Of::direct_links))
-    relax_direct_links(run, problem, grid, grid.charge, grid.phi, nullptr, grid.phi_down);
+  if (grid.clusters) solve_clusters(run, problem, grid, grid.charge, grid.phi);
+  if (grid.may_link_groups()) relax_direct_links(run, problem, grid, grid.charge, grid.phi, nullptr, grid.phi_down);
   const float* phi = potentials_down(grid);
   with_tiles(coarse, [&](auto tiles) {
     using Tiles = decltype(tiles);
@@ -199,7 +206,7 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
   if (!phi && z) run.fill(z, 0, problem.groups * sizeof(double));
   if (!phi) return;
   relax_groups(run, problem, grid, static_cast<const V*>(v), z);
-  if (!grid.may_have(Of::direct_links)) return;
+  if (!grid.may_link_groups()) return;
   relax_direct_links(run, problem, grid, grid.flux, phi, coarse.phi, grid.phi_next);
   relax_direct_links(run, problem, grid, grid.flux, grid.phi_next, nullptr, grid.phi, z);
 }

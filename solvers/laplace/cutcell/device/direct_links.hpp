@@ -49,6 +49,10 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
   });
 }
 
+/// Conductance of a direct link on the finest grid from which on groups are clustered, on all grids. The host has a
+/// part in that, which is not worth its while before: disks of 4 cells at a tenth of a cell.
+constexpr double strong_link = 16;
+
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -83,6 +87,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
         first ? channel_between(own, p, e, 1.0, &other) : channel_between(other, p + e, -e, 1.0, &own);
     link.conductance = c.value;
     link.gradient = first ? c.gradient_a : c.gradient_b;
+    if (grid.finest && c.value > strong_link) grid.wanted[Of::strong_links] = 1;  // all write the same
   });
 }
 

@@ -71,7 +71,7 @@ void settle_strips(const Executor& run, ProblemView problem, GridView grid) {
     const int strips = grid.strip_start[problem.bodies];
     grid.wanted[Of::strips] = strips;
     grid.number[Of::strips] = strips <= grid.room[Of::strips] ? strips : 0;
-    for (const Of::Kind kind : {Of::unknown_groups, Of::own_groups})  // make_group_diagonals
+    for (const Of::Kind kind : {Of::unknown_groups, Of::own_groups, Of::strong_links})  // of those that set them
       grid.number[kind] = grid.wanted[kind] = 0;
     grid.number[Of::newly_absorbed] = grid.wanted[Of::newly_absorbed] =
         grid.medium ? grid.absorbed_groups.start[bins_of(grid.layout)] : 0;

@@ -50,6 +50,7 @@ struct Of {
     floating_thin_conductors,
     unknown_groups,   ///< 1 if there is any group with a potential of its own
     own_groups,       ///< on a small grid, of these
+    strong_links,     ///< on the finest grid, 1 if there is any direct link that groups are to be clustered for
     coarse_unknowns,  ///< of the coarsest grid
     kinds
   };
@@ -142,6 +143,8 @@ struct Coupling {
   int group;
 };
 
+struct ClusterView;
+
 /// One grid's arrays. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
 struct GridView {
   Layout layout;
@@ -208,6 +211,8 @@ struct GridView {
   int* pieces_done;  ///< 2 groups
   int* own_group;    ///< of a small grid: the groups that have a potential of their own
 
+  const ClusterView* clusters;  ///< of groups that are relaxed together (relax_clusters.hpp); null: none
+
   double* group_diagonal;         ///< 0: fixed, or a group without any link
   float* group_inverse_diagonal;  ///< likewise
 
@@ -215,6 +220,7 @@ struct GridView {
   float* v;  ///< null on the finest grid
   float* f;
   float *phi, *phi_down, *phi_next, *charge, *flux;  ///< by group
+  float* group_rhs;                                  ///< likewise, where there may be clusters
   float* partial;                                    ///< by piece
 
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
@@ -234,6 +240,8 @@ struct GridView {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
   LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
+  /// Whether any groups may be linked to each other.
+  LICHTENBERG_HOST_DEVICE bool may_link_groups() const { return clusters || may_have(Of::direct_links); }
   /// Those of the groups' links, and of their covered cells.
   LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
     return {problem.groups, pieces, piece_start, piece_begin, piece_end, piece_segment, 0, pieces_done};

@@ -68,6 +68,7 @@ class DeviceGrid {
         phi_next_(run),
         charge_(run),
         flux_(run),
+        group_rhs_(run),
         partial_(run),
         partial_double_(run) {
     view_.layout = Layout(nx, ny);
@@ -98,9 +99,12 @@ class DeviceGrid {
   double* partial() const { return partial_double_.data(); }
 
   /// What the host may know of a grid: how many of each kind there is room for. `number`, `wanted`: on the device.
-  /// `medium`: some bodies are smaller than this grid resolves; `small`: its groups are listed. Arrays may move.
-  void make_room(const ProblemView& problem, bool medium, int* number, int* wanted, bool small = false) {
+  /// `medium`: some bodies are smaller than this grid resolves; `small`: its groups are listed; `clusters`: where
+  /// there may be any. Arrays may move.
+  void make_room(const ProblemView& problem, bool medium, int* number, int* wanted, bool small = false,
+                 const ClusterView* clusters = nullptr) {
     view_.medium = medium;
+    view_.clusters = clusters;
     view_.own_group = small ? sized(own_group_, problem.groups) : nullptr;
     if (!medium)  // what was smeared out before is in the bins still
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
@@ -228,6 +232,7 @@ class DeviceGrid {
     view_.phi_next = sized(phi_next_, problem.groups);
     view_.charge = sized(charge_, problem.groups);
     view_.flux = sized(flux_, problem.groups);
+    view_.group_rhs = view_.clusters ? sized(group_rhs_, problem.groups) : nullptr;
   }
 
   /// Sorts what is smeared out by where it is.
@@ -286,6 +291,7 @@ class DeviceGrid {
   void build_groups(const ProblemView& problem) {
     phi_.zero();
     phi_next_.zero();  // of groups of given potential
+    if (view_.clusters) phi_down_.zero();
     count_pieces(run_, problem, view_);
     run_.exclusive_scan(view_.piece_start, 2 * problem.groups + 1);
     cut_pieces(run_, problem, view_);
@@ -326,7 +332,7 @@ class DeviceGrid {
   parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_, piece_segment_, pieces_done_, own_group_;
   parallel::Array<double, Executor> group_diagonal_;
   parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_down_, phi_next_, charge_, flux_,
-      partial_;
+      group_rhs_, partial_;
   parallel::Array<double, Executor> partial_double_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -49,7 +50,7 @@ template <class Executor>
 class DeviceMultigrid {
  public:
   DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
-      : run_(run), coarsest_(run), numbers_(run) {
+      : run_(run), coarsest_(run), numbers_(run), clusters_(run, static_cast<int>(grid_sizes(nx, ny).size())) {
     for (const GridSize& size : grid_sizes(nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
     medium_.assign(grids_.size(), false);
@@ -70,6 +71,7 @@ class DeviceMultigrid {
       } while (enlarge());
       fits_ = true;
     }
+    if (clustered()) find_clusters();
     if (coarsest_.on_device()) return;
     numbers_.fetch();
     if (!lacking()) coarsest_.factorize(problem, grids_.back().view(), wanted(levels() - 1));
@@ -93,6 +95,8 @@ class DeviceMultigrid {
   int generation() const { return generation_; }
   bool on_device() const { return coarsest_.on_device(); }
   long fluid_cells() const { return finest().fluid_cells(wanted(0)); }
+  /// Whether the host has a part in the set-up: it finds the groups that are relaxed together.
+  bool clustered() const { return finest().view().may_have(Of::strong_links); }
   /// Of what a grid holds, as settle() found it.
   Numbers wanted(int level) const {
     Numbers numbers;
@@ -155,9 +159,10 @@ class DeviceMultigrid {
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
-                          l >= first_small);
+                          l >= first_small, clustered() ? clusters_.view(l) : nullptr);
       views.push_back(grids_[l].view());
     }
+    if (clustered()) make_room_for_links();
     if (levels() == 1) views[0].v = only_.data();
     views_.upload(views);
     coarsest_.make_room(problem_, grids_.back().view());
@@ -165,6 +170,36 @@ class DeviceMultigrid {
     recordings_.clear();
     building_.clear();
     ++generation_;
+  }
+
+  void make_room_for_links() {
+    std::size_t links = 0;
+    for (const DeviceGrid<Executor>& grid : grids_) links += grid.view().room[Of::direct_links];
+    std::tie(group_link_, group_diagonal_) = group_links_.template divide<NetworkLink, double>(
+        {links, grids_.size() * static_cast<std::size_t>(problem_.groups)});
+  }
+
+  /// Of the groups' links, which the device lists, the host makes the clusters of all grids.
+  void find_clusters() {
+    constexpr int most = 64;  // groups in one: a chain of more is cut
+    group_links_.fetch();
+    std::vector<Clusters> clusters;
+    const NetworkLink* first = group_link_.host;
+    const auto groups = static_cast<std::size_t>(problem_.groups);
+    for (int l = 0; l < levels(); ++l) {
+      const NetworkLink* end = first + grids_[l].view().room[Of::direct_links];
+      std::vector<NetworkLink> links;
+      std::copy_if(first, end, std::back_inserter(links), [](const NetworkLink& link) { return link.a >= 0; });
+      clusters.push_back(clusters_of_direct_links({group_diagonal_.host + l * groups, groups}, std::move(links), most));
+      first = end;
+    }
+    clusters_.upload(clusters);
+  }
+  void list_links(int l) {
+    std::size_t before = 0;
+    for (int k = 0; k < l; ++k) before += grids_[k].view().room[Of::direct_links];
+    list_group_links(run_, problem_, grids_[l].view(), group_link_.device + before,
+                     group_diagonal_.device + l * static_cast<std::size_t>(problem_.groups));
   }
 
   bool lacking() const {
@@ -189,6 +224,7 @@ class DeviceMultigrid {
     }
     run_.side_by_side(levels(), [&](int l) {
       grids_[l].build(problem_);
+      if (clustered()) list_links(l);
       if (l + 1 == levels()) coarsest_.build(problem_, grids_[l].view());
     });
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
@@ -249,6 +285,11 @@ class DeviceMultigrid {
   int generation_ = 0;
   typename Executor::Recording building_;
   std::map<double*, typename Executor::Recording> recordings_;  // by z
+  // Where groups are clustered: their links, for the host, grid after grid; and what it makes of them.
+  parallel::Parcel<Executor> group_links_{run_};
+  typename parallel::Parcel<Executor>::template Part<NetworkLink> group_link_;
+  typename parallel::Parcel<Executor>::template Part<double> group_diagonal_;
+  DeviceClusters<Executor> clusters_;
   parallel::Array<float, Executor> only_{run_};
 };
 

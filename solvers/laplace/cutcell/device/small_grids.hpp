@@ -116,6 +116,7 @@ struct SmallGrids {
   }
 
   LICHTENBERG_HOST_DEVICE bool has(int l, Of::Kind kind) const { return grid[l].number[kind] > 0; }
+  LICHTENBERG_HOST_DEVICE bool links_groups(int l) const { return grid[l].clusters || has(l, Of::direct_links); }
 
   /// The finer grid's groups' residuals, in `charge`: of those that are absorbed here to the four cells around, and
   /// what a conductor's cells have got then to its charge. A conductor's charge spreads into its potential before the
@@ -142,17 +143,46 @@ struct SmallGrids {
           charge[g] += sum;
           phi[g] = charge[g] * inverse_diagonal[g];
         });
-    if (!has(l, Of::direct_links)) return;
+    if (!links_groups(l)) return;
     float* next = here.phi_next;
+    if (here.clusters) solve_clusters(block, here, charge, phi);
     relax_direct_links(block, here, charge, phi, next);
-    block.each(n, [&](int k) { phi[own[k]] = next[own[k]]; });
+    float* before = here.phi_down;
+    block.each(n, [&](int k) {
+      before[own[k]] = phi[own[k]];
+      phi[own[k]] = next[own[k]];
+    });
   }
 
-  /// next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly.
+  /// As of a large grid (relax_clusters.hpp).
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const float* rhs,
+                                              float* phi) const {
+    const int* own = here.own_group;
+    const ClusterView& clusters = *here.clusters;
+    block.sum_segments(
+        here.number[Of::own_groups], [&](int k) { return clusters.size_of(own[k]); },
+        [&](int k, int t) { return clusters.value(own[k], t, rhs); },
+        [&](int k, double sum) {
+          const int g = own[k];
+          phi[g] = clusters.row[g] < 0 ? rhs[g] * here.group_inverse_diagonal[g] : static_cast<float>(sum);
+        });
+  }
+
+  /// next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those of
+  /// a cluster as one.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
     const int* own = here.own_group;
+    if (here.clusters) {
+      const FluxesFromOutside<float> outside{problem, here, phi, nullptr};
+      block.sum_segments(
+          here.number[Of::own_groups], [&](int k) { return outside.count(own[k]); },
+          [&](int k, int t) { return outside.value(own[k], t); },
+          [&](int k, float sum) { here.group_rhs[own[k]] = flux[own[k]] + sum; });
+      return solve_clusters(block, here, here.group_rhs, next);
+    }
     const DirectFluxes<float> fluxes{problem, here, phi};
     block.sum_segments(
         here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
@@ -212,15 +242,23 @@ struct SmallGrids {
     const double* conductance = fine.conductance;
     const float *charge = fine.charge, *phi = fine.phi, *inverse_diagonal = fine.group_inverse_diagonal;
     float* coarse_charge = grid[l + 1].charge;
-    block.sum_pieces(
-        fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial,
-        [&](int link) {
-          const int slot = link_slot[link];
-          const float value = slot < black ? cells.f[slot] * cells.inverse[slot] : cells.v[slot];
-          return static_cast<float>(conductance[link]) * value;
-        },
-        DirectFluxes<float>{problem, fine, phi},
-        [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
+    const auto flux = [&](int link) {
+      const int slot = link_slot[link];
+      const float value = slot < black ? cells.f[slot] * cells.inverse[slot] : cells.v[slot];
+      return static_cast<float>(conductance[link]) * value;
+    };
+    if (fine.clusters) {
+      const ClusterView& clusters = *fine.clusters;
+      block.sum_pieces(fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial, flux,
+                       FluxesSinceSweep{problem, fine, fine.phi_down, phi}, [&](int g, float sum) {
+                         const float own = clusters.row[g] < 0 ? charge[g] - phi[g] / inverse_diagonal[g] : 0.0f;
+                         coarse_charge[g] = sum + own;
+                       });
+      return;
+    }
+    block.sum_pieces(fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial, flux,
+                     DirectFluxes<float>{problem, fine, phi},
+                     [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
   }
 
   /// The coarse f by full weighting.
@@ -305,7 +343,7 @@ struct SmallGrids {
   LICHTENBERG_HOST_DEVICE void relax_groups(const Block& block, int l) const {
     const GridView& here = grid[l];
     const Cells cells(block, *this, l);
-    const bool direct_links = has(l, Of::direct_links);
+    const bool are_linked = links_groups(l);
     const int* link_slot = here.link_slot;
     const double* conductance = here.conductance;
     const float *charge = here.charge, *coarse_phi = grid[l + 1].phi, *inverse_diagonal = here.group_inverse_diagonal;
@@ -315,9 +353,9 @@ struct SmallGrids {
         [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
         [&](int g, float sum) {
           flux[g] = charge[g] + sum;
-          phi[g] = direct_links ? phi[g] + coarse_phi[g] : flux[g] * inverse_diagonal[g];
+          phi[g] = are_linked ? phi[g] + coarse_phi[g] : flux[g] * inverse_diagonal[g];
         });
-    if (!direct_links) return;
+    if (!are_linked) return;
     relax_direct_links(block, here, flux, phi, next);
     relax_direct_links(block, here, flux, next, phi);
   }

@@ -1,0 +1,122 @@
+#include "solvers/laplace/cutcell/device/clusters.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+namespace lichtenberg::laplace::device {
+
+namespace {
+
+/// Several between the same two groups become one.
+void add_up(std::vector<NetworkLink>& links) {
+  for (NetworkLink& link : links)
+    if (link.a > link.b) std::swap(link.a, link.b);
+  std::stable_sort(links.begin(), links.end(),
+                   [](const NetworkLink& x, const NetworkLink& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); });
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    if (kept > 0 && links[kept - 1].a == links[k].a && links[kept - 1].b == links[k].b)
+      links[kept - 1].conductance += links[k].conductance;
+    else
+      links[kept++] = links[k];
+  }
+  links.resize(kept);
+}
+
+/// Sets of groups, none of more than so many.
+class SmallSets {
+ public:
+  SmallSets(int groups, int most) : parent_(groups), size_(groups, 1), most_(most) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  int find(int g) {
+    while (parent_[g] != g) g = parent_[g] = parent_[parent_[g]];
+    return g;
+  }
+  void unite(int g, int h) {
+    g = find(g), h = find(h);
+    if (g == h || size_[g] + size_[h] > most_) return;
+    if (h < g) std::swap(g, h);
+    parent_[h] = g;
+    size_[g] += size_[h];
+  }
+  int size(int g) { return size_[find(g)]; }
+
+ private:
+  std::vector<int> parent_, size_;
+  int most_;
+};
+
+/// Numbers the groups of all sets but those of one group.
+Clusters number(int groups, SmallSets& sets) {
+  Clusters clusters;
+  clusters.row.assign(groups, -1);
+  std::vector<int> first(groups, -1), taken(groups, 0);
+  int rows = 0;
+  long entries = 0;
+  std::vector<long> start(groups);
+  for (int g = 0; g < groups; ++g) {
+    const int set = sets.find(g), size = sets.size(g);
+    if (size == 1) continue;
+    if (first[set] < 0) {
+      first[set] = rows;
+      start[set] = entries;
+      rows += size;
+      entries += static_cast<long>(size) * size;
+      for (auto* list : {&clusters.group, &clusters.first, &clusters.size}) list->resize(rows);
+      clusters.start.resize(rows);
+    }
+    const int row = clusters.row[g] = first[set] + taken[set];
+    clusters.group[row] = g;
+    clusters.first[row] = first[set];
+    clusters.size[row] = size;
+    clusters.start[row] = start[set] + static_cast<long>(size) * taken[set]++;
+  }
+  clusters.inverse.resize(entries);
+  return clusters;
+}
+
+/// What a cluster has to all that is not in it counts as ground.
+void invert(Clusters& clusters, std::vector<double> ground, const std::vector<NetworkLink>& links) {
+  const int rows = static_cast<int>(clusters.group.size());
+  std::vector<std::vector<NetworkLink>> within(rows);  // by first row
+  for (const auto& [a, b, conductance] : links) {
+    const int row_a = clusters.row[a], row_b = clusters.row[b];
+    if (row_a < 0 || row_b < 0 || clusters.first[row_a] != clusters.first[row_b]) continue;
+    const int first = clusters.first[row_a];
+    within[first].push_back({row_a - first, row_b - first, conductance});
+    ground[a] = std::max(0.0, ground[a] - conductance);
+    ground[b] = std::max(0.0, ground[b] - conductance);
+  }
+  for (int first = 0; first < rows; first += clusters.size[first]) {
+    std::vector<double> of_cluster;
+    for (int k = 0; k < clusters.size[first]; ++k) of_cluster.push_back(ground[clusters.group[first + k]]);
+    const std::vector<double> inverse = NetworkFactors(std::move(of_cluster), within[first]).inverse();
+    std::copy(inverse.begin(), inverse.end(), clusters.inverse.begin() + clusters.start[first]);
+  }
+}
+
+}  // namespace
+
+Clusters clusters_of_direct_links(std::span<const double> diagonal, std::vector<NetworkLink> links, int most) {
+  const int groups = static_cast<int>(diagonal.size());
+  add_up(links);
+  std::vector<double> to_cells(diagonal.begin(), diagonal.end());
+  for (const auto& [a, b, conductance] : links) {
+    to_cells[a] -= conductance;
+    to_cells[b] -= conductance;
+  }
+  std::vector<NetworkLink> strong;
+  for (const NetworkLink& link : links)
+    if (4 * link.conductance >= std::min(to_cells[link.a], to_cells[link.b])) strong.push_back(link);
+  std::stable_sort(strong.begin(), strong.end(),
+                   [](const NetworkLink& x, const NetworkLink& y) { return x.conductance > y.conductance; });
+  SmallSets sets(groups, most);
+  for (const NetworkLink& link : strong) sets.unite(link.a, link.b);
+  Clusters clusters = number(groups, sets);
+  invert(clusters, {diagonal.begin(), diagonal.end()}, links);
+  return clusters;
+}
+
+}  // namespace lichtenberg::laplace::device

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace lichtenberg {
 namespace {
@@ -21,6 +22,7 @@ bool ReachList::covers(const Spheres<d>& spheres, double range, std::span<const 
   if (searches_ == 0 || searched_at_.size() != spheres.position.size() || range > range_) return false;
   const double half = 0.5 * (range_ - range);
   far_.clear();
+  room_.resize(spheres.size());
   farthest_ = 0;
   const int n = spheres.size();
   for (int i = 0; i < n; ++i) {
@@ -29,13 +31,16 @@ bool ReachList::covers(const Spheres<d>& spheres, double range, std::span<const 
     moved_[i] = norm(way);
     const double together = reach[i] + moved_[i];
     is_far_[i] = together > half;
-    if (is_far_[i])
+    room_[i] = {reach[i] - moved_[i], together};
+    if (is_far_[i]) {
       far_.push_back(i);
-    else
+      room_[i] = {-INFINITY, -INFINITY};
+    } else {
       farthest_ = std::max(farthest_, together);
+    }
   }
   // A search takes as long as some hundred comparisons a particle.
-  constexpr std::size_t most = 32;
+  const std::size_t most = std::max(32, n / 128);
   return far_.size() <= most;
 }
 
@@ -48,6 +53,12 @@ void ReachList::search(const Spheres<d>& spheres, double range) {
   for (const Pair pair : candidates_)
     gap_.push_back(norm(spheres.place(pair.i) - spheres.place(pair.j)) - spheres.radius[pair.i] -
                    spheres.radius[pair.j]);
+  largest_radius_ = *std::ranges::max_element(spheres.radius);
+  along_.resize(spheres.size());
+  std::iota(along_.begin(), along_.end(), 0);
+  std::ranges::sort(along_, {}, [&](int i) { return spheres.position[i * d]; });
+  along_at_.clear();
+  for (const int i : along_) along_at_.push_back(spheres.position[i * d]);
   note_search(spheres);
 }
 
@@ -70,20 +81,40 @@ std::vector<Pair> ReachList::pairs(const Spheres<d>& spheres, double range, std:
     if (!covers(spheres, range, reach)) return pairs_within_reach(spheres, range, reach);
   }
   std::vector<Pair> found;
-  const double widest = range + 2 * farthest_ + 1e-9 * skin_;  // and what rounding leaves
+  found.reserve(candidates_.size());
+  const double rounding = 1e-9 * skin_, widest = range + 2 * farthest_ + rounding;
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    const double beyond = gap_[k] - range;
+    if (gap_[k] >= widest) continue;
     const auto [i, j] = candidates_[k];
-    if (gap_[k] < widest && !is_far_[i] && !is_far_[j] && is_within(spheres, range, reach, i, j))
+    if (beyond - rounding >= room_[i].most + room_[j].most) continue;
+    if (beyond + rounding < room_[i].least + room_[j].least || is_within(spheres, range, reach, i, j))
       found.push_back(candidates_[k]);
   }
   const auto near = static_cast<std::ptrdiff_t>(found.size());
-  for (const int i : far_)
-    for (int j = 0; j < spheres.size(); ++j)
-      if (j != i && !(is_far_[j] && j < i) && is_within(spheres, range, reach, i, j))
-        found.push_back({std::min(i, j), std::max(i, j)});
+  add_far(spheres, range, reach, found);
   std::sort(found.begin() + near, found.end());
   std::inplace_merge(found.begin(), found.begin() + near, found.end());
   return found;
+}
+
+/// Pairs of those that are far: of each other, and with others, which are no farther from where they were at the search
+/// than farthest_ less their reach.
+template <int d>
+void ReachList::add_far(const Spheres<d>& spheres, double range, std::span<const double> reach,
+                        std::vector<Pair>& found) const {
+  for (auto far = far_.begin(); far != far_.end(); ++far) {
+    const int i = *far;
+    for (auto other = far + 1; other != far_.end(); ++other)
+      if (is_within(spheres, range, reach, i, *other)) found.push_back({i, *other});
+    const double x = spheres.position[i * d];
+    const double within = spheres.radius[i] + largest_radius_ + range + reach[i] + farthest_ + 1e-9 * skin_;
+    const auto first = std::ranges::lower_bound(along_at_, x - within) - along_at_.begin();
+    const auto last = std::ranges::upper_bound(along_at_, x + within) - along_at_.begin();
+    for (auto k = first; k < last; ++k)
+      if (const int j = along_[k]; !is_far_[j] && is_within(spheres, range, reach, i, j))
+        found.push_back({std::min(i, j), std::max(i, j)});
+  }
 }
 
 template std::vector<Pair> ReachList::pairs(const Spheres<2>&, double, std::span<const double>);

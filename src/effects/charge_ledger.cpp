@@ -87,6 +87,11 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
 /// The group's charge among its members, as the field says; what is left goes to the last.
 void ChargeLedger::share_out(int first, std::span<const int> next, std::span<const double> by_field) {
   CompensatedSum rest;
+  if (next[first] < 0) {
+    rest += charge_[first];
+    charge_[first] = rest;
+    return;
+  }
   int members = 0;
   for (int i = first; i >= 0; i = next[i], ++members) rest += charge_[i];
   CompensatedSum missing = rest;

@@ -6,7 +6,18 @@
 namespace lichtenberg::effects {
 namespace {
 
-bool contains(std::span<const Contact> sorted, Contact contact) { return std::ranges::binary_search(sorted, contact); }
+/// Whether contacts that are asked for in ascending order are among some that are in ascending order.
+class Among {
+ public:
+  explicit Among(std::span<const Contact> sorted) : next_(sorted.begin()), end_(sorted.end()) {}
+  bool has(Contact contact) {
+    while (next_ != end_ && *next_ < contact) ++next_;
+    return next_ != end_ && *next_ == contact;
+  }
+
+ private:
+  std::span<const Contact>::iterator next_, end_;
+};
 
 }  // namespace
 
@@ -101,10 +112,12 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::ve
   };
   Changes changes;
   std::vector<Contact> now;
+  now.reserve(contacts.size());
+  Among before(contacts);
   // What is not even near the release gap is lost whether it is looked at or not.
   const std::vector<double> here(bodies.size());
   for (const Contact contact : near(bodies, release_gap_ + together_, here)) {
-    const bool was = contains(contacts, contact);
+    const bool was = before.has(contact);
     const bool is = was ? !lost_now(contact) : made_now(contact);
     if (is) now.push_back(contact);
     changes.made += is && !was;
@@ -123,8 +136,9 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
                          : is_one(groups, c.conductor, terminals_[c.partner - n]);
   };
   std::vector<Watch> watched;
+  Among made(contacts);
   for (const Contact contact : near(bodies, make_gap_, travel))
-    if (!one_already(contact) && !contains(contacts, contact)) watched.push_back({contact, false});
+    if (!one_already(contact) && !made.has(contact)) watched.push_back({contact, false});
   for (const Contact contact : contacts) {
     const double approach = travel[contact.conductor] + (contact.partner < n ? travel[contact.partner] : 0);
     if (release_gap_ - gap(bodies, contact) <= approach) watched.push_back({contact, true});

@@ -14,6 +14,7 @@ bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
 
 NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth) {
   NodeGroups nodes{.groups = {}, .of_node = std::vector<int>(groups.id.size())};
+  nodes.groups.reserve(groups.id.size());
   for (std::size_t i = 0; i < groups.id.size(); ++i) {
     if (groups.id[i] == static_cast<int>(i)) {
       nodes.of_node[i] = static_cast<int>(nodes.groups.size());

@@ -42,6 +42,7 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
   add_sides(scene, problem);
   NodeGroups nodes = groups_of_nodes(groups, charges, scene.medium.depth);
   problem.groups = std::move(nodes.groups);
+  problem.bodies.reserve(bodies.size() + scene.electrodes.size());
   for (int i = 0; i < bodies.size(); ++i)
     problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, nodes.of_node[i]});
   int node = bodies.size();
@@ -401,14 +402,18 @@ Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
                                          const laplace::LaplaceSolution& solution, const ElectricalGroups& groups,
                                          const NodeCharges& charges) const {
   const double depth = scene_.medium.depth;
-  Electrostatics result{.energy = depth * solution.energy};
-  for (std::size_t i = 0; i < scene_.conductors.size(); ++i) {
-    result.force.push_back(in_space(depth * solution.body_force[i]));
-    result.charge.push_back(depth * solution.body_charge[i]);
-    result.potential.push_back(solution.group_potential[problem.bodies[i].group]);
+  const std::size_t n = scene_.conductors.size();
+  Electrostatics result{.force = std::vector<Vec3>(n),
+                        .charge = std::vector<double>(n),
+                        .potential = std::vector<double>(n),
+                        .energy = depth * solution.energy};
+  for (std::size_t i = 0; i < n; ++i) {
+    result.force[i] = in_space(depth * solution.body_force[i]);
+    result.charge[i] = depth * solution.body_charge[i];
+    result.potential[i] = solution.group_potential[problem.bodies[i].group];
   }
   result.carried = carried_by_resistors(groups, charges, laplace::coupling_charges(problem, solution), depth);
-  for (std::size_t b = scene_.conductors.size(); b < problem.bodies.size(); ++b) {
+  for (std::size_t b = n; b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);
     result.terminal_potential.push_back(solution.group_potential[problem.bodies[b].group]);
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
@@ -85,17 +86,19 @@ void for_each_held(const Scene& scene, std::span<const Contact> contacts, const 
     if (contact.partner >= n && terminals[contact.partner - n].node < 0) add(contact.conductor, contact.partner - n);
 }
 
-/// ElectricalGroups::connected.
+/// ElectricalGroups::connected; `sets`: what contacts and wires connect.
 std::vector<int> connections(const Scene& scene, std::span<const Contact> contacts,
-                             const std::vector<Terminal>& terminals) {
+                             const std::vector<Terminal>& terminals, DisjointSets sets) {
   const int n = static_cast<int>(scene.conductors.size());
-  DisjointSets sets = connect(scene, contacts, terminals, true);
   std::vector<char> grounded(n + terminals.size());
   for (const Terminal& terminal : terminals)
     if (terminal.node >= 0) grounded[sets.find(terminal.node)] = true;
   for_each_held(scene, contacts, terminals, true, [&](int i, int) { grounded[sets.find(i)] = true; });
-  std::vector<int> connected;
-  for (int i = 0; i < n; ++i) connected.push_back(grounded[sets.find(i)] ? -1 : sets.find(i));
+  std::vector<int> connected(n);
+  for (int i = 0; i < n; ++i) {
+    const int component = sets.find(i);
+    connected[i] = grounded[component] ? -1 : component;
+  }
   return connected;
 }
 
@@ -136,15 +139,20 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   Holders holders(scene);
   for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });
 
-  ElectricalGroups groups;
+  const int nodes = node_count(scene);
+  ElectricalGroups groups{.id = std::vector<int>(nodes),
+                          .potential = std::vector<std::optional<double>>(nodes),
+                          .supply = std::vector<int>(nodes),
+                          .connected = {}};
   std::map<double, int> first_held_at;
-  for (int i = 0; i < node_count(scene); ++i) {
+  for (int i = 0; i < nodes; ++i) {
     const int group = sets.find(i);
-    groups.potential.push_back(holders.potential(group));
-    groups.supply.push_back(holders.supply(group));
-    groups.id.push_back(groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group);
+    groups.potential[i] = holders.potential(group);
+    groups.supply[i] = holders.supply(group);
+    groups.id[i] = groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group;
   }
-  groups.connected = connections(scene, contacts, terminals);
+  groups.connected =
+      connections(scene, contacts, terminals, conducting ? std::move(sets) : connect(scene, contacts, terminals, true));
   return groups;
 }
 

@@ -148,6 +148,7 @@ Trial Electrics::solve(double time, FieldGrid grid) {
   effects::NodeCharges charges{.resistors = now_.carried.resistors,
                                .weight = trial.step.weight,
                                .fed = std::accumulate(trial.fed.begin(), trial.fed.end(), 0.0)};
+  charges.charge.reserve(now_.ledger.size());
   for (int i = 0; i < now_.ledger.size(); ++i)
     charges.charge.push_back(trial.step.decay * now_.ledger.charge(i) +
                              (i < model_.bodies.size() ? trial.fed[i] * trial.step.fed : 0));
@@ -246,10 +247,13 @@ void Electrics::accept(const Trial& trial, bool merged) {
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
   show_charges();
+  double force2 = 0, speed2 = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {
-    now_.largest_force = std::max(now_.largest_force, norm(trial.field.force[i]));
-    now_.largest_speed = std::max(now_.largest_speed, norm(velocity_in_space(model_.bodies, i)));
+    force2 = std::max(force2, norm2(trial.field.force[i]));
+    speed2 = std::max(speed2, norm2(velocity_in_space(model_.bodies, i)));
   }
+  now_.largest_force = std::max(now_.largest_force, std::sqrt(force2));
+  now_.largest_speed = std::max(now_.largest_speed, std::sqrt(speed2));
   // Else they would press each other with a force that no grid follows, and bounce for ever.
   if (const std::string touching = pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
 }
@@ -279,8 +283,8 @@ bool Electrics::reconnect(double time, FieldGrid grid) {
 }
 
 std::vector<double> Electrics::reach(std::span<const double> travel) const {
-  std::vector<double> reach;
-  for (const double way : travel) reach.push_back(1.01 * way + scene_.mechanics.position_tolerance);
+  std::vector<double> reach(travel.begin(), travel.end());
+  for (double& way : reach) way = 1.01 * way + scene_.mechanics.position_tolerance;
   return reach;
 }
 

@@ -165,8 +165,8 @@ double Split::advance(double time, double target, std::span<const Vec3> force, s
 /// magnifies its error. Returns false if the old groups' field is needed, to judge the step by it.
 bool Split::pass_event(double time, FieldGrid grid) {
   if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
-  std::vector<double> charge;
-  for (int i = 0; i < at_.model.bodies.size(); ++i) charge.push_back(held().charge_at(i, time));
+  std::vector<double> charge(at_.model.bodies.size());
+  for (int i = 0; i < at_.model.bodies.size(); ++i) charge[i] = held().charge_at(i, time);
   at_.electrics->share(time, charge);
   const std::vector<Vec3> before = held_forces(time);
   if (!at_.electrics->reconnect(time, grid)) return true;
@@ -176,8 +176,8 @@ bool Split::pass_event(double time, FieldGrid grid) {
 }
 
 std::vector<Vec3> Split::held_forces(double time) const {
-  std::vector<Vec3> force;
-  for (int i = 0; i < at_.model.bodies.size(); ++i) force.push_back(held().force_at(i, time));
+  std::vector<Vec3> force(at_.model.bodies.size());
+  for (int i = 0; i < at_.model.bodies.size(); ++i) force[i] = held().force_at(i, time);
   return force;
 }
 
@@ -206,11 +206,11 @@ void Split::accept(const Trial& trial, double error) {
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(trial);
   if (!(dt > shortest_step_)) return hold(trial.time, before.force_rate, before.charge_rate, before.rates_known);
-  std::vector<Vec3> force_rate;
-  std::vector<double> charge_rate;
+  std::vector<Vec3> force_rate(before.force.size());
+  std::vector<double> charge_rate(before.force.size());
   for (std::size_t i = 0; i < before.force.size(); ++i) {
-    force_rate.push_back((trial.field.force[i] - before.force[i]) / dt);
-    charge_rate.push_back((trial.field.charge[i] - before.charge[i]) / dt);
+    force_rate[i] = (trial.field.force[i] - before.force[i]) / dt;
+    charge_rate[i] = (trial.field.charge[i] - before.charge[i]) / dt;
   }
   hold(trial.time, std::move(force_rate), std::move(charge_rate), true);
 }
@@ -234,12 +234,17 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
   const std::vector<Vec3>& force = at_.electrics->now().field.force;
   const Bodies& bodies = at_.model.bodies;
   const double tolerance = at_.scene.mechanics.position_tolerance;
-  double step = largest_step_;
+  double step = largest_step_, fastest_rate = 0;
+  int fastest = 0;
   for (int i = 0; i < bodies.size(); ++i) {
     const double jump = norm(force[i] - force_before[i]), length = std::min(bodies.radius[i], shortest_gap_);
     const double speed = std::max(norm(velocity_in_space(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
     const double rate = norm(held().force_rate[i]) + jump * speed / length;
-    step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
+    // Of bodies alike the one whose force changes fastest is the first to be displaced.
+    if (bodies.mass[i] != bodies.mass[fastest] || drag_[i] != drag_[fastest] || rate > (1 - 1e-9) * fastest_rate) {
+      step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
+      fastest = i, fastest_rate = rate;
+    }
     if (drag_[i] == 0)
       step = std::min(step, time_to_displace_from_rest(tolerance, jump * norm(force[i]) / length, bodies.mass[i]));
   }

@@ -104,6 +104,16 @@ LaplaceProblem insulated() {
   return problem;
 }
 
+/// So narrow a box that its finest grid is the coarsest, of few cells.
+LaplaceProblem narrow_box() {
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {16, 8};
+  problem.sides[left] = {Side::Kind::electrode, 1, {}};
+  problem.bodies = {{Disk{{4.3, 4.1}, 1.9}, 0}, {Disk{{11.2, 4.4}, 2.3}, 1}};
+  problem.groups = {{true, 1, 0}, {true, -0.4, 0}};
+  return problem;
+}
+
 struct Case {
   const char* name;
   LaplaceProblem problem{.permittivity = 1};
@@ -112,7 +122,8 @@ struct Case {
 
 std::vector<Case> cases() {
   return {{"disks", crowd(25, 0.6), 192}, {"narrow gaps", crowd(35, 0.01), 96}, {"groups", merged(crowd(35, 0.01)), 96},
-          {"dish", dish(), 128},          {"shared cells", shared_cells(), 32}, {"insulated", insulated(), 96}};
+          {"dish", dish(), 128},          {"shared cells", shared_cells(), 32}, {"insulated", insulated(), 96},
+          {"one grid", narrow_box(), 16}};
 }
 
 struct Discretized {
@@ -386,8 +397,7 @@ double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
 
 }  // namespace
 
-TEST_CASE(
-    "chains of conductors that all but touch are solved on the device in few iterations") {
+TEST_CASE("chains of conductors that all but touch are solved on the device about as fast as on the CPU") {
   // One after the other, relaxed by Jacobi's sweeps, the twelve keep what they have in common: 43 iterations and more.
   CutCellOptions options;
   options.cells = 256;
@@ -399,8 +409,34 @@ TEST_CASE(
   device->forget();
   const LaplaceSolution again = device->solve(problem);
   for (const LaplaceSolution& found : {b, again}) {
-    CHECK(found.iterations <= 2 * a.iterations + 2);
+    CHECK(found.iterations <= a.iterations + 2 + a.iterations / 3);
     CHECK(difference(found, a) < 1000 * options.tolerance);  // as in cutcell_test
+  }
+}
+
+TEST_CASE("on a device, too, coarse grids keep the links of conductors that all but touch") {
+  // The row of cutcell_grids_test, of disks below the coarse grids' cells, each alone or in one of six groups. Without
+  // clusters the device took 77 to 165 iterations, with clusters alone 38. 200 are
+  // in more clusters than one.
+  CutCellOptions options;
+  options.tolerance = 1e-8;
+  struct Row {
+    int disks, groups;
+  };
+  for (const Row row : {Row{60, 60}, Row{60, 6}, Row{200, 200}}) {
+    CAPTURE(row.disks);
+    CAPTURE(row.groups);
+    options.cells = row.disks > 60 ? 384 : 128;
+    LaplaceProblem problem{.permittivity = 1};
+    problem.size = {static_cast<double>(options.cells), 128};
+    problem.sides[left].kind = Side::Kind::electrode;
+    for (int g = 0; g < row.groups; ++g) problem.groups.push_back({.floating = true, .charge = 1.0 + g % 3});
+    for (int k = 0; k < row.disks; ++k)
+      problem.bodies.push_back({Disk{{10 + (1.6 + 1e-5) * k, 64.3}, 0.8}, k % row.groups});
+    const LaplaceSolution a = CutCellSolver(options).solve(problem);
+    const LaplaceSolution b = device::make_host_solver(options)->solve(problem);
+    CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // one sweep on coarse grids in place of two
+    CHECK(difference(b, a) < 1000 * options.tolerance);
   }
 }
 

@@ -7,16 +7,9 @@
 
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
+#include "solvers/laplace/cutcell/sets.hpp"
 
 namespace lichtenberg::laplace {
-
-/// Groups that a coarse grid treats like one: those that are coupled more strongly than small disks are to the field
-/// around them. Weaker couplings matter little beside the field. `is_held` says of a set, by its first group, whether
-/// anything in it has a given potential, or is all that the field has for ground.
-struct Sets {
-  std::vector<int> of_group;
-  std::vector<char> is_held;
-};
 
 namespace {
 
@@ -27,15 +20,32 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-/// Couplings, and the finer grid's direct links that conduct more than a face between two cells: of conductors that all
-/// but touch.
-Sets strongly_coupled(const LaplaceProblem& problem, const Level* finer) {
+/// More than that is the same in single precision, and what a Cholesky factorization in double keeps of the rest is
+/// enough for a preconditioner.
+constexpr double largest_coarse_coupling = 1e9;
+
+std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
+  std::array<bool, 4> result;
+  for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;
+  return result;
+}
+
+/// Direct links between groups.
+std::vector<NetworkLink> group_links(const LaplaceProblem& problem, const Level* level) {
+  std::vector<NetworkLink> links;
+  if (!level) return links;
+  for (const PairLink& pair : level->pairs)
+    links.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
+  return links;
+}
+
+}  // namespace
+
+Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links) {
   constexpr double least = 0.05, least_direct = 1;
   LaplaceProblem coupled{.groups = problem.groups, .couplings = problem.couplings};
-  for (std::size_t k = 0; finer && k < finer->pairs.size(); ++k)
-    if (const PairLink& pair = finer->pairs[k]; pair.conductance > least_direct)
-      coupled.couplings.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group,
-                                   pair.conductance * problem.permittivity});
+  for (const auto& [a, b, conductance] : direct_links)
+    if (conductance > least_direct) coupled.couplings.push_back({a, b, conductance * problem.permittivity});
   Sets sets{coupled_sets(coupled, least * problem.permittivity), std::vector<char>(problem.groups.size(), 0)};
   const auto hold = [&](int group) { sets.is_held[sets.of_group[group]] = 1; };
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
@@ -49,24 +59,12 @@ Sets strongly_coupled(const LaplaceProblem& problem, const Level* finer) {
   return sets;
 }
 
-/// More than that is the same in single precision, and what a Cholesky factorization in double keeps of the rest is
-/// enough for a preconditioner.
-constexpr double largest_coarse_coupling = 1e9;
-
-std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
-  std::array<bool, 4> result;
-  for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;
-  return result;
-}
-
-}  // namespace
-
 void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer, parallel::Team& team) {
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   east.clear();
   north.clear();
-  const Sets sets = strongly_coupled(problem, finer);
+  const Sets sets = strongly_coupled(problem, group_links(problem, finer));
   choose_resolved(problem, sets);
   absorb_groups(problem, sets, finer);
   discretize(problem, formula, team);

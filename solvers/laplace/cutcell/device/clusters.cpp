@@ -4,6 +4,9 @@
 #include <numeric>
 #include <tuple>
 
+#include "solvers/laplace/cutcell/medium.hpp"
+#include "solvers/laplace/cutcell/sets.hpp"
+
 namespace lichtenberg::laplace::device {
 
 namespace {
@@ -97,10 +100,60 @@ void invert(Clusters& clusters, std::vector<double> ground, const std::vector<Ne
   }
 }
 
+/// How many groups of sets of several are unknowns of a grid of cells of h m: their bodies lie too far apart, or one
+/// has a given potential.
+int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
+  const std::size_t groups = problem.groups.size();
+  std::vector<Vec2> low(groups, {1e300, 1e300}), high(groups, {-1e300, -1e300});
+  for (const Body& body : problem.bodies) {
+    const Outline outline = outline_in_cells(body.shape, h);
+    const Vec2 c = outline.centre, r{outline.size, outline.size};
+    Vec2 &from = low[sets.of_group[body.group]], &to = high[sets.of_group[body.group]];
+    from = {std::min(from.x, c.x - r.x), std::min(from.y, c.y - r.y)};
+    to = {std::max(to.x, c.x + r.x), std::max(to.y, c.y + r.y)};
+  }
+  std::vector<int> members(groups, 0);
+  for (const int set : sets.of_group) ++members[set];
+  int count = 0;
+  for (std::size_t set = 0; set < groups; ++set) {
+    const Vec2 extent = high[set] - low[set];
+    if (members[set] > 1 && (sets.is_held[set] || std::max(extent.x, extent.y) > least_extent)) count += members[set];
+  }
+  return count;
+}
+
 }  // namespace
+
+SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups) {
+  constexpr int most_unknowns = 300;
+  Sets sets = strongly_coupled(problem, links);
+  for (double least = 4; !links.empty() && unknowns(problem, sets, h) > most_unknowns; least *= 4) {
+    std::erase_if(links, [&](const NetworkLink& link) { return link.conductance < least; });
+    sets = strongly_coupled(problem, links);
+  }
+  std::vector<int> bodies(groups, 0);
+  for (const Body& body : problem.bodies) ++bodies[sets.of_group[body.group]];
+  SetLists lists;
+  lists.start.assign(groups + 1, 0);
+  for (int g = 0; g < groups; ++g) {
+    const bool is_own = g < static_cast<int>(problem.groups.size());
+    const int set = is_own ? sets.of_group[g] : g;
+    const bool held = !is_own || sets.is_held[set];
+    lists.of_group.push_back(set);
+    lists.held.push_back(held);
+    lists.is_alone.push_back(!held && bodies[set] == 1);
+    ++lists.start[set + 1];
+  }
+  std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
+  std::vector<int> next(lists.start.begin(), lists.start.end() - 1);
+  lists.group.resize(groups);
+  for (int g = 0; g < groups; ++g) lists.group[next[lists.of_group[g]]++] = g;
+  return lists;
+}
 
 Clusters clusters_of_direct_links(std::span<const double> diagonal, std::vector<NetworkLink> links, int most) {
   const int groups = static_cast<int>(diagonal.size());
+  std::erase_if(links, [&](const NetworkLink& link) { return diagonal[link.a] == 0 || diagonal[link.b] == 0; });
   add_up(links);
   std::vector<double> to_cells(diagonal.begin(), diagonal.end());
   for (const auto& [a, b, conductance] : links) {

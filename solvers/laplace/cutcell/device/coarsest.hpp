@@ -10,10 +10,11 @@ namespace lichtenberg::laplace::device {
 
 /// Where the coarsest grid's unknowns are in a dense matrix: cells by slot, then groups.
 struct CoarsestView {
-  int* index;        ///< by slot and group, and one behind the last: unknowns before it
-  int* unknown;      ///< a cell's slot, or -1 - group
-  double* matrix;    ///< by rows
-  float* inverse;    ///< likewise
+  int* index;      ///< by slot and group, and one behind the last: unknowns before it
+  int* unknown;    ///< a cell's slot, or -1 - group
+  double* matrix;  ///< by rows
+  float* inverse;  ///< likewise; or, where it is null,
+  double* precise_inverse;
   int* is_singular;  ///< becomes 1
 };
 
@@ -81,18 +82,20 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
   });
 }
 
-/// The inverse of the matrix, by Gauss and Jordan's elimination in the memory of one block.
+/// The inverse of the matrix, by Gauss and Jordan's elimination in the memory of one block, if it has enough.
 struct InvertCoarsest {
   GridView grid;
   CoarsestView coarsest;
-  bool pin;  ///< nothing is grounded, and the potential of the last unknown is to be held
+  bool in_block;  ///< its memory is large enough; else, in that of the precise inverse
+  bool pin;       ///< nothing is grounded, and the potential of the last unknown is to be held
 
   static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = grid.number[Of::coarse_unknowns];
-    double *matrix = block.template memory<double>(), *row = matrix + n * n, *column = row + n;
+    double *matrix = in_block ? block.template memory<double>() : coarsest.precise_inverse, *row = matrix + n * n,
+           *column = row + n;
     block.each(n * n, [&](int e) { matrix[e] = coarsest.matrix[e] * (pin && e == n * n - 1 ? 2 : 1); });
     for (int k = 0; k < n; ++k) {
       block.each(n, [&](int a) {
@@ -109,6 +112,10 @@ struct InvertCoarsest {
           matrix[e] = b == k ? -column[a] * of_pivot : matrix[e] - column[a] * row[b] * of_pivot;
       });
     }
+    if (!coarsest.inverse) {
+      if (in_block) block.each(n * n, [&](int e) { coarsest.precise_inverse[e] = matrix[e]; });
+      return;
+    }
     block.each(n * n, [&](int e) {  // symmetric to the last bit
       coarsest.inverse[e] = static_cast<float>(0.5 * (matrix[e] + matrix[e % n * n + e / n]));
     });
@@ -116,24 +123,35 @@ struct InvertCoarsest {
 };
 
 /// The coarsest grid's system. A small one's inverse is made on the device (and multiplied with in small_grids.hpp); a
-/// large one (a grid of an odd number of cells) is factorized on the host: right-hand side down, solution up.
+/// large one (a grid of a large odd number of cells) is factorized on the host: right-hand side down, solution up.
 template <class Executor>
 class Coarsest {
  public:
   explicit Coarsest(const Executor& run)
-      : run_(run), index_(run), unknown_(run), matrix_(run), inverse_(run), is_singular_(run) {
+      : run_(run), index_(run), unknown_(run), matrix_(run), precise_inverse_(run), inverse_(run), is_singular_(run) {
     is_singular_.resize(1);
     is_singular_.zero();
   }
 
-  void make_room(const ProblemView& problem, const GridView& grid) {
+  /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
+  void make_room(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t room = grid.room[Of::coarse_unknowns];
-    on_device_ = InvertCoarsest::bytes(room) <= run_.most_block_memory();
+    constexpr std::size_t most = 480;  // more are factorized on the host, which has it take part in each cycle
+    const std::size_t bytes = InvertCoarsest::bytes(room);
+    block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
+    on_device_ = room <= most;
+    const bool in_double = precise || block_bytes_ == 0;
     index_.resize(grid.layout.size() + problem.groups + 1);
     unknown_.resize(room);
     matrix_.resize(on_device_ ? room * room : 0);
-    inverse_.resize(on_device_ ? room * room : 0);
-    view_ = {index_.data(), unknown_.data(), matrix_.data(), inverse_.data(), is_singular_.data()};
+    inverse_.resize(on_device_ && !in_double ? room * room : 0);
+    precise_inverse_.resize(on_device_ && in_double ? bytes / sizeof(double) : 0);
+    view_ = {index_.data(),
+             unknown_.data(),
+             matrix_.data(),
+             in_double ? nullptr : inverse_.data(),
+             in_double ? precise_inverse_.data() : nullptr,
+             is_singular_.data()};
   }
   bool on_device() const { return on_device_; }
   const int* is_singular() const { return view_.is_singular; }
@@ -142,8 +160,8 @@ class Coarsest {
     number_coarsest(run_, problem, grid, view_);
     if (!on_device_) return;
     fill_coarsest(run_, problem, grid, view_);
-    run_.template for_each_block<1024>(1, InvertCoarsest::bytes(grid.room[Of::coarse_unknowns]),
-                                       InvertCoarsest{grid, view_, !problem.grounded});
+    run_.template for_each_block<1024>(1, block_bytes_,
+                                       InvertCoarsest{grid, view_, block_bytes_ > 0, !problem.grounded});
   }
   /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
@@ -164,6 +182,7 @@ class Coarsest {
   /// On the device: a cell's slot, or -1 - group, of each unknown; the inverse by rows.
   const int* unknown() const { return view_.unknown; }
   const float* inverse() const { return view_.inverse; }
+  const double* precise_inverse() const { return view_.precise_inverse; }
 
  private:
   CoarsestArrays download(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
@@ -197,7 +216,8 @@ class Coarsest {
   const Executor& run_;
   bool on_device_ = true;
   parallel::Array<int, Executor> index_, unknown_;
-  parallel::Array<double, Executor> matrix_;
+  std::size_t block_bytes_ = 0;  // 0: the elimination is in the device's memory
+  parallel::Array<double, Executor> matrix_, precise_inverse_;
   parallel::Array<float, Executor> inverse_;
   parallel::Array<int, Executor> is_singular_;
   CoarsestView view_{};

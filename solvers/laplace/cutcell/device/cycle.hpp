@@ -7,9 +7,12 @@
 
 namespace lichtenberg::laplace::device {
 
+/// z = v and phi, where the finest grid is the coarsest: 0 in covered cells, which hold their group's potential there.
 template <class Executor>
-void widen(const Executor& run, long n, const float* from, double* to) {
-  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = from[k]; });
+void take_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
+  const int cells = static_cast<int>(grid.layout.size());
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = grid.inverse_diagonal[k] > 0 ? v[k] : 0.0; });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.phi[g]; });
 }
 
 /// f or, behind the cells, the groups' charges from an entry of the residual; groups are the finest grid's first to be

@@ -6,13 +6,32 @@
 
 namespace lichtenberg::laplace::device {
 
+/// Whether a body's potential is an unknown or given.
+LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
+  return !grid.medium || !grid.absorbed[problem.group_of[body]];
+}
+
+/// What conductors that all but touch exchange does not pass through cells: where one of them is thin, calls
+/// f(other, kind, number of the finest grid's link), once for both. Conductances do not depend on the size of cells.
+template <class F>
+LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
+  if (!has_potential(problem, grid, body)) return;
+  const int rank = problem.rank_of[body];
+  for (int m = grid.finest_link_start[rank]; m < grid.finest_link_start[rank + 1]; ++m) {
+    const DirectLink& link = grid.finest_link[m];
+    if (link.is_to_electrode() || link.other < body || !has_potential(problem, grid, link.other)) continue;
+    if (!grid.resolved[body] || !grid.resolved[link.other]) f(link.other, DirectLink::Kind::inherited, m);
+  }
+}
+
 /// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
-/// exchanges flux with: kind and corner as in DirectLink.
+/// exchanges flux with: kind and corner as in DirectLink; and for what it has inherited.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
   const int group = problem.group_of[body];
   if (const int owner = grid.cell_owner[body]; owner >= 0 && problem.group_of[owner] != group)
     f(owner, DirectLink::Kind::shared_cell, 0);
+  if (grid.finest_link) for_each_inherited(problem, grid, body, f);
   if (!grid.medium || !is_thin(problem, grid, body)) return;
   const Interpolation around = interpolate(grid.layout, grid.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
@@ -41,10 +60,12 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     if (grid.number[Of::without_cells] == 0) return;
     int at = grid.number[Of::direct_links] - grid.number[Of::without_cells] + 2 * before[body].direct_links;
-    for_each_owner(problem, grid, body, [&](int owner, DirectLink::Kind kind, int corner) {
-      const auto k = static_cast<std::uint8_t>(corner);
-      grid.direct_link[at++] = {.own = body, .other = owner, .kind = kind, .corner = k, .own_has_cell = false};
-      grid.direct_link[at++] = {.own = owner, .other = body, .kind = kind, .corner = k, .own_has_cell = true};
+    for_each_owner(problem, grid, body, [&](int other, DirectLink::Kind kind, int which) {
+      const auto k = static_cast<std::uint8_t>(which);  // corner
+      grid.direct_link[at++] = {
+          .own = body, .other = other, .slot = which, .kind = kind, .corner = k, .own_has_cell = false};
+      grid.direct_link[at++] = {
+          .own = other, .other = body, .slot = which, .kind = kind, .corner = k, .own_has_cell = true};
     });
   });
 }
@@ -58,6 +79,10 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
   for_each_of(run, grid, Of::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     DirectLink& link = grid.direct_link[m];
     const Outline& own = grid.outline[link.own];
+    if (link.kind == DirectLink::Kind::inherited) {
+      link.conductance = grid.finest_link[link.slot].conductance;
+      return;
+    }
     if (link.kind != DirectLink::Kind::face) {
       const bool own_has_cell = link.own_has_cell;
       const Outline& other = grid.outline[link.other];

@@ -12,6 +12,14 @@
 
 namespace lichtenberg::laplace::device {
 
+/// Sets of groups that coarse grids treat like one (../sets.hpp); null: each is one of its own.
+struct SetsView {
+  const int* of_group;         ///< a set's first group
+  const int *start, *group;    ///< by first group: its set's groups
+  const int *is_alone, *held;  ///< by group: whether its set is one body that floats; Sets::is_held
+  bool operator==(const SetsView&) const = default;
+};
+
 /// Electrode side faces, and what else a grid shares with all others. Bodies are sorted by group ("rank"), so that
 /// what belongs to a body or a group is contiguous.
 struct ProblemView {
@@ -31,6 +39,7 @@ struct ProblemView {
   const int* floating;           ///< by group
   const double* charge;          ///< C/m, by group
   const double* potential;       ///< V, by group, of fixed ones
+  SetsView sets;
 
   bool operator==(const ProblemView&) const = default;
 };
@@ -72,6 +81,7 @@ struct DirectLink {
     face,            ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
     shared_cell,     ///< one of the two covers no cell's centre and lies in a cell of the other
     thin_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
+    inherited,       ///< one of the two is thin: the finest grid's direct link number `slot`
   };
   int own;  ///< body
   /// Body; or -1 - the electrode side's face, as ProblemView::side_potential counts them.
@@ -144,6 +154,7 @@ struct Coupling {
 };
 
 struct ClusterView;
+struct Extent;
 
 /// One grid's arrays. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
 struct GridView {
@@ -164,8 +175,9 @@ struct GridView {
 
   // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
   // of the groups those that the finer grid still has.
-  int* absorbed;  ///< by group
-  Vec2* centre;   ///< by group
+  int* absorbed;   ///< by group
+  Vec2* centre;    ///< by group
+  Extent* extent;  ///< by group, then by set's first group; null: there are no sets
   Bins absorbed_bodies, thin_conductors, absorbed_groups;
   float* permittivity;  ///< by slot
   float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
@@ -196,6 +208,10 @@ struct GridView {
   int* boundary_link;
   double* boundary_diagonal;
   Coupling* coupling;  ///< by boundary cell and side: 4 k + side
+
+  // Where coarse grids keep direct links: the finest grid's; else null.
+  const DirectLink* finest_link;
+  const int* finest_link_start;  ///< by rank
 
   // Contacts, sorted by body.
   DirectLink* direct_link;

@@ -21,6 +21,7 @@ class DeviceGrid {
         resolved_(run),
         absorbed_(run),
         centre_(run),
+        extent_(run),
         permittivity_(run),
         east_(run),
         north_(run),
@@ -100,11 +101,13 @@ class DeviceGrid {
 
   /// What the host may know of a grid: how many of each kind there is room for. `number`, `wanted`: on the device.
   /// `medium`: some bodies are smaller than this grid resolves; `small`: its groups are listed; `clusters`: where
-  /// there may be any. Arrays may move.
+  /// there may be any; `finest`: the grid whose direct links this coarse one inherits, null: none. Arrays may move.
   void make_room(const ProblemView& problem, bool medium, int* number, int* wanted, bool small = false,
-                 const ClusterView* clusters = nullptr) {
+                 const ClusterView* clusters = nullptr, const GridView* finest = nullptr) {
     view_.medium = medium;
     view_.clusters = clusters;
+    view_.finest_link = finest ? finest->direct_link : nullptr;
+    view_.finest_link_start = finest ? finest->direct_link_start : nullptr;
     view_.own_group = small ? sized(own_group_, problem.groups) : nullptr;
     if (!medium)  // what was smeared out before is in the bins still
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
@@ -183,6 +186,7 @@ class DeviceGrid {
     view_.north = north_.data();
     view_.absorbed = sized(absorbed_, problem.groups);
     view_.centre = sized(centre_, problem.groups);
+    view_.extent = problem.sets.of_group ? sized(extent_, 2L * problem.groups) : nullptr;
     const int bins = bins_of(view_.layout);
     view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups),
                              sized(smeared_groups_, problem.groups)};
@@ -309,6 +313,7 @@ class DeviceGrid {
   parallel::Array<Outline, Executor> outline_;
   parallel::Array<int, Executor> present_, cell_owner_, resolved_, absorbed_;
   parallel::Array<Vec2, Executor> centre_;
+  parallel::Array<Extent, Executor> extent_;
   parallel::Array<float, Executor> permittivity_, east_, north_;
   parallel::Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
   parallel::Array<Smeared, Executor> smeared_bodies_, smeared_groups_;

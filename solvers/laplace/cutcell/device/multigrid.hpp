@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/device/clustering.hpp"
 #include "solvers/laplace/cutcell/device/coarsest.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
@@ -45,12 +45,13 @@ class SmallestDisks {
 };
 
 /// The grids and the V-cycle on them (../multigrid.hpp): large ones a few kernels each, small ones all in one. Where
-/// groups are coupled directly, each sweep over conductors is two Jacobi sweeps in place of one of Gauss-Seidel.
+/// groups are coupled directly, each sweep over conductors is two Jacobi sweeps in place of one of Gauss-Seidel, over
+/// clusters of them where links are strong.
 template <class Executor>
 class DeviceMultigrid {
  public:
   DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
-      : run_(run), coarsest_(run), numbers_(run), clusters_(run, static_cast<int>(grid_sizes(nx, ny).size())) {
+      : run_(run), coarsest_(run), numbers_(run), clustering_(run, static_cast<int>(grid_sizes(nx, ny).size())) {
     for (const GridSize& size : grid_sizes(nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
     medium_.assign(grids_.size(), false);
@@ -63,15 +64,15 @@ class DeviceMultigrid {
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
-      run_.run(building_, [&] { build_all(); });
+      discretize(problem);
     } else {
       do {
-        build_all();
+        discretize(problem);
         numbers_.fetch();
       } while (enlarge());
       fits_ = true;
     }
-    if (clustered()) find_clusters();
+    if (clustered()) clustering_.find_clusters();
     if (coarsest_.on_device()) return;
     numbers_.fetch();
     if (!lacking()) coarsest_.factorize(problem, grids_.back().view(), wanted(levels() - 1));
@@ -131,8 +132,7 @@ class DeviceMultigrid {
     for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().v, nullptr);
     if (first_solved_ > 0) return up(0, z, z_of_groups);
     // The finest grid is the coarsest: its potentials are double.
-    widen(run_, grids_[0].view().layout.size(), only_.data(), z);
-    widen(run_, problem_.groups, grids_[0].view().phi, z_of_groups);
+    take_potentials(run_, problem_, grids_[0].view(), only_.data(), z);
   }
 
  private:
@@ -142,8 +142,8 @@ class DeviceMultigrid {
     std::vector<bool> medium;
     for (const DeviceGrid<Executor>& grid : grids_)
       medium.push_back(!medium.empty() && disks.unresolved(grid.view().h));
-    if (generation_ > 0 && problem_ == view && medium_ == medium) return;
-    problem_ = view;
+    if (generation_ > 0 && posed_ == view && medium_ == medium) return;
+    posed_ = view;
     medium_ = medium;
     fits_ = false;
     const std::size_t numbers = grids_.size() * Of::kinds;
@@ -155,51 +155,25 @@ class DeviceMultigrid {
   }
 
   void make_room() {
+    problem_ = posed_;
+    if (clustered()) problem_.sets = clustering_.make_room_for_sets(problem_.groups);
     const int first_small = this->first_small();
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
-                          l >= first_small, clustered() ? clusters_.view(l) : nullptr);
+                          l >= first_small, clustered() ? clustering_.clusters(l) : nullptr,
+                          clustered() && l > 0 ? &grids_[0].view() : nullptr);
       views.push_back(grids_[l].view());
     }
-    if (clustered()) make_room_for_links();
+    if (clustered()) clustering_.make_room_for_links(problem_.groups, views);
     if (levels() == 1) views[0].v = only_.data();
     views_.upload(views);
-    coarsest_.make_room(problem_, grids_.back().view());
+    coarsest_.make_room(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
     recordings_.clear();
     building_.clear();
+    building_finest_.clear();
     ++generation_;
-  }
-
-  void make_room_for_links() {
-    std::size_t links = 0;
-    for (const DeviceGrid<Executor>& grid : grids_) links += grid.view().room[Of::direct_links];
-    std::tie(group_link_, group_diagonal_) = group_links_.template divide<NetworkLink, double>(
-        {links, grids_.size() * static_cast<std::size_t>(problem_.groups)});
-  }
-
-  /// Of the groups' links, which the device lists, the host makes the clusters of all grids.
-  void find_clusters() {
-    constexpr int most = 64;  // groups in one: a chain of more is cut
-    group_links_.fetch();
-    std::vector<Clusters> clusters;
-    const NetworkLink* first = group_link_.host;
-    const auto groups = static_cast<std::size_t>(problem_.groups);
-    for (int l = 0; l < levels(); ++l) {
-      const NetworkLink* end = first + grids_[l].view().room[Of::direct_links];
-      std::vector<NetworkLink> links;
-      std::copy_if(first, end, std::back_inserter(links), [](const NetworkLink& link) { return link.a >= 0; });
-      clusters.push_back(clusters_of_direct_links({group_diagonal_.host + l * groups, groups}, std::move(links), most));
-      first = end;
-    }
-    clusters_.upload(clusters);
-  }
-  void list_links(int l) {
-    std::size_t before = 0;
-    for (int k = 0; k < l; ++k) before += grids_[k].view().room[Of::direct_links];
-    list_group_links(run_, problem_, grids_[l].view(), group_link_.device + before,
-                     group_diagonal_.device + l * static_cast<std::size_t>(problem_.groups));
   }
 
   bool lacking() const {
@@ -216,17 +190,38 @@ class DeviceMultigrid {
     return true;
   }
 
-  void build_all() {
-    const GridView* finer = nullptr;
-    for (DeviceGrid<Executor>& grid : grids_) {
-      grid.outline(problem_, finer);
-      finer = &grid.view();
-    }
-    run_.side_by_side(levels(), [&](int l) {
-      grids_[l].build(problem_);
-      if (clustered()) list_links(l);
-      if (l + 1 == levels()) coarsest_.build(problem_, grids_[l].view());
+  /// All grids at once; or, where groups are clustered, the finest one first: from its direct links the host finds what
+  /// coarse grids are to treat like one.
+  void discretize(const LaplaceProblem& problem) {
+    if (!clustered()) return record(building_, [&] { build_from(0); });
+    record(building_finest_, [&] {
+      grids_[0].outline(problem_, nullptr);
+      grids_[0].build(problem_);
+      clustering_.list_links(problem_, grids_[0].view(), 0);
+      if (levels() == 1) build_coarsest();
     });
+    if (levels() == 1) return;
+    clustering_.find_sets(problem, grids_.back().view().h);
+    record(building_, [&] { build_from(1); });
+  }
+  template <class F>
+  void record(typename Executor::Recording& recording, F f) {
+    if (fits_)
+      run_.run(recording, f);
+    else
+      f();
+  }
+  void build_from(int first) {
+    for (int l = first; l < levels(); ++l) grids_[l].outline(problem_, l > 0 ? &grids_[l - 1].view() : nullptr);
+    run_.side_by_side(levels() - first, [&](int k) {
+      const int l = first + k;
+      grids_[l].build(problem_);
+      if (clustered()) clustering_.list_links(problem_, grids_[l].view(), l);
+      if (l + 1 == levels()) build_coarsest();
+    });
+  }
+  void build_coarsest() {
+    coarsest_.build(problem_, grids_.back().view());
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
@@ -239,7 +234,14 @@ class DeviceMultigrid {
     return first;
   }
   SmallGrids small_grids(int first) const {
-    SmallGrids all{problem_, views_.data(), first, levels() - 1, coarsest_.unknown(), coarsest_.inverse(), {}};
+    SmallGrids all{problem_,
+                   views_.data(),
+                   first,
+                   levels() - 1,
+                   coarsest_.unknown(),
+                   coarsest_.inverse(),
+                   coarsest_.precise_inverse(),
+                   {}};
     for (int l = first; l < levels(); ++l)
       all.small[l - first] =
           SmallGrid(grids_[l].view().layout, medium_[l], l == first ? 0 : all.small[l - first - 1].end());
@@ -273,8 +275,8 @@ class DeviceMultigrid {
 
   const Executor& run_;
   std::vector<DeviceGrid<Executor>> grids_;
-  std::vector<bool> medium_;  // by grid
-  ProblemView problem_{};
+  std::vector<bool> medium_;         // by grid
+  ProblemView posed_{}, problem_{};  // the latter with sets of groups
   Coarsest<Executor> coarsest_;
   parallel::Array<GridView, Executor> views_{run_};
   int first_solved_ = 0;  ///< of the grids that are solved in one kernel, or of one by the host
@@ -283,13 +285,9 @@ class DeviceMultigrid {
   typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;
   bool fits_ = false;  // as far as is known
   int generation_ = 0;
-  typename Executor::Recording building_;
+  typename Executor::Recording building_, building_finest_;
   std::map<double*, typename Executor::Recording> recordings_;  // by z
-  // Where groups are clustered: their links, for the host, grid after grid; and what it makes of them.
-  parallel::Parcel<Executor> group_links_{run_};
-  typename parallel::Parcel<Executor>::template Part<NetworkLink> group_link_;
-  typename parallel::Parcel<Executor>::template Part<double> group_diagonal_;
-  DeviceClusters<Executor> clusters_;
+  Clustering<Executor> clustering_;
   parallel::Array<float, Executor> only_{run_};
 };
 

@@ -1,13 +1,7 @@
 #pragma once
 
-// Groups whose direct links outweigh their links to cells, on the device: what the host needs of the links to find
-// their clusters and invert them, and how they are relaxed.
+// Groups whose direct links outweigh their links to cells, on the device: how they are relaxed.
 
-#include <array>
-#include <cstring>
-#include <vector>
-
-#include "solvers/laplace/cutcell/device/clusters.hpp"
 #include "solvers/laplace/cutcell/device/grid.hpp"
 
 namespace lichtenberg::laplace::device {
@@ -32,20 +26,6 @@ struct ClusterView {
     return row[g] >= 0 && row[h] >= 0 && first[row[g]] == first[row[h]];
   }
 };
-
-/// Direct links of groups that have potentials of their own, each once (else a = -1), and the groups' diagonals.
-template <class Executor>
-void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
-  run.for_each(grid.room[Of::direct_links], [=] LICHTENBERG_HOST_DEVICE(int m) {
-    link[m] = {-1, -1, 0};
-    if (m >= grid.number[Of::direct_links]) return;
-    const DirectLink& direct = grid.direct_link[m];
-    if (direct.is_to_electrode()) return;
-    const int a = problem.group_of[direct.own], b = problem.group_of[direct.other];
-    if (a < b && grid.group_diagonal[a] > 0 && grid.group_diagonal[b] > 0) link[m] = {a, b, direct.conductance};
-  });
-  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { diagonal[g] = grid.group_diagonal[g]; });
-}
 
 /// What a group's direct links to others that are not of its cluster bring, for sums over its links.
 template <class Real>
@@ -107,46 +87,5 @@ void relax_clusters(const Executor& run, ProblemView problem, GridView grid, con
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) { grid.group_rhs[g] = flux[g] + sum; });
   solve_clusters(run, problem, grid, grid.group_rhs, phi_next, z);
 }
-
-/// All grids' clusters in the memory of a device.
-template <class Executor>
-class DeviceClusters {
- public:
-  DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), view_(run) { view_.resize(grids); }
-  const ClusterView* view(int grid) const { return view_.data() + grid; }
-
-  /// By grid. Nothing that has been started may read them still.
-  void upload(const std::vector<Clusters>& grids) {
-    host_.clear();
-    std::vector<std::array<std::size_t, 6>> offset;
-    for (const Clusters& clusters : grids)
-      offset.push_back({append(clusters.row), append(clusters.group), append(clusters.first), append(clusters.size),
-                        append(clusters.start), append(clusters.inverse)});
-    data_.upload(host_);
-    std::vector<ClusterView> views;
-    for (const auto& [row, group, first, size, start, inverse] : offset)
-      views.push_back(
-          {at<int>(row), at<int>(group), at<int>(first), at<int>(size), at<long>(start), at<double>(inverse)});
-    run_->to_device(view_.data(), views.data(), views.size() * sizeof(ClusterView));
-  }
-
- private:
-  template <class T>
-  std::size_t append(const std::vector<T>& values) {
-    const std::size_t from = host_.size(), bytes = values.size() * sizeof(T);
-    host_.resize(from + (bytes + 7) / 8 * 8);
-    if (bytes > 0) std::memcpy(host_.data() + from, values.data(), bytes);
-    return from;
-  }
-  template <class T>
-  const T* at(std::size_t offset) const {
-    return reinterpret_cast<const T*>(data_.data() + offset);
-  }
-
-  const Executor* run_;
-  std::vector<char> host_;
-  parallel::Array<char, Executor> data_;
-  parallel::Array<ClusterView, Executor> view_;
-};
 
 }  // namespace lichtenberg::laplace::device

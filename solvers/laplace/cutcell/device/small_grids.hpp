@@ -34,7 +34,8 @@ struct SmallGrids {
   int first, last;
   const int* unknown;  ///< the coarsest grid's (coarsest.hpp)
   const float* inverse;
-  SmallGrid small[most];  ///< from `first` on
+  const double* precise_inverse;  ///< in place of it, if not null
+  SmallGrid small[most];          ///< from `first` on
 
   std::size_t bytes() const { return small[last - first].end() * sizeof(float); }
 
@@ -287,13 +288,18 @@ struct SmallGrids {
     const int n = grid[last].number[Of::coarse_unknowns];
     const float* charge = grid[last].charge;
     float* phi = grid[last].phi;
-    block.template sum_segments<32>(
-        n, [&](int) { return n; },
-        [&](int a, int b) {
-          const int name = unknown[b];
-          return inverse[a * n + b] * (name >= 0 ? cells.f[name] : charge[-1 - name]);
-        },
-        [&](int a, float sum) { (unknown[a] >= 0 ? cells.v[unknown[a]] : phi[-1 - unknown[a]]) = sum; });
+    const auto solve_by = [&](const auto* inverse_matrix) {
+      block.template sum_segments<32>(
+          n, [&](int) { return n; },
+          [&](int a, int b) {
+            const int name = unknown[b];
+            return inverse_matrix[a * n + b] * (name >= 0 ? cells.f[name] : charge[-1 - name]);
+          },
+          [&](int a, auto sum) {
+            (unknown[a] >= 0 ? cells.v[unknown[a]] : phi[-1 - unknown[a]]) = static_cast<float>(sum);
+          });
+    };
+    precise_inverse ? solve_by(precise_inverse) : solve_by(inverse);
   }
 
   /// Covered cells take their group's potential: bilinear interpolation reads them. So do the groups absorbed here.

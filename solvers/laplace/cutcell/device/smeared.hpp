@@ -22,11 +22,30 @@ struct Extent {
   }
 };
 
+/// Whether a group has no potential of its own: `extent` is its set's.
+struct Absorb {
+  ProblemView problem;
+  GridView grid;
+  const int* finer_absorbed;
+  int *key, *index;
+  LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
+    const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
+    const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
+    const bool absorbed = !held && extent.resolved == 0 && width <= least_extent && height <= least_extent;
+    const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
+    grid.absorbed[g] = absorbed;
+    grid.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
+    key[g] = newly ? bin_of(grid.layout, grid.centre[g]) : bins_of(grid.layout);
+    index[g] = g;
+  }
+};
+
 /// Which groups have no potential of their own. `finer_absorbed`: on the next finer grid; null: none. `key`, `index`:
 /// for sorting, the bins of the groups that this grid is the first to absorb.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed, int* key,
                    int* index) {
+  const Absorb absorb{problem, grid, finer_absorbed, key, index};
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
@@ -40,16 +59,20 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
         extent.high_y = outline.centre.y + outline.size;
         return extent;
       },
-      [=] LICHTENBERG_HOST_DEVICE(int g, Extent extent) {
-        const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
-        const bool absorbed =
-            problem.floating[g] && extent.resolved == 0 && width <= least_extent && height <= least_extent;
-        const bool newly = absorbed && !(finer_absorbed && finer_absorbed[g]);
-        grid.absorbed[g] = absorbed;
-        grid.centre[g] = {0.5 * (extent.low_x + extent.high_x), 0.5 * (extent.low_y + extent.high_y)};
-        key[g] = newly ? bin_of(grid.layout, grid.centre[g]) : bins_of(grid.layout);
-        index[g] = g;
+      [=] LICHTENBERG_HOST_DEVICE(int g, const Extent& extent) {
+        if (absorb.grid.extent)
+          absorb.grid.extent[g] = extent;
+        else
+          absorb(g, extent);
       });
+  if (!grid.extent) return;
+  const SetsView sets = problem.sets;
+  Extent *of_group = grid.extent, *of_set = grid.extent + problem.groups;
+  run.sum_segments(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int set) { return sets.start[set + 1] - sets.start[set]; },
+      [=] LICHTENBERG_HOST_DEVICE(int set, int t) { return of_group[sets.group[sets.start[set] + t]]; },
+      [=] LICHTENBERG_HOST_DEVICE(int set, const Extent& extent) { of_set[set] = extent; });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, of_set[sets.of_group[g]]); });
 }
 
 template <class Executor>

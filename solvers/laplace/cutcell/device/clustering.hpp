@@ -1,0 +1,160 @@
+#pragma once
+
+// The host's part in the set-up where groups' direct links outweigh their links to cells: which groups coarse grids
+// treat like one, and clusters of groups that are relaxed together, inverted.
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "solvers/laplace/cutcell/device/clusters.hpp"
+#include "solvers/laplace/cutcell/device/relax_clusters.hpp"
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// Direct links between groups, each once (else a = -1), and the groups' diagonals.
+template <class Executor>
+void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
+  run.for_each(grid.room[Of::direct_links], [=] LICHTENBERG_HOST_DEVICE(int m) {
+    link[m] = {-1, -1, 0};
+    if (m >= grid.number[Of::direct_links]) return;
+    const DirectLink& direct = grid.direct_link[m];
+    if (direct.is_to_electrode()) return;
+    const int a = problem.group_of[direct.own], b = problem.group_of[direct.other];
+    if (a < b) link[m] = {a, b, direct.conductance};
+  });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { diagonal[g] = grid.group_diagonal[g]; });
+}
+
+/// All grids' clusters in the memory of a device.
+template <class Executor>
+class DeviceClusters {
+ public:
+  DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), view_(run) { view_.resize(grids); }
+  const ClusterView* view(int grid) const { return view_.data() + grid; }
+
+  /// By grid. Nothing that has been started may read them still.
+  void upload(const std::vector<Clusters>& grids) {
+    host_.clear();
+    std::vector<std::array<std::size_t, 6>> offset;
+    for (const Clusters& clusters : grids)
+      offset.push_back({append(clusters.row), append(clusters.group), append(clusters.first), append(clusters.size),
+                        append(clusters.start), append(clusters.inverse)});
+    data_.upload(host_);
+    std::vector<ClusterView> views;
+    for (const auto& [row, group, first, size, start, inverse] : offset)
+      views.push_back(
+          {at<int>(row), at<int>(group), at<int>(first), at<int>(size), at<long>(start), at<double>(inverse)});
+    run_->to_device(view_.data(), views.data(), views.size() * sizeof(ClusterView));
+  }
+
+ private:
+  template <class T>
+  std::size_t append(const std::vector<T>& values) {
+    const std::size_t from = host_.size(), bytes = values.size() * sizeof(T);
+    host_.resize(from + (bytes + 7) / 8 * 8);
+    if (bytes > 0) std::memcpy(host_.data() + from, values.data(), bytes);
+    return from;
+  }
+  template <class T>
+  const T* at(std::size_t offset) const {
+    return reinterpret_cast<const T*>(data_.data() + offset);
+  }
+
+  const Executor* run_;
+  std::vector<char> host_;
+  parallel::Array<char, Executor> data_;
+  parallel::Array<ClusterView, Executor> view_;
+};
+
+/// Fetches the links of all grids, and sends back what is made of them.
+template <class Executor>
+class Clustering {
+ public:
+  Clustering(const Executor& run, int grids) : run_(run), sets_(run), clusters_(run, grids) {
+    for (int k = 0; k < 2; ++k) reports_.push_back(std::make_unique<parallel::Parcel<Executor>>(run));
+  }
+
+  const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
+  SetsView make_room_for_sets(int groups) {
+    const auto n = static_cast<std::size_t>(groups);
+    std::tie(of_group_, start_, group_, is_alone_, held_) =
+        sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
+    return {of_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
+  }
+  /// Of the finest grid, and of all others, whose links are fetched together.
+  void make_room_for_links(int groups, const std::vector<GridView>& grids) {
+    of_grid_.clear();
+    for (int part = 0; part < 2; ++part) {
+      const std::size_t from = part, to = part == 0 ? 1 : grids.size();
+      if (from == to) continue;
+      std::size_t links = 0;
+      for (std::size_t l = from; l < to; ++l) links += grids[l].room[Of::direct_links];
+      auto [link, diagonal] =
+          reports_[part]->template divide<NetworkLink, double>({links, (to - from) * static_cast<std::size_t>(groups)});
+      for (std::size_t l = from; l < to; ++l) {
+        const int room = grids[l].room[Of::direct_links];
+        of_grid_.push_back({link, diagonal, room});
+        link = {link.host + room, link.device + room};
+        diagonal = {diagonal.host + groups, diagonal.device + groups};
+      }
+    }
+    groups_ = groups;
+  }
+
+  void list_links(const ProblemView& problem, const GridView& grid, int l) const {
+    list_group_links(run_, problem, grid, of_grid_[l].link.device, of_grid_[l].diagonal.device);
+  }
+
+  /// From the finest grid's links. `h`: the coarsest grid's cells, m.
+  void find_sets(const LaplaceProblem& problem, double h) {
+    reports_[0]->fetch();
+    const SetLists lists = list_sets(problem, links(0), h, groups_);
+    const auto copy = [](const std::vector<int>& from, int* to) { std::copy(from.begin(), from.end(), to); };
+    copy(lists.of_group, of_group_.host);
+    copy(lists.start, start_.host);
+    copy(lists.group, group_.host);
+    copy(lists.is_alone, is_alone_.host);
+    copy(lists.held, held_.host);
+    sets_.send();
+  }
+  /// Of all grids.
+  void find_clusters() {
+    constexpr int most = 64;                 // groups in one: a chain of more is cut
+    reports_[of_grid_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one
+    std::vector<Clusters> clusters;
+    for (std::size_t l = 0; l < of_grid_.size(); ++l)
+      clusters.push_back(
+          clusters_of_direct_links({of_grid_[l].diagonal.host, static_cast<std::size_t>(groups_)}, links(l), most));
+    clusters_.upload(clusters);
+  }
+
+ private:
+  template <class T>
+  using Part = typename parallel::Parcel<Executor>::template Part<T>;
+  struct OfGrid {
+    Part<NetworkLink> link;
+    Part<double> diagonal;
+    int room;
+  };
+  std::vector<NetworkLink> links(std::size_t l) const {
+    std::vector<NetworkLink> links;
+    for (int m = 0; m < of_grid_[l].room; ++m)
+      if (of_grid_[l].link.host[m].a >= 0) links.push_back(of_grid_[l].link.host[m]);
+    return links;
+  }
+
+  const Executor& run_;
+  int groups_ = 0;
+  std::vector<std::unique_ptr<parallel::Parcel<Executor>>> reports_;  // of the finest grid, of the others
+  std::vector<OfGrid> of_grid_;
+  parallel::Parcel<Executor> sets_;
+  Part<int> of_group_, start_, group_, is_alone_, held_;
+  DeviceClusters<Executor> clusters_;
+};
+
+}  // namespace lichtenberg::laplace::device

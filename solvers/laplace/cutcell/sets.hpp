@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/laplace/network_factors.hpp"
+#include "solvers/laplace/problem.hpp"
+
+namespace lichtenberg::laplace {
+
+/// Groups that a coarse grid treats like one: those that are coupled more strongly than small disks are to the field
+/// around them. Weaker couplings matter little beside the field. `is_held` says of a set, by its first group, whether
+/// anything in it has a given potential, or is all that the field has for ground.
+struct Sets {
+  std::vector<int> of_group;  ///< a set's first group
+  std::vector<char> is_held;
+};
+
+/// By couplings, and by those of the finer grid's direct links that conduct more than a face between two cells: of
+/// conductors that all but touch.
+Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
+
+}  // namespace lichtenberg::laplace

@@ -34,6 +34,7 @@ void ChargeLedger::feed(std::span<const double> current, double dt, double relax
   const ChargeStep step = charge_step(dt, 0, relaxation_time);
   step_ = dt / relaxation_time;
   std::ranges::fill(leaked_in_step_, 0.0);
+  if (dt == 0) return;
   for (std::size_t i = 0; i < charge_.size(); ++i) {
     const double fed = i < current.size() ? current[i] * dt : 0;
     before_[i] = charge_[i].total();

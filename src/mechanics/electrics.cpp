@@ -108,7 +108,7 @@ bool Electrics::touch(effects::Contact contact) const {
 }
 
 std::string Electrics::pressed_apart_in_potential() const {
-  if (!discharge_ || now_.field.potential.empty()) return "";
+  if (!discharge_ || now_.field.potential.empty() || now_.carried.resistors.empty()) return "";
   const std::vector<double> potential = node_potentials(now_.field);
   double largest = 0;
   for (const double p : potential) largest = std::max(largest, std::abs(p));

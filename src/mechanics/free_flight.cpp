@@ -49,7 +49,7 @@ class Flight {
     std::iota(all_.begin(), all_.end(), 0);
   }
 
-  /// Puts the bodies where they are after t (s).
+  /// Puts the bodies where they are after t (s), with the force and drag on them.
   void go_to(double t) { go_to(t, all_); }
   /// Some of them; the others stay.
   void go_to(double t, std::span<const int> which) {
@@ -168,13 +168,13 @@ double FreeFlight::advance(double start, double end, std::span<const Vec3> force
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
   Flight flight(model_, drag_, force, rate);
   Lookout lookout(events);
-  flight.go_to(0);
   const auto go_to = [&](double t) {
     if (events.foreseen_values)
       flight.go_to(t - start, events.watched);
     else
       flight.go_to(t - start);
   };
+  go_to(start);
   double time = start, before = lookout.beyond();
   while (time < end) {
     lookout.look();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "src/mechanics/step_control.hpp"
 #include "src/model/checkpoint.hpp"
@@ -51,7 +52,7 @@ void Split::advance(double time, double end) {
   }
 }
 
-Split::Start Split::start(double time) const { return {time, at_.model.bodies, at_.electrics->now(), at_.counters}; }
+Split::Start Split::start() const { return {at_.model.bodies, at_.electrics->now(), at_.counters}; }
 
 void Split::go_back(const Start& start) {
   at_.model.bodies = start.bodies;
@@ -74,7 +75,7 @@ void Split::predict(double time, double target) {
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double target = step_end(time, prediction_, end), step = step_;
-  const Start start = this->start(time);
+  const Start start = this->start();
   predict(time, target);
   const Trial trial = at_.electrics->solve(target);
   const double wrong_by = error(time, trial, at_.electrics->now().field.force);
@@ -106,14 +107,18 @@ double Split::step_end(double time, double step, double end) const {
 /// was rejected.
 double Split::try_step(double time, double end, FieldGrid grid) {
   const double target = step_end(time, held().time + step_ - time, end);
-  const Start start = this->start(time);
+  // What a rejected step has changed: where the bodies are and, in a scene with a circuit, what drag took. The rest of
+  // what is electric waits for the trial, or for an event, which stands.
+  const Bodies bodies = at_.model.bodies;
+  const std::optional<EnergyBook> energy = at_.electrics->now().energy;
   const double reached = move(time, target);
   if (reached < target && pass_event(reached, grid)) return reached;
   const Trial trial = at_.electrics->solve(reached, grid);
   const std::vector<Vec3> assumed = held_forces(reached);
   const double wrong_by = std::max(error(held().time, trial, assumed), at_.electrics->charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
-    go_back(start);
+    at_.model.bodies = bodies;
+    if (energy) *at_.electrics->energy() = *energy;
     reject(time, reached, wrong_by, grid);
     return time;
   }

@@ -22,14 +22,13 @@ class Split : public Stepper {
   void restore(const Checkpoint& checkpoint) override;
 
  private:
-  /// All that a step changes: a way back.
+  /// All that predicted steps change: a way back.
   struct Start {
-    double time = 0;
     Bodies bodies;
     Charging charging;
     Counters counters;
   };
-  Start start(double time) const;
+  Start start() const;
   void go_back(const Start& start);
   void predict(double time, double target);
   double try_prediction(double time, double end);

@@ -48,6 +48,12 @@ class Child {
     const std::string status = text_of("/proc/" + std::to_string(process_) + "/status"), key = "SigCgt:";
     return std::stoull(status.substr(status.find(key) + key.size()), nullptr, 16) >> (signal - 1) & 1;
   }
+  /// A process that it has started; 0: there is none.
+  pid_t own_child() const {
+    const std::string process = std::to_string(process_);
+    const std::string list = text_of("/proc/" + process + "/task/" + process + "/children");
+    return list.empty() ? 0 : std::stoi(list);
+  }
   /// Exit status, or 128 and the number of the signal that ended it.
   int wait() {
     if (process_ != 0) waitpid(process_, &status_, 0);

@@ -192,6 +192,19 @@ TEST_CASE("a signal that comes while conductors are placed stops the run before 
   CHECK_NE(child.messages().find("stopped before the run began: it left nothing"), std::string::npos);
 }
 
+TEST_CASE("a run that is ended while it draws its last picture leaves a whole result without a lock") {
+  const SceneFolder folder;
+  folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
+  Child child(folder, "six.h5", {"--quiet"});
+  pid_t script = 0;
+  while ((script = child.own_child()) == 0) usleep(100);
+  child.send(SIGTERM);
+  CHECK_EQ(child.wait(), 128 + SIGTERM);
+  kill(script, SIGKILL);  // or it would draw into a folder that is gone
+  CHECK_EQ(frames(folder / "six.h5"), 41);
+  CHECK_FALSE(fs::exists(folder / "six.h5.lock"));
+}
+
 TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be resumed") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "time = 0.4", "time = 4.0"));

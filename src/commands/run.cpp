@@ -117,6 +117,7 @@ class Run {
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 
+  /// Up to its end, at which the file is whole and anybody's.
   void advance_to_the_end() {
     if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
     // One that stops once all is at rest ends nobody knows when.
@@ -134,6 +135,7 @@ class Run {
       if (Interruption::requested() && (saved_ || motion_->exact_anywhere())) stop_here(progress);
     }
     if (!end_saved_) save_the_end(progress);
+    unlock();
   }
 
   void report() {
@@ -268,9 +270,11 @@ class Run {
     const std::string last = instant(recorder_.last_time()), saved = instant(*recorder_.saved_time());
     fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume goes on from {}\n", last,
                last == saved ? "there" : "its checkpoint at " + saved);
-    { const Recorder done = std::move(recorder_); }  // which removes its lock
+    unlock();
     Interruption::obey();
   }
+
+  void unlock() { const Recorder done = std::move(recorder_); }
 
   std::string instant(double time) const { return instant_in_words(time, motion_->time_unit()); }
 

@@ -190,6 +190,7 @@ TEST_CASE("a signal that comes while conductors are placed stops the run before 
   child.send(SIGTERM);
   CHECK_EQ(child.wait(), 128 + SIGTERM);
   CHECK_NE(child.messages().find("stopped before the run began: it left nothing"), std::string::npos);
+  CHECK_EQ(child.messages().find("after this step"), std::string::npos);  // there is none
 }
 
 TEST_CASE("a run that is ended while it draws its last picture leaves a whole result without a lock") {

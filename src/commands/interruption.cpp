@@ -10,13 +10,14 @@
 namespace lichtenberg {
 namespace {
 
-volatile sig_atomic_t noted = 0;
+volatile sig_atomic_t noted = 0, running = 0;
 
 void note(int signal) {
   noted = signal;
+  constexpr std::string_view before = "\nstopping; the same once more stops at once\n";
   constexpr std::string_view patient = "\nstopping at the next checkpoint; the same once more stops at once\n";
   constexpr std::string_view urgent = "\nstopping after this step; the same once more stops at once\n";
-  const std::string_view message = signal == SIGINT ? patient : urgent;
+  const std::string_view message = !running ? before : signal == SIGINT ? patient : urgent;
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
 }
 
@@ -33,8 +34,12 @@ void set_handler(void (*handler)(int)) {
 
 }  // namespace
 
-Interruption::Interruption() { set_handler(note); }
+Interruption::Interruption(Work work) {
+  running = work == Work::run;
+  set_handler(note);
+}
 Interruption::~Interruption() { set_handler(SIG_DFL); }
+void Interruption::begin() { running = 1; }
 bool Interruption::requested() { return noted != 0; }
 bool Interruption::urgent() { return noted != 0 && noted != SIGINT; }
 

@@ -6,10 +6,15 @@ namespace lichtenberg {
 /// it. A SIGHUP that whoever started the program (nohup) has it ignore stays ignored.
 class Interruption {
  public:
-  Interruption();
+  /// Of what a signal comes to: `run`, which ends after a step or at a checkpoint, or what is done before it.
+  enum class Work { preparing, run };
+
+  explicit Interruption(Work work = Work::run);
   ~Interruption();
   Interruption(const Interruption&) = delete;
 
+  /// What was prepared begins to run.
+  void begin();
   static bool requested();
   /// By SIGTERM or SIGHUP: who sends these (a scheduler, a terminal that goes) does not wait long.
   static bool urgent();

@@ -59,9 +59,10 @@ Scene requested_scene(const RunArguments& request) {
 }
 
 /// Conductors may take minutes to be placed, an accuracy seconds to choose a method for.
-Scene interruptible_scene(const RunArguments& request) {
+Scene interruptible_scene(const RunArguments& request, Interruption& interruption) {
   try {
     Scene scene = requested_scene(request);
+    interruption.begin();
     if (!Interruption::requested()) return scene;
   } catch (const Stopped&) {
   }
@@ -317,8 +318,8 @@ class Run {
 void run(const RunArguments& request) {
   std::optional<Run> run;
   {
-    const Interruption interruption;
-    const Scene scene = interruptible_scene(request);
+    Interruption interruption(Interruption::Work::preparing);
+    const Scene scene = interruptible_scene(request, interruption);
     run.emplace(request, scene);
     run->advance_to_the_end();
   }

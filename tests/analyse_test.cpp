@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -15,6 +14,7 @@
 #include "src/record/layout.hpp"
 #include "src/record/recorder.hpp"
 #include "src/record/result.hpp"
+#include "tests/file_numbers.hpp"
 #include "tests/frames.hpp"
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"
@@ -126,27 +126,6 @@ json analysed(const Folder& folder, const std::string& arguments) {
   INFO(ended.err);
   REQUIRE_EQ(ended.status, 0);
   return json::parse(ended.out);
-}
-
-/// All datasets below a group that are no text, by path.
-void collect(hid_t group, const std::string& path, std::map<std::string, std::vector<std::byte>>& bytes) {
-  for (const std::string& name : hdf5::names(group)) {
-    const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
-    if (H5Iget_type(object) == H5I_GROUP) {
-      collect(object, path + "/" + name, bytes);
-    } else if (const hdf5::Handle type(H5Dget_type(object)); H5Tget_class(type) != H5T_STRING) {
-      const hdf5::Handle space(H5Dget_space(object));
-      std::vector<std::byte>& data = bytes[path + "/" + name];
-      data.resize(static_cast<size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
-      hdf5::check(H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()));
-    }
-  }
-}
-
-std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
-  std::map<std::string, std::vector<std::byte>> bytes;
-  collect(hdf5::load(path), "", bytes);
-  return bytes;
 }
 
 doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-12).scale(0); }
@@ -280,7 +259,7 @@ TEST_CASE("what a circuit's run has recorded is not derived again") {
 TEST_CASE("what analyse stores is what it prints, and touches nothing else") {
   const Folder folder;
   saved_run(folder / "four.h5");
-  auto before = numbers(folder / "four.h5");
+  auto before = numbers_in(folder / "four.h5");
   const json answer = analysed(folder, "four.h5");
   {
     const hdf5::Handle file = hdf5::load(folder / "four.h5");
@@ -298,15 +277,15 @@ TEST_CASE("what analyse stores is what it prints, and touches nothing else") {
     }
     CHECK_EQ(hdf5::names(hdf5::open_group(file, "analysis")).size(), answer["units"].size());
   }
-  auto after = numbers(folder / "four.h5");
+  auto after = numbers_in(folder / "four.h5");
   std::erase_if(after, [](const auto& entry) { return entry.first.starts_with("/analysis/"); });
   CHECK(before == after);
 
   // Again: the same, and the file does not grow.
-  const auto once = numbers(folder / "four.h5");
+  const auto once = numbers_in(folder / "four.h5");
   const auto size = fs::file_size(folder / "four.h5");
   CHECK_EQ(analyse(folder, "four.h5").status, 0);
-  CHECK(numbers(folder / "four.h5") == once);
+  CHECK(numbers_in(folder / "four.h5") == once);
   CHECK_LE(fs::file_size(folder / "four.h5"), size + 4096);  // attributes are written anew
   for (const auto& entry : fs::directory_iterator(folder.path))
     CHECK(entry.path().string().find(".partial") == std::string::npos);

@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -14,7 +16,7 @@
 #include <vector>
 
 #include "src/commands/command_line.hpp"
-#include "src/record/hdf5.hpp"
+#include "tests/file_numbers.hpp"
 #include "tests/folder.hpp"
 
 /// Runs in child processes, which may be killed, and what their result files hold.
@@ -69,28 +71,37 @@ class Child {
   int status_ = 0;
 };
 
+/// Trials of runs that a signal ends on their way.
+class Interruptions {
+ public:
+  /// Leaves a whole run in `file`, which takes as long as runs do.
+  Interruptions(const Folder& folder, const std::string& file) : folder_(folder) {
+    const auto began = std::chrono::steady_clock::now();
+    REQUIRE_EQ(Child(folder, file, {"--quiet"}).wait(), 0);
+    whole_ = std::chrono::steady_clock::now() - began;
+  }
+  /// Sends it to `child`, whose result is `file`: as soon as there is one if `at_first`, since nobody knows how long
+  /// the disk took for the whole run, else in the middle of this one of six parts of the time.
+  void send(int signal, const Child& child, const std::string& file, int part, bool at_first) const {
+    if (at_first)
+      while (!std::filesystem::exists(folder_ / file)) usleep(1000);
+    else
+      usleep(static_cast<useconds_t>(1e6 * whole_.count() * (part + 0.5) / 6));
+    child.send(signal);
+  }
+
+ private:
+  const Folder& folder_;
+  std::chrono::duration<double> whole_{};
+};
+
 inline int run(const Folder& folder, const std::string& file, const std::vector<std::string>& options = {"--quiet"}) {
   return Child(folder, file, options).wait();
 }
 
-inline void collect(hid_t group, const std::string& path, std::map<std::string, std::vector<std::byte>>& bytes) {
-  for (const std::string& name : hdf5::names(group)) {
-    const hdf5::Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT));
-    if (H5Iget_type(object) == H5I_GROUP) {
-      collect(object, path + "/" + name, bytes);
-    } else if (const hdf5::Handle type(H5Dget_type(object)); H5Tget_class(type) != H5T_STRING) {
-      const hdf5::Handle space(H5Dget_space(object));
-      std::vector<std::byte>& data = bytes[path + "/" + name];
-      data.resize(static_cast<size_t>(H5Sget_simple_extent_npoints(space)) * H5Tget_size(type));
-      hdf5::check(H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()));
-    }
-  }
-}
-
 /// All numbers of a result file but the provenance's, which are timings.
 inline std::map<std::string, std::vector<std::byte>> numbers(const std::string& path) {
-  std::map<std::string, std::vector<std::byte>> bytes;
-  collect(hdf5::load(path), "", bytes);
+  std::map<std::string, std::vector<std::byte>> bytes = numbers_in(path);
   std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });
   return bytes;
 }

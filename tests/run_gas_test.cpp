@@ -3,7 +3,6 @@
 #include <sched.h>
 #include <sys/resource.h>
 
-#include <chrono>
 #include <filesystem>
 #include <thread>
 
@@ -47,18 +46,12 @@ TEST_CASE("a gas whose frames are written beside its steps leaves what one leave
 
 TEST_CASE("a gas that is killed or stopped while a frame is written goes on bit for bit") {
   const GasFolder folder;
-  const auto began = std::chrono::steady_clock::now();
-  REQUIRE_EQ(run(folder, "reference.h5"), 0);
-  const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - began;
+  const Interruptions interruptions(folder, "reference.h5");
   for (int trial = 0; trial < 6; ++trial) {
     const int signal = trial % 2 ? SIGTERM : SIGKILL;
     fs::remove(folder / "six.h5");
     Child child(folder, "six.h5", {"--quiet"});
-    if (trial < 2)
-      while (!fs::exists(folder / "six.h5")) usleep(1000);
-    else
-      usleep(static_cast<useconds_t>(1e6 * whole.count() * (trial + 0.5) / 6));
-    child.send(signal);
+    interruptions.send(signal, child, "six.h5", trial, trial < 2);
     const int status = child.wait();
     const bool saved = fs::exists(folder / "six.h5");
     if (status == 128 + SIGTERM && saved)

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <numeric>
@@ -149,18 +148,12 @@ TEST_CASE("a run resumed from any of its checkpoints equals an uninterrupted one
 
 TEST_CASE("a run that is killed at any moment and resumed equals an uninterrupted one bit for bit") {
   const SceneFolder folder;
-  const auto began = std::chrono::steady_clock::now();
-  REQUIRE_EQ(run(folder, "reference.h5"), 0);
-  const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - began;
+  const Interruptions interruptions(folder, "reference.h5");
   int resumed = 0;
   for (int trial = 0; trial < 6; ++trial) {
     fs::remove(folder / "six.h5");
     Child child(folder, "six.h5", {"--quiet"});
-    if (trial == 0)  // one kill between two checkpoints for certain, however long the disk took for the reference
-      while (!fs::exists(folder / "six.h5")) usleep(1000);
-    else
-      usleep(static_cast<useconds_t>(1e6 * whole.count() * (trial + 0.5) / 6));
-    child.send(SIGKILL);
+    interruptions.send(SIGKILL, child, "six.h5", trial, trial == 0);
     child.wait();
     const bool saved = fs::exists(folder / "six.h5");
     resumed += saved && frames(folder / "six.h5") < 41;

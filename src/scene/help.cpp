@@ -43,7 +43,7 @@ std::string help_of(const Table& table, const std::vector<Key>& keys, Draft& unt
 
 /// What "field", "effects.leakage", "leakage" or "field.cells" names: a table, or one key of it.
 std::string help_of_part(const Schema& schema, Draft& untouched, const std::string& part) {
-  for (const std::string path : {part, "effects." + part})
+  for (const std::string& path : {part, "effects." + part})
     if (const Table* table = schema.find_table(path)) {
       std::string text = help_of(*table, table->keys, untouched);
       for (const Table& inner : schema.tables())

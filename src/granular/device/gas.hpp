@@ -274,8 +274,8 @@ class GasOn final : public DeviceGas {
     run_->sum_segments(
         parts,
         [=] LICHTENBERG_HOST_DEVICE(int p) {
-          const int a_part = (found->pairs + parts - 1) / parts, left = found->pairs - p * a_part;
-          return left < a_part ? left : a_part;
+          const int share = (found->pairs + parts - 1) / parts, left = found->pairs - p * share;
+          return left < share ? left : share;
         },
         [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
           return Most{steps.impact2(p * ((found->pairs + parts - 1) / parts) + t)};

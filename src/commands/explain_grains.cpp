@@ -165,18 +165,18 @@ double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
   return std::visit([&](const auto& one) { return granular::longest_hold(one, attraction, 0.5 * mass); }, law);
 }
 
-/// What lets steps be no longer, as in Multirate::longest_step, but for accelerations. Contacts that are elastic move
+/// Of what multirate takes, but for accelerations. Contacts that are elastic move
 /// no charge, after which the forces would have to be found again.
 Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
-  const bool by_accuracy = std::isinf(scene.mechanics.step);
-  const double way = by_accuracy ? way_of(scene) : granular::longest_way;
+  const double way = std::isinf(scene.mechanics.step) ? way_of(scene) : granular::longest_way;
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these
   Work work;
   const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
     const double speed = granular::fastest_of(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));
     const double inner = shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
-    const double flight = by_accuracy ? std::max(way / speed, inner) : way / speed;
-    const double longest = std::min({scene.mechanics.step, flight, hold_of(scene, then, charge)});
+    const double longest = granular::longest_step_within(
+        {.asked = scene.mechanics.step, .hold = hold_of(scene, then, charge), .way = way, .speed = speed},
+        [&](double) { return inner; });
     const double step = note / std::ceil(note / longest), steps = duration / step;
     work.steps += steps;
     work.contact_steps += steps * std::ceil(step / inner);
@@ -212,8 +212,9 @@ void explain_integrator(granular::Gas& gas) {
   const double contact = shortest_contact(gas.law(), gas.fastest_impact()) / scene.mechanics.contact_steps;
   // Without the forces of the first instant, which nothing else here needs.
   const auto by_accuracy = [&] {
-    const double flight = granular::time_for(way_of(scene), gas.fastest(), 0);
-    return std::min(granular::longest_hold(gas), std::max(flight, contact));
+    return granular::longest_step_within(
+        {.hold = granular::longest_hold(gas), .way = way_of(scene), .speed = gas.fastest()},
+        [&](double) { return contact; });
   };
   const double step =
       std::isinf(asked) ? by_accuracy() : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas);

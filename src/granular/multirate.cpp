@@ -18,15 +18,17 @@ namespace {
 class Multirate final : public GasIntegrator {
  public:
   double longest_step(Gas& gas) const override {
-    const double speed = gas.fastest(), asked = gas.scene().mechanics.step, hold = longest_hold(gas);
-    if (std::isinf(asked)) return std::min(hold, by_accuracy(gas, speed));
-    if (asked > hold && gas.steps == 0)  // later, when charges have grown, steps become shorter by themselves
+    const double asked = gas.scene().mechanics.step, hold = longest_hold(gas);
+    if (!std::isinf(asked) && asked > hold && gas.steps == 0)  // later, when charges have grown, steps become shorter
       throw InputError(
           fmt::format("{}: mechanics.step = {:g} is too long: forces that are held so long would drive the swinging of "
                       "grains that their charges hold together; {:.2g} is the longest",
                       gas.scene().path, asked, 0.99 * hold));
-    const double most = std::min(asked, hold);
-    return speed * most > longest_way ? longest_way / speed : most;
+    StepBounds bounds{.asked = asked, .hold = hold, .speed = gas.fastest()};
+    if (std::isinf(asked)) bounds.way = way_by_accuracy(gas), bounds.acceleration = gas.largest_smooth_acceleration();
+    return longest_step_within(bounds, [&](double gain) {
+      return shortest_contact(gas.law(), gas.fastest_impact() + gain) / gas.scene().mechanics.contact_steps;
+    });
   }
 
   void step(Gas& gas, double end) override {
@@ -38,15 +40,10 @@ class Multirate final : public GasIntegrator {
   }
 
  private:
-  static double by_accuracy(Gas& gas, double speed) {
-    const double accuracy = number_in(gas.scene(), &EffectKind::force_accuracy).value();
-    const double acceleration = gas.largest_smooth_acceleration();
+  static double way_by_accuracy(const Gas& gas) {
     const std::vector<double>& radius = gas.bodies().radius;
-    const double way = way_for(accuracy, radius.size(), 2 * *std::ranges::min_element(radius));
-    const double step = time_for(way, speed, acceleration);
-    // Shorter than a step of contacts gains nothing.
-    const double impact = gas.fastest_impact() + 2 * acceleration * step;
-    return std::max(step, shortest_contact(gas.law(), impact) / gas.scene().mechanics.contact_steps);
+    return way_for(number_in(gas.scene(), &EffectKind::force_accuracy).value(), radius.size(),
+                   2 * *std::ranges::min_element(radius));
   }
 };
 

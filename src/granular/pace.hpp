@@ -32,4 +32,25 @@ LICHTENBERG_HOST_DEVICE inline double time_for(double way, double speed, double 
   return 2 * way / (speed + std::sqrt(speed * speed + 2 * acceleration * way));
 }
 
+/// What bounds a step of multirate; reduced units.
+struct StepBounds {
+  double asked = INFINITY;              ///< mechanics.step; infinite: as the accuracy of forces asks for
+  double hold = INFINITY;               ///< longest_hold
+  double way = longest_way, speed = 0;  ///< of the fastest grain: how far it may fly, d0, and how fast it does
+  double acceleration = 0;              ///< by forces that are held, at most; counts only without `asked`
+};
+
+/// The longest within them. `contact_step(gain)`: that of contacts where impacts gain so much speed; forces that are
+/// held for less than one gain nothing.
+template <class ContactStep>
+double longest_step_within(const StepBounds& bounds, const ContactStep& contact_step) {
+  const auto& [asked, hold, way, speed, acceleration] = bounds;
+  if (std::isinf(asked)) {
+    const double flight = time_for(way, speed, acceleration);
+    return std::min(hold, std::max(flight, contact_step(2 * acceleration * flight)));
+  }
+  const double most = std::min(asked, hold);
+  return speed * most > way ? way / speed : most;
+}
+
 }  // namespace lichtenberg::granular

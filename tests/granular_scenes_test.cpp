@@ -205,6 +205,11 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
        "effects.wall_contact is not allowed with [reference], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
        "domain.left must be \"periodic\" in a scene of grains"},
+      {box + few + contact + "[mechanics]\nrelative_tolerance = 1e-6\n",
+       "mechanics.relative_tolerance is not allowed with mechanics.integrator = \"multirate\": of grains it is for "
+       "\"cvode\""},
+      {box + few + contact + "[mechanics]\nlargest_step = 1.0\n",
+       "mechanics.largest_step is not allowed with [reference], which makes the scene one of grains"},
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},

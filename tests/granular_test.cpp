@@ -105,6 +105,22 @@ TEST_CASE("a pair alone has the restitution of its law by every integrator, when
     }
 }
 
+// An impact takes some hundred steps. Each is wrong by the tolerance, relative and absolute, as a root mean square of
+// 13 components, so that one of about 1 is wrong by 2 sqrt(13) times that at worst: 700 in all, less with few long
+// steps.
+TEST_CASE("the reference is as good as its tolerance") {
+  Scene scene = viscoelastic(10, Integrator::cvode);
+  const double exact = theory::collision({278.6, 27.7}, 1).restitution;
+  double before = 0;
+  for (const double tolerance : {1e-10, 1e-4}) {
+    scene.mechanics.relative_tolerance = tolerance;
+    const double error = std::abs(restitution(scene, 1, 1.25) - exact);
+    CHECK(error < 700 * tolerance);
+    CHECK(error > 10 * before);
+    before = error;
+  }
+}
+
 // The force of a linear contact jumps at touch, which a fixed step finds to within itself: an error of the order of
 // dt / t_c = .005 / .13 of what the force does then, B v, to the restitution's 1 - .9.
 TEST_CASE("a linear contact has its restitution") {

@@ -8,8 +8,6 @@
 namespace lichtenberg::granular {
 namespace {
 
-constexpr double tolerance = 1e-13;  ///< of a step, in each component
-
 /// From one event of a contact - touch, clamp, release - to the next by CVODE's Adams formulas, with the square root of
 /// the time since the last touch in place of time: a contact is smooth in it. Charges move at the instant of touch.
 class Cvode final : public GasIntegrator {
@@ -50,6 +48,7 @@ class Cvode final : public GasIntegrator {
       }
       y.insert(y.end(), start_.momentum.begin(), start_.momentum.end());
       y.push_back(0);
+      const double tolerance = gas_.scene().mechanics.relative_tolerance;  // of a step, in each component
       const Ode ode{.rates = [&](double sigma, auto now, auto rate) { rates(sigma, now, rate); },
                     .absolute = std::vector<double>(y.size(), tolerance),
                     .relative = tolerance,

@@ -31,7 +31,7 @@ std::unique_ptr<GasIntegrator> make_verlet();
 /// Gear's predictor and corrector of order 6, all forces at once; `printed`: with G 3.41's coefficients as they are
 /// printed.
 std::unique_ptr<GasIntegrator> make_gear(bool printed);
-/// CVODE at 1e-13, from one event of a contact to the next: the reference, for few grains.
+/// CVODE at mechanics.relative_tolerance, from one event of a contact to the next: the reference, for few grains.
 std::unique_ptr<GasIntegrator> make_cvode();
 
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which);

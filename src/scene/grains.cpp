@@ -116,6 +116,24 @@ void check_conductors(const Draft& draft) {
                     name_of(draft.scene.mechanics.integrator)));
 }
 
+/// What moves grains has no use for keys of what moves conductors.
+void check_mechanics(const Draft& draft) {
+  for (const char* name :
+       {"coupling", "predictor", "position_tolerance", "largest_step", "keep_height", "euler_step", "euler_field_step"})
+    if (const int line = draft.line(std::string("mechanics.") + name); line > 0)
+      refuse(draft.scene.path, line,
+             fmt::format("mechanics.{} is not allowed with [reference], which makes the scene one of grains: it is for "
+                         "conductors; leave it out",
+                         name));
+  const Integrator integrator = draft.scene.mechanics.integrator;
+  if (const int line = draft.line("mechanics.relative_tolerance"); line > 0 && integrator != Integrator::cvode)
+    refuse(
+        draft.scene.path, line,
+        fmt::format("mechanics.relative_tolerance is not allowed with mechanics.integrator = \"{}\": of grains it is "
+                    "for \"cvode\"",
+                    name_of(integrator)));
+}
+
 }  // namespace
 
 void check_grains(const Draft& draft) {
@@ -140,6 +158,7 @@ void check_grains(const Draft& draft) {
            fmt::format("mechanics.integrator = \"{}\" is not allowed with [reference]: \"multirate\", \"verlet\", "
                        "\"gear\", \"gear-printed\" and \"cvode\" are",
                        name_of(draft.scene.mechanics.integrator)));
+  check_mechanics(draft);
 }
 
 namespace {
@@ -166,6 +185,7 @@ void fill_in_grains(Draft& draft) {
   if (!is_given("material.density")) scene.material.density = 6 / std::numbers::pi;  // mass 1 at diameter 1
   if (!is_given("mechanics.integrator")) scene.mechanics.integrator = Integrator::multirate;
   if (!is_given("mechanics.step")) scene.mechanics.step = default_step(scene);
+  if (!is_given("mechanics.relative_tolerance")) scene.mechanics.relative_tolerance = 1e-13;  // of a reference
   if (!is_given("mechanics.contact_steps")) scene.mechanics.contact_steps = default_contact_steps(scene);
   if (!is_given("stop.time")) scene.stop.time = 150;
   if (!is_given("output.every")) scene.output.every = scene.stop.time / 100;

@@ -146,10 +146,16 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
                           .connected = {}};
   std::map<double, int> first_held_at;
   for (int i = 0; i < nodes; ++i) {
-    const int group = sets.find(i);
-    groups.potential[i] = holders.potential(group);
-    groups.supply[i] = holders.supply(group);
-    groups.id[i] = groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group;
+    const int group = sets.find(i);  // its first node: known before the others
+    if (i == group) {
+      groups.potential[i] = holders.potential(group);
+      groups.supply[i] = holders.supply(group);
+      groups.id[i] = groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group;
+    } else {
+      groups.potential[i] = groups.potential[group];
+      groups.supply[i] = groups.supply[group];
+      groups.id[i] = groups.id[group];
+    }
   }
   groups.connected =
       connections(scene, contacts, terminals, conducting ? std::move(sets) : connect(scene, contacts, terminals, true));

@@ -231,6 +231,20 @@ TEST_CASE("a list of pairs within reach finds what a search finds, and seldom se
   CHECK(wander(periodic_box<2>(20), 10) == 10);  // each time
 }
 
+TEST_CASE("one that reaches far finds what has come into its reach since the search") {
+  std::vector<double> position = {0, 0, 3.5, 0}, reach = {0, 0};
+  const std::vector<double> radius = {0.5, 0.5};
+  ReachList list;
+  const auto pairs = [&] { return list.pairs(Spheres<2>{position, radius}, 0.4, reach).size(); };
+  CHECK(pairs() == 0);
+  position[2] = 3.3;  // less than half a skin of .5
+  reach[0] = 2;       // more: up to centres 1.4 + 2 apart
+  CHECK(pairs() == 1);
+  position[2] = 3.45;
+  CHECK(pairs() == 0);
+  CHECK(list.searches() == 1);
+}
+
 TEST_CASE("a list of pairs within reach searches when many have gone far, and looks at all if all reach far") {
   Crowd disks = crowd(100, 2, 20, 0.3, 0.5, 0, 8);
   ReachList list;

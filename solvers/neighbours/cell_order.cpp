@@ -117,34 +117,29 @@ void CellOrder<d>::set_velocity(int slot, const Vec<d>& velocity) {
   for (int k = 0; k < d; ++k) velocity_[k][slot] = static_cast<float>(velocity[k]);
 }
 
-/// `folded`: nearest images are looked for; else `turned` says where they are. `flies`: only who meets is found.
+/// `folded`: nearest images are looked for; else `turned` says where they are. `flies`: only who meets is found. All of
+/// that is computed of each vector before anything depends on it: who is near is hard to guess.
 template <int d>
 template <bool folded, bool flies>
 [[gnu::always_inline]] inline void CellOrder<d>::search(int slot, const Among& among, Near& near) const {
   for (int first = among.first; first < among.last; first += width) {
-    Several square = 0;
-    std::array<Several, d> apart;
+    Several square = 0, rate = 0;  // of half the square
     for (int k = 0; k < d; ++k) {
-      apart[k] = Several(&place_[k][first], stdx::element_aligned) - (place_[k][slot] - among.turned[k]);
+      Several apart = Several(&place_[k][first], stdx::element_aligned) - (place_[k][slot] - among.turned[k]);
       if (folded && period_[k] > 0) {
         const float period = static_cast<float>(period_[k]);
-        apart[k] -= period * stdx::nearbyint(apart[k] * (1 / period));
+        apart -= period * stdx::nearbyint(apart * (1 / period));
       }
-      square += apart[k] * apart[k];
+      square += apart * apart;
+      if constexpr (flies) rate += apart * (Several(&velocity_[k][first], stdx::element_aligned) - velocity_[k][slot]);
     }
     auto is_near = square < within_square_ && lanes < static_cast<float>(among.last - first);
-    if (stdx::none_of(is_near)) continue;
-    if constexpr (flies) {
-      Several rate = 0;  // of half the square
-      for (int k = 0; k < d; ++k)
-        rate += apart[k] * (Several(&velocity_[k][first], stdx::element_aligned) - velocity_[k][slot]);
+    if constexpr (flies)
       is_near = is_near && (square < near_square_ || square + time_ * rate < met_within_ * stdx::sqrt(square));
-    }
-    for (int left = stdx::popcount(is_near); left > 0; --left) {
-      const int lane = stdx::find_first_set(is_near), other = first + lane;
-      near.push_back({std::min(slot, other), std::max(slot, other)});
-      is_near[lane] = false;
-    }
+    if (stdx::none_of(is_near)) continue;
+    const int end = stdx::find_last_set(is_near);
+    for (int lane = stdx::find_first_set(is_near); lane <= end; ++lane)
+      if (is_near[lane]) near.push_back({std::min(slot, first + lane), std::max(slot, first + lane)});
   }
 }
 

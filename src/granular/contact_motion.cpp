@@ -92,9 +92,11 @@ class Motion final : public ContactMotion {
       encounters_.search(now, bounds, (1 + rounding) * horizon(bounds.fastest), dt_, open, team);
     };
     if (n == 0) return search_in(bodies);
-    Bodies now = bodies;
-    grains_.fly(now, n, team);
-    search_in(now);
+    if (flown_.size() == 0) flown_ = bodies;
+    flown_.position = bodies.position;
+    flown_.momentum = bodies.momentum;
+    grains_.fly(flown_, n, team);
+    search_in(flown_);
   }
   /// What contacts may accelerate a grain by.
   double largest_acceleration(double speed) const {
@@ -255,6 +257,7 @@ class Motion final : public ContactMotion {
   TouchedGrains<d> grains_;
   ContactRows<d, Law> rows_{law_, grains_};
   Encounters<d> encounters_;
+  Bodies flown_;  ///< to the step at which it is searched
 
   std::vector<Pair> due_, pairs_;  ///< pairs: of the contacts, while it is searched
   std::vector<double> apart_for_;  ///< of those that are due

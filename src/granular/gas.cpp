@@ -183,7 +183,6 @@ ContactsFollowed Gas::advance_contacts(std::span<const double> held, double dt, 
   kicked_ = 0;
   release_ = followed.fastest_release;
   book_.contact_error += followed.stored_at_end - followed.stored_at_start;
-  followed.record.open = contacts_;
   return followed;
 }
 

@@ -213,6 +213,8 @@ TEST_CASE("what a scene of grains cannot have is refused in one sentence") {
       {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it can do 3"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},
+      {box + few + contact + "[stop]\ntime = 1e12\n[output]\nevery = 1.0\n",
+       "output.every = 1 t0 is not allowed: up to stop.time = 1e+12 t0 that makes 1e+12 frames"},
       {box + few + "radius = 1e-100\n" + contact + coulomb,
        "domain.size = 12 d0 along its longest side is not allowed with a grain of diameter 2e-100 d0: at most 1e+09 "
        "times that is, or contacts would be lost in rounding"},

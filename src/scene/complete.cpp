@@ -272,11 +272,11 @@ void check_frames(const Draft& draft) {
   constexpr double most = 1e9;
   const double every = draft.scene.output.every, time = draft.scene.stop.time;
   if (every * most < time)
-    refuse(
-        draft.scene.path, draft.line("output.every"),
-        fmt::format("output.every = {:g} s is not allowed: up to stop.time = {:g} s that makes {:.2g} frames, and at "
-                    "most {:g} are allowed",
-                    every, time, time / every, most));
+    refuse(draft.scene.path, draft.line("output.every"),
+           fmt::format(
+               "output.every = {0:g} {4} is not allowed: up to stop.time = {1:g} {4} that makes {2:.2g} frames, and "
+               "at most {3:g} are allowed",
+               every, time, time / every, most, draft.scene.units().time));
 }
 
 /// A field alone may do without conductors.

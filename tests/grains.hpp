@@ -31,6 +31,7 @@ inline Scene cube(double edge, Integrator integrator = Integrator::multirate) {
   scene.material.density = 6 / std::numbers::pi;
   scene.mechanics.integrator = integrator;
   scene.mechanics.step = integrator == Integrator::multirate || integrator == Integrator::cvode ? 0.05 : 0.005;
+  scene.mechanics.contact_steps = 45;  // an eighth of the error that gases have by default
   scene.mechanics.relative_tolerance = 1e-13;
   scene.mechanics.threads = 1;
   return scene;

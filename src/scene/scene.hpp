@@ -14,6 +14,7 @@
 #include "solvers/geometry/vec.hpp"
 #include "solvers/network/parameters.hpp"
 #include "src/scene/choice.hpp"
+#include "src/scene/contact_steps.hpp"
 #include "src/scene/effects.hpp"
 
 namespace lichtenberg {
@@ -183,9 +184,10 @@ struct MechanicsOptions {
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Of grains:
-  double step = 0.05;      ///< t0, the longest; of multirate infinite: as long as the accuracy of forces allows
-  int contact_steps = 45;  ///< multirate: steps of contacts in the shortest contact that there could be
-  int threads = 0;         ///< 0: one a core, fewer for few grains
+  double step = 0.05;  ///< t0, the longest; of multirate infinite: as long as the accuracy of forces allows
+  /// multirate: steps of contacts in the shortest contact that there could be
+  int contact_steps = contact_steps_for(usual_contact_accuracy);
+  int threads = 0;  ///< 0: one a core, fewer for few grains
 };
 
 /// The scales of a scene of grains (G table 5.3), in SI. All its numbers are in units of them: lengths in d0, masses in

@@ -213,15 +213,6 @@ TEST_CASE("a device that the method cannot use is refused") {
   check_refused(run(folder, "solve asking.toml --device cuda"), "field.device = \"cuda\"");
   check_refused(run(folder, "solve small.toml --device gpu"), "--device");
   CHECK(run(folder, "solve small.toml --device cpu").status == 0);
-  for (const std::string resistor :
-       {"[[electrode]]\nshape = \"disk\"\ncentre = [8e-3, 14e-3]\nradius = 1e-3\npotential = 1.0\n"
-        "series_resistance = 1e9\n",
-        "[effects.contact_discharge]\n[effects.contact_resistance]\nresistance = 1e9\n"}) {
-    folder.write("resistor.toml", small_scene + resistor + "[stop]\ntime = 1e-3\n[output]\nevery = 1e-3\n");
-    check_refused(run(folder, "run resistor.toml --device cuda"),
-                  "field.device = \"cuda\" is not allowed in a run with resistors: \"cpu\" is");
-    CHECK_FALSE(std::filesystem::exists(folder / "resistor.h5"));  // refused before anything is written
-  }
 }
 
 TEST_CASE("solve passes what follows --petsc to PETSc") {

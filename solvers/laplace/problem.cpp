@@ -146,7 +146,7 @@ void refuse_couplings(const LaplaceProblem& problem, const std::string& method) 
   if (problem.couplings.empty()) return;
   throw InputError(
       method +
-      " cannot solve for resistors between conductors or before an electrode: use the cut-cell method on a CPU");
+      " cannot solve for resistors between conductors or before an electrode: use the cut-cell method");
 }
 
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem) {

@@ -94,9 +94,6 @@ void check_device(const Scene& scene) {
   if (!scene.effects.has<FloatingConductorsOptions>()) return;
   const FieldDevice device = std::visit([](const auto& field) { return field.device; }, scene.field_table);
   check_device(device, method_of(scene.field_table));
-  if (device != FieldDevice::cpu && has_resistors(scene))
-    throw InputError(fmt::format("{}: field.device = \"{}\" is not allowed in a run with resistors: \"cpu\" is",
-                                 scene.path, name_of(device)));
 }
 
 namespace {

@@ -38,8 +38,7 @@ laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 /// Throws InputError for a device that the method cannot use; no method: one is to be chosen.
 void check_device(FieldDevice device, std::optional<FieldMethod> method);
 
-/// Throws InputError for a device that a run of the scene cannot use: what resistors carry is beyond other devices than
-/// the CPU.
+/// Throws InputError for a device that the scene's method cannot use.
 void check_device(const Scene& scene);
 
 /// The multipole method as a scene asks for it: where it asks for an accuracy, no more than that is to come out.

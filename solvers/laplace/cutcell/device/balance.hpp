@@ -126,11 +126,47 @@ void find_imbalance(const Executor& run, ProblemView problem, GridView grid, con
       });
 }
 
+/// The same where groups are coupled (CutCellOperator::balance_coupled), and what takes it away. The sum of all
+/// equations would hold what couplings carry, and its rounding; so `hold_flux` and `r` become what links to cells
+/// conduct and bring, for the sum of the cells' equations.
+template <class Executor>
+void balance_coupled_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
+                            double* partial, BalanceView balance) {
+  const int cells = static_cast<int>(grid.layout.size());
+  double *to_cells = balance.hold_flux, *from_cells = balance.r, *carried = balance.q;
+  run.sum_pieces(
+      grid.link_pieces(problem), partial, [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link]; },
+      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { to_cells[g] = sum; });
+  run.sum_pieces(
+      grid.link_pieces(problem), partial,
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
+      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { from_cells[g] = sum; });
+  run.fill(carried, 0, problem.groups * sizeof(double));
+  add_couplings(run, problem, x + cells, carried);
+  const DirectFluxes<double> direct{problem, grid, x + cells};
+  run.sum_segments(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+        const bool given = link.is_to_electrode() || !problem.floating[problem.group_of[link.other]];
+        return GroundSums{direct.value(g, t), given ? link.conductance : 0.0};
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
+        const double diagonal = grid.group_diagonal[g];
+        const bool unknown = diagonal > 0;
+        const double flux = from_cells[g] + sums.flux - carried[g];
+        balance.residual[g] = unknown ? b[cells + g] + flux - diagonal * x[cells + g] : 0.0;
+        balance.hold[g] = unknown ? sums.conductance + to_given(problem, g, [](int) { return 1.0; }) : 0.0;
+      });
+  solve_exactly(run, problem, grid, balance.residual, balance.shift);
+  solve_exactly(run, problem, grid, balance.hold, balance.held);
+}
+
 /// From the sum of all equations, in which only links to given potentials are left, the level of all potentials.
 template <class Executor>
 void find_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                 BalanceView balance) {
-  const int links = grid.room[Of::links], faces = 4 * problem.faces;
+  const int links = grid.room[Of::links], faces = 4 * problem.faces, cells = static_cast<int>(grid.layout.size());
   const bool direct_links = grid.may_have(Of::direct_links);
   run.sum(
       static_cast<long>(links) + faces + problem.groups,
@@ -150,6 +186,11 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
           return GroundSums{2 * (problem.side_potential[k - links] / unit - x[slot]), 2};
         }
         const int g = k - links - faces;
+        if (problem.couplings.start) {
+          if (!(grid.group_diagonal[g] > 0)) return GroundSums{};
+          const double to_cells = balance.hold_flux[g], own = x[cells + g] + balance.shift[g];
+          return GroundSums{to_cells * own - balance.r[g], to_cells * balance.held[g]};
+        }
         GroundSums sums{problem.charge[g] / problem.permittivity / unit, 0};
         if (direct_links) {
           sums.flux += balance.hold_flux[g] - balance.hold[g] * balance.shift[g];
@@ -166,9 +207,13 @@ void find_level(const Executor& run, ProblemView problem, GridView grid, const d
 template <class Executor>
 void balance_charges(const Executor& run, ProblemView problem, GridView grid, const double* b, double unit,
                      double* partial, BalanceView balance, double* x) {
-  find_imbalance(run, problem, grid, b, x, unit, partial, balance);
-  const bool direct_links = grid.may_have(Of::direct_links);
-  if (direct_links)
+  const bool is_coupled = problem.couplings.start;
+  if (is_coupled)
+    balance_coupled_groups(run, problem, grid, b, x, partial, balance);
+  else
+    find_imbalance(run, problem, grid, b, x, unit, partial, balance);
+  const bool are_held = is_coupled || grid.may_have(Of::direct_links);
+  if (!is_coupled && are_held)
     run.template for_each_block<SolveGroups::threads>(1, SolveGroups::bytes, SolveGroups{problem, grid, balance});
   find_level(run, problem, grid, x, unit, balance);
   const int cells = static_cast<int>(grid.layout.size());
@@ -179,7 +224,7 @@ void balance_charges(const Executor& run, ProblemView problem, GridView grid, co
       return;
     }
     const int g = k - cells;
-    if (grid.group_diagonal[g] > 0) x[k] += balance.shift[g] + level * (direct_links ? 1 - balance.held[g] : 1.0);
+    if (grid.group_diagonal[g] > 0) x[k] += balance.shift[g] + level * (are_held ? 1 - balance.held[g] : 1.0);
   });
 }
 

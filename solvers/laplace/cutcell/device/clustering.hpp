@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <tuple>
 #include <vector>
@@ -15,6 +16,17 @@
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {
+
+/// What coarse grids take stronger couplings for: more is the same in single precision, and what elimination in double
+/// precision keeps of the rest is enough for a preconditioner.
+constexpr double largest_coarse_coupling = 1e9;
+
+/// What the cycle takes weaker couplings to given potentials for: those that are all that grounds the field may be weak
+/// by any factor, and it needs a ground to stand on (FixedCoupling).
+constexpr double least_only_ground = 0.1;
+inline double least_in_cycle(const LaplaceProblem& problem) {
+  return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
+}
 
 /// Direct links between groups, each once (else a = -1), and the groups' diagonals.
 template <class Executor>
@@ -75,11 +87,12 @@ class DeviceClusters {
 template <class Executor>
 class Clustering {
  public:
-  Clustering(const Executor& run, int grids) : run_(run), sets_(run), clusters_(run, grids) {
+  Clustering(const Executor& run, int grids) : run_(run), grids_(grids), sets_(run), clusters_(run, grids + 1) {
     for (int k = 0; k < 2; ++k) reports_.push_back(std::make_unique<parallel::Parcel<Executor>>(run));
   }
 
   const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
+  const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
   SetsView make_room_for_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
     std::tie(of_group_, start_, group_, is_alone_, held_) =
@@ -122,14 +135,23 @@ class Clustering {
     copy(lists.held, held_.host);
     sets_.send();
   }
-  /// Of all grids.
-  void find_clusters() {
+  /// Of all grids; and, where groups are coupled, of the finest one once more, for what is to be exact there.
+  void find_clusters(const LaplaceProblem& problem) {
     constexpr int most = 64;                 // groups in one: a chain of more is cut
     reports_[of_grid_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one
     std::vector<Clusters> clusters;
-    for (std::size_t l = 0; l < of_grid_.size(); ++l)
-      clusters.push_back(
-          clusters_of_direct_links({of_grid_[l].diagonal.host, static_cast<std::size_t>(groups_)}, links(l), most));
+    const bool is_coupled = !problem.couplings.empty();
+    const double least = least_in_cycle(problem);
+    for (std::size_t l = 0; l < of_grid_.size(); ++l) {
+      GroupNetwork of_grid = network(l);
+      if (is_coupled) couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, of_grid);
+      clusters.push_back(clusters_of(std::move(of_grid), most, is_coupled && l == 0));
+    }
+    if (is_coupled) {
+      GroupNetwork exact = network(0);
+      couple(problem, infinite, 0, exact);
+      clusters.push_back(clusters_of(std::move(exact), most, true));
+    }
     clusters_.upload(clusters);
   }
 
@@ -141,6 +163,10 @@ class Clustering {
     Part<double> diagonal;
     int room;
   };
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
+  GroupNetwork network(std::size_t l) const {
+    return {{of_grid_[l].diagonal.host, of_grid_[l].diagonal.host + groups_}, links(l)};
+  }
   std::vector<NetworkLink> links(std::size_t l) const {
     std::vector<NetworkLink> links;
     for (int m = 0; m < of_grid_[l].room; ++m)
@@ -150,6 +176,7 @@ class Clustering {
 
   const Executor& run_;
   int groups_ = 0;
+  int grids_;
   std::vector<std::unique_ptr<parallel::Parcel<Executor>>> reports_;  // of the finest grid, of the others
   std::vector<OfGrid> of_grid_;
   parallel::Parcel<Executor> sets_;

@@ -27,7 +27,7 @@ void add_up(std::vector<NetworkLink>& links) {
   links.resize(kept);
 }
 
-/// Sets of groups, none of more than so many.
+/// Sets of groups, none of more than so many unless they are united without bound.
 class SmallSets {
  public:
   SmallSets(int groups, int most) : parent_(groups), size_(groups, 1), most_(most) {
@@ -37,9 +37,9 @@ class SmallSets {
     while (parent_[g] != g) g = parent_[g] = parent_[parent_[g]];
     return g;
   }
-  void unite(int g, int h) {
+  void unite(int g, int h, bool bounded) {
     g = find(g), h = find(h);
-    if (g == h || size_[g] + size_[h] > most_) return;
+    if (g == h || (bounded && size_[g] + size_[h] > most_)) return;
     if (h < g) std::swap(g, h);
     parent_[h] = g;
     size_[g] += size_[h];
@@ -51,8 +51,8 @@ class SmallSets {
   int most_;
 };
 
-/// Numbers the groups of all sets but those of one group.
-Clusters number(int groups, SmallSets& sets) {
+/// Numbers the groups of all sets but those of one group that no coupling holds.
+Clusters number(int groups, SmallSets& sets, const std::vector<double>& hold) {
   Clusters clusters;
   clusters.row.assign(groups, -1);
   std::vector<int> first(groups, -1), taken(groups, 0);
@@ -61,7 +61,7 @@ Clusters number(int groups, SmallSets& sets) {
   std::vector<long> start(groups);
   for (int g = 0; g < groups; ++g) {
     const int set = sets.find(g), size = sets.size(g);
-    if (size == 1) continue;
+    if (size == 1 && (hold.empty() || hold[g] == 0)) continue;
     if (first[set] < 0) {
       first[set] = rows;
       start[set] = entries;
@@ -81,17 +81,24 @@ Clusters number(int groups, SmallSets& sets) {
 }
 
 /// What a cluster has to all that is not in it counts as ground.
-void invert(Clusters& clusters, std::vector<double> ground, const std::vector<NetworkLink>& links) {
+void invert(Clusters& clusters, const GroupNetwork& network) {
+  std::vector<double> ground = network.diagonal;
   const int rows = static_cast<int>(clusters.group.size());
   std::vector<std::vector<NetworkLink>> within(rows);  // by first row
-  for (const auto& [a, b, conductance] : links) {
-    const int row_a = clusters.row[a], row_b = clusters.row[b];
-    if (row_a < 0 || row_b < 0 || clusters.first[row_a] != clusters.first[row_b]) continue;
+  const auto join = [&](const NetworkLink& link) {
+    const int row_a = clusters.row[link.a], row_b = clusters.row[link.b];
+    if (row_a < 0 || row_b < 0 || clusters.first[row_a] != clusters.first[row_b]) return false;
     const int first = clusters.first[row_a];
-    within[first].push_back({row_a - first, row_b - first, conductance});
-    ground[a] = std::max(0.0, ground[a] - conductance);
-    ground[b] = std::max(0.0, ground[b] - conductance);
+    within[first].push_back({row_a - first, row_b - first, link.conductance});
+    return true;
+  };
+  for (const NetworkLink& link : network.links) {
+    if (!join(link)) continue;
+    ground[link.a] = std::max(0.0, ground[link.a] - link.conductance);
+    ground[link.b] = std::max(0.0, ground[link.b] - link.conductance);
   }
+  for (const NetworkLink& coupling : network.couplings) join(coupling);
+  for (std::size_t g = 0; g < network.hold.size(); ++g) ground[g] += network.hold[g];
   for (int first = 0; first < rows; first += clusters.size[first]) {
     std::vector<double> of_cluster;
     for (int k = 0; k < clusters.size[first]; ++k) of_cluster.push_back(ground[clusters.group[first + k]]);
@@ -151,24 +158,39 @@ SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links
   return lists;
 }
 
-Clusters clusters_of_direct_links(std::span<const double> diagonal, std::vector<NetworkLink> links, int most) {
-  const int groups = static_cast<int>(diagonal.size());
-  std::erase_if(links, [&](const NetworkLink& link) { return diagonal[link.a] == 0 || diagonal[link.b] == 0; });
-  add_up(links);
-  std::vector<double> to_cells(diagonal.begin(), diagonal.end());
-  for (const auto& [a, b, conductance] : links) {
+void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network) {
+  network.hold.assign(network.diagonal.size(), 0.0);
+  const auto lacks = [&](int g) { return problem.groups[g].floating && network.diagonal[g] == 0; };
+  for (const Coupling& coupling : problem.couplings) {
+    const double conductance = std::min(coupling.capacitance / problem.permittivity, largest);
+    const bool a = problem.groups[coupling.a].floating, b = problem.groups[coupling.b].floating;
+    if (conductance == 0 || lacks(coupling.a) || lacks(coupling.b)) continue;
+    if (a && b) network.couplings.push_back({coupling.a, coupling.b, conductance});
+    if (a != b) network.hold[a ? coupling.a : coupling.b] += std::max(conductance, least);
+  }
+}
+
+Clusters clusters_of(GroupNetwork network, int most, bool all) {
+  const int groups = static_cast<int>(network.diagonal.size());
+  std::erase_if(network.links, [&](const NetworkLink& link) {
+    return network.diagonal[link.a] == 0 || network.diagonal[link.b] == 0;
+  });
+  add_up(network.links);
+  std::vector<double> to_cells = network.diagonal;
+  for (const auto& [a, b, conductance] : network.links) {
     to_cells[a] -= conductance;
     to_cells[b] -= conductance;
   }
   std::vector<NetworkLink> strong;
-  for (const NetworkLink& link : links)
-    if (4 * link.conductance >= std::min(to_cells[link.a], to_cells[link.b])) strong.push_back(link);
+  for (const NetworkLink& link : network.links)
+    if (all || 4 * link.conductance >= std::min(to_cells[link.a], to_cells[link.b])) strong.push_back(link);
   std::stable_sort(strong.begin(), strong.end(),
                    [](const NetworkLink& x, const NetworkLink& y) { return x.conductance > y.conductance; });
   SmallSets sets(groups, most);
-  for (const NetworkLink& link : strong) sets.unite(link.a, link.b);
-  Clusters clusters = number(groups, sets);
-  invert(clusters, {diagonal.begin(), diagonal.end()}, links);
+  for (const NetworkLink& coupling : network.couplings) sets.unite(coupling.a, coupling.b, false);
+  for (const NetworkLink& link : strong) sets.unite(link.a, link.b, !all);
+  Clusters clusters = number(groups, sets, network.hold);
+  invert(clusters, network);
   return clusters;
 }
 

@@ -18,10 +18,22 @@ struct Clusters {
   std::vector<double> inverse;   ///< potentials from what flows in, for given potentials of all other groups
 };
 
+/// What links a grid's groups.
+struct GroupNetwork {
+  std::vector<double> diagonal;         ///< by group: the sum of its links' conductances; 0: no potential of its own
+  std::vector<NetworkLink> links = {};  ///< direct ones between groups, each once, of whatever groups
+  std::vector<NetworkLink> couplings = {};  ///< between groups that have potentials; not in the diagonals
+  std::vector<double> hold = {};            ///< by group: couplings to given potentials; or empty
+};
+
+/// Adds the problem's couplings (Level::couple). `largest`: what stronger ones are taken for; `least`: what weaker
+/// ones to given potentials are.
+void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
+
 /// Clusters of at most `most` groups that are joined by the strongest direct links, of those that outweigh the links to
-/// cells of either end. `diagonal`: by group, the sum of all its conductances, 0: it has no potential of its own;
-/// `links`: between groups, each once.
-Clusters clusters_of_direct_links(std::span<const double> diagonal, std::vector<NetworkLink> links, int most);
+/// cells of either end, and of however many that are joined by couplings. `all`: by direct links of any strength, of
+/// however many, so that what one cluster brings another is nothing.
+Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
 /// Groups that coarse grids treat like one (../sets.hpp), for `groups` of them, of which the problem has the first.
 struct SetLists {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "solvers/laplace/cutcell/device/clustering.hpp"
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/problem.hpp"
@@ -35,6 +36,21 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
     }
     if (count <= room && coarsest.index[k + 1] > at) coarsest.unknown[at] = k < slots ? k : -1 - (k - slots);
   });
+}
+
+/// A group's couplings, in its row of the matrix (Level::couple).
+LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
+                                                  int slots, int a, double* row, int lane, int lanes) {
+  const CouplingView& couplings = problem.couplings;
+  for (int k = couplings.start[g]; k < couplings.start[g + 1]; ++k) {
+    const int other = couplings.other[k], b = coarsest.index[slots + other];
+    const bool is_given = !problem.floating[other];
+    if (!is_given && coarsest.index[slots + other + 1] == b) continue;  // absorbed
+    double c = couplings.conductance[k] < largest_coarse_coupling ? couplings.conductance[k] : largest_coarse_coupling;
+    if (is_given && couplings.only_ground && c < least_only_ground) c = least_only_ground;
+    if (a % lanes == lane) row[a] += c;
+    if (!is_given && b % lanes == lane) row[b] -= c;
+  }
 }
 
 /// The matrix of the coarsest grid. A row's entries are added up by one item, and a group's by as many as `lanes`, of
@@ -79,6 +95,7 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
       const int other = slots + problem.group_of[link.other], b = coarsest.index[other];
       if (coarsest.index[other + 1] > b && b % lanes == lane) row[b] -= link.conductance;
     }
+    if (problem.couplings.start) couple_in_row(problem, coarsest, g, slots, a, row, lane, lanes);
   });
 }
 
@@ -204,6 +221,13 @@ class Coarsest {
       if (!link.is_to_electrode())
         arrays.direct_links.push_back(
             {problem.bodies[link.own].group, problem.bodies[link.other].group, link.conductance});
+    GroupNetwork network{.diagonal = arrays.group_diagonal};
+    couple(problem, largest_coarse_coupling, least_in_cycle(problem), network);
+    for (const auto& [a, b, conductance] : network.couplings) {
+      arrays.direct_links.push_back({std::min(a, b), std::max(a, b), conductance});
+      for (const int g : {a, b}) arrays.group_diagonal[g] += conductance;
+    }
+    for (std::size_t g = 0; g < groups; ++g) arrays.group_diagonal[g] += network.hold[g];
     return arrays;
   }
 

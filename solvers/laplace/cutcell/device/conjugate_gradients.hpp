@@ -44,6 +44,13 @@ struct Iterations {
     energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
     rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
+  /// After take_guess, where groups are coupled: what couplings to given potentials have in x'A x is no measure of the
+  /// field.
+  LICHTENBERG_HOST_DEVICE void set_energy_of_field(double energy) {
+    energy_norm = std::abs(factor) * (energy > 0 ? std::sqrt(energy) : 0.0);
+  }
+  /// All potentials have been shifted by so much.
+  LICHTENBERG_HOST_DEVICE void raise_rounding(double shift, double n) { rounding += 0x1p-52 * std::sqrt(n) * shift; }
   /// After the product r'z.
   LICHTENBERG_HOST_DEVICE void judge(double next) {
     const bool first = judged == 0;

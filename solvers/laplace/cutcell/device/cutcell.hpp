@@ -55,7 +55,6 @@ class CutCell : public DeviceSolver {
 
   LaplaceSolution solve(const LaplaceProblem& problem) override {
     problem.check();
-    refuse_couplings(problem, "the cut-cell solver on a device");
     const auto start = std::chrono::steady_clock::now();
     LaplaceSolution solution;
     prepare_grids(problem);
@@ -420,8 +419,10 @@ void CutCell<Executor>::better_guess() {
   const ProblemView& problem = problem_->view();
   const GridView& grid = finest().view();
   relax_edges(*run_, problem, grid, b_, x_, finest().partial(), next_potential_->data(), sweeps);
-  multiply(x_, q_->data());
+  apply_field(*run_, problem, grid, x_, q_->data(), finest().partial());
   take_guess(*run_, problem, grid, b_, q_->data(), x_, r_->data(), iterations_.device);
+  if (problem.couplings.only_ground)
+    level_by_couplings(*run_, problem, grid, x_, r_->data(), potential_.device + problem.groups, iterations_.device);
 }
 
 /// An iteration: a V-cycle, and unless the residual is small enough by then, a step.

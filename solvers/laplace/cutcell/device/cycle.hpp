@@ -58,7 +58,8 @@ struct DirectFluxes {
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                         const float* more, float* phi_next, double* z = nullptr) {
-  if (grid.clusters) return relax_clusters(run, problem, grid, flux, phi, more, phi_next, z);
+  if (grid.clusters)
+    return relax_clusters(run, problem, grid, flux == grid.charge ? nullptr : flux, phi, more, phi_next, z);
   const DirectFluxes<float> of_phi{problem, grid, phi};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
@@ -137,8 +138,8 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// flux: the groups' charges and what their cells bring; their potentials from that, where no direct links are. `z`:
-/// becomes the potentials too; null: nothing.
+/// flux: the groups' charges (not where there are clusters) and what their cells bring; their potentials from that,
+/// where no direct links are. `z`: becomes the potentials too; null: nothing.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
@@ -149,7 +150,7 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       },
       parallel::NoMore{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-        const float flux = grid.charge[g] + sum;
+        const float flux = grid.clusters ? sum : grid.charge[g] + sum;
         if (are_linked) {
           grid.flux[g] = flux;
           return;

@@ -20,6 +20,15 @@ struct SetsView {
   bool operator==(const SetsView&) const = default;
 };
 
+/// Couplings between groups (LaplaceProblem::couplings) as conductances, listed by either group that floats.
+struct CouplingView {
+  const int *start, *other;  ///< by group, and one behind the last; groups. Null: there are none
+  const double* conductance;
+  const double* to_given;  ///< the sum of those to given potentials
+  bool only_ground;        ///< nothing but what groups are coupled to has a given potential
+  bool operator==(const CouplingView&) const = default;
+};
+
 /// Electrode side faces, and what else a grid shares with all others. Bodies are sorted by group ("rank"), so that
 /// what belongs to a body or a group is contiguous.
 struct ProblemView {
@@ -40,6 +49,7 @@ struct ProblemView {
   const double* charge;          ///< C/m, by group
   const double* potential;       ///< V, by group, of fixed ones
   SetsView sets;
+  CouplingView couplings;
 
   bool operator==(const ProblemView&) const = default;
 };
@@ -227,7 +237,8 @@ struct GridView {
   int* pieces_done;  ///< 2 groups
   int* own_group;    ///< of a small grid: the groups that have a potential of their own
 
-  const ClusterView* clusters;  ///< of groups that are relaxed together (relax_clusters.hpp); null: none
+  const ClusterView* clusters;        ///< of groups that are relaxed together (relax_clusters.hpp); null: none
+  const ClusterView* exact_clusters;  ///< finest only: of all that are coupled or linked, where any are coupled
 
   double* group_diagonal;         ///< 0: fixed, or a group without any link
   float* group_inverse_diagonal;  ///< likewise
@@ -236,7 +247,7 @@ struct GridView {
   float* v;  ///< null on the finest grid
   float* f;
   float *phi, *phi_down, *phi_next, *charge, *flux;  ///< by group
-  float* group_rhs;                                  ///< likewise, where there may be clusters
+  double* group_rhs;                                 ///< likewise, where there may be clusters
   float* partial;                                    ///< by piece
 
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {

@@ -69,9 +69,9 @@ class DeviceGrid {
         phi_next_(run),
         charge_(run),
         flux_(run),
-        group_rhs_(run),
         partial_(run),
-        partial_double_(run) {
+        partial_double_(run),
+        group_rhs_(run) {
     view_.layout = Layout(nx, ny);
     view_.h = h;
     view_.formula = formula;
@@ -103,9 +103,11 @@ class DeviceGrid {
   /// `medium`: some bodies are smaller than this grid resolves; `small`: its groups are listed; `clusters`: where
   /// there may be any; `finest`: the grid whose direct links this coarse one inherits, null: none. Arrays may move.
   void make_room(const ProblemView& problem, bool medium, int* number, int* wanted, bool small = false,
-                 const ClusterView* clusters = nullptr, const GridView* finest = nullptr) {
+                 const ClusterView* clusters = nullptr, const GridView* finest = nullptr,
+                 const ClusterView* exact_clusters = nullptr) {
     view_.medium = medium;
     view_.clusters = clusters;
+    view_.exact_clusters = exact_clusters;
     view_.finest_link = finest ? finest->direct_link : nullptr;
     view_.finest_link_start = finest ? finest->direct_link_start : nullptr;
     view_.own_group = small ? sized(own_group_, problem.groups) : nullptr;
@@ -337,8 +339,8 @@ class DeviceGrid {
   parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_, piece_segment_, pieces_done_, own_group_;
   parallel::Array<double, Executor> group_diagonal_;
   parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_down_, phi_next_, charge_, flux_,
-      group_rhs_, partial_;
-  parallel::Array<double, Executor> partial_double_;
+      partial_;
+  parallel::Array<double, Executor> partial_double_, group_rhs_;
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -72,7 +72,7 @@ class DeviceMultigrid {
       } while (enlarge());
       fits_ = true;
     }
-    if (clustered()) clustering_.find_clusters();
+    if (clustered()) clustering_.find_clusters(problem);
     if (coarsest_.on_device()) return;
     numbers_.fetch();
     if (!lacking()) coarsest_.factorize(problem, grids_.back().view(), wanted(levels() - 1));
@@ -97,7 +97,8 @@ class DeviceMultigrid {
   bool on_device() const { return coarsest_.on_device(); }
   long fluid_cells() const { return finest().fluid_cells(wanted(0)); }
   /// Whether the host has a part in the set-up: it finds the groups that are relaxed together.
-  bool clustered() const { return finest().view().may_have(Of::strong_links); }
+  bool clustered() const { return coupled() || finest().view().may_have(Of::strong_links); }
+  bool coupled() const { return posed_.couplings.start; }
   /// Of what a grid holds, as settle() found it.
   Numbers wanted(int level) const {
     Numbers numbers;
@@ -132,7 +133,11 @@ class DeviceMultigrid {
     for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().v, nullptr);
     if (first_solved_ > 0) return up(0, z, z_of_groups);
     // The finest grid is the coarsest: its potentials are double.
-    take_potentials(run_, problem_, grids_[0].view(), only_.data(), z);
+    const GridView& grid = grids_[0].view();
+    take_potentials(run_, problem_, grid, only_.data(), z);
+    if (!grid.clusters) return;
+    relax_groups(run_, problem_, grid, static_cast<const float*>(only_.data()), nullptr);
+    relax_direct_links(run_, problem_, grid, grid.flux, grid.phi, nullptr, grid.phi_next, z_of_groups);
   }
 
  private:
@@ -162,7 +167,8 @@ class DeviceMultigrid {
     for (int l = 0; l < levels(); ++l) {
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
                           l >= first_small, clustered() ? clustering_.clusters(l) : nullptr,
-                          clustered() && l > 0 ? &grids_[0].view() : nullptr);
+                          clustered() && l > 0 ? &grids_[0].view() : nullptr,
+                          coupled() && l == 0 ? clustering_.exact_clusters() : nullptr);
       views.push_back(grids_[l].view());
     }
     if (clustered()) clustering_.make_room_for_links(problem_.groups, views);

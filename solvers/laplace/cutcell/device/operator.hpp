@@ -20,10 +20,24 @@ void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
-/// y = A x.
+/// y += what couplings carry, both by group, as fluxes: what leaves one group enters the other to the last digit,
+/// however strong the coupling and however much of the flux is rounding. Groups of given potential have 0 in x.
 template <class Executor>
-void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y,
-                    double* partial) {
+void add_couplings(const Executor& run, ProblemView problem, const double* x, double* y) {
+  const CouplingView couplings = problem.couplings;
+  if (!couplings.start) return;
+  run.template sum_segments<group_lanes>(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return couplings.start[g + 1] - couplings.start[g]; },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int k = couplings.start[g] + t;
+        return couplings.conductance[k] * (x[g] - x[couplings.other[k]]);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { y[g] += sum; });
+}
+
+/// y = A x but for couplings.
+template <class Executor>
+void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, double* partial) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
                [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
@@ -59,35 +73,93 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
   });
 }
 
-/// For the first guess x and q = A x: how it is to be stretched (Iterations::take_guess).
+/// y = A x.
+template <class Executor>
+void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y,
+                    double* partial) {
+  apply_field(run, problem, grid, x, y, partial);
+  add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
+}
+
+/// For the first guess x and q, what the field makes of it: how it is to be stretched (Iterations::take_guess).
 struct GuessSums {
-  double product = 0, energy = 0, largest = 0;
+  double product = 0, energy = 0, largest = 0, of_couplings = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
     product += other.product;
     energy += other.energy;
+    of_couplings += other.of_couplings;
     largest = other.largest > largest ? other.largest : largest;
     return *this;
   }
 };
 
-/// Stretches the guess x, of which q is the image; r = b - A x, taken for the V-cycle.
+/// A group's share of what couplings have in x'A x.
+LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem, const double* x_group, int g) {
+  const CouplingView& couplings = problem.couplings;
+  double sum = 0;
+  for (int k = couplings.start[g]; k < couplings.start[g + 1]; ++k) {
+    const double difference = x_group[g] - x_group[couplings.other[k]];
+    sum += (problem.floating[couplings.other[k]] ? 0.5 : 1.0) * couplings.conductance[k] * difference * difference;
+  }
+  return sum;
+}
+
+/// Stretches the guess x, of which q is the field's part of the image; r = b - A x, taken for the V-cycle.
 template <class Executor>
-void take_guess(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* q, double* x,
+void take_guess(const Executor& run, ProblemView problem, GridView grid, const double* b, double* q, double* x,
                 double* r, Iterations* iterations) {
-  const long n = static_cast<long>(grid.layout.size()) + problem.groups;
+  const int cells = static_cast<int>(grid.layout.size());
+  const long n = static_cast<long>(cells) + problem.groups;
+  const bool is_coupled = problem.couplings.start;
   run.sum(
       n,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
-        return GuessSums{b[k] * x[k], x[k] * q[k], std::abs(x[k])};
+        GuessSums sums{b[k] * x[k], x[k] * q[k], std::abs(x[k])};
+        if (is_coupled && k >= cells) sums.of_couplings = coupling_energy(problem, x + cells, k - cells);
+        return sums;
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
-        iterations->take_guess(sums.product, sums.energy, sums.largest, static_cast<double>(n));
+        const double energy = sums.energy + sums.of_couplings;
+        iterations->take_guess(sums.product, energy, sums.largest, static_cast<double>(n));
+        if (is_coupled) iterations->set_energy_of_field(sums.energy);
       });
+  add_couplings(run, problem, x + cells, q + cells);
   const TakeResidual take{grid};
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double factor = iterations->factor;
     x[k] *= factor;
     r[k] = b[k] - factor * q[k];
+    take(k, r[k]);
+  });
+}
+
+/// Conductance of a group's couplings to given potentials, times what value(group) says of them.
+template <class Value>
+LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value value) {
+  const CouplingView& couplings = problem.couplings;
+  double sum = 0;
+  for (int k = couplings.start[g]; k < couplings.start[g + 1]; ++k)
+    if (!problem.floating[couplings.other[k]]) sum += couplings.conductance[k] * value(couplings.other[k]);
+  return sum;
+}
+
+/// CutCellOperator::level_out, for systems whose only ground are couplings: r, taken for the V-cycle, sums to zero.
+template <class Executor>
+void level_by_couplings(const Executor& run, ProblemView problem, GridView grid, double* x, double* r, double* level,
+                        Iterations* iterations) {
+  const int cells = static_cast<int>(grid.layout.size());
+  const long n = static_cast<long>(cells) + problem.groups;
+  run.sum(
+      n, [=] LICHTENBERG_HOST_DEVICE(int k) { return r[k]; },
+      [=] LICHTENBERG_HOST_DEVICE(double sum) {
+        *level = sum / *problem.couplings.to_given;
+        iterations->raise_rounding(std::abs(*level), static_cast<double>(n));
+      });
+  const TakeResidual take{grid};
+  run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (k < cells ? grid.inverse_diagonal[k] > 0 : grid.group_diagonal[k - cells] > 0) x[k] += *level;
+    if (k < cells) return;
+    r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
     take(k, r[k]);
   });
 }
@@ -146,6 +218,13 @@ template <class Executor>
 void balance_groups(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                     double* partial, double* next) {
   const int cells = static_cast<int>(grid.layout.size());
+  if (grid.exact_clusters) {
+    run.sum_pieces(
+        grid.link_pieces(problem), partial,
+        [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.conductance[link] * x[grid.link_slot[link]]; },
+        parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
+    return solve_exactly(run, problem, grid, next, x + cells);
+  }
   const bool direct_links = grid.may_have(Of::direct_links);
   if (!direct_links) next = x + cells;
   group_fluxes(run, problem, grid, x, partial, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
@@ -189,6 +268,8 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
         return problem.floating[other] ? 0.0 : link.conductance * problem.potential[other];
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        if (problem.floating[g] && problem.couplings.start)
+          sum += to_given(problem, g, [&](int other) { return problem.potential[other]; });
         b[cells + g] = problem.floating[g] ? (problem.charge[g] / problem.permittivity + sum) / unit : 0.0;
       });
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <tuple>
 #include <vector>
 
@@ -17,7 +18,7 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 class DeviceProblem {
  public:
-  explicit DeviceProblem(const Executor& run) : parcel_(run), side_potential_(run) {}
+  explicit DeviceProblem(const Executor& run) : parcel_(run), couplings_(run), side_potential_(run) {}
 
   /// nx, ny: the finest grid's, on whose faces the sides' potentials are taken.
   void upload(const LaplaceProblem& problem, int nx, int ny) {
@@ -26,6 +27,7 @@ class DeviceProblem {
     write_bodies(problem);
     write_groups(problem);
     parcel_.send();
+    send_couplings(problem);
   }
 
   const ProblemView& view() const { return view_; }
@@ -88,6 +90,39 @@ class DeviceProblem {
     }
   }
 
+  void send_couplings(const LaplaceProblem& problem) {
+    view_.couplings = {};
+    if (problem.couplings.empty()) return;
+    const auto groups = static_cast<std::size_t>(view_.groups), entries = 2 * problem.couplings.size();
+    if (entries > coupling_room_ || groups != coupling_groups_) {
+      coupling_room_ = entries + entries / 2;
+      coupling_groups_ = groups;
+      std::tie(coupling_start_, coupled_to_, coupling_, to_given_) =
+          couplings_.template divide<int, int, double, double>({groups + 1, coupling_room_, coupling_room_, 1});
+    }
+    const auto is_listed = [&](const laplace::Coupling& coupling, int own) {
+      return problem.groups[own].floating && coupling.capacitance > 0;
+    };
+    int* start = coupling_start_.host;
+    std::fill_n(start, groups + 1, 0);
+    for (const laplace::Coupling& coupling : problem.couplings)
+      for (const int own : {coupling.a, coupling.b}) start[own + 1] += is_listed(coupling, own);
+    std::partial_sum(start, start + groups + 1, start);
+    next_.assign(start, start + groups);
+    *to_given_.host = 0;
+    for (const laplace::Coupling& coupling : problem.couplings)
+      for (const int own : {coupling.a, coupling.b}) {
+        if (!is_listed(coupling, own)) continue;
+        const int other = own == coupling.a ? coupling.b : coupling.a;
+        coupled_to_.host[next_[own]] = other;
+        coupling_.host[next_[own]++] = coupling.capacitance / problem.permittivity;
+        if (!problem.groups[other].floating) *to_given_.host += coupling.capacitance / problem.permittivity;
+      }
+    couplings_.send();
+    view_.couplings = {coupling_start_.device, coupled_to_.device, coupling_.device, to_given_.device,
+                       problem.has_ground() && !problem.has_fixed_conductor()};
+  }
+
   /// Where they are what they were, they are there.
   void send_sides(const LaplaceProblem& problem, int nx, int ny) {
     const int faces = std::max(nx, ny);
@@ -122,6 +157,10 @@ class DeviceProblem {
   Part<Outline> shape_;
   Part<int> group_of_, body_at_, rank_of_, first_rank_, floating_;
   Part<double> charge_, potential_;
+  parallel::Parcel<Executor> couplings_;
+  Part<int> coupling_start_, coupled_to_;
+  Part<double> coupling_, to_given_;
+  std::size_t coupling_room_ = 0, coupling_groups_ = 0;
   parallel::Array<double, Executor> side_potential_;
   std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies
   double largest_of_groups_ = 0, largest_of_sides_ = 0;

@@ -63,8 +63,8 @@ struct FluxesSinceSweep {
 
 /// phi = what `rhs` makes of the groups' potentials: of a cluster's together, of any other by its diagonal. `z`:
 /// becomes the potentials too, without rounding to phi's precision; null: nothing.
-template <class Executor>
-void solve_clusters(const Executor& run, ProblemView problem, GridView grid, const float* rhs, float* phi,
+template <class Executor, class Real>
+void solve_clusters(const Executor& run, ProblemView problem, GridView grid, const Real* rhs, float* phi,
                     double* z = nullptr) {
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.clusters->size_of(g); },
@@ -76,7 +76,20 @@ void solve_clusters(const Executor& run, ProblemView problem, GridView grid, con
       });
 }
 
-/// A sweep over all groups: from `flux`, what cells bring, and what `phi` and `more` bring from other clusters.
+/// x = what `rhs` makes of the groups' potentials by all that links them to each other, couplings and direct links.
+template <class Executor>
+void solve_exactly(const Executor& run, ProblemView problem, GridView grid, const double* rhs, double* x) {
+  run.template sum_segments<group_lanes>(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.exact_clusters->size_of(g); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return grid.exact_clusters->value(g, t, rhs); },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        const double diagonal = grid.group_diagonal[g];
+        x[g] = !(diagonal > 0) ? 0.0 : grid.exact_clusters->row[g] < 0 ? rhs[g] / diagonal : sum;
+      });
+}
+
+/// A sweep over all groups: from their charges, `flux`, what cells bring (null: nothing), and what `phi` and `more`
+/// bring from other clusters. In double precision: rounding of what couplings carry is in the charges, and cancels.
 template <class Executor>
 void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const float* flux, const float* phi,
                     const float* more, float* phi_next, double* z = nullptr) {
@@ -84,7 +97,9 @@ void relax_clusters(const Executor& run, ProblemView problem, GridView grid, con
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return outside.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) { return outside.value(g, t); },
-      [=] LICHTENBERG_HOST_DEVICE(int g, float sum) { grid.group_rhs[g] = flux[g] + sum; });
+      [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+        grid.group_rhs[g] = static_cast<double>(grid.charge[g]) + (flux ? flux[g] + sum : sum);
+      });
   solve_clusters(run, problem, grid, grid.group_rhs, phi_next, z);
 }
 

@@ -156,8 +156,8 @@ struct SmallGrids {
   }
 
   /// As of a large grid (relax_clusters.hpp).
-  template <class Block>
-  LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const float* rhs,
+  template <class Block, class Real>
+  LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
     const int* own = here.own_group;
     const ClusterView& clusters = *here.clusters;
@@ -181,7 +181,10 @@ struct SmallGrids {
       block.sum_segments(
           here.number[Of::own_groups], [&](int k) { return outside.count(own[k]); },
           [&](int k, int t) { return outside.value(own[k], t); },
-          [&](int k, float sum) { here.group_rhs[own[k]] = flux[own[k]] + sum; });
+          [&](int k, float sum) {
+            const int g = own[k];
+            here.group_rhs[g] = static_cast<double>(here.charge[g]) + (flux == here.charge ? sum : flux[g] + sum);
+          });
       return solve_clusters(block, here, here.group_rhs, next);
     }
     const DirectFluxes<float> fluxes{problem, here, phi};
@@ -358,7 +361,7 @@ struct SmallGrids {
         here.link_pieces(problem), here.own_group, here.number[Of::own_groups], here.partial,
         [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
         [&](int g, float sum) {
-          flux[g] = charge[g] + sum;
+          flux[g] = here.clusters ? sum : charge[g] + sum;
           phi[g] = are_linked ? phi[g] + coarse_phi[g] : flux[g] * inverse_diagonal[g];
         });
     if (!are_linked) return;

@@ -352,6 +352,14 @@ TEST_CASE("an impossible member is one sentence, and the rest go on") {
   CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_viscosity-1.toml"), "count = 1000"));
 }
 
+TEST_CASE("members may ask for an accuracy of the field") {
+  const ScenesFolder folder;
+  folder.write("asked.toml", replaced(charged_scene, "cells = 32", "accuracy = 0.05"));
+  const Ended result = ensemble(folder, "asked.toml --seeds 2 --set stop.time=0.01");
+  CHECK_EQ(result.status, 0);
+  CHECK(states(summary(folder, "asked-ensemble")) == std::vector<std::string>{"finished", "finished"});
+}
+
 TEST_CASE("a member that fails on its way is reported in its own words, and the rest go on") {
   const ScenesFolder folder;
   // 10 m/s into a wall that nothing makes it feel: drag stops it after 10 m/s m / gamma = 9 mm, which is outside.

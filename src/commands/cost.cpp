@@ -57,7 +57,8 @@ FieldSolves solves_in_plane(const Scene& scene, double ways) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
   const double predictions = 2.6 * std::pow(ways, 1.25) * std::pow(tolerance, -1.0 / 3);
-  if (effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
+  // Of a field whose grid follows from an accuracy it is not known here whether it is fine enough to predict on.
+  if (scene.field_request() || effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
   return {.whole = 0.1 * std::pow(tolerance, -0.37) * predictions, .predictions = predictions};
 }
 

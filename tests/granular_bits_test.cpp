@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "src/effects/gas_drag.hpp"
+#include "src/granular/encounters.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/pair_state.hpp"
 #include "tests/grains.hpp"
@@ -245,4 +246,16 @@ TEST_CASE("a pair that others drive together harder than was foreseen is seen as
   CHECK(since > 0.03);
   CHECK(touch(0, 1) == since);
   CHECK(touch(0, 20) == since);
+}
+
+TEST_CASE("steps that have grown by more than a quarter since the search ask for another") {
+  Scene scene = grains::cube(20);
+  add(scene, {10, 10, 10});
+  add(scene, {12, 10, 10});
+  granular::Encounters<3> encounters;
+  encounters.search(
+      make_bodies(scene), {.fastest = 1}, 1, 0.004, [](Pair) { return false; }, parallel::Team::single());
+  CHECK(encounters.cover(0.004, 1));
+  CHECK(encounters.cover(0.005, 1));
+  CHECK_FALSE(encounters.cover(0.006, 1));
 }

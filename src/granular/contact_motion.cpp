@@ -82,7 +82,8 @@ class Motion final : public ContactMotion {
                   .jolt = jolt,
                   .pull = pull,
                   .acceleration = 2 * std::max(least * hardest, more * encounters_.hardest_push())};
-    bounds.excess = std::min(hardest, unseen_acceleration(2 * bounds.speed())) * dt_ * dt_ / 4;
+    const double step = Encounters<d>::longer * dt_;  // the longest until the next search
+    bounds.excess = std::min(hardest, unseen_acceleration(step, 2 * bounds.speed())) * step * step / 4;
     pairs_.clear();
     for (const Open& one : open_) pairs_.push_back(one.contact.pair);
     const auto open = [&](Pair pair) {  // the grains of a contact have slots
@@ -112,9 +113,9 @@ class Motion final : public ContactMotion {
   }
   /// What a contact that begins after the middle of a step, which shows nothing of it, may accelerate a grain by before
   /// the end.
-  double unseen_acceleration(double closing) const {
+  double unseen_acceleration(double step, double closing) const {
     const double widest = grains_.widest();
-    const ContactParts parts = law_.parts(0.5 * dt_ * closing, law_.scale(widest, widest));
+    const ContactParts parts = law_.parts(0.5 * step * closing, law_.scale(widest, widest));
     return (parts.elastic + parts.damping * closing) / grains_.lightest();
   }
   /// Those that have parted are waited for again.

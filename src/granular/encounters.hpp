@@ -54,6 +54,8 @@ Several apart_for(const PairState<d, Several>& pairs, const Several& reach, cons
 template <int d>
 class Encounters {
  public:
+  static constexpr double longer = 1.25;
+
   /// Velocities have been changed at once by so much, and not by contacts.
   void jolt(double most) { jolts_ += most; }
   /// All but contacts accelerate no grain by more than that, until somebody says so again.
@@ -66,9 +68,11 @@ class Encounters {
     return 2 * margin * hardest_push_ <= bounds_.acceleration;
   }
   double hardest_push() const { return hardest_push_; }  ///< since the search
-  /// Whether all pairs that may touch within `time` from now are waited for; `fastest`: what is the largest speed now.
+  /// Whether all pairs that may touch within a step of `time` from now are waited for; `fastest`: what is the largest
+  /// speed now. What a step's middle does not show grows with the step, which may be `longer` than the search's.
   bool cover(double time, double fastest) const {
-    return now_ + time <= horizon_ && fastest <= bounds_.speed() && jolts_ <= bounds_.jolt && pull_ <= bounds_.pull;
+    return now_ + time <= horizon_ && time <= longer * bucket_ && fastest <= bounds_.speed() &&
+           jolts_ <= bounds_.jolt && pull_ <= bounds_.pull;
   }
   /// Looks for all pairs that may touch within `horizon`, without those that are open, for steps of length `step`.
   template <class IsOpen>

@@ -153,10 +153,12 @@ class Coarsest {
   /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
   void make_room(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t room = grid.room[Of::coarse_unknowns];
-    constexpr std::size_t most = 480;  // more are factorized on the host, which has it take part in each cycle
+    // More are factorized on the host, which has it take part in each cycle. Beyond one block's memory, elimination is
+    // slow: only where the host would have to keep strong links apart without subtraction.
+    constexpr std::size_t most = 480;
     const std::size_t bytes = InvertCoarsest::bytes(room);
     block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
-    on_device_ = room <= most;
+    on_device_ = block_bytes_ > 0 || (precise && room <= most);
     const bool in_double = precise || block_bytes_ == 0;
     index_.resize(grid.layout.size() + problem.groups + 1);
     unknown_.resize(room);

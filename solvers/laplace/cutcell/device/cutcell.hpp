@@ -242,6 +242,10 @@ void CutCell<Executor>::check_room(const LaplaceProblem& problem) const {
     const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
     bytes += spare * (2 * (8 * a_link + 5.7 * a_boundary_cell) * radius + 4.2 * a_covered_cell * radius * radius);
   }
+  if (!problem.couplings.empty()) {  // all groups in one cluster, on each grid from 8 cells a side on (clustering.hpp)
+    const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
+    bytes += sizeof(double) * (std::log2(nx_ / 8.0) + 2) * static_cast<double>(floating) * floating;
+  }
   const double room = static_cast<double>(run_->room());
   if (bytes <= room) return;
   const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };

@@ -432,8 +432,7 @@ TEST_CASE("chains of conductors that all but touch are solved on the device abou
 
 TEST_CASE("on a device, too, coarse grids keep the links of conductors that all but touch") {
   // The row of cutcell_grids_test, of disks below the coarse grids' cells, each alone or in one of six groups. Without
-  // clusters the device took 77 to 165 iterations, with clusters alone 38. 200 are
-  // in more clusters than one.
+  // clusters the device took 77 to 165 iterations, with clusters alone 38. 200 are in more clusters than one.
   CutCellOptions options;
   options.tolerance = 1e-8;
   struct Row {

@@ -191,7 +191,8 @@ TEST_CASE("a run that is ended while it draws its last picture leaves a whole re
   folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
   Child child(folder, "six.h5", {"--quiet"});
   pid_t script = 0;
-  while ((script = child.own_child()) == 0) usleep(100);
+  for (int tries = 0; script == 0 && tries < 300'000; ++tries, usleep(100)) script = child.own_child();
+  REQUIRE(script != 0);
   child.send(SIGTERM);
   CHECK_EQ(child.wait(), 128 + SIGTERM);
   kill(script, SIGKILL);  // or it would draw into a folder that is gone

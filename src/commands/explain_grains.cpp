@@ -165,8 +165,8 @@ double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
   return std::visit([&](const auto& one) { return granular::longest_hold(one, attraction, 0.5 * mass); }, law);
 }
 
-/// Of what multirate takes, but for accelerations. Contacts that are elastic move
-/// no charge, after which the forces would have to be found again.
+/// What multirate takes, accelerations aside. Elastic contacts move no charge, after which forces would have to be
+/// found again.
 Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
   const double way = std::isinf(scene.mechanics.step) ? way_of(scene) : granular::longest_way;
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these

@@ -165,6 +165,10 @@ TEST_CASE("clusters of dense cells") {
   CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).least == 2);
   CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).size == std::vector{2, 1, 1});
   CHECK(density_clusters(grains_at(10, places), 2, 0.5).size.empty());
+  // A box of 10^27 cells has a million in place of them; two that lie in one are not dense.
+  const DensityClusters lost = density_clusters(grains_at(2e9, {{1, 1, 1}, {2, 2, 2}}));
+  CHECK(lost.cells.size() == 1000000);
+  CHECK(lost.size.empty());
 }
 
 TEST_CASE("moments of charges and speeds that are known") {

@@ -20,6 +20,10 @@ int Cells::next(int cell, int axis) const {
 
 Cells cells_of(const Bodies& bodies, double edge) {
   Cells cells{.dimension = bodies.dimension};
+  double space = 1;
+  for (int k = 0; k < bodies.dimension; ++k) space *= bodies.box.lengths[k];
+  const double most = std::max(1e6, 64.0 * bodies.size());
+  edge = std::max(edge, std::pow(space / most, 1.0 / bodies.dimension));
   for (int k = 0; k < bodies.dimension; ++k) {
     cells.count[k] = std::max(1, static_cast<int>(std::lround(bodies.box.lengths[k] / edge)));
     cells.edge[k] = bodies.box.lengths[k] / cells.count[k];

@@ -22,7 +22,8 @@ struct Cells {
   int next(int cell, int axis) const;
 };
 
-/// A whole number of cells along each axis, whose edges are as near to `edge` (d0) as that allows.
+/// A whole number of cells along each axis, whose edges are as near to `edge` (d0) as that allows; longer in a box that
+/// would have more than a million of them and more than 64 a body, nearly all of them empty.
 Cells cells_of(const Bodies& bodies, double edge);
 
 /// [N] the cell of each body.

@@ -135,7 +135,7 @@ Table mechanics() {
                .help = "split: between field solves, solves on a coarser grid that resolves the conductors"},
               {.name = "relative_tolerance",
                .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
-               .range = accuracy,
+               .range = {.low = 1e-15, .high = 1, .high_itself = false},  // below it is rounding
                .computed_default = "1e-6; 1e-13 of grains",
                .help = "of positions and momenta, each step of the integrator; of grains that of cvode"},
               {.name = "position_tolerance",

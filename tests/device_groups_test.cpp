@@ -1,0 +1,230 @@
+// Groups of conductors that all but touch or are coupled, solved by the device's algorithms on the CPU, item after
+// item.
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/laplace/cutcell/device/clusters.hpp"
+#include "solvers/laplace/cutcell/device/cutcell.hpp"
+#include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/parallel/host_executor.hpp"
+#include "tests/device_scenes.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+using namespace lichtenberg::laplace::device_scenes;
+
+namespace {
+
+/// Counts how often the host waits for the device.
+struct Counting : parallel::HostExecutor {
+  static inline int waits = 0;
+  void wait() const { ++waits; }
+  void to_host(void* to, const void* from, std::size_t bytes) const {
+    ++waits;
+    parallel::HostExecutor::to_host(to, from, bytes);
+  }
+};
+
+}  // namespace
+
+template <>
+struct device::PetscSide<Counting> {
+  static constexpr const char *vector_type = VECSEQ, *method = "cg_that_counts";
+  static std::unique_ptr<Counting> make() { return std::make_unique<Counting>(); }
+};
+
+namespace {
+
+/// Disks of 8 m in a row, so far apart, the first charged, beside an electrode.
+LaplaceProblem chain(int count, double gap) {
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {256, 128};
+  problem.sides[left] = {Side::Kind::electrode, 1, {}};
+  for (int k = 0; k < count; ++k) {
+    problem.bodies.push_back({Disk{{20.2 + k * (16 + gap), 60.3}, 8}, k});
+    problem.groups.push_back({true, k == 0 ? 1.0 : 0.0, 0});
+  }
+  return problem;
+}
+
+/// How far the device's potentials are from the CPU's, of the largest.
+double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
+  double worst = 0, largest = 0;
+  for (std::size_t g = 0; g < cpu.group_potential.size(); ++g) {
+    worst = std::max(worst, std::abs(device.group_potential[g] - cpu.group_potential[g]));
+    largest = std::max(largest, std::abs(cpu.group_potential[g]));
+  }
+  return worst / largest;
+}
+
+}  // namespace
+
+TEST_CASE("chains of conductors that all but touch are solved on the device about as fast as on the CPU") {
+  // One after the other, relaxed by Jacobi's sweeps, the twelve keep what they have in common: 43 iterations and more.
+  CutCellOptions options;
+  options.cells = 256;
+  options.tolerance = 1e-8;
+  const LaplaceProblem apart = chain(12, 1), problem = chain(12, 1e-6);
+  const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
+  device->solve(apart);  // the host has no part in the set-up until there is such a link
+  const LaplaceSolution a = CutCellSolver(options).solve(problem), b = device->solve(problem);
+  device->forget();
+  const LaplaceSolution again = device->solve(problem);
+  for (const LaplaceSolution& found : {b, again}) {
+    CHECK(found.iterations <= a.iterations + 2 + a.iterations / 3);
+    CHECK(difference(found, a) < 1000 * options.tolerance);  // as in cutcell_test
+  }
+}
+
+TEST_CASE("on a device, too, coarse grids keep the links of conductors that all but touch") {
+  // The row of cutcell_grids_test, of disks below the coarse grids' cells, each alone or in one of six groups. Without
+  // clusters the device took 77 to 165 iterations, with clusters alone 38. 200 are in more clusters than one.
+  CutCellOptions options;
+  options.tolerance = 1e-8;
+  struct Row {
+    int disks, groups;
+  };
+  for (const Row row : {Row{60, 60}, Row{60, 6}, Row{200, 200}}) {
+    CAPTURE(row.disks);
+    CAPTURE(row.groups);
+    options.cells = row.disks > 60 ? 384 : 128;
+    LaplaceProblem problem{.permittivity = 1};
+    problem.size = {static_cast<double>(options.cells), 128};
+    problem.sides[left].kind = Side::Kind::electrode;
+    for (int g = 0; g < row.groups; ++g) problem.groups.push_back({.floating = true, .charge = 1.0 + g % 3});
+    for (int k = 0; k < row.disks; ++k)
+      problem.bodies.push_back({Disk{{10 + (1.6 + 1e-5) * k, 64.3}, 0.8}, k % row.groups});
+    const LaplaceSolution a = CutCellSolver(options).solve(problem);
+    const LaplaceSolution b = device::make_host_solver(options)->solve(problem);
+    CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // one sweep on coarse grids in place of two
+    CHECK(difference(b, a) < 1000 * options.tolerance);
+  }
+}
+
+TEST_CASE(
+    "the host waits for a device once a solve, and where clusters are made three times, whatever the iterations") {
+  CutCellOptions options;
+  options.cells = 256;
+  options.tolerance = 1e-8;
+  LaplaceProblem coupled = chain(12, 8);
+  coupled.couplings = {{0, 1, 1}};
+  struct Scene {
+    LaplaceProblem problem;
+    int waits;
+  };
+  for (const Scene& scene : {Scene{chain(12, 8), 1}, Scene{chain(12, 1e-6), 3}, Scene{coupled, 3}}) {
+    device::CutCell<Counting> solver(options);
+    for (int k = 0; k < 4; ++k) {  // until there is room for all
+      Counting::waits = 0;
+      solver.forget();
+      CHECK(solver.solve(scene.problem).iterations > 4);
+    }
+    CHECK(Counting::waits == scene.waits);
+  }
+}
+
+namespace {
+
+/// Half of the groups coupled, each but the first to the one before it, or to the first.
+LaplaceProblem with_couplings(LaplaceProblem problem, double capacitance, bool chain) {
+  for (int g = 1; g <= static_cast<int>(problem.groups.size()) / 2; ++g)
+    problem.couplings.push_back({chain ? g - 1 : 0, g, capacitance * problem.permittivity});
+  return problem;
+}
+
+/// The same, and all that grounds it is a supply behind a coupling to the last group.
+LaplaceProblem with_supply(LaplaceProblem problem, double capacitance) {
+  problem.couplings.push_back(
+      {static_cast<int>(problem.groups.size()) - 1, static_cast<int>(problem.groups.size()), capacitance});
+  problem.groups.push_back({.floating = false, .potential = 3});
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("couplings of any strength are solved on the device as on the CPU") {
+  CutCellOptions options;
+  options.cells = 96;
+  options.tolerance = 1e-9;
+  for (const double capacitance : {1e-12, 1e-3, 0.06, 1.0, 1e3, 1e12}) {
+    CAPTURE(capacitance);
+    const LaplaceProblem scenes[] = {
+        with_couplings(crowd(25, 0.6), capacitance, true),
+        with_couplings(crowd(35, 0.01), capacitance, false),
+        with_couplings(insulated(), capacitance, true),
+        with_supply(with_couplings(insulated(), capacitance, true), std::max(capacitance, 1e-3)),
+        with_couplings(chain(12, 1e-6), capacitance, true),
+        with_couplings(narrow_box(), capacitance, true)};
+    for (LaplaceProblem problem : scenes) {
+      CAPTURE(problem.bodies.size());
+      CAPTURE(problem.groups.size());
+      options.cells = static_cast<int>(problem.size.x);
+      CutCellSolver cpu(options);
+      const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
+      for (int step = 0; step < 3; ++step) {  // the second and third from the past, of another capacitance
+        CAPTURE(step);
+        const LaplaceSolution a = cpu.solve(problem), b = device->solve(problem);
+        CHECK(b.iterations <= a.iterations + 4 + a.iterations / 3);  // one sweep on coarse grids in place of two
+        CHECK(difference(b, a) < 2e-7);                              // as above
+        double largest = 0;
+        for (const double q : a.body_charge) largest = std::max(largest, std::abs(q));
+        for (std::size_t k = 0; k < a.body_charge.size(); ++k)
+          CHECK(std::abs(b.body_charge[k] - a.body_charge[k]) < 2e-6 * largest);
+        for (laplace::Coupling& coupling : problem.couplings) coupling.capacitance *= 0.9;
+      }
+    }
+  }
+}
+
+TEST_CASE("whatever the tolerance, charges of coupled groups on the device add up to what they were given") {
+  for (const double capacitance : {1e-3, 1.0, 1e12}) {
+    CAPTURE(capacitance);
+    CutCellOptions options;
+    options.cells = 96;
+    options.tolerance = 1e-2;
+    LaplaceProblem problem = with_couplings(crowd(35, 0.01), capacitance, true);
+    problem.couplings.erase(problem.couplings.begin());  // the ground's
+    const LaplaceSolution found = device::make_host_solver(options)->solve(problem);
+    double given = 0, sum = 0, largest = 0;
+    for (std::size_t g = 1; g < problem.groups.size(); ++g) given += problem.groups[g].charge;
+    for (std::size_t body = 1; body < problem.bodies.size(); ++body) {
+      sum += found.body_charge[body];
+      largest = std::max(largest, std::abs(found.body_charge[body]));
+    }
+    CHECK(std::abs(sum - given) < 1e-11 * largest);  // rounding, as above
+  }
+}
+
+TEST_CASE("couplings may come and go from solve to solve on a device") {
+  CutCellOptions options;
+  options.cells = 96;
+  options.tolerance = 1e-10;
+  const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
+  const LaplaceProblem apart = crowd(25, 0.6);
+  for (const LaplaceProblem& problem :
+       {apart, with_couplings(apart, 1, true), with_couplings(with_couplings(apart, 1, true), 1e3, false), apart})
+    CHECK(difference(device->solve(problem), CutCellSolver(options).solve(problem)) < 2e-8);
+}
+
+TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {
+  // Three in a row, the links from 1e12 to 1e-3; the fourth stands alone.
+  const std::vector<double> ground{1, 0.5, 2, 3};
+  const std::vector<NetworkLink> links{{1, 0, 1e12}, {1, 2, 8}};
+  const std::vector<double> diagonal{1 + 1e12, 0.5 + 8 + 1e12, 2 + 8, 3};
+  const device::Clusters clusters = device::clusters_of({diagonal, links}, 64);
+  CHECK(clusters.row == std::vector<int>{0, 1, 2, -1});
+  CHECK(clusters.group == std::vector<int>{0, 1, 2});
+  REQUIRE(clusters.inverse.size() == 9);
+  // One node of 1.5 to the ground, a link of 8 and one of 2: from the first to the first, (8 + 2) / (1.5 * 10 + 16).
+  // Ground is what diagonals leave: 1e12 keeps four digits of it.
+  CHECK(clusters.inverse[0] == doctest::Approx(10.0 / 31).epsilon(1e-3));
+  CHECK(clusters.inverse[8] == doctest::Approx(9.5 / 31).epsilon(1e-3));
+  for (int k = 0; k < 3; ++k)
+    for (int m = 0; m < 3; ++m)  // rounding
+      CHECK(clusters.inverse[3 * k + m] == doctest::Approx(clusters.inverse[3 * m + k]).epsilon(1e-14));
+  const device::Clusters pairs = device::clusters_of({diagonal, links}, 2);
+  CHECK(pairs.row == std::vector<int>{0, 1, -1, -1});
+}

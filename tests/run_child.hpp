@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -97,6 +98,23 @@ class Interruptions {
 
 inline int run(const Folder& folder, const std::string& file, const std::vector<std::string>& options = {"--quiet"}) {
   return Child(folder, file, options).wait();
+}
+
+/// A run to six.h5 whose files cannot grow beyond `room` bytes, which fails a write as a full disk does, only with
+/// another error number: status 1, a sentence, and what was saved before and nothing else is left. Returns what it
+/// said.
+inline std::string run_on_full_disk(const Folder& folder, rlim_t room) {
+  Child child(folder, "six.h5", {"--quiet"}, [room] {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit at_most{room, room};
+    setrlimit(RLIMIT_FSIZE, &at_most);
+  });
+  CHECK_EQ(child.wait(), 1);
+  CHECK_NE(child.messages().find("six.h5 cannot be written (File too large); what was saved up to t = "),
+           std::string::npos);
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(folder / "six.h5").parent_path()))
+    CHECK(entry.path().string().find(".partial") == std::string::npos);
+  return child.messages();
 }
 
 /// All numbers of a result file but the provenance's, which are timings.

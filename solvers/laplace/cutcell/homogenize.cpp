@@ -20,10 +20,6 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-/// More than that is the same in single precision, and what a Cholesky factorization in double keeps of the rest is
-/// enough for a preconditioner.
-constexpr double largest_coarse_coupling = 1e9;
-
 std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
   std::array<bool, 4> result;
   for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;

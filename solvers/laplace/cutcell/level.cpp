@@ -6,6 +6,7 @@
 
 #include "solvers/laplace/cutcell/apertures.hpp"
 #include "solvers/laplace/cutcell/link_batch.hpp"
+#include "solvers/laplace/cutcell/sets.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -31,14 +32,14 @@ void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::
 void Level::couple(const LaplaceProblem& problem, double largest) {
   couplings.clear();
   fixed_couplings.clear();
-  const double least_in_cycle = problem.has_fixed_conductor() ? 0.0 : 0.1;
+  const double least = least_in_cycle(problem);
   for (const Coupling& coupling : problem.couplings) {
     const double conductance = std::min(coupling.capacitance / problem.permittivity, largest);
     const Group &a = problem.groups[coupling.a], &b = problem.groups[coupling.b];
     if (conductance == 0 || (a.floating && !has_unknown(coupling.a)) || (b.floating && !has_unknown(coupling.b)))
       continue;
     if (a.floating && b.floating) couplings.push_back({coupling.a, coupling.b, conductance});
-    const double in_cycle = std::max(conductance, least_in_cycle);
+    const double in_cycle = std::max(conductance, least);
     if (a.floating && !b.floating) fixed_couplings.push_back({coupling.a, conductance, b.potential, in_cycle});
     if (!a.floating && b.floating) fixed_couplings.push_back({coupling.b, conductance, a.potential, in_cycle});
   }

@@ -7,6 +7,17 @@
 
 namespace lichtenberg::laplace {
 
+/// What coarse grids take stronger couplings for: more is the same in single precision, and what elimination in double
+/// precision keeps of the rest is enough for a preconditioner.
+constexpr double largest_coarse_coupling = 1e9;
+
+/// What the cycle takes weaker couplings to given potentials for: those that are all that grounds the field may be weak
+/// by any factor, and it needs a ground to stand on.
+constexpr double least_only_ground = 0.1;
+inline double least_in_cycle(const LaplaceProblem& problem) {
+  return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
+}
+
 /// Groups that a coarse grid treats like one: those that are coupled more strongly than small disks are to the field
 /// around them. Weaker couplings matter little beside the field. `is_held` says of a set, by its first group, whether
 /// anything in it has a given potential, or is all that the field has for ground.

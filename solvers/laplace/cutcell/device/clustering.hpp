@@ -13,20 +13,10 @@
 
 #include "solvers/laplace/cutcell/device/clusters.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
+#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {
-
-/// What coarse grids take stronger couplings for: more is the same in single precision, and what elimination in double
-/// precision keeps of the rest is enough for a preconditioner.
-constexpr double largest_coarse_coupling = 1e9;
-
-/// What the cycle takes weaker couplings to given potentials for: those that are all that grounds the field may be weak
-/// by any factor, and it needs a ground to stand on (FixedCoupling).
-constexpr double least_only_ground = 0.1;
-inline double least_in_cycle(const LaplaceProblem& problem) {
-  return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
-}
 
 /// Direct links between groups, each once (else a = -1), and the groups' diagonals.
 template <class Executor>

@@ -5,6 +5,7 @@
 #include "solvers/laplace/cutcell/device/clustering.hpp"
 #include "solvers/laplace/cutcell/device/coarsest_system.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
+#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace::device {

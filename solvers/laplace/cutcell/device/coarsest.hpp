@@ -18,6 +18,12 @@ struct CoarsestView {
   float* inverse;  ///< likewise; or, where it is null,
   double* precise_inverse;
   int* is_singular;  ///< becomes 1
+  double* chunk;     ///< what chunks of a group's links bring to its row; by row, chunk and column
+
+  /// A group of a thousand conductors has four thousand links, and a row that one item adds up after the other took
+  /// longer than all else of a grid.
+  static constexpr int chunks = 32;
+  LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
 /// Numbers the coarsest grid's unknowns; none, if there is no room for all.
@@ -54,12 +60,31 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
   }
 }
 
+/// A chunk of the links of the group in row `a` with cells: each of the `lanes` has columns of its own.
+LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
+                                                       const CoarsestView& coarsest, int a, int chunk, int lane,
+                                                       int lanes) {
+  const int n = grid.number[Of::coarse_unknowns];
+  if (a >= n || coarsest.unknown[a] >= 0) return;
+  const int g = -1 - coarsest.unknown[a];
+  double* sum = coarsest.chunk_of_row(a, chunk, n);
+  for (int b = lane; b < n; b += lanes) sum[b] = 0;
+  const int first = grid.link_start(problem.first_rank[g]);
+  const long links = grid.link_start(problem.first_rank[g + 1]) - first;
+  const auto cut = [&](int c) { return first + static_cast<int>(links * c / CoarsestView::chunks); };
+  for (int link = cut(chunk); link < cut(chunk + 1); ++link) {
+    const int b = coarsest.index[grid.link_slot[link]];
+    if (b % lanes == lane) sum[b] += grid.conductance[link];
+  }
+}
+
 /// The matrix of the coarsest grid. A row's entries are added up by one item, and a group's by as many as `lanes`, of
 /// which each has columns of its own: in the same order each time.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
   const int room = grid.room[Of::coarse_unknowns];
+  constexpr int lanes = 32;
   run.fill(coarsest.matrix, 0, static_cast<std::size_t>(room) * room * sizeof(double));
   run.for_each(room, [=] LICHTENBERG_HOST_DEVICE(int a) {
     const int n = grid.number[Of::coarse_unknowns];
@@ -76,18 +101,18 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
       coarsest.matrix[a * n + coarsest.index[next]] = !grid.medium ? -1.0 : -(side < 2 ? grid.east : grid.north)[face];
     }
   });
-  constexpr int lanes = 32;
+  run.for_each(room * CoarsestView::chunks, lanes, [=] LICHTENBERG_HOST_DEVICE(int row, int lane) {
+    add_chunk_of_links(problem, grid, coarsest, row / CoarsestView::chunks, row % CoarsestView::chunks, lane, lanes);
+  });
   run.for_each(room, lanes, [=] LICHTENBERG_HOST_DEVICE(int a, int lane) {
     const int n = grid.number[Of::coarse_unknowns];
     if (a >= n || coarsest.unknown[a] >= 0) return;
     const int g = -1 - coarsest.unknown[a];
     double* row = coarsest.matrix + a * n;
     if (a % lanes == lane) row[a] += grid.group_diagonal[g];
-    const int end = grid.link_start(problem.first_rank[g + 1]);
-    for (int link = grid.link_start(problem.first_rank[g]); link < end; ++link) {
-      const int b = coarsest.index[grid.link_slot[link]];
-      if (b % lanes != lane) continue;
-      row[b] -= grid.conductance[link];
+    for (int b = lane; b < n; b += lanes) {
+      if (coarsest.unknown[b] < 0) continue;
+      for (int chunk = 0; chunk < CoarsestView::chunks; ++chunk) row[b] -= coarsest.chunk_of_row(a, chunk, n)[b];
       coarsest.matrix[b * n + a] = row[b];
     }
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
@@ -146,7 +171,14 @@ template <class Executor>
 class Coarsest {
  public:
   explicit Coarsest(const Executor& run)
-      : run_(run), index_(run), unknown_(run), matrix_(run), precise_inverse_(run), inverse_(run), is_singular_(run) {
+      : run_(run),
+        index_(run),
+        unknown_(run),
+        matrix_(run),
+        chunks_(run),
+        precise_inverse_(run),
+        inverse_(run),
+        is_singular_(run) {
     is_singular_.resize(1);
     is_singular_.zero();
   }
@@ -164,6 +196,7 @@ class Coarsest {
     index_.resize(grid.layout.size() + problem.groups + 1);
     unknown_.resize(room);
     matrix_.resize(on_device_ ? room * room : 0);
+    chunks_.resize(CoarsestView::chunks * matrix_.size());
     inverse_.resize(on_device_ && !in_double ? room * room : 0);
     precise_inverse_.resize(on_device_ && in_double ? bytes / sizeof(double) : 0);
     view_ = {index_.data(),
@@ -171,7 +204,8 @@ class Coarsest {
              matrix_.data(),
              in_double ? nullptr : inverse_.data(),
              in_double ? precise_inverse_.data() : nullptr,
-             is_singular_.data()};
+             is_singular_.data(),
+             chunks_.data()};
   }
   bool on_device() const { return on_device_; }
   const int* is_singular() const { return view_.is_singular; }
@@ -244,7 +278,7 @@ class Coarsest {
   bool on_device_ = true;
   parallel::Array<int, Executor> index_, unknown_;
   std::size_t block_bytes_ = 0;  // 0: the elimination is in the device's memory
-  parallel::Array<double, Executor> matrix_, precise_inverse_;
+  parallel::Array<double, Executor> matrix_, chunks_, precise_inverse_;
   parallel::Array<float, Executor> inverse_;
   parallel::Array<int, Executor> is_singular_;
   CoarsestView view_{};

@@ -6,14 +6,17 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Begin and end of a group's links (segment < groups) or covered cells.
+/// Begin and end of a group's links (segment < groups) or covered cells. Groups of given potential have none: nobody
+/// asks for their sums, and in the end of a run they have most of the bodies.
 LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
   if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
   return grid.covered_start(problem.first_rank[segment - problem.groups]);
 }
 LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
-  if (segment < problem.groups) return grid.link_start(problem.first_rank[segment + 1]);
-  return grid.covered_start(problem.first_rank[segment - problem.groups + 1]);
+  const int group = segment < problem.groups ? segment : segment - problem.groups;
+  if (!problem.floating[group]) return piece_segment(problem, grid, segment);
+  return segment < problem.groups ? grid.link_start(problem.first_rank[group + 1])
+                                  : grid.covered_start(problem.first_rank[group + 1]);
 }
 
 template <class Executor>

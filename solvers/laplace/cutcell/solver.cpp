@@ -264,6 +264,7 @@ void CutCellSolver::forget() {
 
 void CutCellSolver::follow(const CutCellSolver& coarser) {
   if (implementation_) implementation_->followed = coarser.implementation_.get();
+  if (on_device_ && coarser.on_device_) on_device_->follow(*coarser.on_device_);
 }
 
 void CutCellSolver::set_tolerance(double tolerance) {

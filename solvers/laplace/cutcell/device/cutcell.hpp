@@ -17,6 +17,7 @@
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/device/first_guess.hpp"
+#include "solvers/laplace/cutcell/device/follow.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -102,6 +103,10 @@ class CutCell : public DeviceSolver {
   }
 
   void forget() override { past_count_ = 0; }
+  void follow(const DeviceSolver& coarser) override {
+    followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: one on another kind of device
+    clear_recordings();
+  }
   void set_tolerance(double tolerance) override { options_.tolerance = tolerance; }
   Profile profile(int repeats) override;
 
@@ -117,6 +122,10 @@ class CutCell : public DeviceSolver {
     parallel::Array<double, Executor> cell, body;
     PastView view() const { return {cell.data(), body.data()}; }
   };
+  Found found() const {
+    if (past_count_ == 0) return {};
+    return {finest().view().layout, static_cast<int>(bodies_), past_[0].view(), scale_};
+  }
   static double since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -183,10 +192,13 @@ class CutCell : public DeviceSolver {
   std::vector<Vector> basis_, image_;   // of the first guess
   std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
   std::optional<parallel::Array<Shares, Executor>> shares_;
-  typename Executor::Recording begin_[history_length], iterating_, end_;  // begin_: by phase_
-  double scale_ = 1;                                                      // V: x, b and the past are in units of it
-  std::vector<Past> past_;                                                // newest first
-  int past_count_ = 0, phase_ = 0;                                        // phase_: says where in memory the newest is
+  typename Executor::Recording begin_[history_length], following_[history_length];  // by phase_
+  typename Executor::Recording iterating_, end_;
+  double scale_ = 1;                            // V: x, b and the past are in units of it
+  std::vector<Past> past_;                      // newest first
+  int past_count_ = 0, phase_ = 0;              // phase_: says where in memory the newest is
+  const CutCell* followed_ = nullptr;           // the solver on a coarser grid
+  std::optional<Follower<Executor>> follower_;  // what it had found at the last solve here
   // What the host is told at the end of a solve.
   std::optional<parallel::Parcel<Executor>> report_;
   Part<Iterations> iterations_;
@@ -223,6 +235,7 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
   for (auto* vector : {&r_, &z_, &p_, &q_, &next_potential_, &balance_}) vector->emplace(run);
   shares_.emplace(run);
   shares_->resize(1);
+  follower_.emplace(run);
   report_.emplace(run);
   size_ = problem.size;
 }
@@ -384,11 +397,19 @@ void CutCell<Executor>::choose_scale() {
 /// The right-hand side and the first guess.
 template <class Executor>
 void CutCell<Executor>::begin() {
-  const auto both = [this] {
+  const Found ahead = followed_ ? followed_->found() : Found{};
+  const bool follows = past_count_ > 0 && follower_->knows(ahead);
+  if (follows) follower_->compare(ahead, scale_);
+  const auto both = [this, follows] {
     right_hand_side(*run_, problem_->view(), finest().view(), b_, scale_);
-    first_guess();
+    if (follows)
+      follow_change(*run_, problem_->view(), finest().view(), past_[0].view(), follower_->change(), x_);
+    else
+      first_guess();
   };
-  if (past_count_ == history_length)
+  if (follows)
+    run_recorded(following_[phase_], both);
+  else if (past_count_ == history_length)
     run_recorded(begin_[phase_], both);
   else
     both();
@@ -396,7 +417,8 @@ void CutCell<Executor>::begin() {
 
 template <class Executor>
 void CutCell<Executor>::clear_recordings() {
-  for (auto& recording : begin_) recording.clear();
+  for (auto* recordings : {&begin_, &following_})
+    for (auto& recording : *recordings) recording.clear();
   for (auto* recording : {&iterating_, &end_}) recording->clear();
 }
 
@@ -542,6 +564,7 @@ void CutCell<Executor>::keep() {
   past_[0].body.resize(bodies_);
   remember(*run_, problem_->view(), finest().view(), x_, potential_.device, scale_, past_[0].view());
   past_count_ = std::min(past_count_ + 1, history_length);
+  if (followed_) follower_->keep(followed_->found());
 }
 
 template <class Executor>

@@ -23,6 +23,8 @@ struct Profile {
 class DeviceSolver : public LaplaceSolver {
  public:
   virtual void set_tolerance(double tolerance) = 0;
+  /// CutCellSolver::follow.
+  virtual void follow(const DeviceSolver& coarser) = 0;
   /// Times the parts on the last solve's grids.
   virtual Profile profile(int repeats) = 0;
 };

@@ -1,0 +1,96 @@
+#pragma once
+
+// First guesses from what a solver on a coarser grid has found since: ../follow.hpp's.
+
+#include "solvers/laplace/cutcell/device/operator.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// A solver's last solution, by slot of its finest grid and by body, in units of `scale`, V. Of no body: there is none.
+struct Found {
+  Layout layout;
+  int bodies = 0;
+  PastView potentials{};
+  double scale = 1;
+
+  /// V, of the k-th slot and behind them bodies.
+  LICHTENBERG_HOST_DEVICE double potential(int k) const {
+    const int cells = static_cast<int>(layout.size());
+    return scale * (k < cells ? potentials.cell[k] : potentials.body[k - cells]);
+  }
+};
+
+/// By how much a solution on a coarser grid has changed: by slot of its layout and by body.
+struct ChangeView {
+  Layout layout;
+  const double *cell, *body;
+};
+
+/// What a solver has of the one that it follows. Memory moves only when the number of bodies, or the box, does.
+template <class Executor>
+class Follower {
+ public:
+  explicit Follower(const Executor& run) : run_(run), then_(run), change_(run) {}
+
+  /// Keeps what has been found by now.
+  void keep(const Found& now) {
+    layout_ = now.layout;
+    bodies_ = now.bodies;
+    if (bodies_ == 0) return;
+    for (auto* array : {&then_, &change_}) array->resize(size());
+    double* then = then_.data();
+    run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { then[k] = now.potential(k); });
+  }
+  /// Whether something was kept of which `now` may be told apart.
+  bool knows(const Found& now) const {
+    return now.bodies > 0 && now.bodies == bodies_ && now.layout.nx == layout_.nx && now.layout.ny == layout_.ny;
+  }
+  /// What has changed since it was kept, in units of `scale`, V.
+  void compare(const Found& now, double scale) {
+    const double* then = then_.data();
+    double* change = change_.data();
+    run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { change[k] = (now.potential(k) - then[k]) / scale; });
+  }
+  ChangeView change() const { return {layout_, change_.data(), change_.data() + layout_.size()}; }
+
+ private:
+  long size() const { return layout_.size() + bodies_; }
+
+  const Executor& run_;
+  Layout layout_;
+  int bodies_ = 0;
+  parallel::Array<double, Executor> then_, change_;  ///< cells, then bodies; of the first V
+};
+
+/// x: the newest solution and what has changed on the coarser grid since (add_change): between cell centres bilinearly,
+/// the groups' as their members' on average. Beyond a side that insulates the change goes on evenly; the potential of
+/// an electrode does not change, and the field is odd about it.
+template <class Executor>
+void follow_change(const Executor& run, ProblemView problem, GridView grid, PastView newest, ChangeView change,
+                   double* x) {
+  const int cells = static_cast<int>(grid.layout.size());
+  const double ratio = static_cast<double>(change.layout.nx) / grid.layout.nx;
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
+    double value = 0;
+    if (grid.inverse_diagonal[slot] > 0) {
+      const CellIndex cell = cell_of(grid.layout, slot);
+      const Interpolation around =
+          interpolate(change.layout, {ratio * (cell.i + 0.5), ratio * (cell.j + 0.5)}, problem.electrode);
+      value = newest.cell[slot];
+      for (int k = 0; k < 4; ++k) value += around.weight[k] * change.cell[around.cell[k]];
+    }
+    x[slot] = value;
+  });
+  run.sum_segments(
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return problem.first_rank[g + 1] - problem.first_rank[g]; },
+      [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
+        const int body = problem.body_at[problem.first_rank[g] + t];
+        return newest.body[body] + change.body[body];
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        const int members = problem.first_rank[g + 1] - problem.first_rank[g];
+        x[cells + g] = grid.group_diagonal[g] > 0 ? sum / members : 0.0;
+      });
+}
+
+}  // namespace lichtenberg::laplace::device

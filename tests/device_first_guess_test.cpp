@@ -1,0 +1,155 @@
+// First guesses of the device's solver, run by the CPU item after item, against the CPU's.
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/laplace/cutcell/device/cutcell.hpp"
+#include "solvers/laplace/cutcell/device/follow.hpp"
+#include "solvers/laplace/cutcell/follow.hpp"
+#include "solvers/laplace/cutcell/history.hpp"
+#include "solvers/parallel/host_executor.hpp"
+#include "tests/device_scenes.hpp"
+
+using namespace lichtenberg;
+using namespace lichtenberg::laplace;
+using namespace lichtenberg::laplace::device_scenes;
+
+namespace {
+
+/// The problem after group `from` has merged with group `into`, which comes before it.
+LaplaceProblem with_merged(LaplaceProblem problem, int into, int from) {
+  problem.groups[into].charge += problem.groups[from].charge;
+  problem.groups.erase(problem.groups.begin() + from);
+  for (Body& body : problem.bodies) {
+    if (body.group == from) body.group = into;
+    if (body.group > from) --body.group;
+  }
+  return problem;
+}
+
+/// Nothing where there is no unknown.
+std::vector<double> random_unknowns(const CutCellOperator& op, crowds::Random& random) {
+  std::vector<double> x(op.size());
+  for (double& value : x) value = random(-1, 1);
+  op.mask(x.data());
+  return x;
+}
+
+/// What has been found on a grid, as the device holds it, of no body's size but the given number.
+struct Known {
+  Known(const Potentials& found, double scale_) : layout(found.nx, found.ny), body(found.body), scale(scale_) {
+    cell.resize(layout.size());
+    for (int j = 0; j < found.ny; ++j)
+      for (int i = 0; i < found.nx; ++i) cell[layout(i, j)] = found.cell[j * found.nx + i] / scale;
+    for (double& value : body) value /= scale;
+  }
+  device::Found view() { return {layout, static_cast<int>(body.size()), {cell.data(), body.data()}, scale}; }
+  Layout layout;
+  std::vector<double> cell, body;
+  double scale;
+};
+
+}  // namespace
+
+TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
+  const LaplaceProblem problem = with_merged(crowd(25, 0.6), 3, 7);
+  const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
+  Level level(problem, nx, ny);
+  level.build(problem, LinkFormula::log_fitted);
+  CutCellOperator op;
+  op.build(problem, level);
+  crowds::Random random(5);
+  const auto some = [&](std::size_t n) {
+    std::vector<double> values(n);
+    for (double& value : values) value = random(-3, 3);
+    return values;
+  };
+  // coarse solutions in V, the finer one's potentials in units of 2 V
+  const double scale = 2;
+  const Potentials before{24, 16, some(24 * 16), some(bodies)}, now{24, 16, some(24 * 16), some(bodies)};
+  History history;
+  std::vector<double> newest = random_unknowns(op, random);
+  const std::vector<double> of_bodies = some(bodies);
+  std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = of_bodies;
+  for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.cover[slot].body()];
+  history.remember(level, newest, of_bodies);
+  std::vector<double> x(op.size());
+  history.newest_guess(problem, op, x);
+  add_change(before, now, problem, scale, op, x);
+
+  parallel::HostExecutor run;
+  device::DeviceProblem<parallel::HostExecutor> on_device(run);
+  on_device.upload(problem, nx, ny);
+  device::DeviceMultigrid<parallel::HostExecutor> grids(run, problem, nx, ny, LinkFormula::log_fitted);
+  grids.build(problem, on_device.view());
+  device::Follower<parallel::HostExecutor> follower(run);
+  Known then(before, 7), later(now, 0.3);  // in whatever units they were found
+  follower.keep(then.view());
+  REQUIRE(follower.knows(later.view()));
+  follower.compare(later.view(), scale);
+  std::vector<double> device_x(op.size(), -7.0);
+  device::follow_change(run, on_device.view(), grids.finest().view(), {past_cell.data(), past_body.data()},
+                        follower.change(), device_x.data());
+  // Weights in single precision, their sum 1, of changes of at most 6 V.
+  for (std::size_t k = 0; k < op.size(); ++k) REQUIRE(std::abs(device_x[k] - x[k]) <= 6 / scale * 0x1p-24 + 1e-14);
+}
+
+TEST_CASE("only the same bodies are followed, after something was found") {
+  parallel::HostExecutor run;
+  device::Follower<parallel::HostExecutor> follower(run);
+  Known two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
+  CHECK_FALSE(follower.knows({}));
+  CHECK_FALSE(follower.knows(two.view()));
+  follower.keep(two.view());
+  CHECK(follower.knows(two.view()));
+  CHECK_FALSE(follower.knows(one.view()));
+  CHECK_FALSE(follower.knows({}));
+  follower.keep({});
+  CHECK_FALSE(follower.knows(two.view()));
+}
+
+TEST_CASE("a device's solver that follows one on a coarser grid takes the CPU's iterations, after mergers fewer") {
+  CutCellOptions fine, coarse;
+  fine.cells = 192;
+  fine.tolerance = 1e-5;
+  coarse.cells = 48;
+  coarse.tolerance = 1e-4;
+  const auto leader = device::make_host_solver(coarse), following = device::make_host_solver(fine),
+             alone = device::make_host_solver(fine);
+  CutCellSolver cpu_leader(coarse), cpu(fine);
+  following->follow(*leader);
+  cpu.follow(cpu_leader);
+  LaplaceProblem problem = crowd(25, 0.6);
+  int with = 0, without = 0, on_cpu = 0;
+  for (int step = 0; step < 8; ++step) {
+    leader->solve(problem);
+    cpu_leader.solve(problem);
+    const int of_following = following->solve(problem).iterations, of_alone = alone->solve(problem).iterations,
+              of_cpu = cpu.solve(problem).iterations;
+    if (step == 0) {
+      CHECK(of_following == of_alone);
+    } else {
+      with += of_following;
+      without += of_alone;
+      on_cpu += of_cpu;
+    }
+    problem = with_merged(problem, 1 + step, 4 + step);
+    for (std::size_t body = 1; body < problem.bodies.size(); ++body)
+      std::get<Disk>(problem.bodies[body].shape).centre += Vec2{0.002, -0.003};
+  }
+  MESSAGE("iterations of 7 solves: ", with, ", not following ", without, ", the CPU's ", on_cpu);
+  CHECK(with < without);
+  CHECK(with <= on_cpu + 7);  // coarse grids sweep once here: one an iteration more at most
+
+  // The answer is what it was without: single potentials to 2e-8 (the derivation is device_test's).
+  following->set_tolerance(1e-10);
+  cpu.set_tolerance(1e-10);
+  leader->solve(problem);
+  const std::vector<double> found = following->solve(problem).group_potential,
+                            expected = cpu.solve(problem).group_potential;
+  double largest = 0;
+  for (const double potential : expected) largest = std::max(largest, std::abs(potential));
+  for (std::size_t g = 0; g < expected.size(); ++g) CHECK(std::abs(found[g] - expected[g]) < 2e-8 * largest);
+}

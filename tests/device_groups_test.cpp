@@ -228,3 +228,71 @@ TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {
   const device::Clusters pairs = device::clusters_of({diagonal, links}, 2);
   CHECK(pairs.row == std::vector<int>{0, 1, -1, -1});
 }
+
+namespace {
+
+/// So many disks, a tenth of a cell in radius on a grid of 8 x 8, in three groups that lie across each other; the first
+/// group's potential is given.
+LaplaceProblem three_thin_groups(int count) {
+  crowds::Random random(7);
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {16, 16};
+  problem.sides[bottom].kind = Side::Kind::electrode;
+  problem.groups = {{false, 0, 0.5}, {true, 1, 0}, {true, -1, 0}};
+  for (int k = 0; k < count; ++k) problem.bodies.push_back({Disk{{random(0.2, 15.8), random(0.2, 15.8)}, 0.2}, k % 3});
+  return problem;
+}
+
+/// A coarse grid of its own, as the V-cycle has it.
+struct CoarseGrid {
+  CoarseGrid(const LaplaceProblem& problem, int n)
+      : on_device(run), grid(run, n, n, problem.size.x / n, LinkFormula::log_fitted, false) {
+    on_device.upload(problem, n, n);
+    do {
+      grid.enlarge(on_device.view(), wanted);
+      grid.make_room(on_device.view(), true, number.data(), wanted.data());
+      grid.outline(on_device.view(), nullptr);
+      grid.build(on_device.view());
+    } while (!grid.fits(wanted));
+  }
+  parallel::HostExecutor run;
+  device::Numbers number{}, wanted{};
+  device::DeviceProblem<parallel::HostExecutor> on_device;
+  device::DeviceGrid<parallel::HostExecutor> grid;
+};
+
+}  // namespace
+
+TEST_CASE("thin conductors of one group between the same four cells are one") {
+  const LaplaceProblem problem = three_thin_groups(600);
+  const int n = 8;
+  const CoarseGrid coarse(problem, n);
+  const device::GridView& grid = coarse.grid.view();
+  const bool electrode[4] = {false, false, true, false};
+  const int cells = static_cast<int>(grid.layout.size());
+  std::vector<double> expected(3 * cells, 0.0), links(3 * cells, 0.0), seen_from_cells(3 * cells, 0.0);
+  for (const Body& body : problem.bodies) {
+    const Disk& disk = std::get<Disk>(body.shape);
+    const Interpolation around = interpolate(grid.layout, disk.centre, electrode);
+    for (int k = 0; k < 4; ++k)
+      expected[body.group * cells + around.cell[k]] += std::abs(around.weight[k]) * thin_conductance(disk.radius);
+  }
+  std::vector<int> of_cell(3 * cells, 0);
+  for (int m = 0; m < grid.number[device::Of::links]; ++m) {
+    const int at = grid.link_group[m] * cells + grid.link_slot[m];
+    links[at] += grid.conductance[m];
+    CHECK(++of_cell[at] <= 4);  // from the four bins around a cell, where 600 disks would have some ten
+  }
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i)
+      device::gathered(grid.layout, grid.thin_conductors, i, j, [&](int group, float conductance) {
+        seen_from_cells[group * cells + device::slot_of(grid.layout, i, j)] += conductance;
+        return 0.0f;
+      });
+  double largest = 0;
+  for (const double c : expected) largest = std::max(largest, c);
+  for (std::size_t k = 0; k < expected.size(); ++k) {  // single precision, sums of at most some thirty
+    REQUIRE(std::abs(links[k] - expected[k]) <= 30 * 6e-8 * largest);
+    REQUIRE(std::abs(seen_from_cells[k] - links[k]) <= 30 * 6e-8 * largest);
+  }
+}

@@ -13,9 +13,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     const int slot = grid.link_slot[m];
     const LinkEnd end = grid.link_end[m];
     if (end.is_thin_conductor()) {
-      const Outline& disk = grid.outline[end.body()];
-      const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
-      grid.conductance[m] = std::abs(around.weight[end.corner()]) * thin_conductance(disk.size);
+      grid.conductance[m] = grid.absorbed_bodies.smeared[grid.point[end.body()]].share[end.corner()];
       return;
     }
     const int body = end.body(), side = end.side();

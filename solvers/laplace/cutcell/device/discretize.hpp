@@ -50,7 +50,7 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Strips of a body's cells. A thin conductor has a strip for its links.
+/// Strips of a body's cells. A point of thin conductors has a strip for its links, the first body's.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -60,7 +60,7 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
       if (grid.resolved[body])
         strips = strips_of(cells_around(grid.outline[body], grid.layout.nx, grid.layout.ny));
       else
-        strips = is_thin(problem, grid, body);
+        strips = is_thin(problem, grid, body) && grid.point[body] >= 0;
     }
     grid.strip_start[rank] = strips;
   });
@@ -145,10 +145,13 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
                                    Visitor& visitor) {
   const Layout& at = grid.layout;
   if (!grid.resolved[strip.body]) {
-    const Interpolation around = interpolate(at, grid.outline[strip.body].centre, problem.electrode);
-    for (int k = 0; k < 4; ++k)
-      if (around.weight[k] != 0 && grid.cover[around.cell[k]].is_fluid())
-        visitor.link(static_cast<int>(around.cell[k]), LinkEnd::of_thin_conductor(strip.body, k), false);
+    const float* share = grid.absorbed_bodies.smeared[grid.point[strip.body]].share;
+    const auto [i, j] = base_of_bin(at, bin_of(at, grid.outline[strip.body].centre));
+    for (int k = 0; k < 4; ++k) {
+      if (share[k] == 0) continue;  // as beyond the box
+      const int slot = slot_of(at, i + k % 2, j + k / 2);
+      if (grid.cover[slot].is_fluid()) visitor.link(slot, LinkEnd::of_thin_conductor(strip.body, k), false);
+    }
     return;
   }
   for (int i = strip.from_i; i <= strip.to_i; ++i) {
@@ -239,9 +242,9 @@ void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// `start[k]`: the first of the n ascending keys that is not below k.
+/// `start[k]`: the first of the n ascending keys that is not below k; or, if `place` is given, the place of that.
 template <class Executor>
-void start_segments(const Executor& run, const int* key, int n, int segments, int* start) {
+void start_segments(const Executor& run, const int* key, int n, int segments, int* start, const int* place = nullptr) {
   run.for_each(segments + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
     int low = 0, high = n;
     while (low < high) {
@@ -251,7 +254,7 @@ void start_segments(const Executor& run, const int* key, int n, int segments, in
       else
         high = middle;
     }
-    start[segment] = low;
+    start[segment] = place ? place[low] : low;
   });
 }
 

@@ -140,16 +140,25 @@ struct WithoutCells {
 struct Smeared {
   int group;
   float share[4];
+  /// Shares alone.
+  LICHTENBERG_HOST_DEVICE Smeared& operator+=(const Smeared& other) {
+    for (int k = 0; k < 4; ++k) share[k] += other.share[k];
+    return *this;
+  }
 };
 
 /// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated: what they
 /// bring to a cell can then be summed in the same order each time.
 struct Bins {
-  int* start;        ///< by bin, and one behind the last
-  int* item;         ///< sorted by bin
-  Smeared* smeared;  ///< likewise
+  int* start;        ///< of the points, by bin, and one behind the last
+  Smeared* smeared;  ///< by point
+  int* item;         ///< what the points are of, sorted by bin: a group each, or bodies
 };
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
+/// The lower left cell of a bin, from -1 on.
+LICHTENBERG_HOST_DEVICE inline InterpolationBase base_of_bin(const Layout& at, int bin) {
+  return {bin % (at.nx + 1) - 1, bin / (at.nx + 1) - 1};
+}
 LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   const InterpolationBase base = interpolation_base(p);
   const int i = base.i < -1 ? -1 : base.i < at.nx ? base.i : at.nx - 1;
@@ -184,11 +193,12 @@ struct GridView {
   int* resolved;     ///< by body
 
   // In a medium only: groups without a potential of their own, where they are, and what is smeared out by where it is;
-  // of the groups those that the finer grid still has.
+  // of the groups those that the finer grid still has. Bodies of one group in one bin are one point.
   int* absorbed;   ///< by group
   Vec2* centre;    ///< by group
   Extent* extent;  ///< by group, then by set's first group; null: there are no sets
   Bins absorbed_bodies, thin_conductors, absorbed_groups;
+  int* point;           ///< by body: the number of the point that it is the first body of, or -1
   float* permittivity;  ///< by slot
   float *east, *north;  ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
 

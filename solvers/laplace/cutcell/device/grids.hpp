@@ -25,11 +25,15 @@ class DeviceGrid {
         permittivity_(run),
         east_(run),
         north_(run),
-        body_bin_start_(run),
+        point_start_(run),
         body_in_bin_(run),
+        point_(run),
+        points_before_(run),
+        first_in_point_(run),
         group_bin_start_(run),
         group_in_bin_(run),
         smeared_bodies_(run),
+        points_(run),
         smeared_groups_(run),
         without_cells_number_(run),
         sort_key_(run),
@@ -190,10 +194,13 @@ class DeviceGrid {
     view_.centre = sized(centre_, problem.groups);
     view_.extent = problem.sets.of_group ? sized(extent_, 2L * problem.groups) : nullptr;
     const int bins = bins_of(view_.layout);
-    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(group_in_bin_, problem.groups),
-                             sized(smeared_groups_, problem.groups)};
-    view_.absorbed_bodies = {sized(body_bin_start_, 2 * bins + 1), sized(body_in_bin_, problem.bodies),
-                             sized(smeared_bodies_, problem.bodies)};
+    view_.absorbed_groups = {sized(group_bin_start_, bins + 1), sized(smeared_groups_, problem.groups),
+                             sized(group_in_bin_, problem.groups)};
+    view_.absorbed_bodies = {sized(point_start_, 2 * bins + 1), sized(points_, problem.bodies),
+                             sized(body_in_bin_, problem.bodies)};
+    view_.point = sized(point_, problem.bodies);
+    for (auto* array : {&points_before_, &first_in_point_}) array->resize(problem.bodies + 1);
+    smeared_bodies_.resize(problem.bodies);
     view_.thin_conductors = view_.absorbed_bodies;
     view_.thin_conductors.start += bins;  // behind them
   }
@@ -249,8 +256,10 @@ class DeviceGrid {
     start_segments(run_, key, problem.groups, bins, view_.absorbed_groups.start);
     smeared_keys(run_, problem, view_, key, view_.absorbed_bodies.item);
     run_.sort(key, view_.absorbed_bodies.item, problem.bodies, 2 * bins);
-    start_segments(run_, key, problem.bodies, 2 * bins, view_.absorbed_bodies.start);
-    share_out(run_, problem, view_);
+    const PointsView points{key, points_before_.data(), first_in_point_.data(), smeared_bodies_.data()};
+    number_points(run_, problem, view_, points);
+    start_segments(run_, key, problem.bodies, 2 * bins, view_.absorbed_bodies.start, points.before);
+    share_out(run_, problem, view_, points);
   }
 
   void cover(const ProblemView& problem) {
@@ -317,8 +326,9 @@ class DeviceGrid {
   parallel::Array<Vec2, Executor> centre_;
   parallel::Array<Extent, Executor> extent_;
   parallel::Array<float, Executor> permittivity_, east_, north_;
-  parallel::Array<int, Executor> body_bin_start_, body_in_bin_, group_bin_start_, group_in_bin_;
-  parallel::Array<Smeared, Executor> smeared_bodies_, smeared_groups_;
+  parallel::Array<int, Executor> point_start_, body_in_bin_, point_, points_before_, first_in_point_, group_bin_start_,
+      group_in_bin_;
+  parallel::Array<Smeared, Executor> smeared_bodies_, points_, smeared_groups_;
   parallel::Array<WithoutCells, Executor> without_cells_number_;
   parallel::Array<int, Executor> sort_key_;
   parallel::Array<Cover, Executor> cover_;

@@ -75,12 +75,44 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, of_set[sets.of_group[g]]); });
 }
 
+/// For sorting: bins of the bodies that are absorbed, then those of thin conductors. Group by group, so that bodies of
+/// one group lie side by side in each bin.
 template <class Executor>
 void smeared_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
-  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    const int body = problem.body_at[rank];
     const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.outline[body].centre);
-    key[body] = grid.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
-    index[body] = body;
+    key[rank] = grid.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
+    index[rank] = body;
+  });
+}
+
+/// For making points of bodies that have been sorted by `key`.
+struct PointsView {
+  const int* key;
+  int* before;     ///< by item, and one behind the last: how many points begin before it
+  int* first;      ///< by point, and one behind the last: its first item
+  Smeared* share;  ///< by item: a body's alone
+};
+
+/// Bodies of one group in one bin become one point: however many they are, a cell or a group has one more to sum.
+template <class Executor>
+void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
+  const int* item = grid.absorbed_bodies.item;
+  run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    bool begins = k < problem.bodies && points.key[k] < 2 * bins_of(grid.layout);
+    if (begins && k > 0)
+      begins = points.key[k] != points.key[k - 1] || problem.group_of[item[k]] != problem.group_of[item[k - 1]];
+    points.before[k] = begins;
+  });
+  run.exclusive_scan(points.before, problem.bodies + 1);
+  run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    const int resolved = 2 * bins_of(grid.layout), point = points.before[k];
+    const bool begins = points.before[k + 1] > point;
+    grid.point[item[k]] = begins ? point : -1;
+    if (begins) points.first[point] = k;
+    const bool is_last = points.key[k] < resolved && (k + 1 == problem.bodies || points.key[k + 1] == resolved);
+    if (is_last) points.first[points.before[k + 1]] = k + 1;
   });
 }
 
@@ -96,7 +128,7 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int 
 LICHTENBERG_HOST_DEVICE inline Smeared smeared(const ProblemView& problem, const Layout& at, Vec2 p, int group,
                                                bool sign, float times) {
   const Interpolation around = interpolate(at, p, problem.electrode);
-  const int bin = bin_of(at, p), i = bin % (at.nx + 1) - 1, j = bin / (at.nx + 1) - 1;
+  const auto [i, j] = base_of_bin(at, bin_of(at, p));
   Smeared point{group, {}};
   for (int k = 0; k < 4; ++k)
     if (inside(at, i + k % 2, j + k / 2))
@@ -104,18 +136,30 @@ LICHTENBERG_HOST_DEVICE inline Smeared smeared(const ProblemView& problem, const
   return point;
 }
 
-/// The shares of all bodies that are smeared out: of areas, or of conductances of thin conductors; and of groups.
+/// The shares of all that is smeared out: of areas, or of conductances of thin conductors; and of groups.
 template <class Executor>
-void share_out(const Executor& run, ProblemView problem, GridView grid) {
+void share_out(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
+  const int* item = grid.absorbed_bodies.item;
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const int bins = bins_of(grid.layout), body = grid.absorbed_bodies.item[k];
-    if (k >= grid.thin_conductors.start[bins]) return;  // resolved
+    const int bins = bins_of(grid.layout), body = item[k];
+    if (points.key[k] == 2 * bins) return;  // resolved
     const Outline& disk = grid.outline[body];
-    const bool thin = k >= grid.thin_conductors.start[0];
+    const bool thin = points.key[k] >= bins;
     const double times = thin ? thin_conductance(disk.size) : std::numbers::pi * disk.size * disk.size;
-    grid.absorbed_bodies.smeared[k] =
+    points.share[k] =
         smeared(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
   });
+  run.sum_segments(
+      problem.bodies,
+      [=] LICHTENBERG_HOST_DEVICE(int p) {
+        return p < points.before[problem.bodies] ? points.first[p + 1] - points.first[p] : 0;
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return points.share[points.first[p] + t]; },
+      [=] LICHTENBERG_HOST_DEVICE(int p, const Smeared& sum) {
+        if (p >= points.before[problem.bodies]) return;
+        grid.absorbed_bodies.smeared[p] = sum;
+        grid.absorbed_bodies.smeared[p].group = problem.group_of[item[points.first[p]]];
+      });
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (k >= grid.absorbed_groups.start[bins_of(grid.layout)]) return;  // not absorbed here
     const int g = grid.absorbed_groups.item[k];

@@ -273,9 +273,10 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
   std::vector<double> expected(3 * cells, 0.0), links(3 * cells, 0.0), seen_from_cells(3 * cells, 0.0);
   for (const Body& body : problem.bodies) {
     const Disk& disk = std::get<Disk>(body.shape);
-    const Interpolation around = interpolate(grid.layout, disk.centre, electrode);
+    const Interpolation around = interpolate(grid.layout, disk.centre / grid.h, electrode);
     for (int k = 0; k < 4; ++k)
-      expected[body.group * cells + around.cell[k]] += std::abs(around.weight[k]) * thin_conductance(disk.radius);
+      expected[body.group * cells + around.cell[k]] +=
+          std::abs(around.weight[k]) * thin_conductance(disk.radius / grid.h);
   }
   std::vector<int> of_cell(3 * cells, 0);
   for (int m = 0; m < grid.number[device::Of::links]; ++m) {

@@ -37,8 +37,20 @@ template <int d>
 bool NeighbourList::covers(const Spheres<d>& spheres, int first, int end) const {
   if (searches_ == 0 || searched_at_.size() != spheres.position.size()) return false;
   for (int i = first; i < end; ++i)
-    if (norm2(moved(spheres, searched_at_, i)) > 0.25 * skin_ * skin_) return false;
+    if (has_left(spheres, i)) return false;
   return true;
+}
+
+template <int d>
+bool NeighbourList::covers(const Spheres<d>& spheres, std::span<const int> some) const {
+  if (searches_ == 0 || searched_at_.size() != spheres.position.size()) return false;
+  return std::ranges::none_of(some, [&](int i) { return has_left(spheres, i); });
+}
+
+/// Whether the particle has moved by more than half of the skin since the search.
+template <int d>
+bool NeighbourList::has_left(const Spheres<d>& spheres, int i) const {
+  return norm2(moved(spheres, searched_at_, i)) > 0.25 * skin_ * skin_;
 }
 
 template void NeighbourList::update(const Spheres<2>&, parallel::Team&);
@@ -47,5 +59,7 @@ template void NeighbourList::search(const Spheres<2>&, parallel::Team&);
 template void NeighbourList::search(const Spheres<3>&, parallel::Team&);
 template bool NeighbourList::covers(const Spheres<2>&, int, int) const;
 template bool NeighbourList::covers(const Spheres<3>&, int, int) const;
+template bool NeighbourList::covers(const Spheres<2>&, std::span<const int>) const;
+template bool NeighbourList::covers(const Spheres<3>&, std::span<const int>) const;
 
 }  // namespace lichtenberg

@@ -22,6 +22,9 @@ class NeighbourList {
   /// complete (those of another number of particles never do), and the search that makes it so.
   template <int d>
   bool covers(const Spheres<d>& spheres, int first, int end) const;
+  /// The first half for some of the particles.
+  template <int d>
+  bool covers(const Spheres<d>& spheres, std::span<const int> some) const;
   template <int d>
   void search(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
   /// In ascending order, so that sums over pairs do not depend on when the list was made.
@@ -29,6 +32,9 @@ class NeighbourList {
   std::int64_t searches() const { return searches_; }
 
  private:
+  template <int d>
+  bool has_left(const Spheres<d>& spheres, int i) const;
+
   double range_, skin_;
   std::vector<double> searched_at_;  ///< positions of the last search
   std::vector<Pair> pairs_;

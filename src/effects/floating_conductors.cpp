@@ -325,10 +325,10 @@ FloatingConductors::FloatingConductors(const Scene& scene, laplace::SphereSolver
 
 void FloatingConductors::add_forces(const State& state, std::span<double> force) const {
   if (!held_) return;
-  for (int i = 0; i < state.bodies.size(); ++i) {
+  for_each_asked(state, [&](int i) {
     const Vec3 held = held_->force_at(i, state.time);
     for (int k = 0; k < state.bodies.dimension; ++k) force[i * state.bodies.dimension + k] += held[k];
-  }
+  });
 }
 
 Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,

@@ -42,7 +42,7 @@ Gravity::Gravity(const Scene& scene) {
 
 void Gravity::add_forces(const State& state, std::span<double> force) const {
   const Bodies& bodies = state.bodies;
-  for (int i = 0; i < bodies.size(); ++i) force[height_of(bodies, i)] -= pull(bodies.radius[i]);
+  for_each_asked(state, [&](int i) { force[height_of(bodies, i)] -= pull(bodies.radius[i]); });
 }
 
 double Gravity::stored_energy(const State& state) const {

@@ -26,15 +26,15 @@ double StokesDrag::drag_coefficient(double radius) const { return 6 * std::numbe
 
 void StokesDrag::add_forces(const State& state, std::span<double> force) const {
   const Bodies& b = state.bodies;
-  for (int i = 0; i < b.size(); ++i) {
+  for_each_asked(state, [&](int i) {
     const double rate = drag_coefficient(b.radius[i]) / b.mass[i];
     for (int k = i * b.dimension; k < (i + 1) * b.dimension; ++k) force[k] -= rate * b.momentum[k];
-  }
+  });
 }
 
 void StokesDrag::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   const Bodies& b = state.bodies;
-  for (int i = 0; i < b.size(); ++i) jacobian.add_drag(i, -drag_coefficient(b.radius[i]) / b.mass[i]);
+  for_each_asked(state, [&](int i) { jacobian.add_drag(i, -drag_coefficient(b.radius[i]) / b.mass[i]); });
 }
 
 }  // namespace lichtenberg::effects

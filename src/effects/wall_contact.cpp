@@ -34,21 +34,22 @@ WallContact::WallContact(const Scene& scene)
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 
-/// Calls visit(body, view, law) for every contact of a body with a wall.
+/// Calls visit(body, view, law) for every contact of a body asked for with a wall.
 template <class Visit>
-void WallContact::for_each_contact(const Bodies& bodies, Visit visit) const {
-  for (int i = 0; i < bodies.size(); ++i) {
-    if (!reaches(bodies, i, 0)) continue;
+void WallContact::for_each_contact(const State& state, Visit visit) const {
+  const Bodies& bodies = state.bodies;
+  for_each_asked(state, [&](int i) {
+    if (!reaches(bodies, i, 0)) return;
     for (const Surface& wall : walls_) {
       const View seen = view(wall, position_in_space(bodies, i));
       const double overlap = bodies.radius[i] - seen.distance;
       if (overlap > 0) visit(i, seen, hertz(modulus_, 1 / (1 / bodies.radius[i] + seen.curvature), overlap));
     }
-  }
+  });
 }
 
 void WallContact::add_forces(const State& state, std::span<double> force) const {
-  for_each_contact(state.bodies, [&](int i, const View& seen, const HertzForce& law) {
+  for_each_contact(state, [&](int i, const View& seen, const HertzForce& law) {
     if (seen.distance < 0)
       throw Failure(
           fmt::format("conductor {} is pressed into a side of the domain or an electrode by {:.3g} m, more than its "
@@ -62,12 +63,12 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
 
 double WallContact::stored_energy(const State& state) const {
   double energy = 0;
-  for_each_contact(state.bodies, [&](int, const View&, const HertzForce& law) { energy += law.energy; });
+  for_each_contact(state, [&](int, const View&, const HertzForce& law) { energy += law.energy; });
   return energy;
 }
 
 void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) const {
-  for_each_contact(state.bodies, [&](int i, const View& seen, const HertzForce& law) {
+  for_each_contact(state, [&](int i, const View& seen, const HertzForce& law) {
     const std::array<double, 3> normal = {seen.normal.x, seen.normal.y, seen.normal.z};
     jacobian.add_central(i, i, normal, -law.stiffness, law.force * seen.turning);
   });

@@ -31,7 +31,7 @@ class WallContact : public Effect {
  private:
   bool reaches(const Bodies& bodies, int i, double travel) const;
   template <class Visit>
-  void for_each_contact(const Bodies& bodies, Visit visit) const;
+  void for_each_contact(const State& state, Visit visit) const;
 
   double modulus_;  ///< Pa, E*
   std::vector<Surface> walls_;

@@ -19,9 +19,24 @@
 
 namespace lichtenberg::mechanics {
 
+/// What all integrations have in common.
+struct Cvode::Shared {
+  Shared(Cvode& o, Model& m, Accuracy a)
+      : owner(o), model(m), accuracy(std::move(a)), largest_move(m.largest_move()), force(m.bodies.position.size()) {}
+
+  Cvode& owner;
+  Model& model;
+  Accuracy accuracy;
+  double largest_move;
+  std::vector<double> force;               ///< N, on all; only what was asked for last has a meaning
+  std::unique_ptr<Implementation> of_all;  ///< null before it is needed
+  std::int64_t steps = 0, rejected = 0;
+};
+
 // The integrator's vector is [positions, momenta], each the number of bodies that move * dimension.
 struct Cvode::Implementation {
-  Implementation(Cvode& o, Model& m, const Accuracy& a, std::vector<int> which);
+  /// `which`: the bodies that move; empty: all.
+  Implementation(Shared& shared, std::vector<int> which);
   ~Implementation();
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -30,6 +45,7 @@ struct Cvode::Implementation {
   bool load(N_Vector y);
   void start(double time, int order);
   void count();
+  int place(int component) const;
   double advance(double start, double end);
   double longest_step(double time);
   void place_others(double time) const;
@@ -38,15 +54,15 @@ struct Cvode::Implementation {
   void copy_to(SUNMatrix matrix);
   [[noreturn]] void fail(double time, int flag) const;
 
+  Shared& shared;
   Cvode& owner;
   Model& model;
-  Accuracy accuracy;
+  const Accuracy& accuracy;
+  AskedBodies asked;
   std::vector<int> moving;             ///< bodies
   std::vector<std::size_t> component;  ///< of all bodies' components, those that move
-  std::vector<int> place;              ///< of all: where in `component`, or -1
   std::size_t n;                       ///< of `component`
-  std::vector<double> force;           ///< N, on all
-  double largest_move;
+  std::vector<double>& force;          ///< N, on those that move; of others where others->forces says it
   ForceJacobian force_jacobian;
   std::vector<Eigen::Triplet<double>> triplets;
   Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
@@ -55,7 +71,6 @@ struct Cvode::Implementation {
   std::exception_ptr thrown;  ///< by the last callback: exceptions cannot cross C code
   int failed_trials = 0;      ///< of this integration: states at which forces threw
   std::string message;        ///< CVODE's last words
-  std::int64_t steps = 0, rejected = 0;
 
   SUNContext context = nullptr;
   N_Vector y = nullptr, rate = nullptr;  ///< the state; its rate at the end of the last step, 0 before the first
@@ -92,7 +107,7 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
     if (self.owner.before_forces) self.owner.before_forces(time);
     const std::span<double> out = values(rate);
     const Bodies& bodies = self.model.bodies;
-    self.model.forces(time, self.force);
+    self.model.forces(time, self.asked, self.force);
     for (std::size_t k = 0; k < self.n; ++k) {
       const std::size_t c = self.component[k];
       out[k] = bodies.momentum[c] / bodies.mass[c / bodies.dimension];
@@ -108,7 +123,7 @@ int jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* data, N_
   auto& self = *static_cast<Implementation*>(data);
   return guarded(self, [&] {
     if (!self.load(y)) return 1;
-    self.model.jacobian(time, self.force_jacobian);
+    self.model.jacobian(time, self.asked, self.force_jacobian);
     self.assemble();
     self.copy_to(matrix);
     return 0;
@@ -156,23 +171,27 @@ void check(int flag) {
   if (flag < 0) throw Failure(fmt::format("mechanics: CVODE refuses its set-up ({})", CVodeGetReturnFlagName(flag)));
 }
 
+std::vector<int> all_of(const Bodies& bodies) {
+  std::vector<int> all(bodies.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
 }  // namespace
 
-Cvode::Implementation::Implementation(Cvode& o, Model& m, const Accuracy& a, std::vector<int> which)
-    : owner(o),
-      model(m),
-      accuracy(a),
-      moving(std::move(which)),
-      place(model.bodies.position.size(), -1),
+Cvode::Implementation::Implementation(Shared& s, std::vector<int> which)
+    : shared(s),
+      owner(s.owner),
+      model(s.model),
+      accuracy(s.accuracy),
+      asked(which),
+      moving(which.empty() ? all_of(model.bodies) : std::move(which)),
       n(moving.size() * model.bodies.dimension),
-      force(model.bodies.position.size()),
-      largest_move(model.largest_move()),
+      force(s.force),
       force_jacobian(model.bodies.dimension) {
   for (const int i : moving)
-    for (int k = 0; k < model.bodies.dimension; ++k) {
+    for (int k = 0; k < model.bodies.dimension; ++k)
       component.push_back(static_cast<std::size_t>(i) * model.bodies.dimension + k);
-      place[component.back()] = static_cast<int>(component.size()) - 1;
-    }
   const auto size = static_cast<sunindextype>(2 * n);
   jacobian.resize(size, size);
   if (SUNContext_Create(nullptr, &context) != 0) throw Failure("mechanics: SUNDIALS could not be started");
@@ -232,8 +251,17 @@ void Cvode::Implementation::count() {
   CVodeGetNumSteps(memory, &now);
   CVodeGetNumErrTestFails(memory, &failures);
   CVodeGetNumNonlinSolvConvFails(memory, &stiff_failures);
-  steps += now;
-  rejected += failures + stiff_failures;
+  shared.steps += now;
+  shared.rejected += failures + stiff_failures;
+}
+
+/// Of all bodies' components, where one is among those that move; -1: it does not.
+int Cvode::Implementation::place(int of) const {
+  if (asked.bodies().empty()) return of;
+  const auto found = std::ranges::lower_bound(component, static_cast<std::size_t>(of));
+  return found != component.end() && *found == static_cast<std::size_t>(of)
+             ? static_cast<int>(found - component.begin())
+             : -1;
 }
 
 void Cvode::Implementation::place_others(double time) const {
@@ -243,7 +271,11 @@ void Cvode::Implementation::place_others(double time) const {
 /// The time (s) in which no body moves farther than the effects allow, and no event comes and goes.
 double Cvode::Implementation::longest_step(double time) {
   const Bodies& bodies = model.bodies;
-  if (others) std::ranges::copy(others->forces(time), force.begin());
+  if (others) {
+    const std::span<const double> on_others = others->forces(time);
+    for (const int i : others->watched)
+      std::copy_n(on_others.begin() + i * bodies.dimension, bodies.dimension, force.begin() + i * bodies.dimension);
+  }
   for (std::size_t k = 0; k < n; ++k) force[component[k]] = values(rate)[n + k];
   double longest = INFINITY;
   for (const int i : moving) {
@@ -253,14 +285,14 @@ double Cvode::Implementation::longest_step(double time) {
       speed = std::hypot(speed, bodies.momentum[k] / bodies.mass[i]);
       acceleration = std::hypot(acceleration, force[k] / bodies.mass[i]);
     }
-    longest = std::min(longest, time_to_move(largest_move, speed, acceleration));
+    longest = std::min(longest, time_to_move(shared.largest_move, speed, acceleration));
   }
   return events->longest_step ? std::min(longest, events->longest_step(force)) : longest;
 }
 
 /// Whether forces stiffen with position: elastic contacts.
 bool Cvode::Implementation::presses(double time) {
-  model.jacobian(time, force_jacobian);
+  model.jacobian(time, asked, force_jacobian);
   return !force_jacobian.by_position.empty();
 }
 
@@ -277,7 +309,7 @@ void Cvode::Implementation::assemble() {
     add(k, n + k, 1 / bodies.mass[component[k] / bodies.dimension]);
   }
   const auto add_force = [&](const ForceJacobian::Entry& entry, std::size_t first_column) {
-    const int row = place[entry.row], column = place[entry.column];
+    const int row = place(entry.row), column = place(entry.column);
     if (row >= 0 && column >= 0) add(n + row, first_column + column, entry.value);
   };
   for (const ForceJacobian::Entry& entry : force_jacobian.by_position) add_force(entry, 0);
@@ -310,18 +342,7 @@ void Cvode::Implementation::fail(double time, int flag) const {
   throw Failure(fmt::format("mechanics: the integrator gave up at t = {:.9g} s: {}", time, message));
 }
 
-namespace {
-
-std::vector<int> all_of(const Bodies& bodies) {
-  std::vector<int> all(bodies.size());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
-}  // namespace
-
-Cvode::Cvode(Model& model, Accuracy accuracy)
-    : implementation_(std::make_unique<Implementation>(*this, model, accuracy, all_of(model.bodies))) {}
+Cvode::Cvode(Model& model, Accuracy accuracy) : shared_(std::make_unique<Shared>(*this, model, std::move(accuracy))) {}
 Cvode::~Cvode() = default;
 
 std::vector<bool> Events::due() const {
@@ -333,18 +354,16 @@ std::vector<bool> Events::due() const {
 }
 
 double Cvode::advance(double start, double end, const Events& events) {
-  implementation_->events = &events;
-  return implementation_->advance(start, end);
+  if (!shared_->of_all) shared_->of_all = std::make_unique<Implementation>(*shared_, std::vector<int>());
+  shared_->of_all->events = &events;
+  return shared_->of_all->advance(start, end);
 }
 
 double Cvode::advance(double start, double end, const Events& events, std::vector<int> moving, const Others& others) {
-  Implementation some(*this, implementation_->model, implementation_->accuracy, std::move(moving));
+  Implementation some(*shared_, std::move(moving));
   some.events = &events;
   some.others = &others;
-  const double reached = some.advance(start, end);
-  implementation_->steps += some.steps;
-  implementation_->rejected += some.rejected;
-  return reached;
+  return some.advance(start, end);
 }
 
 double Cvode::Implementation::advance(double from, double end) {
@@ -385,7 +404,7 @@ double Cvode::Implementation::advance(double from, double end) {
   return end - time > rounding ? time : end;
 }
 
-std::int64_t Cvode::steps() const { return implementation_->steps; }
-std::int64_t Cvode::rejected() const { return implementation_->rejected; }
+std::int64_t Cvode::steps() const { return shared_->steps; }
+std::int64_t Cvode::rejected() const { return shared_->rejected; }
 
 }  // namespace lichtenberg::mechanics

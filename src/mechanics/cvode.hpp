@@ -28,7 +28,8 @@ struct Events {
 
 /// Bodies that an integration leaves out, which do not feel those that it moves. Both functions are for the time (s).
 struct Others {
-  std::function<void(double)> place;                      ///< puts those that events look at where they are
+  std::span<const int> watched;                           ///< those that events look at
+  std::function<void(double)> place;                      ///< puts these where they are
   std::function<std::span<const double>(double)> forces;  ///< N, [N * dimension], on these
 };
 
@@ -73,10 +74,11 @@ class Cvode {
   std::int64_t steps() const;     ///< all integrations together
   std::int64_t rejected() const;  ///< steps that had to be repeated
 
+  struct Shared;
   struct Implementation;
 
  private:
-  std::unique_ptr<Implementation> implementation_;
+  std::unique_ptr<Shared> shared_;
 };
 
 }  // namespace lichtenberg::mechanics

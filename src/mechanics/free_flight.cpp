@@ -212,7 +212,8 @@ double FreeFlight::advance(double start, double end, std::span<const Vec3> force
     place(t);
     return flight.total_force();
   };
-  const double reached = cvode.advance(start, end, events, pushed, {.place = place, .forces = forces});
+  const double reached =
+      cvode.advance(start, end, events, pushed, {.watched = watched, .place = place, .forces = forces});
   flight.go_to(reached - start, flying);
   return reached;
 }

@@ -36,7 +36,18 @@ struct State {
   const Bodies& bodies;
   std::span<const Pair> neighbours;  ///< empty unless an effect needs them; may hold pairs beyond the range
   parallel::Team& team = parallel::Team::single();  ///< for loops that are worth sharing
+  /// The bodies whose forces are asked for, in ascending order; empty: all. If not all, neighbours are the pairs that
+  /// one of them is in, and what is added to the forces of others has no meaning.
+  std::span<const int> asked{};
 };
+
+/// Calls visit(i) for every body whose force is asked for, in ascending order.
+template <class Visit>
+void for_each_asked(const State& state, const Visit& visit) {
+  for (const int i : state.asked) visit(i);
+  if (!state.asked.empty()) return;
+  for (int i = 0; i < state.bodies.size(); ++i) visit(i);
+}
 
 /// How forces change with positions and momenta, as a sum of blocks, for implicit integrators. Force component k on
 /// body i is row i * dimension + k; columns count position or momentum components in the same way.
@@ -71,7 +82,7 @@ class Effect {
   std::string_view name() const;               ///< of its table in the scene
   virtual Needs needs() const { return {}; }
 
-  /// Adds its forces (N, [N * dimension]).
+  /// Adds its forces (N, [N * dimension]) on the bodies asked for.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
   /// Adds the derivatives of what add_forces adds. What is left out slows an implicit integrator's iteration down, but
   /// does not change where it converges to.

@@ -76,23 +76,22 @@ double Model::largest_move() const {
   return bodies.size() == 0 ? INFINITY : radii * *std::ranges::min_element(bodies.radius);
 }
 
-State Model::state(double time) {
-  if (!neighbours) return {time, bodies, {}, *team};
-  update(*neighbours, bodies, *team);
-  return {time, bodies, neighbours->pairs(), *team};
+State Model::state(double time, AskedBodies& asked) {
+  if (!neighbours) return {time, bodies, {}, *team, asked.bodies()};
+  return {time, bodies, asked.neighbours(*neighbours, bodies, *team), *team, asked.bodies()};
 }
 
-void Model::forces(double time, std::span<double> force) {
-  std::ranges::fill(force, 0.0);
-  const State now = state(time);
+void Model::forces(double time, AskedBodies& asked, std::span<double> force) {
+  const State now = state(time, asked);
+  const int d = bodies.dimension;
+  for_each_asked(now, [&](int i) { std::fill_n(force.begin() + i * d, d, 0.0); });
   for (const auto& effect : effects) effect->add_forces(now, force);
-  if (bodies.keep_height)
-    for (std::size_t k = 2; k < force.size(); k += 3) force[k] = 0;
+  if (bodies.keep_height) for_each_asked(now, [&](int i) { force[i * d + 2] = 0; });
 }
 
-void Model::jacobian(double time, ForceJacobian& jacobian) {
+void Model::jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian) {
   jacobian.clear();
-  const State now = state(time);
+  const State now = state(time, asked);
   for (const auto& effect : effects) effect->add_jacobian(now, jacobian);
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "src/model/asked_bodies.hpp"
 #include "src/model/effect.hpp"
 
 namespace lichtenberg {
@@ -22,9 +23,12 @@ struct Model {
   parallel::Team* team = &parallel::Team::single();  ///< that effects share their work among; outlives this
 
   /// Sum of all forces on the bodies as they are (N, [N * dimension], overwritten).
-  void forces(double time, std::span<double> force);
+  void forces(double time, std::span<double> force) { forces(time, everybody_, force); }
+  /// The same for the bodies asked for; what `force` holds of others has no meaning.
+  void forces(double time, AskedBodies& asked, std::span<double> force);
   /// The derivatives of the same sum (overwritten).
-  void jacobian(double time, ForceJacobian& jacobian);
+  void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, everybody_, jacobian); }
+  void jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian);
   /// Sum of all currents fed into the bodies (A, [N], overwritten).
   void currents(double time, std::span<double> current);
 
@@ -51,7 +55,12 @@ struct Model {
   double largest_move() const;
 
   /// What effects are given at this instant, with the list of neighbours brought up to date.
-  State state(double time);
+  State state(double time) { return state(time, everybody_); }
+
+ private:
+  State state(double time, AskedBodies& asked);
+
+  AskedBodies everybody_;
 };
 
 }  // namespace lichtenberg

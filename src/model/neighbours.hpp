@@ -27,5 +27,8 @@ inline std::vector<Pair> pairs_within_reach(ReachList& list, const Bodies& bodie
 inline void update(NeighbourList& list, const Bodies& bodies, parallel::Team& team = parallel::Team::single()) {
   visit_spheres(bodies, [&](const auto& s) { list.update(s, team); });
 }
+inline bool covers(const NeighbourList& list, const Bodies& bodies, std::span<const int> some) {
+  return visit_spheres(bodies, [&](const auto& s) { return list.covers(s, some); });
+}
 
 }  // namespace lichtenberg

@@ -35,8 +35,7 @@ struct Thrown {
   }
 
   Scene scene;
-  std::vector<Vec3> force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, rate = {{-0.5, 0.1}, {0.4, 0}};
-  effects::HeldField held{.time = 1, .force = force, .force_rate = rate};
+  effects::HeldField held{.time = 1, .force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, .force_rate = {{-0.5, 0.1}, {0.4, 0}}};
   Model model;
 };
 
@@ -67,7 +66,7 @@ TEST_CASE("with drag the fall solves m dv/dt = F + rate t - drag v, on both side
 TEST_CASE("free flight is what CVODE finds, in one step") {
   Thrown exact, solved;
   mechanics::FreeFlight flight(exact.model, mechanics::drag_coefficients(exact.model));
-  CHECK(flight.advance(1, 1.02, exact.force, exact.rate, {}) == 1.02);
+  CHECK(flight.advance(1, 1.02, exact.held, {}) == 1.02);
   mechanics::make_cvode(solved.scene, solved.model).advance(1, 1.02);
   for (int c = 0; c < 4; ++c) {
     CHECK(std::abs(exact.model.bodies.position[c] - solved.model.bodies.position[c]) < 1e-7 * radius);
@@ -91,7 +90,7 @@ TEST_CASE("free flight ends at the first event in its direction") {
                                          value[1] = -1;
                                        },
                                    .longest_step = [](std::span<const double>) { return 1e-3; }};
-    const double time = f.advance(1, 1.05, fresh.force, fresh.rate, events);
+    const double time = f.advance(1, 1.05, fresh.held, events);
     CHECK(direction * (fresh.model.bodies.position[0] - line) >= 0);
     CHECK(std::abs(fresh.model.bodies.position[0] - line) < 1e-9 * 1e-3);  // 1e-9 of a look's 1 ms, at 1 m/s at most
     return time;
@@ -117,7 +116,7 @@ TEST_CASE("CVODE moves the bodies that are pushed, and events look at those that
   };
   mechanics::FreeFlight flight(mixed.model, mechanics::drag_coefficients(mixed.model));
   mechanics::Cvode cvode = mechanics::make_cvode(mixed.scene, mixed.model);
-  const double time = flight.advance(1, 1.05, mixed.force, mixed.rate, events_of(mixed), {1}, cvode);
+  const double time = flight.advance(1, 1.05, mixed.held, events_of(mixed), {1}, cvode);
   const double expected = mechanics::make_cvode(solved.scene, solved.model).advance(1, 1.05, events_of(solved));
   CHECK(cvode.steps() > 0);
   CHECK(expected < 1.05);

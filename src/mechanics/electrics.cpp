@@ -288,10 +288,9 @@ std::vector<double> Electrics::reach(std::span<const double> travel) const {
   return reach;
 }
 
-Events Electrics::events(std::span<const double> travel) const {
+Events Electrics::events(std::span<const double> reach, const std::optional<std::vector<int>>& thrown) const {
   if (!discharge_) return {};
   const Stopwatch watch(counters_.contact_seconds);
-  const std::vector<double> reach = this->reach(travel);
   const std::vector<Watch> watched = discharge_->watch(model_.bodies, now_.contacts, now_.groups, reach);
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
@@ -302,26 +301,42 @@ Events Electrics::events(std::span<const double> travel) const {
   for (const Watch& w : watched)
     for (const int body : {w.contact.conductor, w.contact.partner})
       if (body < model_.bodies.size()) events.watched.push_back(body);
-  events.values = [this, foreseen = events.foreseen_values, reach,
-                   start = model_.bodies.position](std::span<double> value) {
+  // What is neither thrown nor watched is where it was.
+  std::vector<int> moving = thrown.value_or(std::vector<int>(model_.bodies.size()));
+  if (!thrown) std::iota(moving.begin(), moving.end(), 0);
+  moving.insert(moving.end(), events.watched.begin(), events.watched.end());
+  double least = INFINITY;
+  for (const double way : reach) least = std::min(least, way);
+  events.values = [this, foreseen = events.foreseen_values, of_moving = foresee(moving, reach),
+                   at_rest = -least](std::span<double> value) {
     foreseen(value);
-    value.back() = farthest_beyond(reach, start);
+    value.back() = farthest_beyond(of_moving, at_rest);
   };
   events.longest_step = [this, watched](std::span<const double> force) { return longest_step(watched, force); };
   return events;
 }
 
-/// The most (m) by which a body has moved from `start` beyond its reach. Roots are drawn for those alone that may be
-/// it.
-double Electrics::farthest_beyond(std::span<const double> reach, std::span<const double> start) const {
-  const std::vector<double>& position = model_.bodies.position;
-  const int n = model_.bodies.size(), d = model_.bodies.dimension;
-  double farthest = -INFINITY;
-  for (int i = 0; i < n; ++i) {
+std::vector<Electrics::Foreseen> Electrics::foresee(const std::vector<int>& bodies,
+                                                    std::span<const double> reach) const {
+  const int d = model_.bodies.dimension;
+  std::vector<Foreseen> all;
+  for (const int i : bodies) {
+    all.push_back({.body = i, .reach = reach[i]});
+    std::copy_n(&model_.bodies.position[i * d], d, all.back().start.begin());
+  }
+  return all;
+}
+
+/// The most (m) by which one of these bodies has moved beyond its reach, `farthest` at least. Roots are drawn for those
+/// alone that may be it.
+double Electrics::farthest_beyond(std::span<const Foreseen> foreseen, double farthest) const {
+  const int d = model_.bodies.dimension;
+  for (const auto& [body, start, reach] : foreseen) {
+    const double* position = &model_.bodies.position[body * d];
     double moved2 = 0;
-    for (int k = i * d; k < (i + 1) * d; ++k) moved2 += (position[k] - start[k]) * (position[k] - start[k]);
-    const double least = farthest + reach[i];
-    if (least < 0 || moved2 > least * least) farthest = std::max(farthest, std::sqrt(moved2) - reach[i]);
+    for (int k = 0; k < d; ++k) moved2 += (position[k] - start[k]) * (position[k] - start[k]);
+    const double least = farthest + reach;
+    if (least < 0 || moved2 > least * least) farthest = std::max(farthest, std::sqrt(moved2) - reach);
   }
   return farthest;
 }

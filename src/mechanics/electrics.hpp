@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -58,10 +60,10 @@ class Electrics {
   /// for a short circuit.
   bool reconnect(double time, FieldGrid grid = FieldGrid::whole);
 
-  /// Contacts that may change while body i moves by travel[i] (m), as events, and one event more, the last, for the
-  /// first body that moves farther, beyond reach(): what elastic contacts do to it is not known beforehand. Empty
-  /// without contact_discharge.
-  Events events(std::span<const double> travel) const;
+  /// Contacts that may change while body i moves by less than reach[i] (m), as events, and one event more, the last,
+  /// for the first body that moves farther: what elastic contacts do to it is not known beforehand. `thrown`: the
+  /// bodies to which that may happen; empty: all. No events without contact_discharge.
+  Events events(std::span<const double> reach, const std::optional<std::vector<int>>& thrown = {}) const;
   /// A little more than travel: a body that moves exactly as far as it can is no event.
   std::vector<double> reach(std::span<const double> travel) const;
 
@@ -88,7 +90,14 @@ class Electrics {
  private:
   using Watch = effects::ContactDischarge::Watch;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
-  double farthest_beyond(std::span<const double> reach, std::span<const double> start) const;
+  /// Where a body was when events were looked for, and how far (m) it was to move at most.
+  struct Foreseen {
+    int body = 0;
+    std::array<double, 3> start{};  ///< m
+    double reach = 0;               ///< m
+  };
+  std::vector<Foreseen> foresee(const std::vector<int>& bodies, std::span<const double> reach) const;
+  double farthest_beyond(std::span<const Foreseen> foreseen, double farthest) const;
   std::vector<double> currents(double time) const;
   void show_charges();
   void accept(const Trial& trial, bool merged);

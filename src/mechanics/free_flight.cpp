@@ -34,50 +34,88 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
   one = phi;
 }
 
-/// A flight of all bodies from where they are now.
+/// A flight of all bodies from where they are now. Those that events watch may be looked at on the way; the others are
+/// moved once, at its end.
 class Flight {
  public:
-  Flight(Model& model, std::span<const double> drag, std::span<const Vec3> force, std::span<const Vec3> rate)
-      : bodies_(model.bodies),
-        start_(model.bodies.position),
-        momentum_(model.bodies.momentum),
+  /// `total_force`: N, [N * dimension], for those that are watched.
+  Flight(Bodies& bodies, std::span<const double> drag, const effects::HeldField& held, double start,
+         std::vector<int> watched, std::span<double> total_force)
+      : bodies_(bodies),
         drag_(drag),
-        force_(force),
-        rate_(rate),
-        total_(start_.size()) {
-    all_.resize(bodies_.size());
-    std::iota(all_.begin(), all_.end(), 0);
-  }
-
-  /// Puts the bodies where they are after t (s), with the force and drag on them.
-  void go_to(double t) { go_to(t, all_); }
-  /// Some of them; the others stay.
-  void go_to(double t, std::span<const int> which) {
-    double mass = 0, drag = -1;
-    std::optional<FreeFall> fall;
-    for (const int i : which) {
-      if (!fall || bodies_.mass[i] != mass || drag_[i] != drag)
-        fall.emplace(t, mass = bodies_.mass[i], drag = drag_[i]);
-      for (int k = 0; k < bodies_.dimension; ++k) {
-        const std::size_t c = i * bodies_.dimension + k;
-        const double force = force_[i][k], rate = rate_[i][k];
-        const double velocity = momentum_[c] / mass, now = fall->speed(velocity, force, rate);
-        bodies_.position[c] = start_[c] + fall->move(velocity, force, rate);
-        bodies_.momentum[c] = mass * now;
-        total_[c] = force + rate * t - drag * now;
-      }
+        held_(held),
+        start_(start),
+        watched_(std::move(watched)),
+        total_force_(total_force) {
+    const std::size_t d = bodies_.dimension;
+    position_.reserve(watched_.size() * d);
+    momentum_.reserve(watched_.size() * d);
+    for (const int i : watched_) {
+      position_.insert(position_.end(), &bodies_.position[i * d], &bodies_.position[i * d] + d);
+      momentum_.insert(momentum_.end(), &bodies_.momentum[i * d], &bodies_.momentum[i * d] + d);
     }
   }
-  /// Force and drag (N) where the bodies are that have gone there last.
-  std::span<const double> total_force() const { return total_; }
+
+  std::span<const int> watched() const { return watched_; }
+  /// Puts those that are watched where they are at `time` (s).
+  void show(double time) {
+    const double t = time - start_;
+    const std::size_t d = bodies_.dimension;
+    for (std::size_t w = 0; w < watched_.size(); ++w) {
+      const int i = watched_[w];
+      move<true>(i, t, &position_[w * d], &momentum_[w * d]);
+    }
+  }
+  /// Force and drag (N) on those, where they were shown last.
+  std::span<const double> total_force() const { return total_force_; }
+  /// Puts all where they are at `time` (s), but for `others` (in ascending order).
+  void end(double time, std::span<const int> others = {}) {
+    const std::size_t d = bodies_.dimension;
+    for (std::size_t w = 0; w < watched_.size(); ++w) {
+      std::copy_n(&position_[w * d], d, &bodies_.position[watched_[w] * d]);
+      std::copy_n(&momentum_[w * d], d, &bodies_.momentum[watched_[w] * d]);
+    }
+    const double t = time - start_;
+    auto other = others.begin();
+    for (int i = 0; i < bodies_.size(); ++i)
+      if (other != others.end() && *other == i)
+        ++other;
+      else
+        move<false>(i, t, &bodies_.position[i * d], &bodies_.momentum[i * d]);
+  }
 
  private:
+  /// Bodies alike fall alike.
+  const FreeFall& fall_of(int i, double t) {
+    if (!fall_ || t != fallen_ || bodies_.mass[i] != mass_ || drag_[i] != drag_of_fall_)
+      fall_.emplace(fallen_ = t, mass_ = bodies_.mass[i], drag_of_fall_ = drag_[i]);
+    return *fall_;
+  }
+  /// From a place and momentum at the start to where it is t (s) later.
+  template <bool with_force>
+  void move(int i, double t, const double* position, const double* momentum) {
+    const FreeFall& fall = fall_of(i, t);
+    const std::size_t d = bodies_.dimension;
+    const Vec3 at_start = held_.force_at(i, start_);
+    const double mass = bodies_.mass[i], drag = drag_[i];
+    for (std::size_t k = 0; k < d; ++k) {
+      const double force = at_start[k], rate = held_.force_rate[i][k];
+      const double velocity = momentum[k] / mass, now = fall.speed(velocity, force, rate);
+      bodies_.position[i * d + k] = position[k] + fall.move(velocity, force, rate);
+      bodies_.momentum[i * d + k] = mass * now;
+      if constexpr (with_force) total_force_[i * d + k] = force + rate * t - drag * now;
+    }
+  }
+
   Bodies& bodies_;
-  std::vector<double> start_, momentum_;
   std::span<const double> drag_;
-  std::span<const Vec3> force_, rate_;
-  std::vector<double> total_;
-  std::vector<int> all_;
+  const effects::HeldField& held_;
+  double start_;  ///< s
+  std::vector<int> watched_;
+  std::vector<double> position_, momentum_;  ///< of those that are watched, at the start
+  std::span<double> total_force_;
+  std::optional<FreeFall> fall_;
+  double fallen_ = 0, mass_ = 0, drag_of_fall_ = 0;  ///< s, kg, kg/s: what `fall_` is of
 };
 
 /// How far the bodies as they are are beyond the event that was still to come at the last look and is now farthest
@@ -163,58 +201,58 @@ std::vector<int> FreeFlight::pushed(std::span<const double> travel) const {
   return found;
 }
 
-double FreeFlight::advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
-                           const Events& events) {
+namespace {
+
+/// What looks at any body at all sees those alone that it has named, if it has named some.
+std::vector<int> seen_by(const Events& events, const Bodies& bodies) {
+  if (events.foreseen_values || events.direction.empty()) return events.watched;
+  std::vector<int> all(bodies.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+}  // namespace
+
+double FreeFlight::advance(double start, double end, const effects::HeldField& held, const Events& events) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
-  Flight flight(model_, drag_, force, rate);
+  Flight flight(model_.bodies, drag_, held, start, seen_by(events, model_.bodies), total_force_);
   Lookout lookout(events);
-  const auto go_to = [&](double t) {
-    if (events.foreseen_values)
-      flight.go_to(t - start, events.watched);
-    else
-      flight.go_to(t - start);
+  const auto beyond = [&](double t) {
+    flight.show(t);
+    return lookout.beyond();
   };
-  go_to(start);
-  double time = start, before = lookout.beyond();
+  double time = start, before = beyond(start);
   while (time < end) {
     lookout.look();
     before = lookout.beyond();
     const double longest = events.longest_step ? events.longest_step(flight.total_force()) : INFINITY;
     const double next = std::min(end, time + std::max(longest, 1000 * rounding));
-    const auto beyond = [&](double t) {
-      go_to(t);
-      return lookout.beyond();
-    };
     const double after = beyond(next);
     if (after >= 0) {
       const double event = sign_change(time, before, next, after, beyond);
-      flight.go_to(event - start);
+      flight.end(event);
       return event;
     }
     time = next;
   }
-  flight.go_to(end - start);
+  flight.end(end);
   return end;
 }
 
-double FreeFlight::advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
-                           const Events& events, const std::vector<int>& pushed, Cvode& cvode) {
-  Flight flight(model_, drag_, force, rate);
-  std::vector<bool> flies(model_.bodies.size(), true);
-  for (const int i : pushed) flies[i] = false;
-  std::vector<int> flying, watched;
-  for (int i = 0; i < model_.bodies.size(); ++i)
-    if (flies[i]) flying.push_back(i);
+double FreeFlight::advance(double start, double end, const effects::HeldField& held, const Events& events,
+                           const std::vector<int>& pushed, Cvode& cvode) {
+  std::vector<int> watched;
   for (const int i : events.watched)
-    if (flies[i]) watched.push_back(i);
-  const auto place = [&](double t) { flight.go_to(t - start, watched); };
+    if (!std::ranges::binary_search(pushed, i)) watched.push_back(i);
+  Flight flight(model_.bodies, drag_, held, start, std::move(watched), total_force_);
+  const auto place = [&](double t) { flight.show(t); };
   const auto forces = [&](double t) {
-    place(t);
+    flight.show(t);
     return flight.total_force();
   };
   const double reached =
-      cvode.advance(start, end, events, pushed, {.watched = watched, .place = place, .forces = forces});
-  flight.go_to(reached - start, flying);
+      cvode.advance(start, end, events, pushed, {.watched = flight.watched(), .place = place, .forces = forces});
+  flight.end(reached, pushed);
   return reached;
 }
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "src/effects/held_field.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/model/model.hpp"
 
@@ -24,25 +25,27 @@ struct FreeFall {
   double speed_of_velocity, speed_of_force, speed_of_rate;  ///< of speed
 };
 
-/// Bodies that touch nothing and feel a held electric force (N, N/s) and drag alone: no equation is left to solve.
+/// Bodies that touch nothing and feel a held electric force and drag alone: no equation is left to solve.
 class FreeFlight {
  public:
   /// The model must outlive this and have floating_conductors; `drag`: kg/s, a body.
-  FreeFlight(Model& model, std::vector<double> drag) : model_(model), drag_(std::move(drag)) {}
+  FreeFlight(Model& model, std::vector<double> drag)
+      : model_(model), drag_(std::move(drag)), total_force_(model.bodies.position.size()) {}
 
   /// The bodies on which more than that may act as long as body i moves by no more than travel[i] (m).
   std::vector<int> pushed(std::span<const double> travel) const;
   /// Moves the bodies from time `start` to `end` or, if that is earlier, to the first event, as Cvode::advance does;
-  /// returns the time reached. `force` is the one at the start.
-  double advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
-                 const Events& events);
-  /// The same with CVODE for those that are pushed: it has a factorization and some steps of all that it moves.
-  double advance(double start, double end, std::span<const Vec3> force, std::span<const Vec3> rate,
-                 const Events& events, const std::vector<int>& pushed, Cvode& cvode);
+  /// returns the time reached.
+  double advance(double start, double end, const effects::HeldField& held, const Events& events);
+  /// The same with CVODE for those that are pushed, one at least: it has a factorization and some steps of all that it
+  /// moves.
+  double advance(double start, double end, const effects::HeldField& held, const Events& events,
+                 const std::vector<int>& pushed, Cvode& cvode);
 
  private:
   Model& model_;
   std::vector<double> drag_;
+  std::vector<double> total_force_;  ///< N, on the bodies that events watch; kept for its memory alone
 };
 
 }  // namespace lichtenberg::mechanics

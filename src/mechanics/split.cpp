@@ -17,6 +17,20 @@ double next_prediction(double dt, double error) { return next_step(dt, 2 * error
 /// Of the time a step lasts: with it grows the error of a force that is extrapolated.
 int order(const effects::HeldField& held) { return held.rates_known ? 3 : 2; }
 
+/// How far each body can move within `dt` from `time` on (m): it cannot become faster than it is now or than the
+/// largest force in between can drive it, against inertia in that time or against drag.
+std::vector<double> longest_travel(const Model& model, std::span<const double> drag, const effects::HeldField& held,
+                                   double time, double dt) {
+  std::vector<double> travel(model.bodies.size());
+  for (int i = 0; i < model.bodies.size(); ++i) {
+    const Vec3 force = held.force_at(i, time), rate = held.force_rate[i];
+    const double f = norm(force + std::copysign(dt, dot(force, rate)) * rate), inertial = f * dt / model.bodies.mass[i];
+    const double gained = drag[i] > 0 ? std::min(inertial, f / drag[i]) : inertial;
+    travel[i] = dt * (norm(velocity_in_space(model.bodies, i)) + gained);
+  }
+  return travel;
+}
+
 }  // namespace
 
 Split::Split(Workplace workplace)
@@ -109,7 +123,7 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   const double target = step_end(time, held().time + step_ - time, end);
   // What a rejected step has changed: where the bodies are and, in a scene with a circuit, what drag took. The rest of
   // what is electric waits for the trial, or for an event, which stands.
-  const Bodies bodies = at_.model.bodies;
+  before_ = {at_.model.bodies.position, at_.model.bodies.momentum};
   const std::optional<EnergyBook> energy = at_.electrics->now().energy;
   const double reached = move(time, target);
   if (reached < target && pass_event(reached, grid)) return reached;
@@ -117,7 +131,8 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   const std::vector<Vec3> assumed = held_forces(reached);
   const double wrong_by = std::max(error(held().time, trial, assumed), at_.electrics->charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
-    at_.model.bodies = bodies;
+    std::swap(at_.model.bodies.position, before_.position);
+    std::swap(at_.model.bodies.momentum, before_.momentum);
     if (energy) *at_.electrics->energy() = *energy;
     reject(time, reached, wrong_by, grid);
     return time;
@@ -134,15 +149,11 @@ double Split::try_step(double time, double end, FieldGrid grid) {
 double Split::move(double time, double target) {
   while (time < target) {
     at_.between_steps();
-    const double dt = target - time;
-    const std::vector<Vec3> force = held_forces(time);
-    std::vector<Vec3> largest_force = force;
-    for (std::size_t i = 0; i < force.size(); ++i)
-      largest_force[i] += std::copysign(dt, dot(largest_force[i], held().force_rate[i])) * held().force_rate[i];
-    const std::vector<double> travel = longest_travel(at_.model, drag_, largest_force, dt);
-    const Events events = at_.electrics->events(travel);
-    const Stopwatch watch(at_.counters.mechanics_seconds);
-    time = advance(time, target, force, travel, events);
+    const std::vector<double> travel = longest_travel(at_.model, drag_, held(), time, target - time);
+    const std::vector<double> reach = at_.electrics->reach(travel);
+    const std::optional<std::vector<int>> some = moved_by_cvode(travel, reach);
+    const Events events = at_.electrics->events(reach, some);
+    time = advance(time, target, some, events);
     std::vector<bool> due = events.due();
     if (!due.empty()) due.pop_back();
     if (std::ranges::find(due, true) != due.end()) break;
@@ -153,14 +164,22 @@ double Split::move(double time, double target) {
 
 /// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that
 /// a collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
-/// that they might meet. Without contact_discharge there are no events, and all count.
-double Split::advance(double time, double target, std::span<const Vec3> force, std::span<const double> travel,
-                      const Events& events) {
-  if (at_.electrics->energy()) return cvode_.advance(time, target, events);
-  if (flight_.pushed(travel).empty()) return flight_.advance(time, target, force, held().force_rate, events);
-  if (events.direction.empty()) return cvode_.advance(time, target, events);
-  const std::vector<int> pushed = flight_.pushed(at_.electrics->reach(travel));
-  return flight_.advance(time, target, force, held().force_rate, events, pushed, cvode_);
+/// that they might meet. Without contact_discharge there are no events, and all count. Empty: all.
+std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
+                                                      std::span<const double> reach) const {
+  const Stopwatch watch(at_.counters.mechanics_seconds);
+  if (at_.electrics->energy()) return {};
+  std::vector<int> pushed = flight_.pushed(reach);
+  if (pushed.empty() || flight_.pushed(travel).empty()) return std::vector<int>();
+  if (!at_.electrics->has_contacts()) return {};
+  return pushed;
+}
+
+double Split::advance(double time, double target, const std::optional<std::vector<int>>& some, const Events& events) {
+  const Stopwatch watch(at_.counters.mechanics_seconds);
+  if (!some) return cvode_.advance(time, target, events);
+  if (some->empty()) return flight_.advance(time, target, held(), events);
+  return flight_.advance(time, target, held(), events, *some, cvode_);
 }
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
@@ -173,10 +192,9 @@ bool Split::pass_event(double time, FieldGrid grid) {
   std::vector<double> charge(at_.model.bodies.size());
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge[i] = held().charge_at(i, time);
   at_.electrics->share(time, charge);
-  const std::vector<Vec3> before = held_forces(time);
   if (!at_.electrics->reconnect(time, grid)) return true;
   ++at_.counters.steps;
-  restart(time, before);
+  restart(time, held_forces(time));
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,8 +36,8 @@ class Split : public Stepper {
   double try_step(double time, double end, FieldGrid grid);
   double step_end(double time, double step, double end) const;
   double move(double time, double target);
-  double advance(double time, double target, std::span<const Vec3> force, std::span<const double> travel,
-                 const Events& events);
+  std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
+  double advance(double time, double target, const std::optional<std::vector<int>>& some, const Events& events);
   bool pass_event(double time, FieldGrid grid);
   const effects::HeldField& held() const { return at_.electrics->now().held; }
   std::vector<Vec3> held_forces(double time) const;
@@ -46,6 +47,10 @@ class Split : public Stepper {
   void reject(double time, double reached, double error, FieldGrid grid);
   void restart(double time, const std::vector<Vec3>& force_before);
 
+  struct Places {
+    std::vector<double> position, momentum;  ///< as in Bodies
+  };
+
   Workplace at_;
   Cvode cvode_;
   FreeFlight flight_;
@@ -54,6 +59,7 @@ class Split : public Stepper {
   double shortest_gap_;    ///< m
   double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated
   double prediction_ = 0;  ///< s, how long predictions are good for; 0: to be estimated
+  Places before_;          ///< the step that is tried; kept for its memory alone
 };
 
 }  // namespace lichtenberg::mechanics

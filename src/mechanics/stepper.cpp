@@ -51,15 +51,4 @@ void book_drag(const Workplace& at, const std::vector<double>& drag, Cvode& cvod
   };
 }
 
-std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec3> force,
-                                   double dt) {
-  std::vector<double> travel(model.bodies.size());
-  for (int i = 0; i < model.bodies.size(); ++i) {
-    const double f = norm(force[i]), inertial = f * dt / model.bodies.mass[i];
-    const double gained = drag[i] > 0 ? std::min(inertial, f / drag[i]) : inertial;
-    travel[i] = dt * (norm(velocity_in_space(model.bodies, i)) + gained);
-  }
-  return travel;
-}
-
 }  // namespace lichtenberg::mechanics

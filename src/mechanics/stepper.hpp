@@ -51,9 +51,4 @@ Cvode make_cvode(const Scene& scene, Model& model);
 /// velocities at the ends give.
 void book_drag(const Workplace& at, const std::vector<double>& drag, Cvode& cvode);
 
-/// How far each body can move within `dt` (m), if `force` acts on it: it cannot become faster than it is now or than
-/// the force can drive it, against inertia in that time or against drag.
-std::vector<double> longest_travel(const Model& model, std::span<const double> drag, std::span<const Vec3> force,
-                                   double dt);
-
 }  // namespace lichtenberg::mechanics

@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -198,6 +200,23 @@ TEST_CASE("a run that is ended while it draws its last picture leaves a whole re
   kill(script, SIGKILL);  // or it would draw into a folder that is gone
   CHECK_EQ(frames(folder / "six.h5"), 41);
   CHECK_FALSE(fs::exists(folder / "six.h5.lock"));
+}
+
+TEST_CASE("a run that is killed while it draws takes the drawing with it") {
+  const SceneFolder folder;
+  folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
+  prctl(PR_SET_CHILD_SUBREAPER, 1);  // so that we get the status of what the run leaves behind
+  Child child(folder, "six.h5", {"--quiet"});
+  pid_t script = 0;
+  for (int tries = 0; script == 0 && tries < 300'000; ++tries, usleep(100)) script = child.own_child();
+  REQUIRE(script != 0);
+  child.send(SIGKILL);
+  CHECK_EQ(child.wait(), 128 + SIGKILL);
+  int status = 0;
+  CHECK_EQ(waitpid(script, &status, 0), script);  // drawn or ended
+  prctl(PR_SET_CHILD_SUBREAPER, 0);
+  CHECK(WIFSIGNALED(status));
+  CHECK_FALSE(fs::exists(folder / "six.png"));
 }
 
 TEST_CASE("SIGINT and SIGTERM stop at the next checkpoint, and the run can be resumed") {

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -30,22 +31,34 @@ std::filesystem::path find_script(const std::string& name) {
                             program.string(), SCRIPTS_IN_SOURCE));
 }
 
-/// Python, the script and its arguments as exec wants them.
-class CommandLine {
+/// Words as exec wants them.
+class Words {
  public:
-  CommandLine(const std::string& script, const std::vector<std::string>& arguments)
-      : words_{python, find_script(script).string()} {
-    words_.insert(words_.end(), arguments.begin(), arguments.end());
+  explicit Words(std::vector<std::string> words) : words_(std::move(words)) {
     for (std::string& word : words_) pointers_.push_back(word.data());
     pointers_.push_back(nullptr);
   }
-  CommandLine(const CommandLine&) = delete;
-  char** argv() { return pointers_.data(); }
+  Words(const Words&) = delete;
+  char** data() { return pointers_.data(); }
 
  private:
   std::vector<std::string> words_;
   std::vector<char*> pointers_;
 };
+
+/// Python, the script and its arguments.
+std::vector<std::string> command_line(const std::string& script, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{python, find_script(script).string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return words;
+}
+
+/// Ours, and that this process waits for the script, which is to end with it (interrupted.py).
+std::vector<std::string> environment_of_waiting() {
+  std::vector<std::string> words{fmt::format("LICHTENBERG_WAITS={}", getpid())};
+  for (char** word = environ; *word; ++word) words.emplace_back(*word);
+  return words;
+}
 
 [[noreturn]] void refuse_start(int error) {
   throw Failure(fmt::format("cannot draw: {} does not start ({})", python, std::strerror(error)));
@@ -54,9 +67,9 @@ class CommandLine {
 }  // namespace
 
 void draw(const std::string& name, const std::vector<std::string>& arguments) {
-  CommandLine command(name, arguments);
+  Words command(command_line(name, arguments)), environment(environment_of_waiting());
   pid_t script = 0;
-  const int error = posix_spawn(&script, python, nullptr, nullptr, command.argv(), environ);
+  const int error = posix_spawn(&script, python, nullptr, nullptr, command.data(), environment.data());
   if (error != 0) refuse_start(error);
   int status = 0;
   while (waitpid(script, &status, 0) < 0)
@@ -74,9 +87,9 @@ void draw_picture(const std::string& file, double& seconds) {
 }
 
 void become_script(const std::string& name, const std::vector<std::string>& arguments) {
-  CommandLine command(name, arguments);
+  Words command(command_line(name, arguments));
   parallel::finish_petsc();  // which no exit handler does any more
-  execve(python, command.argv(), environ);
+  execve(python, command.data(), environ);
   refuse_start(errno);
 }
 

@@ -33,6 +33,14 @@ std::optional<std::size_t> take_index(std::string& path) {
   return index;
 }
 
+/// Says what may be set where the key of that path stands; empty if there is none.
+std::string what_may_be_set(const Schema& schema, const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  const Table* table = schema.find_table(dot == std::string::npos ? "" : path.substr(0, dot));
+  const Key* key = table ? find_key(*table, path.substr(dot + 1)) : nullptr;
+  return key ? fmt::format("{} is one, and is set as a whole: it must be {}", path, key->allowed()) : "";
+}
+
 KeyPlace place_of(const Schema& schema, const std::string& key) {
   const std::size_t dot = key.rfind('.');
   std::string table_path = dot == std::string::npos ? "" : key.substr(0, dot);
@@ -42,6 +50,8 @@ KeyPlace place_of(const Schema& schema, const std::string& key) {
   if (schema.find_table(key) != nullptr)
     throw InputError(
         fmt::format("{0} is no key of a scene but a table: name a key of it (`lichtenberg help scene {0}`)", key));
+  if (const std::string whole = what_may_be_set(schema, table_path); !whole.empty())
+    throw InputError(fmt::format("{} is no key of a scene, but {}", key, whole));
   if (table == nullptr || find_key(*table, name) == nullptr)
     throw InputError(fmt::format("{} is no key of a scene: the nearest known key is {}", key,
                                  nearest_path(key, schema.known_paths())));

@@ -222,7 +222,7 @@ TEST_CASE("wrong unit or type") {
 TEST_CASE("ranges") {
   check_refused(box + "[[conductor]]\nposition = [0.01, 0.01]\nradius = -0.001\n",
                 {"test.toml:5:", "conductor.radius = -0.001", "a number in m, greater than 0"});
-  check_refused("domain.size = [0.04, 0]\n", {"domain.size", "greater than 0"});
+  check_refused("domain.size = [0.04, 0]\n", {"domain.size", "at least 1e-100 and at most 1e+100"});
   check_refused("domain.size = [0.04, nan]\n", {"domain.size", "is not allowed"});
   check_refused(box + disk("[inf, 0.01]"), {"conductor.position", "is not allowed"});
   check_refused(box + disk("[0.01, 0.01]", "charge = nan\n"), {"conductor.charge = nan", "is not allowed"});
@@ -327,6 +327,24 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"rounding ends at 1e-10"});
 }
 
+TEST_CASE("a tolerance of places is no finer than they are told apart") {
+  const auto with = [](const std::string& tolerance) {
+    return box + "field.cells = 64\nmechanics.position_tolerance = " + tolerance + "\n" + disk("[0.01, 0.01]");
+  };
+  check_refused(with("1e-300"), {"test.toml:4:", "mechanics.position_tolerance = 1e-300 m", "told apart to 1e-12 m"});
+  check_refused(with("0.99e-12"), {"at least that is allowed"});
+  CHECK(refusal(with("1.01e-12")) == "");
+}
+
+TEST_CASE("domains whose cubes are no numbers, and those in which gaps are lost in rounding, are refused") {
+  const std::string world = "field.cells = 64\nmedium.relative_permittivity = 4.7\n" + disk("[0.01, 0.01]");
+  check_refused("domain.size = [1e300, 1e300]\n" + world, {"test.toml:1:", "domain.size", "at most 1e+100"});
+  check_refused("domain.size = [1, 1e-101]\n" + world, {"domain.size", "at least 1e-100"});
+  check_refused("domain.size = [2.1e6, 2.1e6]\n" + world,
+                {"test.toml:1:", "domain.size = 2.1e+06 m along its longest side", "a conductor of diameter 0.002 m"});
+  CHECK(refusal("domain.size = [1.9e6, 1.9e6]\n" + world) == "");
+}
+
 TEST_CASE("an accuracy takes the place of cells and tolerances") {
   const auto with = [](const std::string& field) {
     return box + "[field]\naccuracy = 1e-3\n" + field + disk("[0.01, 0.01]");
@@ -378,7 +396,7 @@ TEST_CASE("help lists every key with its unit and default") {
   // One of each kind in full: unit, range, default from the scene's own initial values.
   CHECK(has(help, "an integer, at least 8 and at most 32768; default: 512"));
   CHECK(has(help, "a number in Pa, greater than 0; default: 2e+11"));
-  CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, greater than 0; required"));
+  CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, at least 1e-100 and at most 1e+100; required"));
 }
 
 TEST_CASE("no key stands twice in the schema") {

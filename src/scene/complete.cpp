@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -302,6 +303,30 @@ void check_held(const Draft& draft, bool can_be_held) {
   }
 }
 
+/// Places that differ by touching_slack of a radius count as one where the scene is read, and are rounded to 2.2e-16 of
+/// the domain: an error below either cannot be told.
+void check_position_tolerance(const Draft& draft, double smallest_radius) {
+  const Vec3 size = draft.scene.domain.size;
+  const double least = std::max(touching_slack * smallest_radius,
+                                std::numeric_limits<double>::epsilon() * std::max({size.x, size.y, size.z}));
+  if (draft.position_tolerance.value_or(least) >= least) return;
+  refuse(draft.scene.path, draft.line("mechanics.position_tolerance"),
+         fmt::format("mechanics.position_tolerance = {:g} m is not allowed: places are told apart to {:.2g} m, {:g} of "
+                     "the smallest radius or the rounding of the domain's size, and at least that is allowed",
+                     *draft.position_tolerance, least, touching_slack));
+}
+
+/// Gaps are differences of places, which are rounded to 2.2e-16 of the domain: to 2e-7 of a conductor as small as this.
+void check_size(const Draft& draft, double smallest_radius) {
+  const Vec3 size = draft.scene.domain.size;
+  const double longest = std::max({size.x, size.y, size.z});
+  if (2 * smallest_radius >= finest_diameter * longest) return;
+  refuse(draft.scene.path, draft.line("domain.size"),
+         fmt::format("domain.size = {:g} m along its longest side is not allowed with a conductor of diameter {:g} m: "
+                     "at most {:g} times that is, or gaps would be lost in rounding",
+                     longest, 2 * smallest_radius, 1 / finest_diameter));
+}
+
 void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
   scene.medium = {.permittivity = permittivity(draft),
                   .viscosity = draft.viscosity.value_or(0),
@@ -339,7 +364,11 @@ Scene complete(const Draft& draft) {
   if (scene.reference) complete_grains(draft, scene);
   const auto [smallest, largest] =
       empty ? std::ranges::minmax_result<Conductor>{} : std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
-  if (!empty) check_resolution(draft, smallest.radius, h);
+  if (!empty) {
+    if (!scene.reference) check_size(draft, smallest.radius);
+    check_resolution(draft, smallest.radius, h);
+    check_position_tolerance(draft, smallest.radius);
+  }
   scene.field_table = field_of(draft, cells);
   fill_in_defaults(draft, scene, smallest.radius, largest.radius);
   for (const Effects::Entry& entry : draft.scene.effects)

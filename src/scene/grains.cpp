@@ -12,6 +12,7 @@
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/ground.hpp"
+#include "src/scene/placing.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
@@ -214,7 +215,6 @@ void check_charges(const Draft& draft, const PopulationDraft& population) {
 /// A grain must not meet two images of another. Overlaps, some hundredths of a diameter, are differences of places,
 /// which are rounded to 2e-16 of the box: to 1e-5 of themselves where a diameter is 1e-9 of it.
 void check_sizes(const Draft& draft, const Scene& scene) {
-  constexpr double finest = 1e-9;
   double shortest = INFINITY, longest = 0, smallest = INFINITY, largest = 0;
   for (int k = 0; k < scene.dimension(); ++k) {
     shortest = std::min(shortest, scene.domain.size[k]);
@@ -224,11 +224,11 @@ void check_sizes(const Draft& draft, const Scene& scene) {
     smallest = std::min(smallest, 2 * grain.radius);
     largest = std::max(largest, 2 * grain.radius);
   }
-  if (smallest < finest * longest)
+  if (smallest < finest_diameter * longest)
     refuse(scene.path, draft.line("domain.size"),
            fmt::format("domain.size = {:g} d0 along its longest side is not allowed with a grain of diameter {:g} d0: "
                        "at most {:g} times that is, or contacts would be lost in rounding",
-                       longest, smallest, 1 / finest));
+                       longest, smallest, 1 / finest_diameter));
   if (largest > shortest / 2)
     refuse(scene.path, draft.line("domain.size"),
            fmt::format("domain.size = {:g} d0 along its shortest side is not allowed with a grain of diameter {:g} d0: "

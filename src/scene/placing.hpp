@@ -65,6 +65,8 @@ class SphereGrid {
 
 /// Rounding of decimal numbers allowed where disks touch, as a fraction of the radius.
 constexpr double touching_slack = 1e-9;
+/// Of the smallest body, as a fraction of the domain's longest side.
+constexpr double finest_diameter = 1e-9;
 
 /// Refuses conductors, given one by one, that overlap each other, an electrode or a side of the domain, or whose centre
 /// is beyond a periodic side. Touching is allowed.

@@ -143,7 +143,7 @@ Table mechanics() {
                .unit = "m",
                .range = positive,
                .computed_default = "1e-3 * the smallest radius",
-               .help = "error of the positions allowed in a coupling step"},
+               .help = "error of the positions allowed in a coupling step; at least 1e-9 of the smallest radius"},
               {.name = "largest_step",
                .place = [](Draft& d) { return &d.largest_step; },
                .unit = "s",

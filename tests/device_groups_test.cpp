@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "solvers/laplace/cutcell/device/clusters.hpp"
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
@@ -18,9 +19,18 @@ using namespace lichtenberg::laplace::device_scenes;
 
 namespace {
 
-/// Counts how often the host waits for the device.
+/// Counts how often the host waits for the device, and how often it records kernels.
 struct Counting : parallel::HostExecutor {
-  static inline int waits = 0;
+  static inline int waits = 0, recordings = 0;
+  struct Recording {
+    bool is_made = false;
+    void clear() { is_made = false; }
+  };
+  template <class F>
+  void run(Recording& recording, F f) const {
+    recordings += !std::exchange(recording.is_made, true);
+    f();
+  }
   void wait() const { ++waits; }
   void to_host(void* to, const void* from, std::size_t bytes) const {
     ++waits;
@@ -207,6 +217,35 @@ TEST_CASE("couplings may come and go from solve to solve on a device") {
   for (const LaplaceProblem& problem :
        {apart, with_couplings(apart, 1, true), with_couplings(with_couplings(apart, 1, true), 1e3, false), apart})
     CHECK(difference(device->solve(problem), CutCellSolver(options).solve(problem)) < 2e-8);
+}
+
+TEST_CASE(
+    "kernels are recorded once, whatever merges, parts and is coupled, also where a coupling is the only ground") {
+  CutCellOptions options;
+  options.cells = 96;
+  const LaplaceProblem apart = insulated();
+  for (const bool has_supply : {false, true}) {
+    CAPTURE(has_supply);
+    device::CutCell<Counting> solver(options);
+    for (int step = 0; step < 30; ++step) {
+      if (step == 15) {  // by then there is room for all, and each guess was made once
+        CHECK(Counting::recordings > 0);
+        Counting::recordings = 0;
+      }
+      LaplaceProblem problem = apart;
+      for (std::size_t body = 0; body < problem.bodies.size(); ++body)
+        std::get<Disk>(problem.bodies[body].shape).centre += Vec2{0.01, -0.02} * (step % 7);
+      if (step % 3 == 1) {
+        problem.groups[2].charge += problem.groups.back().charge;
+        problem.groups.pop_back();
+        problem.bodies.back().group = 2;
+      }
+      problem = with_couplings(problem, 1 + 0.1 * (step % 4), step % 2);
+      if (has_supply) problem = with_supply(problem, 0.5 + 0.1 * (step % 5));
+      solver.solve(problem);
+    }
+    CHECK(Counting::recordings == 0);
+  }
 }
 
 TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {

@@ -14,20 +14,23 @@ struct BalanceView {
   double* hold_flux;         ///< what such links bring
   double *r, *p, *q;         ///< for the elimination
   double* level;
+  int *is_linked, *linked;  ///< whether a group is linked directly to another unknown; lists of those that are
 };
 
 /// What links of floating groups and cells to given potentials bring and conduct.
 struct GroundSums {
-  double flux = 0, conductance = 0;
+  double flux = 0, conductance = 0, others = 0;  // how many links are to unknowns
   LICHTENBERG_HOST_DEVICE GroundSums& operator+=(const GroundSums& other) {
     flux += other.flux;
     conductance += other.conductance;
+    others += other.others;
     return *this;
   }
 };
 
-/// The groups' equations for given cells, two right-hand sides, by conjugate gradients in one block: they are coupled
-/// by direct links alone, mostly in pairs and short chains, which takes few iterations.
+/// The equations for given cells of groups that are linked to each other, two right-hand sides, by conjugate gradients
+/// in one block: they are coupled by direct links alone, mostly in pairs and short chains, which takes few iterations.
+/// A thread has a list of the groups that it looks after, since of thousands few are linked.
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
@@ -35,22 +38,58 @@ struct SolveGroups {
 
   static constexpr int threads = 1024, most = 400;
   static constexpr double enough = 1e-24;  // of the residual's norm squared: of what is a correction of the tolerance
-  static constexpr std::size_t bytes = (threads + 4) * sizeof(double);
+  static constexpr std::size_t bytes = threads * (sizeof(double) + sizeof(int));
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
+    list_linked(block);
     solve(block, balance.residual, balance.shift);
     solve(block, balance.hold, balance.held);
   }
 
  private:
-  /// The sum of value(g) over all groups, in memory[0] of the block's.
+  /// By thread, how many are in its list.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE static int* counts(const Block& block) {
+    return reinterpret_cast<int*>(block.template memory<double>() + threads);
+  }
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void list_linked(const Block& block) const {
+    constexpr int at_once = 8;  // that are waited for
+    int *count = counts(block), *linked = balance.linked;
+    block.each(threads, [&](int t) {
+      int found = 0;
+      for (int first = t; first < problem.groups; first += at_once * threads) {
+        bool is_linked[at_once];
+        for (int k = 0; k < at_once; ++k) {
+          const int g = first + k * threads;
+          is_linked[k] = g < problem.groups && balance.is_linked[g];
+        }
+        for (int k = 0; k < at_once; ++k)
+          if (is_linked[k]) linked[t + threads * found++] = first + k * threads;
+      }
+      count[t] = found;
+    });
+  }
+  /// f(g) for the groups of a thread's list.
+  template <class F>
+  LICHTENBERG_HOST_DEVICE void each_of(const int* count, int t, F f) const {
+    for (int k = 0; k < count[t]; ++k) f(balance.linked[t + threads * k]);
+  }
+  /// The same of all lists.
+  template <class Block, class F>
+  LICHTENBERG_HOST_DEVICE void each(const Block& block, F f) const {
+    const int* count = counts(block);
+    block.each(threads, [&](int t) { each_of(count, t, f); });
+  }
+  /// The sum of value(g) over all that are listed, in memory[0] of the block's.
   template <class Block, class Value>
   LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
     double* part = block.template memory<double>();
+    const int* count = counts(block);
     block.each(threads, [&](int t) {
       double own = 0;
-      for (int g = t; g < problem.groups; g += threads) own += value(g);
+      each_of(count, t, [&](int g) { own += value(g); });
       part[t] = own;
     });
     for (int half = threads / 2; half > 0; half /= 2) block.each(half, [&](int t) { part[t] += part[t + half]; });
@@ -71,35 +110,33 @@ struct SolveGroups {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
     double *r = balance.r, *p = balance.p, *q = balance.q;
-    const auto unknown = [&](int g) { return grid.group_diagonal[g] > 0; };
-    const auto squared = [&](int g) { return unknown(g) ? r[g] * r[g] / grid.group_diagonal[g] : 0.0; };
-    block.each(problem.groups, [&](int g) {
+    const auto squared = [&](int g) { return r[g] * r[g] / grid.group_diagonal[g]; };
+    each(block, [&](int g) {
       x[g] = 0;
-      r[g] = unknown(g) ? rhs[g] : 0.0;
-      p[g] = unknown(g) ? r[g] / grid.group_diagonal[g] : 0.0;
+      r[g] = rhs[g];
+      p[g] = r[g] / grid.group_diagonal[g];
     });
     const double first = sum(block, squared);
     double now = first;
     for (int step = 0; step < most && now > enough * first; ++step) {
-      block.each(problem.groups, [&](int g) { q[g] = unknown(g) ? product(p, g) : 0.0; });
+      each(block, [&](int g) { q[g] = product(p, g); });
       const double curvature = sum(block, [&](int g) { return p[g] * q[g]; });
       if (!(curvature > 0)) return;
       const double alpha = now / curvature;
-      block.each(problem.groups, [&](int g) {
+      each(block, [&](int g) {
         x[g] += alpha * p[g];
         r[g] -= alpha * q[g];
       });
       const double last = now;
       now = sum(block, squared);
       const double beta = now / last;
-      block.each(problem.groups, [&](int g) {
-        if (unknown(g)) p[g] = r[g] / grid.group_diagonal[g] + beta * p[g];
-      });
+      each(block, [&](int g) { p[g] = r[g] / grid.group_diagonal[g] + beta * p[g]; });
     }
   }
 };
 
-/// What each group lacks, and what its direct links to given potentials bring and conduct.
+/// What each group lacks, and what its direct links to given potentials bring and conduct; what takes either away of
+/// groups that are linked to no other unknown.
 template <class Executor>
 void find_imbalance(const Executor& run, ProblemView problem, GridView grid, const double* b, const double* x,
                     double unit, double* partial, BalanceView balance) {
@@ -116,13 +153,17 @@ void find_imbalance(const Executor& run, ProblemView problem, GridView grid, con
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
         const int other = link.is_to_electrode() ? -1 : problem.group_of[link.other];
-        if (other >= 0 && problem.floating[other]) return GroundSums{};
+        if (other >= 0 && problem.floating[other]) return GroundSums{0, 0, grid.group_diagonal[other] > 0 ? 1.0 : 0.0};
         const double given = other < 0 ? problem.side_potential[link.face()] : problem.potential[other];
         return GroundSums{link.conductance * (given / unit - x[cells + g]), link.conductance};
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, const GroundSums& sums) {
+        const double diagonal = grid.group_diagonal[g];
         balance.hold[g] = sums.conductance;
         balance.hold_flux[g] = sums.flux;
+        balance.is_linked[g] = sums.others > 0;
+        balance.shift[g] = diagonal > 0 ? balance.residual[g] / diagonal : 0.0;
+        balance.held[g] = diagonal > 0 ? sums.conductance / diagonal : 0.0;
       });
 }
 

@@ -170,7 +170,8 @@ class CutCell : public DeviceSolver {
     double* by_group[8];
     for (int k = 0; k < 8; ++k) by_group[k] = balance_->data() + k * groups;
     auto [residual, shift, hold, held, hold_flux, r, p, q] = by_group;
-    return {residual, shift, hold, held, hold_flux, r, p, q, potential_.device + groups};
+    int* linked = linked_->data();
+    return {residual, shift, hold, held, hold_flux, r, p, q, potential_.device + groups, linked, linked + groups};
   }
   using Vector = parallel::Array<double, Executor>;
   using Moment = typename Executor::Moment;
@@ -191,6 +192,7 @@ class CutCell : public DeviceSolver {
   double *b_ = nullptr, *x_ = nullptr;  // of krylov_
   std::vector<Vector> basis_, image_;   // of the first guess
   std::optional<Vector> r_, z_, p_, q_, next_potential_, balance_;
+  std::optional<parallel::Array<int, Executor>> linked_;
   std::optional<parallel::Array<Shares, Executor>> shares_;
   typename Executor::Recording begin_[history_length], following_[history_length];  // by phase_
   typename Executor::Recording iterating_, end_;
@@ -233,6 +235,7 @@ void CutCell<Executor>::prepare_grids(const LaplaceProblem& problem) {
     for (int k = 0; k < history_length; ++k) vectors->emplace_back(run);
   }
   for (auto* vector : {&r_, &z_, &p_, &q_, &next_potential_, &balance_}) vector->emplace(run);
+  linked_.emplace(run);
   shares_.emplace(run);
   shares_->resize(1);
   follower_.emplace(run);
@@ -319,6 +322,7 @@ void CutCell<Executor>::prepare_system(const LaplaceProblem& problem) {
   (*z_).zero();
   next_potential_->resize(groups);
   balance_->resize(8 * groups);
+  linked_->resize(groups + SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads));
   std::tie(iterations_, potential_, body_result_, side_result_) =
       report_->template divide<Iterations, double, BodyResult, SideResult>(
           {1, static_cast<std::size_t>(groups) + 1, bodies_, 4 * side_parts});

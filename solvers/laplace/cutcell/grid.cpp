@@ -76,12 +76,12 @@ Grid::Grid(const Layout& at, int sweeps, parallel::Team& team)
       natural_((at.ny + 2) * natural_stride_) {}
 
 Grid::GroupCoupling Grid::couple_groups(const LaplaceProblem& problem, const Level& level) {
-  const auto group = [&](int body) { return problem.bodies[body].group; };
+  const std::vector<NetworkLink> direct = level.direct_links(problem);
   GroupCoupling coupling;
   coupling.start.assign(problem.groups.size() + 1, 0);
-  for (const PairLink& pair : level.pairs) {
-    ++coupling.start[group(pair.body_a) + 1];
-    ++coupling.start[group(pair.body_b) + 1];
+  for (const auto& [a, b, conductance] : direct) {
+    ++coupling.start[a + 1];
+    ++coupling.start[b + 1];
   }
   for (std::size_t g = 0; g < problem.groups.size(); ++g) coupling.start[g + 1] += coupling.start[g];
   coupling.other.resize(coupling.start.back());
@@ -91,9 +91,9 @@ Grid::GroupCoupling Grid::couple_groups(const LaplaceProblem& problem, const Lev
     coupling.other[next[g]] = h;
     coupling.conductance[next[g]++] = static_cast<float>(c);
   };
-  for (const PairLink& pair : level.pairs) {
-    put(group(pair.body_a), group(pair.body_b), pair.conductance);
-    put(group(pair.body_b), group(pair.body_a), pair.conductance);
+  for (const auto& [a, b, conductance] : direct) {
+    put(a, b, conductance);
+    put(b, a, conductance);
   }
   return coupling;
 }
@@ -115,7 +115,9 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
   body_group_.clear();
   for (const Body& body : problem.bodies) body_group_.push_back(body.group);
 
-  const std::vector<float> group_diagonal = group_diagonals(problem, level, links_, team);
+  links_.leave_out(level.bound.link_of_level);
+  std::vector<float> group_diagonal = group_diagonals(problem, level, links_, team);
+  build_bound(level, group_diagonal);
   phi.assign(groups, 0.0f);
   charge.assign(groups, 0.0f);
   flux_.assign(groups, 0.0f);
@@ -271,11 +273,19 @@ void Grid::relax_groups(bool forward) {
   if (forward) relax_block();
 }
 
+/// What cells bring the groups, bound ones without what these give back at once.
+void Grid::add_cell_fluxes(std::vector<float>& sum) const {
+  links_.add_to_groups(*team_, v.data(), sum.data());
+  add_bound_fluxes(sum);
+}
+
 /// The groups once more, after a sweep; flux_ becomes what their change is.
 void Grid::relax_groups_again(bool forward) {
   const std::vector<float> before = phi;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
-  links_.add_to_groups(*team_, v.data(), flux_.data());
+  if (forward)
+    for (int j = 0; j < layout.ny; ++j) note_bound(0, j);
+  add_cell_fluxes(flux_);
   relax_groups(forward);
   for (std::size_t g = 0; g < phi.size(); ++g) flux_[g] = phi[g] - before[g];
 }
@@ -289,6 +299,8 @@ void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
 void Grid::smooth_from_zero() {
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
+  start_bound();
+  add_bound_fluxes(flux_);
   relax_groups(true);
   wavefront(*team_, layout, sweeps_ == 1 ? 3 : 2, [&](int stage, int j) {
     if (stage == 0) {
@@ -297,6 +309,7 @@ void Grid::smooth_from_zero() {
       relax_row_from_zero(layout.row_length(0, j), &v[at], &f[at], &inverse_diagonal_[at]);
     } else if (stage == 1) {
       relax(1, j);
+      note_bound(1, j);
     } else {
       with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
         red_residual_row(n, &residual_[at], &inverse_diagonal_[at], around);
@@ -309,10 +322,12 @@ void Grid::smooth_from_zero() {
       if (stage == 0) add_link_fluxes(j, flux_);
       if (stage < 2) {
         relax(stage, j);
+        note_bound(stage, j);
       } else {
         with_neighbours(0, j, [&](std::ptrdiff_t at, int n, const auto& around) {
           residual_row(n, &residual_[at], &f[at], &v[at], &inverse_diagonal_[at], around);
         });
+        set_bound_residuals(j);
       }
     });
   }
@@ -351,9 +366,9 @@ void Grid::add_group_charges(std::vector<float>& sum) const {
   std::vector<float> of_coupled;
   if (is_coupled_) {
     of_coupled.assign(phi.size(), 0.0f);
-    links_.add_to_groups(*team_, v.data(), of_coupled.data());
+    add_cell_fluxes(of_coupled);
   }
-  links_.add_to_groups(*team_, v.data(), sum.data());
+  add_cell_fluxes(sum);
   for (std::size_t g = 0; g < phi.size(); ++g) {
     for (int m = coupling_.start[g]; m < coupling_.start[g + 1]; ++m)
       sum[g] += coupling_.conductance[m] * phi[coupling_.other[m]];
@@ -443,14 +458,17 @@ void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_p
         if (sweep == 0) add_correction(coarse, j);
       } else if (stage == 1) {
         relax(1, j);
+        note_bound(1, j);
       } else {
         relax(0, j);
+        note_bound(0, j);
         if (r && is_last) row_product[j] = row_dot_of_cells(r, j);
       }
     });
     if (sweep == 0)
       for (std::size_t g = 0; g < phi.size(); ++g) phi[g] += coarse.phi[g];
     relax_groups_again(false);
+    follow_groups(sweep + 1 == sweeps_ ? r : nullptr, row_product);
   }
 }
 
@@ -485,12 +503,14 @@ void Grid::interpolate_from(const Grid& coarse) {
 void Grid::settle_coupled() {
   if (!is_coupled_) return;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
-  links_.add_to_groups(*team_, v.data(), flux_.data());
+  take_bound_as_relaxed();
+  add_cell_fluxes(flux_);
   relax_coupled_block();
 }
 
 void Grid::form_residual() {
   settle_coupled();
+  take_bound_as_relaxed();
   for_each_row(*team_, layout, [&](int j) {
     for (int colour = 0; colour < 2; ++colour)
       with_neighbours(colour, j, [&](std::ptrdiff_t at, int n, const auto& around) {

@@ -49,7 +49,7 @@ class Grid {
   std::array<float, 4> mirror{};   // +1 at an insulating side, -1 at an electrode: what a correction continues as
 
  private:
-  /// Groups coupled directly by pair links, as a sparse matrix over groups.
+  /// Groups coupled directly, by pair links and bound cells, as a sparse matrix over groups.
   struct GroupCoupling {
     std::vector<int> start, other;
     std::vector<float> conductance;
@@ -67,6 +67,15 @@ class Grid {
   void relax_coupled_block();
   void relax_groups(bool forward);
   void relax_groups_again(bool forward);
+  void build_bound(const Level& level, std::vector<float>& group_diagonal);
+  void start_bound();
+  float flux_from_cells(const BoundCells::Cell& cell) const;
+  void note_bound(int colour, int j);
+  void take_bound_as_relaxed();
+  void set_bound_residuals(int j);
+  void add_bound_fluxes(std::vector<float>& sum) const;
+  void add_cell_fluxes(std::vector<float>& sum) const;
+  void follow_groups(const double* r, double* row_product);
   void add_link_fluxes(int j, const std::vector<float>& potential);
   void add_correction(const Grid& coarse, int j);
   double row_dot_of_cells(const double* r, int j) const;
@@ -79,9 +88,12 @@ class Grid {
 
   int sweeps_;
   parallel::Team* team_;
-  LinkLists<float> links_;
-  std::vector<float> residual_;          // by slot, red cells only
-  std::vector<float> inverse_diagonal_;  // by slot; 0 where there is no unknown
+  LinkLists<float> links_;  // those of bound cells not in the sums over groups
+  BoundCells bound_;
+  std::vector<int> bound_row_;                // [ny + 1] a row's first of bound_.cells
+  std::vector<double> bound_f_, bound_flux_;  // f; f and what cells brought a bound cell when it was relaxed last
+  std::vector<float> residual_;               // by slot, red cells only
+  std::vector<float> inverse_diagonal_;       // by slot; 0 where there is no unknown
   std::vector<float> group_inverse_diagonal_, flux_;
   GroupCoupling coupling_;
   std::vector<int> block_, place_in_block_;  // groups relaxed together; of each group its place in the block or -1

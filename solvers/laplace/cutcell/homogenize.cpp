@@ -26,22 +26,13 @@ std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
   return result;
 }
 
-/// Direct links between groups.
-std::vector<NetworkLink> group_links(const LaplaceProblem& problem, const Level* level) {
-  std::vector<NetworkLink> links;
-  if (!level) return links;
-  for (const PairLink& pair : level->pairs)
-    links.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
-  return links;
-}
-
 }  // namespace
 
 Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links) {
-  constexpr double least = 0.05, least_direct = 1;
+  constexpr double least = 0.05;
   LaplaceProblem coupled{.groups = problem.groups, .couplings = problem.couplings};
   for (const auto& [a, b, conductance] : direct_links)
-    if (conductance > least_direct) coupled.couplings.push_back({a, b, conductance * problem.permittivity});
+    if (conductance > least_joining) coupled.couplings.push_back({a, b, conductance * problem.permittivity});
   Sets sets{coupled_sets(coupled, least * problem.permittivity), std::vector<char>(problem.groups.size(), 0)};
   const auto hold = [&](int group) { sets.is_held[sets.of_group[group]] = 1; };
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
@@ -55,31 +46,37 @@ Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLi
   return sets;
 }
 
-void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer, parallel::Team& team) {
+void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Sets& sets, const Level* finer,
+                         parallel::Team& team) {
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   east.clear();
   north.clear();
-  const Sets sets = strongly_coupled(problem, group_links(problem, finer));
   choose_resolved(problem, sets);
   absorb_groups(problem, sets, finer);
   discretize(problem, formula, team);
   if (finer) inherit_pairs(problem, *finer);
   couple(problem, largest_coarse_coupling);
   if (!is_resolved_.empty()) fill_fluid(effective_permittivity(problem), team);
+  find_bound_cells(problem, team);
 }
 
 /// What conductors that all but touch exchange does not pass through cells: where one of them is thin here, the finer
-/// grid's direct links stay what they are. Conductances do not depend on the size of cells.
+/// grid's direct links stay what they are, also those through bound cells. Conductances do not depend on the size of
+/// cells.
 void Level::inherit_pairs(const LaplaceProblem& problem, const Level& finer) {
-  for (const PairLink& pair : finer.pairs) {
-    if (resolves(pair.body_a) && resolves(pair.body_b)) continue;
-    const auto is_unknown = [&](int body) {
-      const int group = problem.bodies[body].group;
-      return !problem.groups[group].floating || has_unknown(group);
-    };
+  const auto is_unknown = [&](int body) {
+    const int group = problem.bodies[body].group;
+    return !problem.groups[group].floating || has_unknown(group);
+  };
+  const auto inherit = [&](const PairLink& pair) {
+    if (resolves(pair.body_a) && resolves(pair.body_b)) return;
     if (is_unknown(pair.body_a) && is_unknown(pair.body_b)) pairs.push_back(pair);
-  }
+  };
+  for (const PairLink& pair : finer.pairs) inherit(pair);
+  finer.bound.for_each_joined([&](const BoundCells::Link& a, const BoundCells::Link& b, double conductance) {
+    inherit({a.body, b.body, conductance, {}, {}});
+  });
 }
 
 void Level::choose_resolved(const LaplaceProblem& problem, const Sets& sets) {

@@ -27,6 +27,7 @@ void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::
   outlines_.clear();
   for (const Body& body : problem.bodies) outlines_.push_back(outline_in_cells(body.shape, h));
   discretize(problem, formula, team);
+  find_bound_cells(problem, team);
 }
 
 void Level::couple(const LaplaceProblem& problem, double largest) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "solvers/laplace/cutcell/bound_cells.hpp"
 #include "solvers/laplace/cutcell/cover.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
@@ -79,9 +80,9 @@ class Level {
   /// shape.
   void build(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team = parallel::Team::single());
   /// Discretizes the problem on a coarse grid of the preconditioner, which has unknowns only for the conductors that it
-  /// resolves: smaller ones are smeared out (homogenize.cpp). `finer` is the grid of cells half as large, null if that
-  /// one is the finest.
-  void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Level* finer,
+  /// resolves: smaller ones are smeared out (homogenize.cpp). `sets` are the groups that it treats like one; `finer` is
+  /// the grid of cells half as large, null: nothing is known of one.
+  void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Sets& sets, const Level* finer,
                     parallel::Team& team = parallel::Team::single());
 
   Layout layout;
@@ -98,6 +99,9 @@ class Level {
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups
   std::vector<SideLink> side_links;
+  BoundCells bound;
+  /// What joins groups without a cell between them that has a potential of its own.
+  std::vector<NetworkLink> direct_links(const LaplaceProblem& problem) const;
   /// The problem's couplings as conductances: between floating groups, and from one to a fixed group. Those of
   /// groups that this grid has absorbed are left out.
   std::vector<NetworkLink> couplings;
@@ -174,6 +178,8 @@ class Level {
   void sum_diagonal(parallel::Team& team);
   void link_shared_cell(const LaplaceProblem& problem, SharedCell cell);
   void link_sides(const LaplaceProblem& problem);
+  void find_bound_cells(const LaplaceProblem& problem, parallel::Team& team);
+  void bind_cell(const LaplaceProblem& problem, int j, int from, int to, BoundCells& found) const;
   void couple(const LaplaceProblem& problem, double largest);
   void choose_resolved(const LaplaceProblem& problem, const Sets& sets);
   void inherit_pairs(const LaplaceProblem& problem, const Level& finer);

@@ -65,6 +65,11 @@ class LinkLists {
     }
   }
 
+  /// Takes these of the level's links out of the sums over groups.
+  void leave_out(const std::vector<int>& links) {
+    for (const int m : links) by_body_[m].conductance = 0;
+  }
+
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].
   void add_to_groups(parallel::Team& team, const Real* v, Real* sum) const {
     add_of_links(team, sum, [v](const OfBody& link) { return link.conductance * v[link.cell]; });

@@ -5,6 +5,7 @@
 
 #include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
+#include "solvers/laplace/cutcell/sets.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
 
 namespace lichtenberg::laplace {
@@ -43,8 +44,9 @@ void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest)
 }
 
 void Multigrid::discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team) {
+  const Sets sets = strongly_coupled(problem, finest.direct_links(problem));
   for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
-    coarse_levels_[l]->build_coarse(problem, formula_, l > 0 ? coarse_levels_[l - 1].get() : &finest, team);
+    coarse_levels_[l]->build_coarse(problem, formula_, sets, l > 0 ? coarse_levels_[l - 1].get() : &finest, team);
     grids_[l + 1]->build(problem, *coarse_levels_[l], team);
   }
 }

@@ -26,8 +26,13 @@ struct Sets {
   std::vector<char> is_held;
 };
 
-/// By couplings, and by those of the finer grid's direct links that conduct more than a face between two cells: of
-/// conductors that all but touch.
+/// Direct links, conductances, that join groups: what lets four times as much through as a face between two cells is
+/// not what a medium of small disks can be taken for. Sets that are joined by less grow over the box in a crowd, and
+/// its disks stay thin conductors where a medium would do. Table in README.md.
+constexpr double least_joining = 4;
+
+/// By couplings, and by those of the finest grid's direct links that conduct more than `least_joining`: of conductors
+/// that all but touch.
 Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
 
 }  // namespace lichtenberg::laplace

@@ -134,7 +134,7 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
 SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups) {
   constexpr int most_unknowns = 300;
   Sets sets = strongly_coupled(problem, links);
-  for (double least = 4; !links.empty() && unknowns(problem, sets, h) > most_unknowns; least *= 4) {
+  for (double least = 4 * least_joining; !links.empty() && unknowns(problem, sets, h) > most_unknowns; least *= 4) {
     std::erase_if(links, [&](const NetworkLink& link) { return link.conductance < least; });
     sets = strongly_coupled(problem, links);
   }

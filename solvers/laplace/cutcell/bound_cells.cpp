@@ -1,0 +1,74 @@
+#include "solvers/laplace/cutcell/bound_cells.hpp"
+
+#include <algorithm>
+
+#include "solvers/laplace/cutcell/level.hpp"
+
+namespace lichtenberg::laplace {
+
+void BoundCells::clear() {
+  cells.clear();
+  start.assign(1, 0);
+  links.clear();
+  link_of_level.clear();
+}
+
+void BoundCells::append(const BoundCells& more) {
+  const int before = static_cast<int>(links.size());
+  cells.insert(cells.end(), more.cells.begin(), more.cells.end());
+  for (std::size_t k = 1; k < more.start.size(); ++k) start.push_back(before + more.start[k]);
+  links.insert(links.end(), more.links.begin(), more.links.end());
+  link_of_level.insert(link_of_level.end(), more.link_of_level.begin(), more.link_of_level.end());
+}
+
+void Level::find_bound_cells(const LaplaceProblem& problem, parallel::Team& team) {
+  const int chunks = 4 * team.size();
+  std::vector<BoundCells> found(chunks);
+  team.for_each(chunks, [&](int chunk) {
+    found[chunk].clear();
+    for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j)
+      for (int from = row_start[j], to = from; from < row_start[j + 1]; from = to) {
+        const std::ptrdiff_t cell = links[links_by_row[from]].cell;
+        bool is_bound = false;
+        for (; to < row_start[j + 1] && links[links_by_row[to]].cell == cell; ++to) {
+          const FluidLink& link = links[links_by_row[to]];
+          is_bound = is_bound || (link.conductance >= BoundCells::least_conductance && resolves(link.body));
+        }
+        if (is_bound) bind_cell(problem, j, from, to, found[chunk]);
+      }
+  });
+  bound.clear();
+  for (const BoundCells& part : found) bound.append(part);
+}
+
+/// The cell of row j whose links are those from one place in links_by_row to another.
+void Level::bind_cell(const LaplaceProblem& problem, int j, int from, int to, BoundCells& found) const {
+  const std::ptrdiff_t cell = links[links_by_row[from]].cell;
+  const int first = static_cast<int>(found.links.size());
+  for (int k = from; k < to; ++k) {
+    const int m = links_by_row[k], group = problem.bodies[links[m].body].group;
+    if (!problem.groups[group].floating) continue;
+    found.link_of_level.push_back(m);
+    const auto same = std::find_if(found.links.begin() + first, found.links.end(),
+                                   [group](const BoundCells::Link& link) { return link.group == group; });
+    if (same != found.links.end())
+      same->conductance += links[m].conductance;
+    else
+      found.links.push_back({links[m].body, group, links[m].conductance});
+  }
+  if (static_cast<int>(found.links.size()) == first) return;
+  found.cells.push_back({cell, j, diagonal[cell]});
+  found.start.push_back(static_cast<int>(found.links.size()));
+}
+
+std::vector<NetworkLink> Level::direct_links(const LaplaceProblem& problem) const {
+  std::vector<NetworkLink> direct;
+  for (const PairLink& pair : pairs)
+    direct.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
+  bound.for_each_joined([&](const BoundCells::Link& a, const BoundCells::Link& b, double conductance) {
+    direct.push_back({a.group, b.group, conductance});
+  });
+  return direct;
+}
+
+}  // namespace lichtenberg::laplace

@@ -184,6 +184,43 @@ TEST_CASE("one body that may move far brings its own contacts under watch, no ot
   CHECK(watched == std::vector<Contact>{{0, 2}, {2, 3}, {2, 4}});
 }
 
+TEST_CASE("contacts among bodies that wander are those that a first look finds, forth and back") {
+  // Sixty on 3 cm by 3 cm: some are about the contact gap apart from others, or from a ball, at all times.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Scene scene = scene_of(std::vector<Vec2>(60));
+  scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
+  const effects::ContactDischarge discharge(scene);
+  Bodies bodies = make_bodies(scene);
+  for (double& x : bodies.position) x = 0.05 + 0.015 * unit(random);
+  std::vector<Contact> contacts;
+  Bodies bodies_before = bodies;
+  std::vector<Contact> contacts_before;
+  int made = 0, lost = 0;
+  for (int step = 0; step < 2000; ++step) {
+    if (step % 50 == 20) bodies_before = bodies, contacts_before = contacts;
+    if (step % 50 == 40) bodies = bodies_before, contacts = contacts_before;
+    std::vector<Contact> anew = contacts;
+    const effects::ContactDischarge first(scene);
+    first.update(bodies, anew);
+    const auto changes = discharge.update(bodies, contacts);
+    made += changes.made, lost += changes.lost;
+    CHECK(contacts == anew);
+    std::vector<double> travel(60);
+    for (std::size_t i = 0; i < travel.size(); ++i) travel[i] = (i % 20 == 3 ? 1e-2 : 1e-5) * (1 + unit(random));
+    const effects::ElectricalGroups groups = electrical_groups(scene, contacts);
+    const auto watched = discharge.watch(bodies, contacts, groups, travel);
+    const auto expected = effects::ContactDischarge(scene).watch(bodies, contacts, groups, travel);
+    CHECK(std::ranges::equal(
+        watched, expected, {}, [](auto& w) { return std::pair(w.contact, w.made); },
+        [](auto& w) { return std::pair(w.contact, w.made); }));
+    // A skin of a sixteenth of a radius lasts for some forty steps.
+    for (double& x : bodies.position) x += 1e-5 * unit(random);
+  }
+  CHECK(made > 20);
+  CHECK(lost > 20);
+}
+
 TEST_CASE("between two looks a gap dips by no more than a tolerance") {
   // On a straight line past each other whose least gap is a tolerance below the threshold, two looks a blind way apart,
   // where the gap is at its threshold, are no closer than the chord beyond it.

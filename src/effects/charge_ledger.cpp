@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "solvers/error.hpp"
 
@@ -77,35 +76,46 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
       drained_[supply] -= charge_[i];
     }
   step_ = 0;
-  // The floating groups' members, in ascending order: the first of each, and who is next.
-  std::vector<int> first(charge_.size(), -1), next(charge_.size(), -1);
-  for (int i = size() - 1; i >= 0; --i)
-    if (groups.supply[i] < 0) next[i] = std::exchange(first[groups.id[i]], i);
-  for (const int member : first)
-    if (member >= 0) share_out(member, next, by_field);
+  share_out(groups, by_field);
 }
 
-/// The group's charge among its members, as the field says; what is left goes to the last.
-void ChargeLedger::share_out(int first, std::span<const int> next, std::span<const double> by_field) {
-  CompensatedSum rest;
-  if (next[first] < 0) {
-    rest += charge_[first];
-    charge_[first] = rest;
-    return;
-  }
-  int members = 0;
-  for (int i = first; i >= 0; i = next[i], ++members) rest += charge_[i];
-  CompensatedSum missing = rest;
-  for (int i = first; i >= 0; i = next[i]) missing += -by_field[i];
-  const double share = missing.total() / members;
-  for (int i = first; i >= 0; i = next[i]) {
-    if (next[i] >= 0) {
-      charge_[i] = CompensatedSum(by_field[i] + share);
-      rest -= charge_[i];
+namespace {
+
+/// A floating group while its charge is shared out.
+struct Shared {
+  CompensatedSum rest, missing;  ///< C: what is left for the members to come; what the field's charges miss
+  double share = 0;              ///< C, of that to each but the last
+  int members = 0, last = 0;
+};
+
+}  // namespace
+
+/// Each floating group's charge among its members, as the field says; what is left goes to the last. Members are met in
+/// ascending order, those of different groups in turns: no sum waits for another.
+void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field) {
+  std::vector<Shared> shared(charge_.size());  // by a group's first member
+  const auto for_each_floating = [&](const auto& visit) {
+    for (int i = 0; i < size(); ++i)
+      if (groups.supply[i] < 0) visit(i, shared[groups.id[i]]);
+  };
+  for_each_floating([&](int i, Shared& group) {
+    group.rest += charge_[i];
+    group.last = i;
+    ++group.members;
+  });
+  for_each_floating([&](int i, Shared& group) {
+    if (i == groups.id[i]) group.missing = group.rest;
+    group.missing += -by_field[i];
+    if (i == group.last) group.share = group.missing.total() / group.members;
+  });
+  for_each_floating([&](int i, Shared& group) {
+    if (i == group.last) {
+      charge_[i] = group.rest;
     } else {
-      charge_[i] = rest;
+      charge_[i] = CompensatedSum(by_field[i] + group.share);
+      group.rest -= charge_[i];
     }
-  }
+  });
 }
 
 double ChargeLedger::held() const { return total(charge_); }

@@ -47,7 +47,7 @@ class ChargeLedger {
 
  private:
   void leak(int node, double charge);
-  void share_out(int first, std::span<const int> next, std::span<const double> by_field);
+  void share_out(const ElectricalGroups& groups, std::span<const double> by_field);
 
   std::vector<CompensatedSum> charge_, drained_;
   CompensatedSum fed_, leaked_;

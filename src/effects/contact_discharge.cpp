@@ -19,6 +19,17 @@ class Among {
   std::span<const Contact>::iterator next_, end_;
 };
 
+double smallest_radius(const Scene& scene) {
+  double smallest = INFINITY;
+  for (const Conductor& conductor : scene.conductors) smallest = std::min(smallest, conductor.radius);
+  return smallest;
+}
+
+/// How far (m) both may come closer, or go apart.
+double approach(Contact contact, int bodies, std::span<const double> travel) {
+  return travel[contact.conductor] + (contact.partner < bodies ? travel[contact.partner] : 0);
+}
+
 }  // namespace
 
 const EffectKind& ContactDischargeOptions::kind() {
@@ -59,7 +70,8 @@ ContactDischarge::ContactDischarge(const Scene& scene)
       release_gap_(make_gap_ +
                    std::max(scene.effects.find<ContactDischargeOptions>()->hysteresis * make_gap_, tolerance_)),
       together_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),
-      terminals_(terminals_of(scene)) {}
+      terminals_(terminals_of(scene)),
+      least_skin_(smallest_radius(scene) / 16) {}
 
 double ContactDischarge::gap(const Bodies& bodies, Contact contact) const {
   const int i = contact.conductor, j = contact.partner, n = bodies.size();
@@ -101,6 +113,44 @@ void ContactDischarge::look_at_terminals(const Bodies& bodies) const {
     for (int t = 0; t < static_cast<int>(terminals_.size()); ++t) terminal_gap_.push_back(gap(bodies, {i, n + t}));
 }
 
+/// Has in close_ all that may change while body i moves by at most travel[i] (m; empty: not at all).
+void ContactDischarge::look(const Bodies& bodies, std::span<const Contact> contacts,
+                            std::span<const double> travel) const {
+  if (covers(bodies, travel) && std::ranges::equal(contacts, made_then_)) return;
+  skin_.resize(bodies.size(), least_skin_);
+  // A look ahead is farther than bodies go until the next: some contact changes before.
+  for (std::size_t i = 0; i < travel.size(); ++i) skin_[i] = std::max(least_skin_, 4 * travel[i]);
+  find_close(bodies, contacts);
+}
+
+bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> travel) const {
+  if (found_at_.size() != bodies.position.size()) return false;
+  const int n = bodies.size(), d = bodies.dimension;
+  for (int i = 0; i < n; ++i) {
+    double way2 = 0;
+    for (int k = i * d; k < (i + 1) * d; ++k)
+      way2 += (bodies.position[k] - found_at_[k]) * (bodies.position[k] - found_at_[k]);
+    const double room = travel.empty() ? skin_[i] : skin_[i] - travel[i];
+    if (!(room >= 0 && way2 <= room * room)) return false;
+  }
+  return true;
+}
+
+/// Each of a pair may come closer, or go away, by its skin. Those on their way to their threshold come along.
+void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact> contacts) const {
+  found_at_ = bodies.position;
+  made_then_.assign(contacts.begin(), contacts.end());
+  close_.clear();
+  Among made(contacts);
+  for (const Contact contact : near(bodies, make_gap_ + together_, skin_))
+    if (!made.has(contact)) close_.push_back({contact, false});
+  const auto apart = static_cast<std::ptrdiff_t>(close_.size());
+  for (const Contact contact : contacts)
+    if (gap(bodies, contact) >= release_gap_ - together_ - approach(contact, bodies.size(), skin_))
+      close_.push_back({contact, true});
+  std::ranges::inplace_merge(close_, close_.begin() + apart, {}, &Close::contact);
+}
+
 ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::vector<Contact>& contacts) const {
   const auto made_now = [&](Contact contact) {
     const double g = gap(bodies, contact);
@@ -110,39 +160,40 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::ve
     const double g = gap(bodies, contact);
     return g >= release_gap_ || (g >= release_gap_ - together_ && gap_rate(bodies, contact) > 0);
   };
-  Changes changes;
-  std::vector<Contact> now;
-  now.reserve(contacts.size());
-  Among before(contacts);
-  // What is not even near the release gap is lost whether it is looked at or not.
-  const std::vector<double> here(bodies.size());
-  for (const Contact contact : near(bodies, release_gap_ + together_, here)) {
-    const bool was = before.has(contact);
-    const bool is = was ? !lost_now(contact) : made_now(contact);
-    if (is) now.push_back(contact);
-    changes.made += is && !was;
+  look(bodies, contacts, {});
+  std::vector<Contact> made, lost;
+  for (Close& pair : close_) {
+    if (pair.made ? !lost_now(pair.contact) : !made_now(pair.contact)) continue;
+    (pair.made ? lost : made).push_back(pair.contact);
+    pair.made = !pair.made;
   }
-  changes.lost = static_cast<int>(contacts.size()) + changes.made - static_cast<int>(now.size());
-  contacts = std::move(now);
+  const Changes changes{static_cast<int>(made.size()), static_cast<int>(lost.size())};
+  if (made.empty() && lost.empty()) return changes;
+  std::vector<Contact> stay;
+  stay.reserve(contacts.size());
+  std::ranges::set_difference(contacts, lost, std::back_inserter(stay));
+  contacts.clear();
+  std::ranges::merge(stay, made, std::back_inserter(contacts));
+  made_then_ = contacts;
   return changes;
+}
+
+bool ContactDischarge::one_already(const ElectricalGroups& groups, int bodies, Contact contact) const {
+  return contact.partner < bodies ? groups.id[contact.conductor] == groups.id[contact.partner]
+                                  : is_one(groups, contact.conductor, terminals_[contact.partner - bodies]);
 }
 
 std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies, std::span<const Contact> contacts,
                                                              const ElectricalGroups& groups,
                                                              std::span<const double> travel) const {
+  look(bodies, contacts, travel);
   const int n = bodies.size();
-  const auto one_already = [&](Contact c) {
-    return c.partner < n ? groups.id[c.conductor] == groups.id[c.partner]
-                         : is_one(groups, c.conductor, terminals_[c.partner - n]);
-  };
   std::vector<Watch> watched;
-  Among made(contacts);
-  for (const Contact contact : near(bodies, make_gap_, travel))
-    if (!one_already(contact) && !made.has(contact)) watched.push_back({contact, false});
-  for (const Contact contact : contacts) {
-    const double approach = travel[contact.conductor] + (contact.partner < n ? travel[contact.partner] : 0);
-    if (release_gap_ - gap(bodies, contact) <= approach) watched.push_back({contact, true});
-  }
+  for (const auto& [contact, made] : close_)
+    if (!made && !one_already(groups, n, contact) && gap(bodies, contact) < make_gap_ + approach(contact, n, travel))
+      watched.push_back({contact, false});
+  for (const auto& [contact, made] : close_)
+    if (made && release_gap_ - gap(bodies, contact) <= approach(contact, n, travel)) watched.push_back({contact, true});
   return watched;
 }
 

@@ -62,8 +62,17 @@ class ContactDischarge : public Effect {
   double blind_way(const Bodies& bodies, const Watch& watch) const;
 
  private:
+  /// A pair whose contact may be made or lost soon.
+  struct Close {
+    Contact contact;
+    bool made = false;
+  };
   std::vector<Contact> near(const Bodies& bodies, double range, std::span<const double> travel) const;
   void look_at_terminals(const Bodies& bodies) const;
+  void look(const Bodies& bodies, std::span<const Contact> contacts, std::span<const double> travel) const;
+  bool covers(const Bodies& bodies, std::span<const double> travel) const;
+  void find_close(const Bodies& bodies, std::span<const Contact> contacts) const;
+  bool one_already(const ElectricalGroups& groups, int bodies, Contact contact) const;
 
   double tolerance_;                          ///< m, of positions
   double make_gap_, release_gap_, together_;  ///< m
@@ -72,6 +81,13 @@ class ContactDischarge : public Effect {
   mutable ReachList near_;
   mutable int searches_ = 0;                  ///< of near_ that the gaps below are of
   mutable std::vector<double> terminal_gap_;  ///< m, by conductor and terminal
+  // No other pair than those that are close can make or lose its contact while no body is farther than its skin from
+  // where it was when they were found.
+  double least_skin_;                       ///< m
+  mutable std::vector<double> skin_;        ///< m, by body
+  mutable std::vector<Close> close_;        ///< in ascending order
+  mutable std::vector<double> found_at_;    ///< positions
+  mutable std::vector<Contact> made_then_;  ///< the contacts that close_ is of
 };
 
 }  // namespace lichtenberg::effects

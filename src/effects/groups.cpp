@@ -51,7 +51,7 @@ DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, cons
   const int n = static_cast<int>(scene.conductors.size());
   DisjointSets sets(n + static_cast<int>(terminals.size()));
   std::vector<int> first_of_wire(scene.groups.size(), -1);
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < n && !scene.groups.empty(); ++i) {
     const int wire = scene.conductors[i].group;
     if (wire < 0) continue;
     if (first_of_wire[wire] < 0) first_of_wire[wire] = i;
@@ -78,7 +78,7 @@ void for_each_held(const Scene& scene, std::span<const Contact> contacts, const 
                    bool conducting, const auto& add) {
   const int n = static_cast<int>(scene.conductors.size());
   const std::vector<int> supply_of_wire = supplies_of_wires(scene, terminals);
-  for (int i = 0; i < n; ++i)
+  for (int i = 0; i < n && !scene.groups.empty(); ++i)
     if (const int wire = scene.conductors[i].group; wire >= 0 && supply_of_wire[wire] >= 0)
       add(i, supply_of_wire[wire]);
   if (!conducting) return;

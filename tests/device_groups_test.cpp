@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "solvers/laplace/cutcell/device/clusters.hpp"
+#include "solvers/laplace/cutcell/device/coarsest.hpp"
 #include "solvers/laplace/cutcell/device/cutcell.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/host_executor.hpp"
@@ -334,5 +335,73 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
   for (std::size_t k = 0; k < expected.size(); ++k) {  // single precision, sums of at most some thirty
     REQUIRE(std::abs(links[k] - expected[k]) <= 30 * 6e-8 * largest);
     REQUIRE(std::abs(seen_from_cells[k] - links[k]) <= 30 * 6e-8 * largest);
+  }
+}
+
+TEST_CASE("a coarsest grid beyond one block's memory is inverted in panels") {
+  parallel::HostExecutor run;
+  crowds::Random random(3);
+  for (const int n : {1, 32, 33, 200}) {
+    CAPTURE(n);
+    const int room = n + 7;
+    std::vector<double> matrix(room * room, 7.0), inverse(room * room, 7.0), scratch(device::Panel::scratch(room));
+    for (int a = 0; a < n; ++a) matrix[a * n + a] = 0.5;  // to the ground
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b < a; ++b) {
+        const double conductance = random(0, 1);
+        matrix[a * n + b] = matrix[b * n + a] = -conductance;
+        matrix[a * n + a] += conductance;
+        matrix[b * n + b] += conductance;
+      }
+    device::Numbers number{};
+    number[device::Of::coarse_unknowns] = n;
+    device::GridView grid{};
+    grid.number = number.data();
+    int is_singular = 0;
+    device::CoarsestView coarsest{};
+    coarsest.matrix = matrix.data();
+    coarsest.precise_inverse = inverse.data();
+    coarsest.is_singular = &is_singular;
+    coarsest.scratch = scratch.data();
+    for (const bool pin : {false, true}) {
+      device::invert_in_panels(run, grid, coarsest, room, pin);
+      CHECK(is_singular == 0);
+      double worst = 0;
+      for (int a = 0; a < n; ++a)
+        for (int b = 0; b < n; ++b) {
+          double sum = a == b ? -1.0 : 0.0;
+          for (int c = 0; c < n; ++c)
+            sum += matrix[a * n + c] * (pin && a == n - 1 && c == n - 1 ? 2 : 1) * inverse[c * n + b];
+          worst = std::max(worst, std::abs(sum));
+        }
+      // Eigenvalues are between .5 and n: rounding of sums of n terms, n / .5 times.
+      CHECK(worst < 1.1e-16 * n * n / 0.5 + 1e-15);
+    }
+    matrix[0] = 0;  // nothing that holds the first
+    for (int b = 1; b < n; ++b) matrix[b] = matrix[b * n] = 0;
+    device::invert_in_panels(run, grid, coarsest, room, false);
+    CHECK(is_singular == 1);
+  }
+}
+
+TEST_CASE("links are as strong as they like where the coarsest grid has more cells than one block has memory for") {
+  // 60, 30 and 15 cells a side.
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {60, 60};
+  problem.sides[left].kind = Side::Kind::electrode;
+  for (int k = 0; k < 6; ++k) {
+    problem.bodies.push_back({Disk{{10.2 + k * (6 + 1e-6), 30.3}, 3}, k});
+    problem.groups.push_back({true, k == 0 ? 1.0 : 0.0, 0});
+  }
+  CutCellOptions options;
+  options.cells = 60;
+  options.tolerance = 1e-8;
+  const LaplaceSolution a = CutCellSolver(options).solve(problem);
+  const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
+  for (int k = 0; k < 2; ++k) {  // the second with clusters
+    device->forget();
+    const LaplaceSolution b = device->solve(problem);
+    CHECK(b.iterations <= a.iterations + 2 + a.iterations / 3);
+    CHECK(difference(b, a) < 1000 * options.tolerance);  // as above
   }
 }

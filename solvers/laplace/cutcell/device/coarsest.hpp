@@ -19,6 +19,7 @@ struct CoarsestView {
   double* precise_inverse;
   int* is_singular;  ///< becomes 1
   double* chunk;     ///< what chunks of a group's links bring to its row; by row, chunk and column
+  double* scratch;   ///< of invert_in_panels
 
   /// A group of a thousand conductors has four thousand links, and a row that one item adds up after the other took
   /// longer than all else of a grid.
@@ -125,20 +126,18 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
   });
 }
 
-/// The inverse of the matrix, by Gauss and Jordan's elimination in the memory of one block, if it has enough.
+/// The inverse of the matrix, by Gauss and Jordan's elimination in the memory of one block, which must have enough.
 struct InvertCoarsest {
   GridView grid;
   CoarsestView coarsest;
-  bool in_block;  ///< its memory is large enough; else, in that of the precise inverse
-  bool pin;       ///< nothing is grounded, and the potential of the last unknown is to be held
+  bool pin;  ///< nothing is grounded, and the potential of the last unknown is to be held
 
   static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = grid.number[Of::coarse_unknowns];
-    double *matrix = in_block ? block.template memory<double>() : coarsest.precise_inverse, *row = matrix + n * n,
-           *column = row + n;
+    double *matrix = block.template memory<double>(), *row = matrix + n * n, *column = row + n;
     block.each(n * n, [&](int e) { matrix[e] = coarsest.matrix[e] * (pin && e == n * n - 1 ? 2 : 1); });
     for (int k = 0; k < n; ++k) {
       block.each(n, [&](int a) {
@@ -156,7 +155,7 @@ struct InvertCoarsest {
       });
     }
     if (!coarsest.inverse) {
-      if (in_block) block.each(n * n, [&](int e) { coarsest.precise_inverse[e] = matrix[e]; });
+      block.each(n * n, [&](int e) { coarsest.precise_inverse[e] = matrix[e]; });
       return;
     }
     block.each(n * n, [&](int e) {  // symmetric to the last bit
@@ -164,6 +163,96 @@ struct InvertCoarsest {
     });
   }
 };
+
+/// For matrices beyond one block's memory: the same elimination in the place of the precise inverse, several rows and
+/// columns at a time, all that is done with the rest of the matrix by the whole device.
+struct Panel {
+  static constexpr int width = 32;
+  GridView grid;
+  CoarsestView coarsest;
+  int from;
+
+  /// How many of the device's doubles it needs besides.
+  static constexpr std::size_t scratch(std::size_t unknowns) { return width * (2 * unknowns + width); }
+
+  LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Of::coarse_unknowns]; }
+  LICHTENBERG_HOST_DEVICE int own() const { return all() - from < width ? all() - from : width; }
+  LICHTENBERG_HOST_DEVICE bool has(int a) const { return a >= from && a < from + width; }
+  LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
+    return coarsest.precise_inverse + static_cast<std::ptrdiff_t>(a) * all() + b;
+  }
+  /// The inverse of the panel's own square, by rows.
+  LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
+  /// That times the panel's rows; the panel's columns as they were, each as long as there are unknowns.
+  LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
+  LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
+
+  /// Inverts the panel's square, in a block's memory.
+  template <class Block>
+  LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
+    const int n = own();
+    if (n <= 0) return;
+    double *matrix = block.template memory<double>(), *pivot_row = matrix + width * width,
+           *pivot_column = pivot_row + width;
+    block.each(width, width, [&](int a, int b) {
+      if (a < n && b < n) matrix[a * width + b] = *entry(from + a, from + b);
+    });
+    for (int k = 0; k < n; ++k) {
+      block.each(n, [&](int a) {
+        pivot_row[a] = matrix[k * width + a];
+        pivot_column[a] = matrix[a * width + k];
+        if (a == k && !(pivot_row[a] > 0)) *coarsest.is_singular = 1;
+      });
+      block.each(n, n, [&](int a, int b) {
+        const double of_pivot = 1 / pivot_row[k];
+        double& e = matrix[a * width + b];
+        if (a == k)
+          e = b == k ? of_pivot : pivot_row[b] * of_pivot;
+        else
+          e = b == k ? -pivot_column[a] * of_pivot : e - pivot_column[a] * pivot_row[b] * of_pivot;
+      });
+    }
+    block.each(n, n, [&](int a, int b) { square()[a * width + b] = matrix[a * width + b]; });
+  }
+  static constexpr std::size_t bytes = (width + 2) * width * sizeof(double);
+
+  LICHTENBERG_HOST_DEVICE void take(int p, int b) const {
+    if (p >= own() || b >= all()) return;
+    double sum = 0;
+    if (has(b))
+      sum = square()[p * width + b - from];
+    else
+      for (int q = 0; q < own(); ++q) sum += square()[p * width + q] * *entry(from + q, b);
+    row(p)[b] = sum;
+    column(p)[b] = *entry(b, from + p);
+  }
+  LICHTENBERG_HOST_DEVICE void eliminate(int a, int b) const {
+    if (a >= all() || b >= all() || own() <= 0) return;
+    if (has(a)) {
+      *entry(a, b) = row(a - from)[b];
+      return;
+    }
+    double sum = has(b) ? 0.0 : *entry(a, b);
+    for (int p = 0; p < own(); ++p) sum -= column(p)[a] * row(p)[b];
+    *entry(a, b) = sum;
+  }
+};
+
+/// The precise inverse of a matrix of at most `room` rows; `pin` as above.
+template <class Executor>
+void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int room, bool pin) {
+  run.for_each(room, room, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
+    const int n = grid.number[Of::coarse_unknowns];
+    if (a < n && b < n)
+      coarsest.precise_inverse[a * n + b] = coarsest.matrix[a * n + b] * (pin && a == n - 1 && b == n - 1 ? 2 : 1);
+  });
+  for (int from = 0; from < room; from += Panel::width) {
+    const Panel panel{grid, coarsest, from};
+    run.template for_each_block<1024>(1, Panel::bytes, panel);
+    run.for_each(Panel::width, room, [=] LICHTENBERG_HOST_DEVICE(int p, int b) { panel.take(p, b); });
+    run.for_each(room, room, [=] LICHTENBERG_HOST_DEVICE(int a, int b) { panel.eliminate(a, b); });
+  }
+}
 
 /// The coarsest grid's system. A small one's inverse is made on the device (and multiplied with in small_grids.hpp); a
 /// large one (a grid of a large odd number of cells) is factorized on the host: right-hand side down, solution up.
@@ -177,6 +266,7 @@ class Coarsest {
         matrix_(run),
         chunks_(run),
         precise_inverse_(run),
+        scratch_(run),
         inverse_(run),
         is_singular_(run) {
     is_singular_.resize(1);
@@ -186,8 +276,8 @@ class Coarsest {
   /// `precise`: links may be strong, of whose fluxes single precision would keep too little.
   void make_room(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t room = grid.room[Of::coarse_unknowns];
-    // More are factorized on the host, which has it take part in each cycle. Beyond one block's memory, elimination is
-    // slow: only where the host would have to keep strong links apart without subtraction.
+    // More are factorized on the host, which has it take part in each cycle; beyond one block's memory all, but where
+    // the host would have to keep strong links apart without subtraction.
     constexpr std::size_t most = 480;
     const std::size_t bytes = InvertCoarsest::bytes(room);
     block_bytes_ = bytes <= run_.most_block_memory() ? bytes : 0;
@@ -198,14 +288,16 @@ class Coarsest {
     matrix_.resize(on_device_ ? room * room : 0);
     chunks_.resize(CoarsestView::chunks * matrix_.size());
     inverse_.resize(on_device_ && !in_double ? room * room : 0);
-    precise_inverse_.resize(on_device_ && in_double ? bytes / sizeof(double) : 0);
+    precise_inverse_.resize(on_device_ && in_double ? room * room : 0);
+    scratch_.resize(on_device_ && block_bytes_ == 0 ? Panel::scratch(room) : 0);
     view_ = {index_.data(),
              unknown_.data(),
              matrix_.data(),
              in_double ? nullptr : inverse_.data(),
              in_double ? precise_inverse_.data() : nullptr,
              is_singular_.data(),
-             chunks_.data()};
+             chunks_.data(),
+             scratch_.data()};
   }
   bool on_device() const { return on_device_; }
   const int* is_singular() const { return view_.is_singular; }
@@ -214,8 +306,10 @@ class Coarsest {
     number_coarsest(run_, problem, grid, view_);
     if (!on_device_) return;
     fill_coarsest(run_, problem, grid, view_);
-    run_.template for_each_block<1024>(1, block_bytes_,
-                                       InvertCoarsest{grid, view_, block_bytes_ > 0, !problem.grounded});
+    if (block_bytes_ > 0)
+      run_.template for_each_block<1024>(1, block_bytes_, InvertCoarsest{grid, view_, !problem.grounded});
+    else
+      invert_in_panels(run_, grid, view_, grid.room[Of::coarse_unknowns], !problem.grounded);
   }
   /// What build() leaves to the host, of a system that is not on the device. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
@@ -278,7 +372,7 @@ class Coarsest {
   bool on_device_ = true;
   parallel::Array<int, Executor> index_, unknown_;
   std::size_t block_bytes_ = 0;  // 0: the elimination is in the device's memory
-  parallel::Array<double, Executor> matrix_, chunks_, precise_inverse_;
+  parallel::Array<double, Executor> matrix_, chunks_, precise_inverse_, scratch_;
   parallel::Array<float, Executor> inverse_;
   parallel::Array<int, Executor> is_singular_;
   CoarsestView view_{};

@@ -55,7 +55,6 @@ class CutCell : public DeviceSolver {
   ~CutCell() override { release_vectors(); }
 
   LaplaceSolution solve(const LaplaceProblem& problem) override {
-    problem.check();
     const auto start = std::chrono::steady_clock::now();
     LaplaceSolution solution;
     prepare_grids(problem);
@@ -544,13 +543,13 @@ void CutCell<Executor>::take_results(const LaplaceProblem& problem, LaplaceSolut
   for (const Group& group : problem.groups) solution.unknowns += group.floating;
   solution.group_potential.assign(potential_.host, potential_.host + problem.groups.size());
   solution.energy = 0;
-  solution.body_charge.clear();
-  solution.body_force.clear();
+  solution.body_charge.resize(bodies_);
+  solution.body_force.resize(bodies_);
   for (std::size_t k = 0; k < bodies_; ++k) {
     const BodyResult& body = body_result_.host[k];
     solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
-    solution.body_charge.push_back(body.charge);
-    solution.body_force.push_back({body.force_x, body.force_y});
+    solution.body_charge[k] = body.charge;
+    solution.body_force[k] = {body.force_x, body.force_y};
   }
   solution.side_charge = {};
   for (int side = 0; side < 4; ++side)

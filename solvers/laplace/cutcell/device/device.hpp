@@ -19,7 +19,7 @@ struct Profile {
 };
 
 /// The cut-cell solver with everything on an executor's device: links, grids, Krylov iterations and results. Only the
-/// bodies go there and only what belongs to a body or a group comes back.
+/// bodies go there and only what belongs to a body or a group comes back. Problems have been checked (CutCellSolver).
 class DeviceSolver : public LaplaceSolver {
  public:
   virtual void set_tolerance(double tolerance) = 0;

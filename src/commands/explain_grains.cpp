@@ -257,8 +257,26 @@ void explain_memory(const Scene& scene) {
              (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
 }
 
-/// By figures of one core of an AMD EPYC with AVX-512 on which little else ran; without it some 2 to 3 times as long
-/// (validation/benchmarks/README.md, what explain counts).
+/// How many times as long as on the core with AVX-512 whose figures they are contacts and forces take on the processors
+/// that this program is compiled for.
+struct Slowness {
+  double contacts, forces;
+};
+
+/// By runs on an AMD EPYC without AVX-512 (validation/benchmarks/README.md, what explain counts): contacts by the
+/// neutral gas, 3.2 s for 2.0; charges' forces by a step of 50016 grains, four times; those of dipoles by the polarized
+/// gas, what contacts leave of 9.9 s for 4.2.
+Slowness slowness(const Scene& scene) {
+#ifdef __AVX512F__
+  constexpr bool wide = true;
+#else
+  constexpr bool wide = false;
+#endif
+  if (wide) return {1, 1};
+  return {.contacts = 1.6, .forces = scene.effects.has("induced_dipoles") ? 2.3 : 4};
+}
+
+/// By figures of one core of an AMD EPYC with AVX-512 on which little else ran (the same README.md).
 void explain_cost(const Scene& scene, const Work& work) {
   // s a grain: a step of contacts; what pairs cost that come and go, and searches for them, a d0 that the fastest
   // flies; passes over all grains, a step.
@@ -267,12 +285,13 @@ void explain_cost(const Scene& scene, const Work& work) {
   // grains in clusters have more neighbours.
   constexpr double in_a_run = 1.5;
   const double n = static_cast<double>(scene.conductors.size());
-  const double contacts = n * (work.contact_steps * contact_step + work.way * way);
-  const double forces = n * work.evaluations * in_a_run * seconds_of_forces(scene);
+  const Slowness slow = slowness(scene);
+  const double contacts = slow.contacts * n * (work.contact_steps * contact_step + work.way * way);
+  const double forces = slow.forces * n * work.evaluations * in_a_run * seconds_of_forces(scene);
   fmt::print("\ncost: an estimate for one core, of a gas that stays homogeneous\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", work.steps, work.contact_steps);
-  fmt::print("  a run                {:.2g} s: {:.2g} s of contacts", contacts + forces + n * work.steps * step,
-             contacts);
+  fmt::print("  a run                {:.2g} s: {:.2g} s of contacts",
+             contacts + forces + slow.contacts * n * work.steps * step, contacts);
   if (forces > 0) fmt::print(", {:.2g} s of smooth forces, {:.2g} times", forces, work.evaluations);
   fmt::print("\n");
 }

@@ -205,6 +205,21 @@ TEST_CASE("explain foresees the steps of a gas that charges itself") {
         Approx(numbers_after(explained, " s of smooth forces, ").first).epsilon(0.25));
 }
 
+// Grains of half the radius have an eighth of the mass: as warm as others they are sqrt(8) times as fast, and fly the
+// way that a step allows in as much less time.
+TEST_CASE("explain foresees that light grains are fast") {
+  const Folder folder;
+  folder.write("gas.toml", scene);
+  const auto shortest = [&](const std::string& settings) {
+    const std::string words = "the shortest lasts ", out = run_program(folder, "explain gas.toml" + settings).out;
+    const std::size_t at = out.find(words);
+    REQUIRE_MESSAGE(at != std::string::npos, out);
+    return out.substr(at + words.size(), out.find(' ', at + words.size()) - at - words.size());
+  };
+  CHECK_EQ(shortest(" --set population.radius=0.25 --set population.temperature=0.125"), shortest(""));
+  CHECK_NE(shortest(" --set population.radius=0.25"), shortest(""));
+}
+
 TEST_CASE("explain says what a gas starts with, and how warm polarized grains may be") {
   const Folder folder;
   folder.write("gas.toml",

@@ -49,6 +49,17 @@ void explain_sums(const Scene& scene) {
                std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
 }
 
+double smallest_radius(const Scene& scene) { return std::ranges::min(scene.conductors, {}, &Conductor::radius).radius; }
+
+double smallest_mass(const Scene& scene) {
+  return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(smallest_radius(scene), 3);
+}
+
+/// Of grains as light as the lightest, at a temperature.
+double fastest_speed(const Scene& scene, double temperature) {
+  return granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature / smallest_mass(scene));
+}
+
 /// The part of the time between two collisions that one lasts, at this temperature.
 double crowding(const Scene& scene, const GrainContactLaw& law, double temperature) {
   const auto duration = [&](double speed, double) { return contact_duration(law, speed); };
@@ -66,7 +77,7 @@ std::string reason_of_steps(const Scene& scene) {
 }
 
 void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
-  const double speed = 2 * granular::fastest_of(scene.conductors.size()) * std::sqrt(temperature);
+  const double speed = 2 * fastest_speed(scene, temperature);
   fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}\n",
              shortest_contact(law, speed), scene.mechanics.contact_steps,
              scene.mechanics.integrator == Integrator::multirate ? ", " + reason_of_steps(scene) : "");
@@ -150,8 +161,6 @@ struct Work {
   double way = 0;          ///< d0, that the fastest grain flies
 };
 
-double smallest_radius(const Scene& scene) { return std::ranges::min(scene.conductors, {}, &Conductor::radius).radius; }
-
 /// That the fastest grain flies in a step whose length the accuracy of forces decides.
 double way_of(const Scene& scene) {
   return granular::way_for(number_in(scene, &EffectKind::force_accuracy).value(), scene.conductors.size(),
@@ -161,8 +170,8 @@ double way_of(const Scene& scene) {
 /// How long forces may be held between grains of this charge.
 double hold_of(const Scene& scene, const GrainContactLaw& law, double charge) {
   const double attraction = number_in(scene, &EffectKind::charge_strength).value_or(0) * charge * charge;
-  const double mass = 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(smallest_radius(scene), 3);
-  return std::visit([&](const auto& one) { return granular::longest_hold(one, attraction, 0.5 * mass); }, law);
+  return std::visit(
+      [&](const auto& one) { return granular::longest_hold(one, attraction, 0.5 * smallest_mass(scene)); }, law);
 }
 
 /// What multirate takes, accelerations aside. Elastic contacts move no charge, after which forces would have to be
@@ -172,7 +181,7 @@ Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& 
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops for these
   Work work;
   const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
-    const double speed = granular::fastest_of(scene.conductors.size()) * std::sqrt(std::max(temperature, 1e-12));
+    const double speed = fastest_speed(scene, std::max(temperature, 1e-12));
     const double inner = shortest_contact(then, 2 * speed) / scene.mechanics.contact_steps;
     const double longest = granular::longest_step_within(
         {.asked = scene.mechanics.step, .hold = hold_of(scene, then, charge), .way = way, .speed = speed},

@@ -93,11 +93,18 @@ struct Shared {
 /// Each floating group's charge among its members, as the field says; what is left goes to the last. Members are met in
 /// ascending order, those of different groups in turns: no sum waits for another.
 void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field) {
-  std::vector<Shared> shared(charge_.size());  // by a group's first member
+  std::vector<Shared> shared;
+  std::vector<int> of_member(charge_.size());  // its group in `shared`
   const auto for_each_floating = [&](const auto& visit) {
     for (int i = 0; i < size(); ++i)
-      if (groups.supply[i] < 0) visit(i, shared[groups.id[i]]);
+      if (groups.supply[i] < 0) visit(i, shared[of_member[i]]);
   };
+  for (int i = 0; i < size(); ++i) {
+    if (groups.supply[i] >= 0) continue;
+    const int first = groups.id[i];
+    if (i == first) of_member[i] = static_cast<int>(shared.size()), shared.emplace_back();
+    of_member[i] = of_member[first];
+  }
   for_each_floating([&](int i, Shared& group) {
     group.rest += charge_[i];
     group.last = i;

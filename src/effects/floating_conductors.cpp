@@ -245,13 +245,13 @@ Vec3 fading(Vec3 correction, Vec3 corrected, Vec3 now) {
   return then > 0 ? std::min(1.0, norm(now) / then) * correction : correction;
 }
 
-/// a + share * b, terminals and resistors as in a; b may be empty, which is none.
-Electrostatics combination(Electrostatics a, double share, const Electrostatics& b) {
-  a.energy += share * b.energy;
+/// a - b, terminals and resistors as in a.
+Electrostatics difference(Electrostatics a, const Electrostatics& b) {
+  a.energy -= b.energy;
   for (std::size_t i = 0; i < b.force.size(); ++i) {
-    a.force[i] += share * b.force[i];
-    a.charge[i] += share * b.charge[i];
-    a.potential[i] += share * b.potential[i];
+    a.force[i] -= b.force[i];
+    a.charge[i] -= b.charge[i];
+    a.potential[i] -= b.potential[i];
   }
   return a;
 }
@@ -365,9 +365,13 @@ Electrostatics FloatingConductors::predict(const Bodies& bodies, const Electrica
   const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
   coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
   ++predictions_;
-  Electrostatics predicted = combination(coarse_, 1, correction_);
-  for (std::size_t i = 0; i < corrected_force_.size(); ++i)
-    predicted.force[i] = coarse_.force[i] + fading(correction_.force[i], corrected_force_[i], coarse_.force[i]);
+  Electrostatics predicted = coarse_;
+  predicted.energy += correction_.energy;
+  for (std::size_t i = 0; i < corrected_force_.size(); ++i) {
+    predicted.force[i] += fading(correction_.force[i], corrected_force_[i], coarse_.force[i]);
+    predicted.charge[i] += correction_.charge[i];
+    predicted.potential[i] += correction_.potential[i];
+  }
   return predicted;
 }
 
@@ -378,7 +382,7 @@ void FloatingConductors::forget() {
 }
 
 void FloatingConductors::correct(const Electrostatics& solved) {
-  correction_ = combination(solved, -1, coarse_);
+  correction_ = difference(solved, coarse_);
   corrected_force_ = coarse_.force;
 }
 

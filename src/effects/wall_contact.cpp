@@ -74,6 +74,20 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
   });
 }
 
+namespace {
+
+/// Whether a body that was as far from a wall as `gap` where it was looked at cannot touch one while it moves by at
+/// most `travel`.
+bool is_away(const Bodies& bodies, int i, std::span<const double> looked_at, double gap, double travel) {
+  double way2 = 0;
+  for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
+    way2 += (bodies.position[k] - looked_at[k]) * (bodies.position[k] - looked_at[k]);
+  const double room = gap - travel;
+  return room > 0 && way2 < room * room;
+}
+
+}  // namespace
+
 /// Whether a body that moves by at most `travel` may touch a wall.
 bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
   const int d = bodies.dimension;
@@ -81,11 +95,7 @@ bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
     gap_.assign(bodies.radius.size(), -INFINITY);
     looked_at_ = bodies.position;
   }
-  double way2 = 0;
-  for (int k = i * d; k < (i + 1) * d; ++k)
-    way2 += (bodies.position[k] - looked_at_[k]) * (bodies.position[k] - looked_at_[k]);
-  const double room = gap_[i] - travel;
-  if (room > 0 && way2 < room * room) return false;
+  if (is_away(bodies, i, looked_at_, gap_[i], travel)) return false;
   gap_[i] = INFINITY;
   for (const Surface& wall : walls_)
     gap_[i] = std::min(gap_[i], view(wall, position_in_space(bodies, i)).distance - bodies.radius[i]);
@@ -94,8 +104,10 @@ bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
 }
 
 void WallContact::mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
+  const bool looked = gap_.size() == bodies.radius.size();
   for (int i = 0; i < bodies.size(); ++i)
-    if (reaches(bodies, i, travel[i])) pushed[i] = true;
+    if (!(looked && is_away(bodies, i, looked_at_, gap_[i], travel[i])) && reaches(bodies, i, travel[i]))
+      pushed[i] = true;
 }
 
 }  // namespace lichtenberg::effects

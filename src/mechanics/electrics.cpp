@@ -225,7 +225,7 @@ void Electrics::carry_resistors(const Trial& trial) {
   const effects::ChargeStep& step = trial.step;
   auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
   for (std::size_t k = 0; k < resistors.size(); ++k) {
-    current[k] = trial.field.carried[k] / step.weight;
+    current[k] = now_.field.carried[k] / step.weight;
     remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
     plain[k] = step.plain_weight * current[k] + step.plain_inherited * plain[k];
     now_.ledger.carry(resistors[k], remaining[k], plain[k]);
@@ -234,28 +234,38 @@ void Electrics::carry_resistors(const Trial& trial) {
   noise = 0;
 }
 
-void Electrics::accept(const Trial& trial, bool merged) {
+void Electrics::accept(Trial trial, bool merged) {
   const double dt = trial.time - now_.time;
-  now_.field = trial.field;
+  now_.field = std::move(trial.field);
   now_.ledger.feed(trial.fed, dt, relaxation_time_);
   if (dt > 0)
     carry_resistors(trial);
   else if (now_.carried.noise > 0)
     guess_currents();
-  now_.ledger.settle(now_.groups, by_node(trial.field.charge, trial.field.terminal_charge));
+  now_.ledger.settle(now_.groups, by_node(now_.field.charge, now_.field.terminal_charge));
   if (now_.energy) now_.energy->note(trial.fed, dt, now_.ledger.leaked_in_step());
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
   show_charges();
   double force2 = 0, speed2 = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {
-    force2 = std::max(force2, norm2(trial.field.force[i]));
+    force2 = std::max(force2, norm2(now_.field.force[i]));
     speed2 = std::max(speed2, norm2(velocity_in_space(model_.bodies, i)));
   }
   now_.largest_force = std::max(now_.largest_force, std::sqrt(force2));
   now_.largest_speed = std::max(now_.largest_speed, std::sqrt(speed2));
   // Else they would press each other with a force that no grid follows, and bounce for ever.
   if (const std::string touching = pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
+}
+
+void Electrics::hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known) {
+  effects::HeldField& held = now_.held;
+  held.time = time;
+  held.force = now_.field.force;  // into the memory that it has
+  held.charge = now_.field.charge;
+  held.force_rate = std::move(force_rate);
+  held.charge_rate = std::move(charge_rate);
+  held.rates_known = rates_known;
 }
 
 bool Electrics::reconnect(double time, FieldGrid grid) {
@@ -368,7 +378,7 @@ double Electrics::work_since_booking(double time) const {
 }
 
 void Electrics::book_energy(const Trial& trial, bool merged) {
-  EnergyBook::Instant instant{trial.time, trial.field.energy, node_potentials(trial.field), trial.field.terminal_charge,
+  EnergyBook::Instant instant{trial.time, now_.field.energy, node_potentials(now_.field), now_.field.terminal_charge,
                               now_.ledger.drained_by_supply()};
   const bool time_passed = trial.time > now_.time;  // if not, resistors have carried nothing
   if (merged)
@@ -378,7 +388,7 @@ void Electrics::book_energy(const Trial& trial, bool merged) {
     now_.energy->book(std::move(instant), now_.carried.resistors,
                       time_passed ? now_.carried.plain : std::vector<double>());
   now_.booked_at = model_.bodies.position;
-  now_.booked_force = trial.field.force;
+  now_.booked_force = now_.field.force;
 }
 
 bool Electrics::stationary(double fraction) const {

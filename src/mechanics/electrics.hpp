@@ -36,6 +36,8 @@ class Electrics {
   void go_back(const Charging& before) { now_ = before; }
   /// What is to act on the bodies from now on.
   void hold(effects::HeldField held) { now_.held = std::move(held); }
+  /// The same: the field as it was accepted last, at `time` (s), and how it goes on from there (N/s, A).
+  void hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known);
 
   /// Contacts and groups of the first instant. Throws InputError for a short circuit.
   void connect();
@@ -48,7 +50,7 @@ class Electrics {
   /// Books the charges fed until the trial's instant, and shares them as its field does. The bodies must be where they
   /// were when it was solved, and nothing else must have been booked since. Throws Failure with the sentence of
   /// pressed_apart_in_potential.
-  void accept(const Trial& trial) { accept(trial, false); }
+  void accept(Trial trial) { accept(std::move(trial), false); }
   /// Whether anything carries charge at a finite rate: what it carried is known after a solve only.
   bool has_resistors() const { return !now_.carried.resistors.empty(); }
   /// Books and shares as accept does, at an instant without a solve, with charges `by_field` (C) known otherwise. Not
@@ -100,7 +102,7 @@ class Electrics {
   double farthest_beyond(std::span<const Foreseen> foreseen, double farthest) const;
   std::vector<double> currents(double time) const;
   void show_charges();
-  void accept(const Trial& trial, bool merged);
+  void accept(Trial trial, bool merged);
   void carry_resistors(const Trial& trial);
   void book_energy(const Trial& trial, bool merged);
   void guess_currents();

@@ -52,7 +52,7 @@ void Split::begin(double time) {
     field.correct(at_.electrics->now().field);
   }
   if (step_ == 0) return restart(time, held().force);
-  hold(time, held().force_rate, held().charge_rate, held().rates_known);
+  at_.electrics->hold(time, held().force_rate, held().charge_rate, held().rates_known);
 }
 
 void Split::advance(double time, double end) {
@@ -91,7 +91,7 @@ double Split::try_prediction(double time, double end) {
   const double target = step_end(time, prediction_, end), step = step_;
   const Start start = this->start();
   predict(time, target);
-  const Trial trial = at_.electrics->solve(target);
+  Trial trial = at_.electrics->solve(target);
   const double wrong_by = error(time, trial, at_.electrics->now().field.force);
   const double proposed = next_prediction(target - time, wrong_by);
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
@@ -104,9 +104,9 @@ double Split::try_prediction(double time, double end) {
   ++at_.counters.corrections;
   const bool cut_short = target - time < prediction_;  // by the end
   prediction_ = std::clamp(cut_short ? std::max(prediction_, proposed) : proposed, shortest_step_, largest_step_);
-  at_.electrics->accept(trial);
-  at_.electrics->field().correct(trial.field);
-  hold(target, held().force_rate, held().charge_rate, held().rates_known);
+  at_.electrics->accept(std::move(trial));
+  at_.electrics->field().correct(at_.electrics->now().field);
+  at_.electrics->hold(target, held().force_rate, held().charge_rate, held().rates_known);
   return target;
 }
 
@@ -127,7 +127,7 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   const std::optional<EnergyBook> energy = at_.electrics->now().energy;
   const double reached = move(time, target);
   if (reached < target && pass_event(reached, grid)) return reached;
-  const Trial trial = at_.electrics->solve(reached, grid);
+  Trial trial = at_.electrics->solve(reached, grid);
   const std::vector<Vec3> assumed = held_forces(reached);
   const double wrong_by = std::max(error(held().time, trial, assumed), at_.electrics->charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
@@ -137,11 +137,10 @@ double Split::try_step(double time, double end, FieldGrid grid) {
     reject(time, reached, wrong_by, grid);
     return time;
   }
-  accept(trial, wrong_by);
+  accept(std::move(trial), wrong_by);
   // What is wrong even after the shortest step has not moved there but jumped.
   if (wrong_by > 1) step_ = 0;
-  if (at_.electrics->reconnect(reached, grid) || wrong_by > 1)
-    restart(reached, wrong_by > 1 ? assumed : trial.field.force);
+  if (at_.electrics->reconnect(reached, grid) || wrong_by > 1) restart(reached, wrong_by > 1 ? assumed : held().force);
   return reached;
 }
 
@@ -204,12 +203,6 @@ std::vector<Vec3> Split::held_forces(double time) const {
   return force;
 }
 
-/// The field that was accepted at `time` becomes the base of the extrapolation.
-void Split::hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known) {
-  const effects::Electrostatics& field = at_.electrics->now().field;
-  at_.electrics->hold({time, field.force, std::move(force_rate), field.charge, std::move(charge_rate), rates_known});
-}
-
 /// The worst body's displacement, in tolerances, if the force assumed at the end was off by what is known now, and
 /// that grew from nothing at the start.
 double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
@@ -221,21 +214,24 @@ double Split::error(double since, const Trial& trial, const std::vector<Vec3>& a
   return worst / at_.scene.mechanics.position_tolerance;
 }
 
-void Split::accept(const Trial& trial, double error) {
+/// The trial's field becomes the base of the extrapolation.
+void Split::accept(Trial trial, double error) {
   ++at_.counters.steps;
   const effects::HeldField& before = held();
-  const double dt = trial.time - before.time, proposed = next_step(dt, error, order(before));
+  const double time = trial.time, dt = time - before.time, proposed = next_step(dt, error, order(before));
   const bool cut_short = dt < step_;  // by an event or the end: no reason to make the next one shorter
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
-  at_.electrics->accept(trial);
-  if (!(dt > shortest_step_)) return hold(trial.time, before.force_rate, before.charge_rate, before.rates_known);
+  at_.electrics->accept(std::move(trial));
+  if (!(dt > shortest_step_))
+    return at_.electrics->hold(time, before.force_rate, before.charge_rate, before.rates_known);
+  const effects::Electrostatics& field = at_.electrics->now().field;
   std::vector<Vec3> force_rate(before.force.size());
   std::vector<double> charge_rate(before.force.size());
   for (std::size_t i = 0; i < before.force.size(); ++i) {
-    force_rate[i] = (trial.field.force[i] - before.force[i]) / dt;
-    charge_rate[i] = (trial.field.charge[i] - before.charge[i]) / dt;
+    force_rate[i] = (field.force[i] - before.force[i]) / dt;
+    charge_rate[i] = (field.charge[i] - before.charge[i]) / dt;
   }
-  hold(trial.time, std::move(force_rate), std::move(charge_rate), true);
+  at_.electrics->hold(time, std::move(force_rate), std::move(charge_rate), true);
 }
 
 /// The bodies are back at `time`; the step that failed went on to `reached`.
@@ -260,11 +256,20 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
   double step = largest_step_, fastest_rate = 0;
   int fastest = 0;
   for (int i = 0; i < bodies.size(); ++i) {
-    const double jump = norm(force[i] - force_before[i]), length = std::min(bodies.radius[i], shortest_gap_);
-    const double speed = std::max(norm(velocity_in_space(bodies, i)), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
+    const double length = std::min(bodies.radius[i], shortest_gap_);
+    const Vec3 jumped = force[i] - force_before[i], velocity = velocity_in_space(bodies, i);
+    const bool alike = bodies.mass[i] == bodies.mass[fastest] && drag_[i] == drag_[fastest];
+    if (alike && drag_[i] > 0) {
+      // (a + b)^2 <= 2 (a^2 + b^2) tells without a root of most that they are not the fastest.
+      const double speed2 = std::max(norm2(velocity), norm2(force[i]) / (drag_[i] * drag_[i]));
+      const double rate2 = norm2(held().force_rate[i]) + norm2(jumped) * speed2 / (length * length);
+      if (2.1 * rate2 < fastest_rate * fastest_rate) continue;
+    }
+    const double jump = norm(jumped);
+    const double speed = std::max(norm(velocity), drag_[i] > 0 ? norm(force[i]) / drag_[i] : 0);
     const double rate = norm(held().force_rate[i]) + jump * speed / length;
     // Of bodies alike the one whose force changes fastest is the first to be displaced.
-    if (bodies.mass[i] != bodies.mass[fastest] || drag_[i] != drag_[fastest] || rate > (1 - 1e-9) * fastest_rate) {
+    if (!alike || rate > (1 - 1e-9) * fastest_rate) {
       step = std::min(step, time_to_displace(tolerance, rate, bodies.mass[i], drag_[i]));
       fastest = i, fastest_rate = rate;
     }
@@ -273,7 +278,7 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
   }
   step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
-  hold(time, std::vector<Vec3>(bodies.size()), std::vector<double>(bodies.size()), false);
+  at_.electrics->hold(time, std::vector<Vec3>(bodies.size()), std::vector<double>(bodies.size()), false);
 }
 
 void Split::save(Checkpoint& checkpoint) const {

@@ -41,9 +41,8 @@ class Split : public Stepper {
   bool pass_event(double time, FieldGrid grid);
   const effects::HeldField& held() const { return at_.electrics->now().held; }
   std::vector<Vec3> held_forces(double time) const;
-  void hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known);
   double error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const;
-  void accept(const Trial& trial, double error);
+  void accept(Trial trial, double error);
   void reject(double time, double reached, double error, FieldGrid grid);
   void restart(double time, const std::vector<Vec3>& force_before);
 

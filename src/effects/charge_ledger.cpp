@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "solvers/error.hpp"
 
@@ -81,48 +82,41 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
 
 namespace {
 
-/// A floating group while its charge is shared out.
-struct Shared {
-  CompensatedSum rest, missing;  ///< C: what is left for the members to come; what the field's charges miss
-  double share = 0;              ///< C, of that to each but the last
-  int members = 0, last = 0;
-};
+/// The charge of the group of `first`, and who is next in it, among its members, as the field says; what is left goes
+/// to the last.
+void share_out(std::vector<CompensatedSum>& charge, int first, std::span<const int> next,
+               std::span<const double> by_field) {
+  CompensatedSum rest;
+  if (next[first] < 0) {
+    rest += charge[first];
+    charge[first] = rest;
+    return;
+  }
+  int members = 0;
+  for (int i = first; i >= 0; i = next[i], ++members) rest += charge[i];
+  CompensatedSum missing = rest;
+  for (int i = first; i >= 0; i = next[i]) missing += -by_field[i];
+  const double share = missing.total() / members;
+  for (int i = first; i >= 0; i = next[i]) {
+    if (next[i] >= 0) {
+      charge[i] = CompensatedSum(by_field[i] + share);
+      rest -= charge[i];
+    } else {
+      charge[i] = rest;
+    }
+  }
+}
 
 }  // namespace
 
-/// Each floating group's charge among its members, as the field says; what is left goes to the last. Members are met in
-/// ascending order, those of different groups in turns: no sum waits for another.
+/// Along the chain of each floating group's members: faster, measured, than all groups' sums side by side.
 void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field) {
-  std::vector<Shared> shared;
-  std::vector<int> of_member(charge_.size());  // its group in `shared`
-  const auto for_each_floating = [&](const auto& visit) {
-    for (int i = 0; i < size(); ++i)
-      if (groups.supply[i] < 0) visit(i, shared[of_member[i]]);
-  };
-  for (int i = 0; i < size(); ++i) {
-    if (groups.supply[i] >= 0) continue;
-    const int first = groups.id[i];
-    if (i == first) of_member[i] = static_cast<int>(shared.size()), shared.emplace_back();
-    of_member[i] = of_member[first];
-  }
-  for_each_floating([&](int i, Shared& group) {
-    group.rest += charge_[i];
-    group.last = i;
-    ++group.members;
-  });
-  for_each_floating([&](int i, Shared& group) {
-    if (i == groups.id[i]) group.missing = group.rest;
-    group.missing += -by_field[i];
-    if (i == group.last) group.share = group.missing.total() / group.members;
-  });
-  for_each_floating([&](int i, Shared& group) {
-    if (i == group.last) {
-      charge_[i] = group.rest;
-    } else {
-      charge_[i] = CompensatedSum(by_field[i] + group.share);
-      group.rest -= charge_[i];
-    }
-  });
+  // In ascending order: the first of each, and who is next.
+  std::vector<int> first(charge_.size(), -1), next(charge_.size(), -1);
+  for (int i = size() - 1; i >= 0; --i)
+    if (groups.supply[i] < 0) next[i] = std::exchange(first[groups.id[i]], i);
+  for (const int member : first)
+    if (member >= 0) effects::share_out(charge_, member, next, by_field);
 }
 
 double ChargeLedger::held() const { return total(charge_); }

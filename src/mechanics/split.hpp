@@ -31,7 +31,7 @@ class Split : public Stepper {
   };
   Start start() const;
   void go_back(const Start& start);
-  void predict(double time, double target);
+  double predict(double since, double target);
   double try_prediction(double time, double end);
   double try_step(double time, double end, FieldGrid grid);
   double step_end(double time, double step, double end) const;

@@ -79,8 +79,8 @@ void Split::go_back(const Start& start) {
 /// Steps with the predictor's field: to `target`, or until there have been as many as may be taken back at once and the
 /// last one's field is known. Returns the time reached.
 double Split::predict(double since, double target) {
-  // A field solve costs some 15 of them, 4 on a device: this many are worth one. Without a limit nearly half of those that
-  // 20000 conductors took at first were thrown away, in windows of more than a hundred.
+  // A field solve costs some 15 of them, 4 on a device: this many are worth one. Without a limit nearly half of those
+  // that 20000 conductors took at first were thrown away, in windows of more than a hundred.
   constexpr int most = 64;
   double time = since;
   for (int done = 0; time < target; ++done) {

@@ -142,11 +142,14 @@ void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact>
   made_then_.assign(contacts.begin(), contacts.end());
   close_.clear();
   Among made(contacts);
-  for (const Contact contact : near(bodies, make_gap_ + together_, skin_))
-    if (!made.has(contact)) close_.push_back({contact, false});
+  const int n = bodies.size();
+  // As far as a contact lasts: a box in which that is to an image of its own is refused.
+  for (const Contact contact : near(bodies, release_gap_ + together_, skin_))
+    if (!made.has(contact) && gap(bodies, contact) < make_gap_ + together_ + approach(contact, n, skin_))
+      close_.push_back({contact, false});
   const auto apart = static_cast<std::ptrdiff_t>(close_.size());
   for (const Contact contact : contacts)
-    if (gap(bodies, contact) >= release_gap_ - together_ - approach(contact, bodies.size(), skin_))
+    if (gap(bodies, contact) >= release_gap_ - together_ - approach(contact, n, skin_))
       close_.push_back({contact, true});
   std::ranges::inplace_merge(close_, close_.begin() + apart, {}, &Close::contact);
 }

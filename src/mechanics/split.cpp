@@ -79,8 +79,9 @@ void Split::go_back(const Start& start) {
 /// Steps with the predictor's field: to `target`, or until there have been as many as may be taken back at once and the
 /// last one's field is known. Returns the time reached.
 double Split::predict(double since, double target) {
-  // A field solve costs some 15 of them, 4 on a device: this many are worth one. Without a limit nearly half of those
-  // that 20000 conductors took at first were thrown away, in windows of more than a hundred.
+  // A field solve costs some 15 predictions, 4 on a device: to check as many costs a quarter of them at most, or a
+  // sixteenth. Without a limit nearly half of those that 20000 conductors took at first were thrown away, in windows of
+  // more than a hundred (validation/benchmarks/README.md).
   constexpr int most = 64;
   double time = since;
   for (int done = 0; time < target; ++done) {
@@ -97,7 +98,7 @@ double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double step = step_;
   const Start start = this->start();
-  const double target = predict(time, step_end(time, prediction_, end));
+  const double allowed = step_end(time, prediction_, end), target = predict(time, allowed);
   Trial trial = at_.electrics->solve(target);
   const double wrong_by = error(time, trial, at_.electrics->now().field.force);
   const double proposed = next_prediction(target - time, wrong_by);
@@ -109,7 +110,7 @@ double Split::try_prediction(double time, double end) {
     return time;
   }
   ++at_.counters.corrections;
-  const bool cut_short = target - time < prediction_;  // by the end, or since it took many steps
+  const bool cut_short = target == allowed && target - time < prediction_;  // by the end
   prediction_ = std::clamp(cut_short ? std::max(prediction_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(std::move(trial));
   at_.electrics->field().correct(at_.electrics->now().field);
@@ -130,7 +131,8 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   const double target = step_end(time, held().time + step_ - time, end);
   // What a rejected step has changed: where the bodies are and, in a scene with a circuit, what drag took. The rest of
   // what is electric waits for the trial, or for an event, which stands.
-  before_ = {at_.model.bodies.position, at_.model.bodies.momentum};
+  before_.position = at_.model.bodies.position;
+  before_.momentum = at_.model.bodies.momentum;
   const std::optional<EnergyBook> energy = at_.electrics->now().energy;
   const double reached = move(time, target);
   if (reached < target && pass_event(reached, grid)) return reached;
@@ -170,7 +172,8 @@ double Split::move(double time, double target) {
 
 /// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that
 /// a collision throws farther than foreseen end the integration where Electrics::events says: as far as that all count
-/// that they might meet. Without contact_discharge there are no events, and all count. Empty: all.
+/// that they might meet. Without contact_discharge there are no events, and all count. No value: all; none in it:
+/// nobody.
 std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
                                                       std::span<const double> reach) const {
   const Stopwatch watch(at_.counters.mechanics_seconds);

@@ -101,6 +101,23 @@ TEST_CASE("a contact within a tolerance of its threshold comes along if it is on
   }
 }
 
+TEST_CASE("a periodic box in which a contact lasts as far as to an image of its own is refused") {
+  const Scene scene = scene_of({{0, 0}, {0, 0}});
+  const effects::ContactDischarge discharge(scene);
+  Bodies bodies = make_bodies(scene);
+  bodies.position = {0, 0, 2.5 * radius, 0};
+  bodies.box.sides[0] = bodies.box.sides[1] = Boundary::periodic;
+  const double least = 2 * (2 * radius + discharge.release_gap());
+  for (const double length : {0.999 * least, 1.01 * least}) {
+    bodies.box.lengths.x = length;
+    std::vector<Contact> contacts;
+    if (length < least)
+      CHECK_THROWS(discharge.update(bodies, contacts));
+    else
+      CHECK(discharge.update(bodies, contacts).made == 1);
+  }
+}
+
 TEST_CASE("unequal radii, electrodes and electrode sides count surface to surface") {
   Scene scene = scene_of({{0.03, 0.0021}, {0.03, 0.0021}});
   scene.conductors[1].radius = 3e-3;

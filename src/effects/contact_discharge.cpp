@@ -138,8 +138,7 @@ bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> trav
 
 /// Each of a pair may come closer, or go away, by its skin. Those on their way to their threshold come along.
 void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact> contacts) const {
-  found_at_ = bodies.position;
-  made_then_.assign(contacts.begin(), contacts.end());
+  found_at_.clear();  // a search may be refused
   close_.clear();
   Among made(contacts);
   const int n = bodies.size();
@@ -152,6 +151,8 @@ void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact>
     if (gap(bodies, contact) >= release_gap_ - together_ - approach(contact, n, skin_))
       close_.push_back({contact, true});
   std::ranges::inplace_merge(close_, close_.begin() + apart, {}, &Close::contact);
+  made_then_.assign(contacts.begin(), contacts.end());
+  found_at_ = bodies.position;
 }
 
 ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::vector<Contact>& contacts) const {

@@ -85,6 +85,14 @@ TEST_CASE("numbers keep all their digits") {
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.00012345678901234567);
 }
 
+TEST_CASE("a number on the command line may begin or end with its point, which TOML does not allow") {
+  CHECK(setting_of("stop.time=.25").value == "0.25");
+  CHECK(setting_of("stop.time=-.25").value == "-0.25");
+  CHECK(setting_of("stop.time=2.").value == "2");
+  CHECK(setting_of("output.file=.hidden").value == "\".hidden\"");
+  CHECK(setting_of("output.file=1.2.3").value == "\"1.2.3\"");
+}
+
 TEST_CASE("a key without a place is refused in a sentence") {
   CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}), "nearest known key is effects.contact_discharge.gap"));
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));

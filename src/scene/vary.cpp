@@ -118,6 +118,19 @@ std::vector<std::string> listed_values(const std::string& list) {
   return values;
 }
 
+namespace {
+
+/// A number that TOML wants more digits of: .5, -.5, 1.
+std::optional<double> bare_number(const std::string& value) {
+  double number = 0;
+  const char* end = value.data() + value.size();
+  const auto [stopped, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc() || stopped != end || value.find('.') == std::string::npos) return {};
+  return number;
+}
+
+}  // namespace
+
 Setting setting_of(const std::string& written) {
   const std::size_t equals = written.find('=');
   if (equals == std::string::npos || equals == 0)
@@ -128,7 +141,8 @@ Setting setting_of(const std::string& written) {
   try {
     parse_document("value = " + value, key);
   } catch (const InputError&) {
-    value = shown(toml::value<std::string>(value));
+    const std::optional<double> number = bare_number(value);
+    value = number ? shown(toml::value<double>(*number)) : shown(toml::value<std::string>(value));
   }
   return {key, value};
 }

@@ -188,13 +188,23 @@ TEST_CASE("a signal that comes while conductors are placed stops the run before 
   CHECK_EQ(child.messages().find("after this step"), std::string::npos);  // there is none
 }
 
+namespace {
+
+/// The script that a run draws with, once it does.
+pid_t drawing_of(Child& child) {
+  pid_t script = 0;
+  for (int tries = 0; script == 0 && tries < 300'000; ++tries, usleep(100)) script = child.own_child();
+  REQUIRE(script != 0);
+  return script;
+}
+
+}  // namespace
+
 TEST_CASE("a run that is ended while it draws its last picture leaves a whole result without a lock") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
   Child child(folder, "six.h5", {"--quiet"});
-  pid_t script = 0;
-  for (int tries = 0; script == 0 && tries < 300'000; ++tries, usleep(100)) script = child.own_child();
-  REQUIRE(script != 0);
+  const pid_t script = drawing_of(child);
   child.send(SIGTERM);
   CHECK_EQ(child.wait(), 128 + SIGTERM);
   kill(script, SIGKILL);  // or it would draw into a folder that is gone
@@ -207,9 +217,7 @@ TEST_CASE("a run that is killed while it draws takes the drawing with it") {
   folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
   prctl(PR_SET_CHILD_SUBREAPER, 1);  // so that we get the status of what the run leaves behind
   Child child(folder, "six.h5", {"--quiet"});
-  pid_t script = 0;
-  for (int tries = 0; script == 0 && tries < 300'000; ++tries, usleep(100)) script = child.own_child();
-  REQUIRE(script != 0);
+  const pid_t script = drawing_of(child);
   child.send(SIGKILL);
   CHECK_EQ(child.wait(), 128 + SIGKILL);
   int status = 0;

@@ -20,27 +20,12 @@
 #include "solvers/laplace/cutcell/device/follow.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/device/results.hpp"
+#include "solvers/laplace/cutcell/device/vector_memory.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
 #include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace::device {
-
-/// Vec's memory on the device for as long as this lives.
-class WriteAccess {
- public:
-  explicit WriteAccess(::Vec vector) : vector_(vector) {
-    parallel::check_petsc(VecGetArrayAndMemType(vector_, &data_, nullptr));
-  }
-  WriteAccess(const WriteAccess&) = delete;
-  WriteAccess& operator=(const WriteAccess&) = delete;
-  ~WriteAccess() { VecRestoreArrayAndMemType(vector_, &data_); }
-  operator double*() const { return data_; }
-
- private:
-  ::Vec vector_;
-  PetscScalar* data_ = nullptr;
-};
 
 /// What PETSc calls an executor's things, said where a solver is made on it: `vector_type`; `method`, the name of the
 /// fused conjugate gradients on it; make(), the executor on PETSc's device (PETSc runs by then).
@@ -279,28 +264,14 @@ template <class Executor>
 PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
   CutCell<Executor>* solver = nullptr;
   PetscCall(MatShellGetContext(matrix, &solver));
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
-  PetscCall(VecGetArrayReadAndMemType(x, &from, nullptr));
-  PetscCall(VecGetArrayWriteAndMemType(y, &to, nullptr));
-  solver->multiply(from, to);
-  PetscCall(VecRestoreArrayReadAndMemType(x, &from));
-  PetscCall(VecRestoreArrayWriteAndMemType(y, &to));
-  return 0;
+  return with_memory(x, y, [&](const double* from, double* to) { solver->multiply(from, to); });
 }
 
 template <class Executor>
 PetscErrorCode precondition(PC pc, ::Vec r, ::Vec z) {
   CutCell<Executor>* solver = nullptr;
   PetscCall(PCShellGetContext(pc, &solver));
-  const PetscScalar* from = nullptr;
-  PetscScalar* to = nullptr;
-  PetscCall(VecGetArrayReadAndMemType(r, &from, nullptr));
-  PetscCall(VecGetArrayWriteAndMemType(z, &to, nullptr));
-  solver->precondition(from, to);
-  PetscCall(VecRestoreArrayReadAndMemType(r, &from));
-  PetscCall(VecRestoreArrayWriteAndMemType(z, &to));
-  return 0;
+  return with_memory(r, z, [&](const double* from, double* to) { solver->precondition(from, to); });
 }
 
 /// Vectors for as many groups as there is room for, and the KSP on them.

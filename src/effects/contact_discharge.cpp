@@ -171,15 +171,14 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::ve
     (pair.made ? lost : made).push_back(pair.contact);
     pair.made = !pair.made;
   }
-  const Changes changes{static_cast<int>(made.size()), static_cast<int>(lost.size())};
-  if (made.empty() && lost.empty()) return changes;
+  if (made.empty() && lost.empty()) return {};
   std::vector<Contact> stay;
   stay.reserve(contacts.size());
   std::ranges::set_difference(contacts, lost, std::back_inserter(stay));
   contacts.clear();
   std::ranges::merge(stay, made, std::back_inserter(contacts));
   made_then_ = contacts;
-  return changes;
+  return {std::move(made), std::move(lost)};
 }
 
 bool ContactDischarge::one_already(const ElectricalGroups& groups, int bodies, Contact contact) const {
@@ -199,6 +198,13 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
   for (const auto& [contact, made] : close_)
     if (made && release_gap_ - gap(bodies, contact) <= approach(contact, n, travel)) watched.push_back({contact, true});
   return watched;
+}
+
+double ContactDischarge::excess_of_waiting(const Bodies& bodies, const Watch& watch) const {
+  const double g = gap(bodies, watch.contact);
+  constexpr double second = 1;  // only the sign of a rate matters
+  const double no_longer = std::min(g - (1 - 1.0 / 16) * make_gap_, -second * gap_rate(bodies, watch.contact));
+  return std::max(g - make_gap_, no_longer);
 }
 
 double ContactDischarge::blind_way(const Bodies& bodies, const Watch& watch) const {

@@ -38,7 +38,7 @@ class ContactDischarge : public Effect {
   double gap_rate(const Bodies& bodies, Contact contact) const;
 
   struct Changes {
-    int made = 0, lost = 0;
+    std::vector<Contact> made, lost;
   };
   /// Makes and loses the contacts (in ascending order) that these positions ask for. Those within a position tolerance
   /// of their threshold and on their way to it come along, so that events at all but the same time are one.
@@ -53,10 +53,15 @@ class ContactDischarge : public Effect {
   /// between conductors that are one already. `contacts`: those made, in ascending order.
   std::vector<Watch> watch(const Bodies& bodies, std::span<const Contact> contacts, const ElectricalGroups& groups,
                            std::span<const double> travel) const;
+  /// Whether a contact (of a scene with so many bodies) would join what is one in these groups.
+  bool one_already(const ElectricalGroups& groups, int bodies, Contact contact) const;
   /// Distance of the gap from the threshold (m): its sign changes when the contact does.
   double excess(const Bodies& bodies, const Watch& watch) const {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ : make_gap_);
   }
+  /// The same of a contact that is to be made and may wait: its sign changes where it can wait no longer, since the two
+  /// go apart again or are closer by a sixteenth of the gap.
+  double excess_of_waiting(const Bodies& bodies, const Watch& watch) const;
   /// How far (m) the two may move against each other between two looks at them. A gap that passes its threshold by one
   /// position tolerance, on a straight way past each other, is beyond it for at least this long: no graze is missed.
   double blind_way(const Bodies& bodies, const Watch& watch) const;
@@ -72,7 +77,6 @@ class ContactDischarge : public Effect {
   void look(const Bodies& bodies, std::span<const Contact> contacts, std::span<const double> travel) const;
   bool covers(const Bodies& bodies, std::span<const double> travel) const;
   void find_close(const Bodies& bodies, std::span<const Contact> contacts) const;
-  bool one_already(const ElectricalGroups& groups, int bodies, Contact contact) const;
 
   double tolerance_;                          ///< m, of positions
   double make_gap_, release_gap_, together_;  ///< m

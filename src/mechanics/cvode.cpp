@@ -345,14 +345,6 @@ void Cvode::Implementation::fail(double time, int flag) const {
 Cvode::Cvode(Model& model, Accuracy accuracy) : shared_(std::make_unique<Shared>(*this, model, std::move(accuracy))) {}
 Cvode::~Cvode() = default;
 
-std::vector<bool> Events::due() const {
-  std::vector<double> value(direction.size());
-  if (values) values(value);
-  std::vector<bool> come;
-  for (std::size_t k = 0; k < value.size(); ++k) come.push_back(direction[k] * value[k] >= 0);
-  return come;
-}
-
 double Cvode::advance(double start, double end, const Events& events) {
   if (!shared_->of_all) shared_->of_all = std::make_unique<Implementation>(*shared_, std::vector<int>());
   shared_->of_all->events = &events;

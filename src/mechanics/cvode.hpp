@@ -21,9 +21,6 @@ struct Events {
   /// foreseen, and whose places and forces they and longest_step depend on.
   std::function<void(std::span<double>)> foreseen_values;
   std::vector<int> watched;
-
-  /// Which have come, for the bodies as they are.
-  std::vector<bool> due() const;
 };
 
 /// Bodies that an integration leaves out, which do not feel those that it moves. Both functions are for the time (s).

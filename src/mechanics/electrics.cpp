@@ -47,7 +47,7 @@ double Electrics::contact_gap() const {
 }
 
 void Electrics::connect() {
-  if (discharge_) counters_.contacts_made += discharge_->update(model_.bodies, now_.contacts).made;
+  if (discharge_) counters_.contacts_made += std::ssize(discharge_->update(model_.bodies, now_.contacts).made);
   now_.groups = effects::electrical_groups(scene_, now_.contacts);
   update_resistors(true);
 }
@@ -268,15 +268,16 @@ void Electrics::hold(double time, std::vector<Vec3> force_rate, std::vector<doub
   held.rates_known = rates_known;
 }
 
-bool Electrics::reconnect(double time, FieldGrid grid) {
-  if (!discharge_) return false;
+Regrouping Electrics::reconnect(double time, double waited, FieldGrid grid) {
+  if (!discharge_) return {};
   const effects::ElectricalGroups before = now_.groups;
+  effects::ContactDischarge::Changes changes;
   {
     const Stopwatch watch(counters_.contact_seconds);
-    const effects::ContactDischarge::Changes changes = discharge_->update(model_.bodies, now_.contacts);
-    if (changes.made == 0 && changes.lost == 0) return false;
-    counters_.contacts_made += changes.made;
-    counters_.contacts_lost += changes.lost;
+    changes = discharge_->update(model_.bodies, now_.contacts);
+    if (changes.made.empty() && changes.lost.empty()) return {};
+    counters_.contacts_made += std::ssize(changes.made);
+    counters_.contacts_lost += std::ssize(changes.lost);
     try {
       now_.groups = effects::electrical_groups(scene_, now_.contacts);
     } catch (const InputError& error) {
@@ -285,11 +286,25 @@ bool Electrics::reconnect(double time, FieldGrid grid) {
   }
   const bool changed = !(now_.groups == before);
   update_resistors(changed);
-  if (!changed) return false;
+  if (!changed) return {};
   ++counters_.regroupings;
-  if (!effects::parts(now_.groups, before)) return false;
+  if (!effects::parts(now_.groups, before)) return {};
   accept(solve(time, grid), true);
-  return true;
+  return {true, mergers(changes.made, before, time, waited)};
+}
+
+/// Those that came along before their time, within a position tolerance, are due now.
+std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
+                                       double time, double waited) const {
+  std::vector<Merger> all;
+  for (const effects::Contact contact : made) {
+    if (discharge_->one_already(before, model_.bodies.size(), contact)) continue;
+    const double beyond = discharge_->make_gap() - discharge_->gap(model_.bodies, contact),
+                 closing = -discharge_->gap_rate(model_.bodies, contact);
+    const double since = closing > 0 ? std::max(beyond, 0.0) / closing : time - waited;
+    all.push_back({contact, std::max(waited, time - since)});
+  }
+  return all;
 }
 
 std::vector<double> Electrics::reach(std::span<const double> travel) const {
@@ -298,48 +313,60 @@ std::vector<double> Electrics::reach(std::span<const double> travel) const {
   return reach;
 }
 
-Events Electrics::events(std::span<const double> reach, const std::optional<std::vector<int>>& thrown) const {
+Lookahead Electrics::look_ahead(std::span<const double> reach, const std::optional<std::vector<int>>& thrown) const {
   if (!discharge_) return {};
   const Stopwatch watch(counters_.contact_seconds);
-  const std::vector<Watch> watched = discharge_->watch(model_.bodies, now_.contacts, now_.groups, reach);
-  Events events;
-  for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
-  events.direction.push_back(+1);
-  events.foreseen_values = [this, watched](std::span<double> value) {
-    for (std::size_t k = 0; k < watched.size(); ++k) value[k] = discharge_->excess(model_.bodies, watched[k]);
+  Lookahead ahead{.watched = discharge_->watch(model_.bodies, now_.contacts, now_.groups, reach),
+                  .least_reach = std::ranges::min(reach)};
+  const int d = model_.bodies.dimension;
+  const auto foresee = [&](int body) {
+    ahead.foreseen.push_back({.body = body, .reach = reach[body]});
+    std::copy_n(&model_.bodies.position[body * d], d, ahead.foreseen.back().start.begin());
   };
-  for (const Watch& w : watched)
+  // What is neither thrown nor watched is where it was.
+  if (thrown)
+    for (const int body : *thrown) foresee(body);
+  else
+    for (int body = 0; body < model_.bodies.size(); ++body) foresee(body);
+  for (const Watch& w : ahead.watched)
+    for (const int body : {w.contact.conductor, w.contact.partner})
+      if (body < model_.bodies.size()) foresee(body);
+  return ahead;
+}
+
+Events Electrics::events(const Lookahead& ahead, bool mergers_wait) const {
+  if (!discharge_) return {};
+  Events events;
+  for (const Watch& w : ahead.watched) events.direction.push_back(w.made ? +1 : -1);
+  events.direction.push_back(+1);
+  events.foreseen_values = [this, &ahead, mergers_wait](std::span<double> value) {
+    for (std::size_t k = 0; k < ahead.watched.size(); ++k)
+      value[k] = mergers_wait && !ahead.watched[k].made ? discharge_->excess_of_waiting(model_.bodies, ahead.watched[k])
+                                                        : discharge_->excess(model_.bodies, ahead.watched[k]);
+  };
+  for (const Watch& w : ahead.watched)
     for (const int body : {w.contact.conductor, w.contact.partner})
       if (body < model_.bodies.size()) events.watched.push_back(body);
-  // What is neither thrown nor watched is where it was.
-  std::vector<int> moving = thrown.value_or(std::vector<int>(model_.bodies.size()));
-  if (!thrown) std::iota(moving.begin(), moving.end(), 0);
-  moving.insert(moving.end(), events.watched.begin(), events.watched.end());
-  double least = INFINITY;
-  for (const double way : reach) least = std::min(least, way);
-  events.values = [this, foreseen = events.foreseen_values, of_moving = foresee(moving, reach),
-                   at_rest = -least](std::span<double> value) {
+  events.values = [this, &ahead, foreseen = events.foreseen_values](std::span<double> value) {
     foreseen(value);
-    value.back() = farthest_beyond(of_moving, at_rest);
+    value.back() = farthest_beyond(ahead.foreseen, -ahead.least_reach);
   };
-  events.longest_step = [this, watched](std::span<const double> force) { return longest_step(watched, force); };
+  events.longest_step = [this, &ahead](std::span<const double> force) { return longest_step(ahead.watched, force); };
   return events;
 }
 
-std::vector<Electrics::Foreseen> Electrics::foresee(const std::vector<int>& bodies,
-                                                    std::span<const double> reach) const {
-  const int d = model_.bodies.dimension;
-  std::vector<Foreseen> all;
-  for (const int i : bodies) {
-    all.push_back({.body = i, .reach = reach[i]});
-    std::copy_n(&model_.bodies.position[i * d], d, all.back().start.begin());
+Electrics::Due Electrics::due(const Lookahead& ahead) const {
+  Due due;
+  for (const Watch& w : ahead.watched) {
+    const double excess = discharge_->excess(model_.bodies, w);
+    (w.made ? due.lost : due.made) |= w.made ? excess >= 0 : excess <= 0;
   }
-  return all;
+  return due;
 }
 
 /// The most (m) by which one of these bodies has moved beyond its reach, `farthest` at least. Roots are drawn for those
 /// alone that may be it.
-double Electrics::farthest_beyond(std::span<const Foreseen> foreseen, double farthest) const {
+double Electrics::farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const {
   const int d = model_.bodies.dimension;
   for (const auto& [body, start, reach] : foreseen) {
     const double* position = &model_.bodies.position[body * d];

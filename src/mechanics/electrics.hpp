@@ -21,6 +21,31 @@ namespace lichtenberg::mechanics {
 /// Which solver a trial asks: the scene's, or the predictor on its coarser grid, which the field effect must then have.
 enum class FieldGrid { whole, predictor };
 
+/// A contact that has made one of two groups, and when it was due (s): before now, if it has waited for others.
+struct Merger {
+  effects::Contact contact;
+  double due = 0;
+};
+
+/// What making and losing contacts has led to.
+struct Regrouping {
+  bool merged = false;          ///< charges have moved, and the field is another
+  std::vector<Merger> mergers;  ///< if so
+};
+
+/// What may happen to contacts on a way that is foreseen.
+struct Lookahead {
+  /// Where a body was, and how far (m) it was to move at most.
+  struct Foreseen {
+    int body = 0;
+    std::array<double, 3> start{};  ///< m
+    double reach = 0;               ///< m
+  };
+  std::vector<effects::ContactDischarge::Watch> watched;  ///< contacts that may change
+  std::vector<Foreseen> foreseen;                         ///< bodies that may move farther
+  double least_reach = 0;                                 ///< m, of any body
+};
+
 /// The electric half of a conductor scene: who is connected with whom, who holds which charge, what the field does. All
 /// that goes on in time is its Charging. A solve returns a Trial and leaves that alone; accept() makes the trial true.
 class Electrics {
@@ -58,14 +83,18 @@ class Electrics {
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be accepted or shared at this instant. If groups merge, charges move: solves, accepts and returns true.
-  /// Groups that only part keep charges, potentials and so the field as it was accepted: returns false. Throws Failure
-  /// for a short circuit.
-  bool reconnect(double time, FieldGrid grid = FieldGrid::whole);
+  /// Groups that only part keep charges, potentials and so the field as it was accepted. `waited`: s, since when a
+  /// contact may have been due. Throws Failure for a short circuit.
+  Regrouping reconnect(double time, double waited, FieldGrid grid = FieldGrid::whole);
+  Regrouping reconnect(double time) { return reconnect(time, time); }
 
-  /// Contacts that may change while body i moves by less than reach[i] (m), as events, and one event more, the last,
-  /// for the first body that moves farther: what elastic contacts do to it is not known beforehand. `thrown`: the
-  /// bodies to which that may happen; empty: all. No events without contact_discharge.
-  Events events(std::span<const double> reach, const std::optional<std::vector<int>>& thrown = {}) const;
+  /// The contacts that may change while body i moves by less than reach[i] (m). `thrown`: the bodies that may move
+  /// farther, since what elastic contacts do to them is not known beforehand; empty: all.
+  Lookahead look_ahead(std::span<const double> reach, const std::optional<std::vector<int>>& thrown = {}) const;
+  /// The same as events, and one event more, the last, for the first body that moves farther. If mergers wait, contacts
+  /// that are made are events only where they can do so no longer. `ahead` must outlive them. No events without
+  /// contact_discharge.
+  Events events(const Lookahead& ahead, bool mergers_wait = false) const;
   /// A little more than travel: a body that moves exactly as far as it can is no event.
   std::vector<double> reach(std::span<const double> travel) const;
 
@@ -76,6 +105,11 @@ class Electrics {
   effects::FloatingConductors& field() { return field_; }
   /// The gap (m) below which conductors are one; infinite without contacts.
   double contact_gap() const;
+  /// Whether a contact that is looked ahead for is to be made, or lost, where the bodies are.
+  struct Due {
+    bool made = false, lost = false;
+  };
+  Due due(const Lookahead& ahead) const;
   /// Whether conductors that come close are one electrically.
   bool has_contacts() const { return discharge_ != nullptr; }
   /// What every supply (supplies_of) shows at the instant of the last accepted solve.
@@ -91,15 +125,10 @@ class Electrics {
 
  private:
   using Watch = effects::ContactDischarge::Watch;
+  std::vector<Merger> mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
+                              double time, double waited) const;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
-  /// Where a body was when events were looked for, and how far (m) it was to move at most.
-  struct Foreseen {
-    int body = 0;
-    std::array<double, 3> start{};  ///< m
-    double reach = 0;               ///< m
-  };
-  std::vector<Foreseen> foresee(const std::vector<int>& bodies, std::span<const double> reach) const;
-  double farthest_beyond(std::span<const Foreseen> foreseen, double farthest) const;
+  double farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const;
   std::vector<double> currents(double time) const;
   void show_charges();
   void accept(Trial trial, bool merged);

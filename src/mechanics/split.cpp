@@ -146,28 +146,45 @@ double Split::try_step(double time, double end, FieldGrid grid) {
     reject(time, reached, wrong_by, grid);
     return time;
   }
+  const double since = reached - held().time;
   accept(std::move(trial), wrong_by);
+  if (wrong_by <= 1) make_up_step(since, assumed);
   // What is wrong even after the shortest step has not moved there but jumped.
   if (wrong_by > 1) step_ = 0;
-  if (at_.electrics->reconnect(reached, grid) || wrong_by > 1) restart(reached, wrong_by > 1 ? assumed : held().force);
+  const std::vector<Vec3> of_old_groups = held().force;
+  const Regrouping regrouping = at_.electrics->reconnect(reached, waited_, grid);
+  if (regrouping.merged || wrong_by > 1) restart(reached, wrong_by > 1 ? assumed : of_old_groups);
+  make_up_wait(reached, regrouping.mergers, of_old_groups);
   return reached;
 }
 
-/// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way.
+/// Moves the bodies under the extrapolated force to `target` or to the first contact made or lost on the way; or, if it
+/// is made, as long beyond as it may wait for others.
 double Split::move(double time, double target) {
   while (time < target) {
     at_.between_steps();
     const std::vector<double> travel = longest_travel(at_.model, drag_, held(), time, target - time);
     const std::vector<double> reach = at_.electrics->reach(travel);
-    const std::optional<std::vector<int>> some = moved_by_cvode(travel, reach);
-    const Events events = at_.electrics->events(reach, some);
-    time = advance(time, target, some, events);
-    std::vector<bool> due = events.due();
-    if (!due.empty()) due.pop_back();
-    if (std::ranges::find(due, true) != due.end()) break;
+    pushed_ = moved_by_cvode(travel, reach);
+    const Lookahead ahead = at_.electrics->look_ahead(reach, pushed_);
+    waited_ = time = advance(time, target, at_.electrics->events(ahead));
+    const Electrics::Due due = at_.electrics->due(ahead);
+    if (due.lost) break;
+    if (due.made) return wait(time, target, ahead);
     // Otherwise a collision has thrown a body farther than was looked for: look again.
   }
-  return time;
+  return waited_ = time;
+}
+
+/// A merger that is due at `time` waits for others that come soon, to share its solve with them: until what it changes
+/// would have moved something by a tolerance, and not into the second half of a step, where it would need one more
+/// solve. A parting waits for nothing: members would part with other charges, and nothing would make up for that. In a
+/// scene with a circuit energy is booked event by event, and nothing waits.
+double Split::wait(double time, double target, const Lookahead& ahead) {
+  if (at_.electrics->has_resistors() || at_.electrics->energy()) return time;
+  const double half = held().time + 0.499 * step_;
+  const double limit = std::min({target, time + wait_, time < half ? half : target});
+  return limit > time ? advance(time, limit, at_.electrics->events(ahead, true)) : time;
 }
 
 /// Only bodies that may touch something need CVODE; in a scene with a circuit, whose drag it books, all do. Those that
@@ -184,11 +201,11 @@ std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> tr
   return pushed;
 }
 
-double Split::advance(double time, double target, const std::optional<std::vector<int>>& some, const Events& events) {
+double Split::advance(double time, double target, const Events& events) {
   const Stopwatch watch(at_.counters.mechanics_seconds);
-  if (!some) return cvode_.advance(time, target, events);
-  if (some->empty()) return flight_.advance(time, target, held(), events);
-  return flight_.advance(time, target, held(), events, *some, cvode_);
+  if (!pushed_) return cvode_.advance(time, target, events);
+  if (pushed_->empty()) return flight_.advance(time, target, held(), events);
+  return flight_.advance(time, target, held(), events, *pushed_, cvode_);
 }
 
 /// Contacts made or lost before the step's end. A merger needs a solve with the new groups. Groups that part need none,
@@ -201,9 +218,12 @@ bool Split::pass_event(double time, FieldGrid grid) {
   std::vector<double> charge(at_.model.bodies.size());
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge[i] = held().charge_at(i, time);
   at_.electrics->share(time, charge);
-  if (!at_.electrics->reconnect(time, grid)) return true;
+  const Regrouping regrouping = at_.electrics->reconnect(time, waited_, grid);
+  if (!regrouping.merged) return true;
   ++at_.counters.steps;
-  restart(time, held_forces(time));
+  const std::vector<Vec3> before = held_forces(time);
+  restart(time, before);
+  make_up_wait(time, regrouping.mergers, before);
   return true;
 }
 
@@ -242,6 +262,70 @@ void Split::accept(Trial trial, double error) {
     charge_rate[i] = (field.charge[i] - before.charge[i]) / dt;
   }
   at_.electrics->hold(time, std::move(force_rate), std::move(charge_rate), true);
+}
+
+/// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt: at most a tolerance, so
+/// that none is pressed into another.
+void Split::make_up(int body, double dt, Vec3 force, Vec3 rate) {
+  Bodies& bodies = at_.model.bodies;
+  const std::size_t d = bodies.dimension;
+  const double mass = bodies.mass[body], tolerance = at_.scene.mechanics.position_tolerance;
+  const FreeFall fall(dt, mass, drag_[body]);
+  const Vec3 way = fall.of_force * force + fall.of_rate * rate,
+             gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
+  const double far = norm(way), share = far > tolerance ? tolerance / far : 1;
+  for (std::size_t k = 0; k < d; ++k) {
+    bodies.position[body * d + k] += share * way[k];
+    bodies.momentum[body * d + k] += share * mass * gain[k];
+  }
+}
+
+/// A step was wrong by a force that grew from nothing to what is known now.
+void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
+  if (!pushed_ || !(dt > shortest_step_)) return;
+  const auto pushed = [&](int i) { return std::ranges::binary_search(*pushed_, i); };
+  for (int i = 0; i < at_.model.bodies.size(); ++i)
+    if (!pushed(i)) make_up(i, dt, {}, (held().force[i] - assumed[i]) / dt);
+}
+
+/// What mergers that have waited changed has acted on the bodies since they were due, and these have moved without. The
+/// next may wait as long as its jump, if it is like these, moves nothing by more than a tolerance: from above by the
+/// lesser of the limits of drag and of inertia.
+void Split::make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before) {
+  if (mergers.empty()) return;
+  const Bodies& bodies = at_.model.bodies;
+  const double tolerance = at_.scene.mechanics.position_tolerance;
+  const double longest_ago = time - std::ranges::min(mergers, {}, &Merger::due).due;
+  double longest = largest_step_;
+  for (int i = 0; i < bodies.size(); ++i) {
+    const Vec3 jump = held().force[i] - force_before[i];
+    const double size = norm(jump);
+    const auto moved_in = [&](double t) { return size * std::min(t * t / (2 * bodies.mass[i]), t / drag_[i]); };
+    if (moved_in(longest) > tolerance)
+      longest = std::max(std::sqrt(2 * bodies.mass[i] * tolerance / size), drag_[i] * tolerance / size);
+    if (moved_in(longest_ago) < 1e-3 * tolerance) continue;
+    if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(i, late_by(i, time, mergers), jump, {});
+  }
+  constexpr double growth = 1.25;  // it follows the largest jumps
+  wait_ = wait_ == 0 ? longest : std::min(longest, growth * wait_);
+}
+
+/// How long a body has moved without the jump of its force (s). Of several mergers that share a solve only the sum of
+/// the jumps is known: those count most that are near, by the square of a dipole's field in the plane.
+double Split::late_by(int body, double time, std::span<const Merger> mergers) const {
+  const Bodies& bodies = at_.model.bodies;
+  const Vec3 here = position_in_space(bodies, body);
+  double weights = 0, sum = 0;
+  for (const auto& [contact, due] : mergers) {
+    double near2 = norm2(bodies.box.difference(here, position_in_space(bodies, contact.conductor)));
+    if (contact.partner < bodies.size())
+      near2 = std::min(near2, norm2(bodies.box.difference(here, position_in_space(bodies, contact.partner))));
+    near2 += bodies.radius[body] * bodies.radius[body];
+    const double weight = 1 / (near2 * near2);
+    weights += weight;
+    sum += weight * (time - due);
+  }
+  return sum / weights;
 }
 
 /// The bodies are back at `time`; the step that failed went on to `reached`.
@@ -293,6 +377,7 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
 
 void Split::save(Checkpoint& checkpoint) const {
   checkpoint.reals["coupling_step"] = {step_, prediction_};
+  checkpoint.reals["longest_wait"] = {wait_};
   checkpoint.reals["charge_rate"] = held().charge_rate;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
   for (const Vec3 r : held().force_rate)
@@ -303,6 +388,7 @@ void Split::save(Checkpoint& checkpoint) const {
 void Split::restore(const Checkpoint& checkpoint) {
   step_ = reals(checkpoint, "coupling_step", 2)[0];
   prediction_ = reals(checkpoint, "coupling_step", 2)[1];
+  if (checkpoint.reals.contains("longest_wait")) wait_ = reals(checkpoint, "longest_wait", 1)[0];
   effects::HeldField restored = held();
   restored.charge_rate = reals(checkpoint, "charge_rate", restored.charge_rate.size());
   const std::vector<double>& rate = reals(checkpoint, "force_rate", at_.model.bodies.position.size());

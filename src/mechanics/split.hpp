@@ -36,9 +36,14 @@ class Split : public Stepper {
   double try_step(double time, double end, FieldGrid grid);
   double step_end(double time, double step, double end) const;
   double move(double time, double target);
+  double wait(double time, double target, const Lookahead& ahead);
   std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
-  double advance(double time, double target, const std::optional<std::vector<int>>& some, const Events& events);
+  double advance(double time, double target, const Events& events);
   bool pass_event(double time, FieldGrid grid);
+  void make_up(int body, double dt, Vec3 force, Vec3 rate);
+  void make_up_step(double dt, const std::vector<Vec3>& assumed);
+  void make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before);
+  double late_by(int body, double time, std::span<const Merger> mergers) const;
   const effects::HeldField& held() const { return at_.electrics->now().held; }
   std::vector<Vec3> held_forces(double time) const;
   double error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const;
@@ -58,7 +63,10 @@ class Split : public Stepper {
   double shortest_gap_;    ///< m
   double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated
   double prediction_ = 0;  ///< s, how long predictions are good for; 0: to be estimated
-  Places before_;          ///< the step that is tried; kept for its memory alone
+  double wait_ = 0;        ///< s, how long a merger may wait for others
+  double waited_ = 0;      ///< s, since when contacts may have been due in the last move
+  std::optional<std::vector<int>> pushed_;  ///< that CVODE moved in the last move; empty: all
+  Places before_;                           ///< the step that is tried; kept for its memory alone
 };
 
 }  // namespace lichtenberg::mechanics

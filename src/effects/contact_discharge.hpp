@@ -55,9 +55,10 @@ class ContactDischarge : public Effect {
                            std::span<const double> travel) const;
   /// Whether a contact (of a scene with so many bodies) would join what is one in these groups.
   bool one_already(const ElectricalGroups& groups, int bodies, Contact contact) const;
-  /// Distance of the gap from the threshold (m): its sign changes when the contact does.
+  /// Distance of the gap from the threshold (m): its sign changes where something must be done about the contact. One
+  /// that is to be lost may wait for a position tolerance: forces do not jump then.
   double excess(const Bodies& bodies, const Watch& watch) const {
-    return gap(bodies, watch.contact) - (watch.made ? release_gap_ : make_gap_);
+    return gap(bodies, watch.contact) - (watch.made ? release_gap_ + together_ : make_gap_);
   }
   /// The same of a contact that is to be made and may wait: its sign changes where it can wait no longer, since the two
   /// go apart again or are closer by a sixteenth of the gap.
@@ -79,7 +80,7 @@ class ContactDischarge : public Effect {
   void find_close(const Bodies& bodies, std::span<const Contact> contacts) const;
 
   double tolerance_;                          ///< m, of positions
-  double make_gap_, release_gap_, together_;  ///< m
+  double make_gap_, release_gap_, together_;  ///< m; the last: how far from its threshold a contact may change
   std::vector<Terminal> terminals_;
   // What was near at the last search: makes looks faster, and changes no answer.
   mutable ReachList near_;

@@ -177,7 +177,7 @@ double Split::move(double time, double target) {
 }
 
 /// A merger that is due at `time` waits for others that come soon, to share its solve with them: until what it changes
-/// would have moved something by a tolerance, and not into the second half of a step, where it would need one more
+/// would have moved something by half a tolerance, and not into the second half of a step, where it would need one more
 /// solve. A parting waits for nothing: members would part with other charges, and nothing would make up for that. In a
 /// scene with a circuit energy is booked event by event, and nothing waits.
 double Split::wait(double time, double target, const Lookahead& ahead) {
@@ -289,8 +289,8 @@ void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
 }
 
 /// What mergers that have waited changed has acted on the bodies since they were due, and these have moved without. The
-/// next may wait as long as its jump, if it is like these, moves nothing by more than a tolerance: from above by the
-/// lesser of the limits of drag and of inertia.
+/// next may wait as long as its jump, if it is like these, moves nothing by more than half a tolerance: from above by
+/// the lesser of the limits of drag and of inertia.
 void Split::make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before) {
   if (mergers.empty()) return;
   const Bodies& bodies = at_.model.bodies;
@@ -301,8 +301,8 @@ void Split::make_up_wait(double time, std::span<const Merger> mergers, const std
     const Vec3 jump = held().force[i] - force_before[i];
     const double size = norm(jump);
     const auto moved_in = [&](double t) { return size * std::min(t * t / (2 * bodies.mass[i]), t / drag_[i]); };
-    if (moved_in(longest) > tolerance)
-      longest = std::max(std::sqrt(2 * bodies.mass[i] * tolerance / size), drag_[i] * tolerance / size);
+    if (moved_in(longest) > 0.5 * tolerance)
+      longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
     if (moved_in(longest_ago) < 1e-3 * tolerance) continue;
     if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(i, late_by(i, time, mergers), jump, {});
   }
@@ -370,7 +370,8 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
     if (drag_[i] == 0)
       step = std::min(step, time_to_displace_from_rest(tolerance, jump * norm(force[i]) / length, bodies.mass[i]));
   }
-  step_ = std::max(step_ == 0 ? step : std::min(step, step_), shortest_step_);
+  constexpr double growth = 1.1;  // or it would stay what the hardest jump has left, while all steps end in events
+  step_ = std::max(step_ == 0 ? step : std::min(step, growth * step_), shortest_step_);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
   at_.electrics->hold(time, std::vector<Vec3>(bodies.size()), std::vector<double>(bodies.size()), false);
 }

@@ -268,7 +268,7 @@ void Electrics::hold(double time, std::vector<Vec3> force_rate, std::vector<doub
   held.rates_known = rates_known;
 }
 
-Regrouping Electrics::reconnect(double time, double waited, FieldGrid grid) {
+Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   if (!discharge_) return {};
   const effects::ElectricalGroups before = now_.groups;
   effects::ContactDischarge::Changes changes;
@@ -290,19 +290,19 @@ Regrouping Electrics::reconnect(double time, double waited, FieldGrid grid) {
   ++counters_.regroupings;
   if (!effects::parts(now_.groups, before)) return {};
   accept(solve(time, grid), true);
-  return {true, mergers(changes.made, before, time, waited)};
+  return {true, mergers(changes.made, before, time, due_since)};
 }
 
 /// Those that came along before their time, within a position tolerance, are due now.
 std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
-                                       double time, double waited) const {
+                                       double time, double due_since) const {
   std::vector<Merger> all;
   for (const effects::Contact contact : made) {
     if (discharge_->one_already(before, model_.bodies.size(), contact)) continue;
     const double beyond = discharge_->make_gap() - discharge_->gap(model_.bodies, contact),
                  closing = -discharge_->gap_rate(model_.bodies, contact);
-    const double since = closing > 0 ? std::max(beyond, 0.0) / closing : time - waited;
-    all.push_back({contact, std::max(waited, time - since)});
+    const double since = closing > 0 ? std::max(beyond, 0.0) / closing : time - due_since;
+    all.push_back({contact, std::max(due_since, time - since)});
   }
   return all;
 }

@@ -83,9 +83,9 @@ class Electrics {
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be accepted or shared at this instant. If groups merge, charges move: solves, accepts and returns true.
-  /// Groups that only part keep charges, potentials and so the field as it was accepted. `waited`: s, since when a
+  /// Groups that only part keep charges, potentials and so the field as it was accepted. `due_since`: s, since when a
   /// contact may have been due. Throws Failure for a short circuit.
-  Regrouping reconnect(double time, double waited, FieldGrid grid = FieldGrid::whole);
+  Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
   /// The contacts that may change while body i moves by less than reach[i] (m). `thrown`: the bodies that may move
@@ -126,7 +126,7 @@ class Electrics {
  private:
   using Watch = effects::ContactDischarge::Watch;
   std::vector<Merger> mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
-                              double time, double waited) const;
+                              double time, double due_since) const;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
   double farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const;
   std::vector<double> currents(double time) const;

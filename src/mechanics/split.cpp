@@ -152,7 +152,7 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   // What is wrong even after the shortest step has not moved there but jumped.
   if (wrong_by > 1) step_ = 0;
   const std::vector<Vec3> of_old_groups = held().force;
-  const Regrouping regrouping = at_.electrics->reconnect(reached, waited_, grid);
+  const Regrouping regrouping = at_.electrics->reconnect(reached, due_since_, grid);
   if (regrouping.merged || wrong_by > 1) restart(reached, wrong_by > 1 ? assumed : of_old_groups);
   make_up_wait(reached, regrouping.mergers, of_old_groups);
   return reached;
@@ -167,13 +167,13 @@ double Split::move(double time, double target) {
     const std::vector<double> reach = at_.electrics->reach(travel);
     pushed_ = moved_by_cvode(travel, reach);
     const Lookahead ahead = at_.electrics->look_ahead(reach, pushed_);
-    waited_ = time = advance(time, target, at_.electrics->events(ahead));
+    due_since_ = time = advance(time, target, at_.electrics->events(ahead));
     const Electrics::Due due = at_.electrics->due(ahead);
     if (due.lost) break;
     if (due.made) return wait(time, target, ahead);
     // Otherwise a collision has thrown a body farther than was looked for: look again.
   }
-  return waited_ = time;
+  return due_since_ = time;
 }
 
 /// A merger that is due at `time` waits for others that come soon, to share its solve with them: until what it changes
@@ -183,7 +183,7 @@ double Split::move(double time, double target) {
 double Split::wait(double time, double target, const Lookahead& ahead) {
   if (at_.electrics->has_resistors() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;
-  const double limit = std::min({target, time + wait_, time < half ? half : target});
+  const double limit = std::min({target, time + patience_, time < half ? half : target});
   return limit > time ? advance(time, limit, at_.electrics->events(ahead, true)) : time;
 }
 
@@ -218,7 +218,7 @@ bool Split::pass_event(double time, FieldGrid grid) {
   std::vector<double> charge(at_.model.bodies.size());
   for (int i = 0; i < at_.model.bodies.size(); ++i) charge[i] = held().charge_at(i, time);
   at_.electrics->share(time, charge);
-  const Regrouping regrouping = at_.electrics->reconnect(time, waited_, grid);
+  const Regrouping regrouping = at_.electrics->reconnect(time, due_since_, grid);
   if (!regrouping.merged) return true;
   ++at_.counters.steps;
   const std::vector<Vec3> before = held_forces(time);
@@ -307,7 +307,7 @@ void Split::make_up_wait(double time, std::span<const Merger> mergers, const std
     if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(i, late_by(i, time, mergers), jump, {});
   }
   constexpr double growth = 1.25;  // it follows the largest jumps
-  wait_ = wait_ == 0 ? longest : std::min(longest, growth * wait_);
+  patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
 }
 
 /// How long a body has moved without the jump of its force (s). Of several mergers that share a solve only the sum of
@@ -378,7 +378,7 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
 
 void Split::save(Checkpoint& checkpoint) const {
   checkpoint.reals["coupling_step"] = {step_, prediction_};
-  checkpoint.reals["longest_wait"] = {wait_};
+  checkpoint.reals["merger_patience"] = {patience_};
   checkpoint.reals["charge_rate"] = held().charge_rate;
   std::vector<double>& rate = checkpoint.reals["force_rate"];
   for (const Vec3 r : held().force_rate)
@@ -389,7 +389,7 @@ void Split::save(Checkpoint& checkpoint) const {
 void Split::restore(const Checkpoint& checkpoint) {
   step_ = reals(checkpoint, "coupling_step", 2)[0];
   prediction_ = reals(checkpoint, "coupling_step", 2)[1];
-  if (checkpoint.reals.contains("longest_wait")) wait_ = reals(checkpoint, "longest_wait", 1)[0];
+  if (checkpoint.reals.contains("merger_patience")) patience_ = reals(checkpoint, "merger_patience", 1)[0];
   effects::HeldField restored = held();
   restored.charge_rate = reals(checkpoint, "charge_rate", restored.charge_rate.size());
   const std::vector<double>& rate = reals(checkpoint, "force_rate", at_.model.bodies.position.size());

@@ -63,8 +63,8 @@ class Split : public Stepper {
   double shortest_gap_;    ///< m
   double step_ = 0;        ///< s, allowed by the error control, from solve to solve; 0: to be estimated
   double prediction_ = 0;  ///< s, how long predictions are good for; 0: to be estimated
-  double wait_ = 0;        ///< s, how long a merger may wait for others
-  double waited_ = 0;      ///< s, since when contacts may have been due in the last move
+  double patience_ = 0;    ///< s, how long a merger may wait for others
+  double due_since_ = 0;   ///< s, since when contacts may have been due in the last move
   std::optional<std::vector<int>> pushed_;  ///< that CVODE moved in the last move; empty: all
   Places before_;                           ///< the step that is tried; kept for its memory alone
 };

@@ -11,8 +11,10 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// What is thrown away with a prediction is more than a step: it is to be wrong by half a tolerance, and seldom by one.
-double next_prediction(double dt, double error) { return next_step(dt, 2 * error, 2); }
+/// In tolerances, what predictions may be wrong by before that is made up for. They go on for as long as half of it is
+/// expected, since more is thrown away with them than a step.
+constexpr double allowed_correction = 2;
+double next_prediction(double dt, double error) { return next_step(dt, 2 / allowed_correction * error, 2); }
 
 /// Of the time a step lasts: with it grows the error of a force that is extrapolated.
 int order(const effects::HeldField& held) { return held.rates_known ? 3 : 2; }
@@ -100,9 +102,10 @@ double Split::try_prediction(double time, double end) {
   const Start start = this->start();
   const double allowed = step_end(time, prediction_, end), target = predict(time, allowed);
   Trial trial = at_.electrics->solve(target);
-  const double wrong_by = error(time, trial, at_.electrics->now().field.force);
+  const std::vector<Vec3> predicted = at_.electrics->now().field.force;
+  const double wrong_by = error(time, trial, predicted);
   const double proposed = next_prediction(target - time, wrong_by);
-  if (wrong_by > 1 && target - time > 2 * shortest_step_) {
+  if (wrong_by > allowed_correction && target - time > 2 * shortest_step_) {
     ++at_.counters.rejected_corrections;
     go_back(start);
     step_ = step;
@@ -115,6 +118,7 @@ double Split::try_prediction(double time, double end) {
   at_.electrics->accept(std::move(trial));
   at_.electrics->field().correct(at_.electrics->now().field);
   at_.electrics->hold(target, held().force_rate, held().charge_rate, held().rates_known);
+  make_up_correction(target - time, predicted);
   return target;
 }
 
@@ -264,28 +268,41 @@ void Split::accept(Trial trial, double error) {
   at_.electrics->hold(time, std::move(force_rate), std::move(charge_rate), true);
 }
 
-/// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt: at most a tolerance, so
-/// that none is pressed into another.
-void Split::make_up(int body, double dt, Vec3 force, Vec3 rate) {
+/// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt: at most some
+/// tolerances, so that none is pressed into another.
+void Split::make_up(int body, double dt, Vec3 force, Vec3 rate, double most) {
   Bodies& bodies = at_.model.bodies;
   const std::size_t d = bodies.dimension;
-  const double mass = bodies.mass[body], tolerance = at_.scene.mechanics.position_tolerance;
+  const double mass = bodies.mass[body], longest = most * at_.scene.mechanics.position_tolerance;
   const FreeFall fall(dt, mass, drag_[body]);
   const Vec3 way = fall.of_force * force + fall.of_rate * rate,
              gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
-  const double far = norm(way), share = far > tolerance ? tolerance / far : 1;
+  const double far = norm(way), share = far > longest ? longest / far : 1;
   for (std::size_t k = 0; k < d; ++k) {
     bodies.position[body * d + k] += share * way[k];
     bodies.momentum[body * d + k] += share * mass * gain[k];
   }
 }
 
-/// A step was wrong by a force that grew from nothing to what is known now.
-void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
-  if (!pushed_ || !(dt > shortest_step_)) return;
-  const auto pushed = [&](int i) { return std::ranges::binary_search(*pushed_, i); };
+/// All bodies but those in `fixed` (in ascending order) were moved for dt by forces that were wrong by nothing at first
+/// and in the end by what is known now.
+void Split::make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed, double most) {
+  auto next = fixed.begin();
   for (int i = 0; i < at_.model.bodies.size(); ++i)
-    if (!pushed(i)) make_up(i, dt, {}, (held().force[i] - assumed[i]) / dt);
+    if (next != fixed.end() && *next == i)
+      ++next;
+    else
+      make_up(i, dt, {}, (held().force[i] - assumed[i]) / dt, most);
+}
+
+void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
+  if (pushed_ && dt > shortest_step_) make_up_defect(dt, assumed, *pushed_, 1);
+}
+
+/// The same of all predictions since a field solve, for bodies that cannot touch by it.
+void Split::make_up_correction(double dt, const std::vector<Vec3>& predicted) {
+  const double most = allowed_correction * at_.scene.mechanics.position_tolerance;
+  make_up_defect(dt, predicted, flight_.pushed(std::vector<double>(predicted.size(), most)), allowed_correction);
 }
 
 /// What mergers that have waited changed has acted on the bodies since they were due, and these have moved without. The
@@ -304,7 +321,7 @@ void Split::make_up_wait(double time, std::span<const Merger> mergers, const std
     if (moved_in(longest) > 0.5 * tolerance)
       longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
     if (moved_in(longest_ago) < 1e-3 * tolerance) continue;
-    if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(i, late_by(i, time, mergers), jump, {});
+    if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(i, late_by(i, time, mergers), jump, {}, 1);
   }
   constexpr double growth = 1.25;  // it follows the largest jumps
   patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);

@@ -40,8 +40,10 @@ class Split : public Stepper {
   std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
   double advance(double time, double target, const Events& events);
   bool pass_event(double time, FieldGrid grid);
-  void make_up(int body, double dt, Vec3 force, Vec3 rate);
+  void make_up(int body, double dt, Vec3 force, Vec3 rate, double most);
+  void make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed, double most);
   void make_up_step(double dt, const std::vector<Vec3>& assumed);
+  void make_up_correction(double dt, const std::vector<Vec3>& predicted);
   void make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before);
   double late_by(int body, double time, std::span<const Merger> mergers) const;
   const effects::HeldField& held() const { return at_.electrics->now().held; }

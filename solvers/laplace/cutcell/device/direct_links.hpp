@@ -73,6 +73,9 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
 /// Conductance of a direct link on the finest grid from which on groups are clustered, on all grids. The host has a
 /// part in that, which is not worth its while before: disks of 4 cells at a tenth of a cell.
 constexpr double strong_link = 16;
+/// So many solves in a row without one, and the host has no part any more until there is one again. Either change
+/// records all kernels anew, which costs as much as some ten solves, and the host's part a quarter of a prediction.
+constexpr int solves_to_forget_strong_links = 200;
 
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {

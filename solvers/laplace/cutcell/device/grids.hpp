@@ -147,6 +147,9 @@ class DeviceGrid {
     }
   }
 
+  /// Until there is one again, which enlarge() has to be told of; make_room() is to follow.
+  void forget_strong_links() { view_.room[Of::strong_links] = 0; }
+
   /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view_);

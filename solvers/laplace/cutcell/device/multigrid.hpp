@@ -174,6 +174,7 @@ class DeviceMultigrid {
     const int first_small = this->first_small();
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
+      grids_[l].set_binding(l < first_small && l + 1 < levels());
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
                           l >= first_small, clustered() ? clustering_.clusters(l) : nullptr,
                           clustered() && l > 0 ? &grids_[0].view() : nullptr,

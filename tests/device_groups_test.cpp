@@ -249,6 +249,39 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("strong links that come and go record kernels once; the host has no part long after the last of them") {
+  CutCellOptions options;
+  options.cells = 64;
+  options.tolerance = 1e-2;
+  const LaplaceProblem apart = chain(2, 8), close = chain(2, 1e-6);
+  device::CutCell<Counting> solver(options);
+  const auto solve = [&](const LaplaceProblem& problem, int times) {
+    Counting::waits = Counting::recordings = 0;
+    for (int k = 0; k < times; ++k) solver.solve(problem);
+  };
+  solve(close, 10);  // until there is room for all, and each guess was made once
+  for (int k = 0; k < 3; ++k) {
+    solve(apart, device::solves_to_forget_strong_links - 1);
+    CHECK(Counting::recordings == 0);
+    CHECK(Counting::waits == 3 * (device::solves_to_forget_strong_links - 1));
+    solve(close, 1);
+    CHECK(Counting::recordings == 0);
+  }
+  solve(apart, device::solves_to_forget_strong_links + 5);
+  CHECK(Counting::recordings > 0);
+  solve(apart, 10);
+  CHECK(Counting::recordings == 0);
+  CHECK(Counting::waits == 10);
+  CutCellOptions exact = options;
+  exact.tolerance = 1e-8;
+  solver.set_tolerance(exact.tolerance);
+  CHECK(difference(solver.solve(close), CutCellSolver(exact).solve(close)) < 1000 * exact.tolerance);  // as above
+  solve(close, 10);
+  solve(close, 1);
+  CHECK(Counting::recordings == 0);
+  CHECK(Counting::waits == 3);
+}
+
 TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {
   // Three in a row, the links from 1e12 to 1e-3; the fourth stands alone.
   const std::vector<double> ground{1, 0.5, 2, 3};

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "solvers/geometry/host_device.hpp"
 #include "solvers/laplace/network_factors.hpp"
 
 namespace lichtenberg::laplace {
@@ -15,6 +16,10 @@ namespace lichtenberg::laplace {
 struct BoundCells {
   /// A link of this conductance binds its cell; a face between two cells has 1. Table in README.md.
   static constexpr double least_conductance = 8;
+  /// What a conductor keeps of its conductance to such a cell, and what two have between them; `all`: the sum of the
+  /// cell's conductances.
+  LICHTENBERG_HOST_DEVICE static constexpr double kept(double c, double all) { return c * (all - c) / all; }
+  LICHTENBERG_HOST_DEVICE static constexpr double joined(double a, double b, double all) { return a * b / all; }
 
   struct Cell {
     std::ptrdiff_t slot;
@@ -39,7 +44,7 @@ struct BoundCells {
     for (std::size_t k = 0; k < cells.size(); ++k)
       for (int m = start[k]; m < start[k + 1]; ++m)
         for (int n = m + 1; n < start[k + 1]; ++n)
-          effect(links[m], links[n], links[m].conductance * links[n].conductance / cells[k].diagonal);
+          effect(links[m], links[n], joined(links[m].conductance, links[n].conductance, cells[k].diagonal));
   }
 };
 

@@ -17,7 +17,7 @@ void Grid::build_bound(const Level& level, std::vector<float>& group_diagonal) {
     ++bound_row_[cell.row + 1];
     for (int m = bound_.start[k]; m < bound_.start[k + 1]; ++m) {
       const auto& [body, group, conductance] = bound_.links[m];
-      group_diagonal[group] += static_cast<float>(conductance * (cell.diagonal - conductance) / cell.diagonal);
+      group_diagonal[group] += static_cast<float>(BoundCells::kept(conductance, cell.diagonal));
     }
   }
   for (int j = 0; j < layout.ny; ++j) bound_row_[j + 1] += bound_row_[j];

@@ -18,18 +18,25 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Direct links between groups, each once (else a = -1), and the groups' diagonals.
+/// Direct links between groups, each once (else a = -1), and behind them what bound cells join; the groups' diagonals
+/// in the cycle and, of the finest grid, in the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
-  run.for_each(grid.room[Of::direct_links], [=] LICHTENBERG_HOST_DEVICE(int m) {
+  const int direct = grid.room[Of::direct_links], all = direct + grid.room[Of::joined_links];
+  run.for_each(all, [=] LICHTENBERG_HOST_DEVICE(int m) {
     link[m] = {-1, -1, 0};
-    if (m >= grid.number[Of::direct_links]) return;
-    const DirectLink& direct = grid.direct_link[m];
-    if (direct.is_to_electrode()) return;
-    const int a = problem.group_of[direct.own], b = problem.group_of[direct.other];
-    if (a < b) link[m] = {a, b, direct.conductance};
+    const bool is_joined = m >= direct;
+    const int number = is_joined ? m - direct : m;
+    if (number >= grid.number[is_joined ? Of::joined_links : Of::direct_links]) return;
+    const DirectLink& listed = is_joined ? grid.joined_link[number] : grid.direct_link[number];
+    if (listed.is_to_electrode()) return;
+    const int a = problem.group_of[listed.own], b = problem.group_of[listed.other];
+    if (a < b) link[m] = {a, b, listed.conductance};
   });
-  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { diagonal[g] = grid.group_diagonal[g]; });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) {
+    diagonal[g] = grid.cycle_diagonal[g];
+    if (grid.finest) diagonal[problem.groups + g] = grid.group_diagonal[g];
+  });
 }
 
 /// All grids' clusters in the memory of a device.
@@ -96,12 +103,13 @@ class Clustering {
       const std::size_t from = part, to = part == 0 ? 1 : grids.size();
       if (from == to) continue;
       std::size_t links = 0;
-      for (std::size_t l = from; l < to; ++l) links += grids[l].room[Of::direct_links];
+      for (std::size_t l = from; l < to; ++l) links += all_links(grids[l]);
+      const std::size_t diagonals = part == 0 ? 2 : to - from;
       auto [link, diagonal] =
-          reports_[part]->template divide<NetworkLink, double>({links, (to - from) * static_cast<std::size_t>(groups)});
+          reports_[part]->template divide<NetworkLink, double>({links, diagonals * static_cast<std::size_t>(groups)});
       for (std::size_t l = from; l < to; ++l) {
-        const int room = grids[l].room[Of::direct_links];
-        of_grid_.push_back({link, diagonal, room});
+        const int room = all_links(grids[l]);
+        of_grid_.push_back({link, diagonal, grids[l].room[Of::direct_links], room});
         link = {link.host + room, link.device + room};
         diagonal = {diagonal.host + groups, diagonal.device + groups};
       }
@@ -116,7 +124,7 @@ class Clustering {
   /// From the finest grid's links. `h`: the coarsest grid's cells, m.
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
-    const SetLists lists = list_sets(problem, links(0), h, groups_);
+    const SetLists lists = list_sets(problem, links(0, of_grid_[0].room), h, groups_);
     const auto copy = [](const std::vector<int>& from, int* to) { std::copy(from.begin(), from.end(), to); };
     copy(lists.of_group, of_group_.host);
     copy(lists.start, start_.host);
@@ -138,7 +146,8 @@ class Clustering {
       clusters.push_back(clusters_of(std::move(of_grid), most, is_coupled && l == 0));
     }
     if (is_coupled) {
-      GroupNetwork exact = network(0);
+      GroupNetwork exact{{of_grid_[0].diagonal.host + groups_, of_grid_[0].diagonal.host + 2 * groups_},
+                         links(0, of_grid_[0].direct)};
       couple(problem, infinite, 0, exact);
       clusters.push_back(clusters_of(std::move(exact), most, true));
     }
@@ -151,15 +160,16 @@ class Clustering {
   struct OfGrid {
     Part<NetworkLink> link;
     Part<double> diagonal;
-    int room;
+    int direct, room;  // for so many direct links, for these and joined ones
   };
+  static int all_links(const GridView& grid) { return grid.room[Of::direct_links] + grid.room[Of::joined_links]; }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   GroupNetwork network(std::size_t l) const {
-    return {{of_grid_[l].diagonal.host, of_grid_[l].diagonal.host + groups_}, links(l)};
+    return {{of_grid_[l].diagonal.host, of_grid_[l].diagonal.host + groups_}, links(l, of_grid_[l].room)};
   }
-  std::vector<NetworkLink> links(std::size_t l) const {
+  std::vector<NetworkLink> links(std::size_t l, int end) const {
     std::vector<NetworkLink> links;
-    for (int m = 0; m < of_grid_[l].room; ++m)
+    for (int m = 0; m < end; ++m)
       if (of_grid_[l].link.host[m].a >= 0) links.push_back(of_grid_[l].link.host[m]);
     return links;
   }

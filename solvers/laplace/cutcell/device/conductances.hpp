@@ -82,6 +82,7 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
         const int link = cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
         if (link >= 0) sum += grid.conductance[link];
       }
+      if (cover.is_boundary_cell()) grid.boundary_diagonal[cover.boundary_number()] = sum;
     }
     grid.inverse_diagonal[slot] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
   });

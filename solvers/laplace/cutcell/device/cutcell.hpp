@@ -234,7 +234,7 @@ void CutCell<Executor>::check_room(const LaplaceProblem& problem) const {
   constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
   // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
   // together as the finest's; a quarter to spare.
-  constexpr double a_link = 56, a_boundary_cell = 28, a_covered_cell = 8, spare = 1.25;
+  constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
   double bytes = a_cell * nx_ * ny_;
   const double h = problem.size.x / nx_;
   for (const Body& body : problem.bodies) {

@@ -2,6 +2,7 @@
 
 // A large grid's part of the V-cycle, a kernel each: the halves of tiles.hpp, and what groups do before and after.
 
+#include "solvers/laplace/cutcell/device/bound.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
 #include "solvers/laplace/cutcell/device/tiles.hpp"
 
@@ -53,6 +54,20 @@ struct DirectFluxes {
   }
 };
 
+/// The same of what the cycle takes for direct links.
+struct CycleFluxes {
+  ProblemView problem;
+  GridView grid;
+  const float* phi;
+  LICHTENBERG_HOST_DEVICE int count(int g) const {
+    return grid.may_link_groups() ? grid.cycle_links_of(problem, g) : 0;
+  }
+  LICHTENBERG_HOST_DEVICE float value(int g, int t) const {
+    const DirectLink& link = grid.cycle_link(problem, g, t);
+    return link.is_to_electrode() ? 0.0f : static_cast<float>(link.conductance) * phi[problem.group_of[link.other]];
+  }
+};
+
 /// phi_next = (flux + what direct links bring) / diagonal: a Jacobi sweep over groups that are coupled directly, those
 /// of a cluster as one. `more`: is added to phi; `z`: becomes the potentials too; null: nothing.
 template <class Executor>
@@ -60,12 +75,12 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
                         const float* more, float* phi_next, double* z = nullptr) {
   if (grid.clusters)
     return relax_clusters(run, problem, grid, flux == grid.charge ? nullptr : flux, phi, more, phi_next, z);
-  const DirectFluxes<float> of_phi{problem, grid, phi};
+  const CycleFluxes of_phi{problem, grid, phi};
   run.template sum_segments<group_lanes>(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
         const float own = of_phi.value(g, t);
-        return more ? own + DirectFluxes<float>{of_phi.problem, of_phi.grid, more}.value(g, t) : own;
+        return more ? own + CycleFluxes{of_phi.problem, of_phi.grid, more}.value(g, t) : own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         phi_next[g] = (flux[g] + sum) * grid.group_inverse_diagonal[g];
@@ -85,12 +100,13 @@ void leave_group_residuals(const Executor& run, ProblemView problem, GridView fi
     run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, FluxesSinceSweep{problem, fine, fine.phi, phi},
                    [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
                      const float inverse = fine.group_inverse_diagonal[g];
-                     const float own = fine.clusters->row[g] < 0 ? fine.charge[g] - phi[g] / inverse : 0.0f;
+                     float own = fine.charge[g] - phi[g] / inverse;
+                     if (fine.clusters->row[g] >= 0) own = fine.binds ? -fine.flux[g] : 0.0f;
                      coarse.charge[g] = inverse > 0 ? sum + own : 0.0f;
                    });
     return;
   }
-  run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, DirectFluxes<float>{problem, fine, phi},
+  run.sum_pieces(fine.link_pieces(problem), fine.partial, flux, CycleFluxes{problem, fine, phi},
                  [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
                    const float inverse = fine.group_inverse_diagonal[g];
                    coarse.charge[g] = inverse > 0 ? fine.charge[g] + sum - phi[g] / inverse : 0.0f;
@@ -183,12 +199,23 @@ void with_tiles(const GridView& coarse, F f) {
     f(Tiling<32, 16>{});
 }
 
+/// Groups from their charges and what bound cells hold for them.
+template <class Executor>
+void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
+  if (grid.binds) take_from_bound_cells(run, problem, grid);
+  if (grid.clusters && grid.binds)
+    solve_clusters(run, problem, grid, static_cast<const double*>(grid.group_rhs), grid.phi);
+  else if (grid.clusters)
+    solve_clusters(run, problem, grid, static_cast<const float*>(grid.charge), grid.phi);
+  if (grid.may_link_groups())
+    relax_direct_links(run, problem, grid, grid.binds ? grid.flux : grid.charge, grid.phi, nullptr, grid.phi_down);
+}
+
 /// A grid's part of the V-cycle on the way down: conductors, red, black, and what is left for the next coarser grid.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
-  if (grid.clusters) solve_clusters(run, problem, grid, grid.charge, grid.phi);
-  if (grid.may_link_groups()) relax_direct_links(run, problem, grid, grid.charge, grid.phi, nullptr, grid.phi_down);
   const float* phi = potentials_down(grid);
+  if (phi) relax_groups_first(run, problem, grid);
   with_tiles(coarse, [&](auto tiles) {
     using Tiles = decltype(tiles);
     using Half = Descend<V, Tiles>;
@@ -210,9 +237,11 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
   if (!phi && z) run.fill(z, 0, problem.groups * sizeof(double));
   if (!phi) return;
   relax_groups(run, problem, grid, static_cast<const V*>(v), z);
-  if (!grid.may_link_groups()) return;
-  relax_direct_links(run, problem, grid, grid.flux, phi, coarse.phi, grid.phi_next);
-  relax_direct_links(run, problem, grid, grid.flux, grid.phi_next, nullptr, grid.phi, z);
+  if (grid.may_link_groups()) {
+    relax_direct_links(run, problem, grid, grid.flux, phi, coarse.phi, grid.phi_next);
+    relax_direct_links(run, problem, grid, grid.flux, grid.phi_next, nullptr, grid.phi, z);
+  }
+  if (grid.binds) follow_groups(run, grid, v);
 }
 
 }  // namespace lichtenberg::laplace::device

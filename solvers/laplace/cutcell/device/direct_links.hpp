@@ -11,17 +11,21 @@ LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, co
   return !grid.medium || !grid.absorbed[problem.group_of[body]];
 }
 
-/// What conductors that all but touch exchange does not pass through cells: where one of them is thin, calls
-/// f(other, kind, number of the finest grid's link), once for both. Conductances do not depend on the size of cells.
+/// What conductors that all but touch exchange does not pass through cells, or through bound ones alone: where one of
+/// them is thin, calls f(other, kind, DirectLink::slot), once for both. Conductances do not depend on the size of
+/// cells.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
   if (!has_potential(problem, grid, body)) return;
   const int rank = problem.rank_of[body];
-  for (int m = grid.finest_link_start[rank]; m < grid.finest_link_start[rank + 1]; ++m) {
-    const DirectLink& link = grid.finest_link[m];
-    if (link.is_to_electrode() || link.other < body || !has_potential(problem, grid, link.other)) continue;
-    if (!grid.resolved[body] || !grid.resolved[link.other]) f(link.other, DirectLink::Kind::inherited, m);
-  }
+  const auto inherit = [&](const DirectLink& link, int slot) {
+    if (link.is_to_electrode() || link.other < body || !has_potential(problem, grid, link.other)) return;
+    if (!grid.resolved[body] || !grid.resolved[link.other]) f(link.other, DirectLink::Kind::inherited, slot);
+  };
+  for (int m = grid.finest_link_start[rank]; m < grid.finest_link_start[rank + 1]; ++m) inherit(grid.finest_link[m], m);
+  if (!grid.finest_joined) return;
+  for (int m = grid.finest_joined_start[rank]; m < grid.finest_joined_start[rank + 1]; ++m)
+    inherit(grid.finest_joined[m], -1 - m);
 }
 
 /// Calls f(owner, kind, corner) for each body of another group that has a cell which one without cells is in or
@@ -73,6 +77,9 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
 /// Conductance of a direct link on the finest grid from which on groups are clustered, on all grids. The host has a
 /// part in that, which is not worth its while before: disks of 4 cells at a tenth of a cell.
 constexpr double strong_link = 16;
+/// So many solves in a row without one, and the host has no part any more until there is one again. Either change
+/// records all kernels anew, which costs as much as some ten solves, and the host's part a quarter of a prediction.
+constexpr int solves_to_forget_strong_links = 200;
 
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
@@ -80,7 +87,8 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
     DirectLink& link = grid.direct_link[m];
     const Outline& own = grid.outline[link.own];
     if (link.kind == DirectLink::Kind::inherited) {
-      link.conductance = grid.finest_link[link.slot].conductance;
+      const DirectLink& of = link.slot >= 0 ? grid.finest_link[link.slot] : grid.finest_joined[-1 - link.slot];
+      link.conductance = of.conductance;
       return;
     }
     if (link.kind != DirectLink::Kind::face) {
@@ -116,19 +124,20 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
   });
 }
 
-/// By the own body's rank, for sorting; behind them what there is room for.
+/// Of direct or joined links: by the own body's rank, for sorting; behind them what there is room for.
 template <class Executor>
-void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, int* key, int* index) {
-  run.for_each(grid.room[Of::direct_links], [=] LICHTENBERG_HOST_DEVICE(int m) {
-    key[m] = m < grid.number[Of::direct_links] ? problem.rank_of[grid.direct_link[m].own] : problem.bodies;
+void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, Of::Kind kind, const DirectLink* link,
+                      int* key, int* index) {
+  run.for_each(grid.room[kind], [=] LICHTENBERG_HOST_DEVICE(int m) {
+    key[m] = m < grid.number[kind] ? problem.rank_of[link[m].own] : problem.bodies;
     index[m] = m;
   });
 }
 
 template <class Executor>
-void sort_direct_links(const Executor& run, GridView grid, const int* index, DirectLink* sorted) {
-  for_each_of(run, grid, Of::direct_links,
-              [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = grid.direct_link[index[m]]; });
+void sort_direct_links(const Executor& run, GridView grid, Of::Kind kind, const DirectLink* link, const int* index,
+                       DirectLink* sorted) {
+  for_each_of(run, grid, kind, [=] LICHTENBERG_HOST_DEVICE(int m) { sorted[m] = link[index[m]]; });
 }
 
 }  // namespace lichtenberg::laplace::device

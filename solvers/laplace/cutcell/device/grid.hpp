@@ -69,6 +69,7 @@ struct Of {
     floating_thin_conductors,
     unknown_groups,   ///< 1 if there is any group with a potential of its own
     own_groups,       ///< on a small grid, of these
+    joined_links,     ///< what bound cells join (bound.hpp)
     strong_links,     ///< on the finest grid, 1 if there is any direct link that groups are to be clustered for
     coarse_unknowns,  ///< of the coarsest grid
     kinds
@@ -91,7 +92,8 @@ struct DirectLink {
     face,            ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
     shared_cell,     ///< one of the two covers no cell's centre and lies in a cell of the other
     thin_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
-    inherited,       ///< one of the two is thin: the finest grid's direct link number `slot`
+    inherited,   ///< one of the two is thin: the finest grid's direct link number `slot`, or joined link -1 - `slot`
+    bound_cell,  ///< both have strong links to a cell that the cycle eliminates: a link in the cycle alone
   };
   int own;  ///< body
   /// Body; or -1 - the electrode side's face, as ProblemView::side_potential counts them.
@@ -182,6 +184,7 @@ struct GridView {
   LinkFormula formula;
   bool finest;
   bool medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
+  bool binds;   ///< the cycle eliminates bound cells (bound.hpp)
 
   Numbers room;  ///< how many there is room for
   int* number;   ///< by Of::Kind; of the lists none at all if there is no room for one of them
@@ -229,9 +232,16 @@ struct GridView {
   double* boundary_diagonal;
   Coupling* coupling;  ///< by boundary cell and side: 4 k + side
 
-  // Where coarse grids keep direct links: the finest grid's; else null.
-  const DirectLink* finest_link;
-  const int* finest_link_start;  ///< by rank
+  // Where the cycle eliminates bound cells.
+  int* is_bound;      ///< by boundary cell
+  float* link_share;  ///< by link: over the diagonal of its cell, if that is bound; else 0
+  double* link_kept;  ///< by link of such a cell: what a group's diagonal keeps of it
+  DirectLink* joined_link;
+  int* joined_start;  ///< by rank
+
+  // Where coarse grids keep direct links: the finest grid's, and what its bound cells join; else null.
+  const DirectLink *finest_link, *finest_joined;
+  const int *finest_link_start, *finest_joined_start;  ///< by rank
 
   // Contacts, sorted by body.
   DirectLink* direct_link;
@@ -251,7 +261,8 @@ struct GridView {
   const ClusterView* exact_clusters;  ///< finest only: of all that are coupled or linked, where any are coupled
 
   double* group_diagonal;         ///< 0: fixed, or a group without any link
-  float* group_inverse_diagonal;  ///< likewise
+  double* cycle_diagonal;         ///< likewise, with bound cells eliminated
+  float* group_inverse_diagonal;  ///< of that
 
   // The V-cycle's vectors.
   float* v;  ///< null on the finest grid
@@ -276,9 +287,23 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
+  /// Of those and what bound cells join, which the cycle treats alike: how many, and the t-th.
+  LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
+    return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
+  }
+  LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
+    const int direct = direct_links_of(problem, g);
+    return t < direct ? direct_link[first_direct_link(problem, g) + t]
+                      : joined_link[joined_before(problem, g) + t - direct];
+  }
+  LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
+    return may_have(Of::joined_links) ? joined_start[problem.first_rank[g]] : 0;
+  }
   LICHTENBERG_HOST_DEVICE bool may_have(Of::Kind kind) const { return room[kind] > 0; }
   /// Whether any groups may be linked to each other.
-  LICHTENBERG_HOST_DEVICE bool may_link_groups() const { return clusters || may_have(Of::direct_links); }
+  LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
+    return clusters || may_have(Of::direct_links) || may_have(Of::joined_links);
+  }
   /// Those of the groups' links, and of their covered cells.
   LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
     return {problem.groups, pieces, piece_start, piece_begin, piece_end, piece_segment, 0, pieces_done};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "solvers/laplace/cutcell/device/bound.hpp"
 #include "solvers/laplace/cutcell/device/conductances.hpp"
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
@@ -58,6 +59,13 @@ class DeviceGrid {
         unsorted_direct_link_(run),
         direct_link_index_(run),
         direct_link_start_(run),
+        is_bound_(run),
+        joined_before_(run),
+        link_share_(run),
+        link_kept_(run),
+        joined_link_(run),
+        unsorted_joined_link_(run),
+        joined_start_(run),
         piece_start_(run),
         piece_begin_(run),
         piece_end_(run),
@@ -65,6 +73,7 @@ class DeviceGrid {
         pieces_done_(run),
         own_group_(run),
         group_diagonal_(run),
+        cycle_diagonal_(run),
         group_inverse_diagonal_(run),
         v_(run),
         f_(run),
@@ -114,6 +123,9 @@ class DeviceGrid {
     view_.exact_clusters = exact_clusters;
     view_.finest_link = finest ? finest->direct_link : nullptr;
     view_.finest_link_start = finest ? finest->direct_link_start : nullptr;
+    const bool inherits_joined = finest && finest->may_have(Of::joined_links);
+    view_.finest_joined = inherits_joined ? finest->joined_link : nullptr;
+    view_.finest_joined_start = inherits_joined ? finest->joined_start : nullptr;
     view_.own_group = small ? sized(own_group_, problem.groups) : nullptr;
     if (!medium)  // what was smeared out before is in the bins still
       for (const Of::Kind kind : {Of::newly_absorbed, Of::thin_conductors, Of::floating_thin_conductors})
@@ -147,6 +159,11 @@ class DeviceGrid {
     }
   }
 
+  /// Whether the cycle is to eliminate bound cells; make_room() is to follow.
+  void set_binding(bool binds) { view_.binds = binds; }
+  /// Until there is one again, which enlarge() has to be told of; make_room() is to follow.
+  void forget_strong_links() { view_.room[Of::strong_links] = 0; }
+
   /// `finer`: the next finer grid, whose outlines have been made; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view_);
@@ -164,6 +181,7 @@ class DeviceGrid {
     if (view_.medium) make_permittivity(run_, view_);
     make_links(run_, problem, view_);
     make_diagonals(run_, problem, view_);
+    if (view_.binds) bind(problem);
     build_direct_links(problem);
     build_groups(problem);
   }
@@ -177,7 +195,9 @@ class DeviceGrid {
     view_.strip_start = sized(strip_start_, problem.bodies + 1);
     view_.direct_link_start = sized(direct_link_start_, problem.bodies + 1);
     sized(without_cells_number_, problem.bodies + 1);
-    sized(sort_key_, std::max({problem.groups, problem.bodies, view_.room[Of::direct_links]}));
+    sized(sort_key_,
+          std::max({problem.groups, problem.bodies, view_.room[Of::direct_links], view_.room[Of::joined_links]}));
+    view_.joined_start = sized(joined_start_, problem.bodies + 1);
   }
 
   void make_room_for_medium(const ProblemView& problem) {
@@ -225,7 +245,17 @@ class DeviceGrid {
     view_.coupling = sized(coupling_, 4L * room[Of::boundary]);
     view_.direct_link = sized(direct_link_, room[Of::direct_links]);
     if (view_.may_have(Of::without_cells)) sized(unsorted_direct_link_, room[Of::direct_links]);
-    sized(direct_link_index_, room[Of::direct_links]);
+    sized(direct_link_index_, std::max(room[Of::direct_links], room[Of::joined_links]));
+    if (view_.binds) {
+      view_.is_bound = sized(is_bound_, room[Of::boundary]);
+      sized(joined_before_, room[Of::boundary] + 1);
+      view_.link_share = sized(link_share_, room[Of::links]);
+      view_.link_kept = sized(link_kept_, room[Of::links]);
+      view_.joined_link = sized(joined_link_, room[Of::joined_links]);
+      sized(unsorted_joined_link_, room[Of::joined_links]);
+    } else {
+      view_.room[Of::joined_links] = 0;
+    }
     view_.pieces = (room[Of::links] + room[Of::covered]) / piece_length + 2 * problem.groups;
   }
 
@@ -239,6 +269,7 @@ class DeviceGrid {
     view_.partial = sized(partial_, view_.pieces);
     sized(partial_double_, view_.pieces);
     view_.group_diagonal = sized(group_diagonal_, problem.groups);
+    view_.cycle_diagonal = view_.binds ? sized(cycle_diagonal_, problem.groups) : view_.group_diagonal;
     view_.group_inverse_diagonal = sized(group_inverse_diagonal_, problem.groups);
     view_.phi = sized(phi_, problem.groups);
     view_.phi_down = sized(phi_down_, problem.groups);
@@ -295,12 +326,25 @@ class DeviceGrid {
     int *key = sort_key_.data(), *index = direct_link_index_.data();
     if (view_.may_have(Of::without_cells)) list_without_cells(run_, problem, list, without_cells_number_.data());
     make_direct_links(run_, problem, list);
-    direct_link_keys(run_, problem, list, key, index);
+    direct_link_keys(run_, problem, view_, Of::direct_links, list.direct_link, key, index);
     if (view_.may_have(Of::without_cells)) {
       run_.sort(key, index, room, problem.bodies);
-      sort_direct_links(run_, list, index, view_.direct_link);
+      sort_direct_links(run_, view_, Of::direct_links, list.direct_link, index, view_.direct_link);
     }
     start_segments(run_, key, room, problem.bodies, view_.direct_link_start);
+  }
+
+  void bind(const ProblemView& problem) {
+    find_bound_cells(run_, problem, view_, joined_before_.data());
+    const int room = view_.room[Of::joined_links];
+    if (room == 0) return;
+    DirectLink* unsorted = unsorted_joined_link_.data();
+    int *key = sort_key_.data(), *index = direct_link_index_.data();
+    list_joined(run_, problem, view_, joined_before_.data(), unsorted);
+    direct_link_keys(run_, problem, view_, Of::joined_links, unsorted, key, index);
+    run_.sort(key, index, room, problem.bodies);
+    sort_direct_links(run_, view_, Of::joined_links, unsorted, index, view_.joined_link);
+    start_segments(run_, key, room, problem.bodies, view_.joined_start);
   }
 
   void build_groups(const ProblemView& problem) {
@@ -311,6 +355,7 @@ class DeviceGrid {
     run_.exclusive_scan(view_.piece_start, 2 * problem.groups + 1);
     cut_pieces(run_, problem, view_);
     make_group_diagonals(run_, problem, view_, partial_double_.data());
+    if (view_.binds) make_cycle_diagonals(run_, problem, view_, partial_double_.data());
   }
 
   template <class T>
@@ -346,8 +391,13 @@ class DeviceGrid {
   parallel::Array<Coupling, Executor> coupling_;
   parallel::Array<DirectLink, Executor> direct_link_, unsorted_direct_link_;
   parallel::Array<int, Executor> direct_link_index_, direct_link_start_;
+  parallel::Array<int, Executor> is_bound_, joined_before_;
+  parallel::Array<float, Executor> link_share_;
+  parallel::Array<double, Executor> link_kept_;
+  parallel::Array<DirectLink, Executor> joined_link_, unsorted_joined_link_;
+  parallel::Array<int, Executor> joined_start_;
   parallel::Array<int, Executor> piece_start_, piece_begin_, piece_end_, piece_segment_, pieces_done_, own_group_;
-  parallel::Array<double, Executor> group_diagonal_;
+  parallel::Array<double, Executor> group_diagonal_, cycle_diagonal_;
   parallel::Array<float, Executor> group_inverse_diagonal_, v_, f_, phi_, phi_down_, phi_next_, charge_, flux_,
       partial_;
   parallel::Array<double, Executor> partial_double_, group_rhs_;

@@ -90,6 +90,7 @@ class DeviceMultigrid {
     if (coarsest_.on_device() && *singular_.host)
       throw Failure(
           "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
+    solves_without_strong_links_ = wanted(0)[Of::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
   /// Changes whenever arrays have moved.
@@ -141,13 +142,21 @@ class DeviceMultigrid {
   }
 
  private:
+  /// Whether it is time to have set-ups without the host again.
+  bool may_forget_strong_links() const {
+    return finest().view().may_have(Of::strong_links) && !coupled() &&
+           solves_without_strong_links_ >= solves_to_forget_strong_links;
+  }
+
   /// Takes note of what has changed since the last build, and makes room for it.
   void prepare(const LaplaceProblem& problem, const ProblemView& view) {
     const SmallestDisks disks(problem);
     std::vector<bool> medium;
     for (const DeviceGrid<Executor>& grid : grids_)
       medium.push_back(!medium.empty() && disks.unresolved(grid.view().h));
-    if (generation_ > 0 && posed_ == view && medium_ == medium) return;
+    const bool forgets = may_forget_strong_links();
+    if (generation_ > 0 && posed_ == view && medium_ == medium && !forgets) return;
+    if (forgets) grids_[0].forget_strong_links();
     posed_ = view;
     medium_ = medium;
     fits_ = false;
@@ -165,6 +174,7 @@ class DeviceMultigrid {
     const int first_small = this->first_small();
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
+      grids_[l].set_binding(l < first_small && l + 1 < levels());
       grids_[l].make_room(problem_, medium_[l], number_.data() + l * Of::kinds, wanted_.device + l * Of::kinds,
                           l >= first_small, clustered() ? clustering_.clusters(l) : nullptr,
                           clustered() && l > 0 ? &grids_[0].view() : nullptr,
@@ -291,6 +301,7 @@ class DeviceMultigrid {
   typename parallel::Parcel<Executor>::template Part<int> wanted_, singular_;
   bool fits_ = false;  // as far as is known
   int generation_ = 0;
+  int solves_without_strong_links_ = 0;  // in a row
   typename Executor::Recording building_, building_finest_;
   std::map<double*, typename Executor::Recording> recordings_;  // by z
   Clustering<Executor> clustering_;

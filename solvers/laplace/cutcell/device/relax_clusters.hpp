@@ -34,9 +34,9 @@ struct FluxesFromOutside {
   GridView grid;
   const Real* phi;
   const Real* more;  ///< is added to phi; null: nothing
-  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.direct_links_of(problem, g); }
+  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.cycle_links_of(problem, g); }
   LICHTENBERG_HOST_DEVICE Real value(int g, int t) const {
-    const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+    const DirectLink& link = grid.cycle_link(problem, g, t);
     if (link.is_to_electrode()) return 0;
     const int other = problem.group_of[link.other];
     if (grid.clusters->join(g, other)) return 0;
@@ -50,9 +50,9 @@ struct FluxesSinceSweep {
   ProblemView problem;
   GridView grid;
   const float *before, *phi;
-  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.direct_links_of(problem, g); }
+  LICHTENBERG_HOST_DEVICE int count(int g) const { return grid.cycle_links_of(problem, g); }
   LICHTENBERG_HOST_DEVICE float value(int g, int t) const {
-    const DirectLink& link = grid.direct_link[grid.first_direct_link(problem, g) + t];
+    const DirectLink& link = grid.cycle_link(problem, g, t);
     if (link.is_to_electrode()) return 0;
     const int other = problem.group_of[link.other];
     if (grid.clusters->join(g, other)) return 0;

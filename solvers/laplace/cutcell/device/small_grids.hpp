@@ -187,7 +187,7 @@ struct SmallGrids {
           });
       return solve_clusters(block, here, here.group_rhs, next);
     }
-    const DirectFluxes<float> fluxes{problem, here, phi};
+    const CycleFluxes fluxes{problem, here, phi};
     block.sum_segments(
         here.number[Of::own_groups], [&](int k) { return here.direct_links_of(problem, own[k]); },
         [&](int k, int t) { return fluxes.value(own[k], t); },
@@ -261,7 +261,7 @@ struct SmallGrids {
       return;
     }
     block.sum_pieces(fine.link_pieces(problem), fine.own_group, fine.number[Of::own_groups], fine.partial, flux,
-                     DirectFluxes<float>{problem, fine, phi},
+                     CycleFluxes{problem, fine, phi},
                      [&](int g, float sum) { coarse_charge[g] = charge[g] + sum - phi[g] / inverse_diagonal[g]; });
   }
 

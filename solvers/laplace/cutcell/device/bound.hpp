@@ -1,0 +1,156 @@
+#pragma once
+
+// Bound cells (../bound_cells.hpp) of the grids that have kernels of their own in the V-cycle: which they are, what
+// they leave of their conductors' links, what joins these, and how the cycle eliminates them (../grid_bound.cpp). On
+// the way down tiles leave in such a cell's place, and on the way up until groups have been relaxed, what the cells
+// around bring, over the cell's diagonal: a group's sum over all its links is then what the elimination makes of it.
+
+#include "solvers/laplace/cutcell/bound_cells.hpp"
+#include "solvers/laplace/cutcell/device/direct_links.hpp"
+#include "solvers/laplace/cutcell/device/pieces.hpp"
+
+namespace lichtenberg::laplace::device {
+
+/// A boundary cell's links to bodies, by side.
+struct LinksOfCell {
+  int link[4];            ///< -1: none
+  int group[4];           ///< -1: none, or of given potential
+  double conductance[4];  ///< of all links to that group; 0 behind the first of them
+  double diagonal;
+  bool is_bound = false;
+  int joined = 0;  ///< pairs of groups
+
+  LICHTENBERG_HOST_DEVICE LinksOfCell(const ProblemView& problem, const GridView& grid, int k)
+      : diagonal(grid.boundary_diagonal[k]) {
+    bool is_close = false, floats = false;
+    int groups = 0;
+    for (int side = 0; side < 4; ++side) {
+      link[side] = grid.boundary_link_of(k, side);
+      group[side] = -1;
+      conductance[side] = 0;
+      if (link[side] < 0) continue;
+      const double c = grid.conductance[link[side]];
+      is_close = is_close || c >= BoundCells::least_conductance;
+      const int g = grid.link_group[link[side]];
+      if (!problem.floating[g]) continue;
+      floats = true;
+      group[side] = g;
+      const int first = first_of(side);
+      conductance[first] += c;
+      groups += first == side;
+    }
+    is_bound = is_close && floats;
+    joined = is_bound ? groups * (groups - 1) / 2 : 0;
+  }
+  /// The first side on which the group of one is.
+  LICHTENBERG_HOST_DEVICE int first_of(int side) const {
+    int first = 0;
+    while (group[first] != group[side]) ++first;
+    return first;
+  }
+};
+
+/// Whether thin conductors, of which lists by cell know nothing, exchange flux with a cell.
+LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, int slot) {
+  if (!grid.medium || !grid.may_have(Of::thin_conductors)) return false;
+  const CellIndex cell = cell_of(grid.layout, slot);
+  return gathered(grid.layout, grid.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
+}
+
+/// Which cells are bound, and what of their links. `joined_before`: by boundary cell, becomes how many links between
+/// groups each makes.
+template <class Executor>
+void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
+  run.fill(grid.link_share, 0, grid.room[Of::links] * sizeof(float));
+  run.for_each(grid.room[Of::boundary] + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    joined_before[k] = 0;
+    if (k >= grid.number[Of::boundary]) return;
+    const LinksOfCell of(problem, grid, k);
+    const bool is_bound = of.is_bound && !has_thin_conductors(grid, grid.boundary_slot[k]);
+    grid.is_bound[k] = is_bound;
+    if (!is_bound) return;
+    joined_before[k] = 2 * of.joined;
+    for (int side = 0; side < 4; ++side) {
+      if (of.group[side] < 0) continue;
+      const double c = grid.conductance[of.link[side]], all = of.conductance[of.first_of(side)];
+      grid.link_share[of.link[side]] = static_cast<float>(c / of.diagonal);
+      grid.link_kept[of.link[side]] = c / all * BoundCells::kept(all, of.diagonal);
+      for (int other = 0; other < side; ++other)
+        if (grid.finest && BoundCells::joined(of.conductance[side], of.conductance[other], of.diagonal) > strong_link)
+          grid.wanted[Of::strong_links] = 1;  // all write the same
+    }
+  });
+  run.exclusive_scan(joined_before, grid.room[Of::boundary] + 1);
+  run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+    const int links = joined_before[grid.room[Of::boundary]];
+    grid.wanted[Of::joined_links] = links;
+    grid.number[Of::joined_links] = links <= grid.room[Of::joined_links] ? links : 0;
+  });
+}
+
+/// Lists what bound cells join: each pair of groups once a cell, for either, as links of a body of each.
+template <class Executor>
+void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (grid.number[Of::joined_links] == 0 || joined_before[k + 1] == joined_before[k]) return;
+    int at = joined_before[k];
+    const LinksOfCell of(problem, grid, k);
+    for (int a = 0; a < 4; ++a)
+      for (int b = 0; b < a; ++b) {
+        if (of.conductance[a] == 0 || of.conductance[b] == 0) continue;
+        const double c = BoundCells::joined(of.conductance[a], of.conductance[b], of.diagonal);
+        const int body_a = grid.link_end[of.link[a]].body(), body_b = grid.link_end[of.link[b]].body();
+        list[at++] = {.own = body_a, .other = body_b, .kind = DirectLink::Kind::bound_cell, .conductance = c};
+        list[at++] = {.own = body_b, .other = body_a, .kind = DirectLink::Kind::bound_cell, .conductance = c};
+      }
+  });
+}
+
+/// The groups' diagonals in the cycle: what bound cells leave of their links.
+template <class Executor>
+void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid, double* partial) {
+  run.sum_pieces(
+      grid.link_pieces(problem), partial,
+      [=] LICHTENBERG_HOST_DEVICE(int link) {
+        return grid.link_share[link] > 0 ? grid.link_kept[link] : grid.conductance[link];
+      },
+      DirectConductances{problem, grid},
+      [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+        if (!(grid.group_diagonal[g] > 0)) sum = 0;
+        grid.cycle_diagonal[g] = sum;
+        grid.group_inverse_diagonal[g] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
+      });
+}
+
+/// Before groups are relaxed for the first time: what they get of bound cells' f, in `flux` (with their charges but
+/// where there are clusters), and potentials from that; the right-hand side of clusters.
+template <class Executor>
+void take_from_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
+  run.sum_pieces(
+      grid.link_pieces(problem), grid.partial,
+      [=] LICHTENBERG_HOST_DEVICE(int link) {
+        const float share = grid.link_share[link];
+        return share > 0 ? share * grid.f[grid.link_slot[link]] : 0.0f;
+      },
+      parallel::NoMore{},
+      [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+        const float all = grid.charge[g] + sum;
+        grid.flux[g] = grid.clusters ? sum : all;
+        grid.phi[g] = all * grid.group_inverse_diagonal[g];
+        if (grid.clusters) grid.group_rhs[g] = static_cast<double>(grid.charge[g]) + sum;
+      });
+}
+
+/// Bound cells become what the groups have become.
+template <class V, class Executor>
+void follow_groups(const Executor& run, GridView grid, V* v) {
+  for_each_of(run, grid, Of::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (!grid.is_bound[k]) return;
+    const int slot = grid.boundary_slot[k];
+    float flux = 0;
+    for (int m = 4 * k; m < 4 * k + 4; ++m) flux += grid.coupling[m].conductance * grid.phi[grid.coupling[m].group];
+    v[slot] = static_cast<float>(v[slot]) + flux * grid.inverse_diagonal[slot];
+  });
+}
+
+}  // namespace lichtenberg::laplace::device

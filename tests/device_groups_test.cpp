@@ -302,6 +302,25 @@ TEST_CASE("a cluster's inverse is that of its links, whatever their strength") {
   CHECK(pairs.row == std::vector<int>{0, 1, -1, -1});
 }
 
+TEST_CASE("clusters of the groups that are linked are those of all groups") {
+  // Of nine groups the second has no potential of its own, and with the fifth and the last none is linked.
+  const std::vector<double> diagonal{3, 0, 1 + 1e3, 2 + 40, 5, 2 + 1e3 + 40, 1 + 7, 6 + 7, 4};
+  const std::vector<NetworkLink> links{{5, 2, 1e3}, {0, 1, 50}, {3, 5, 40}, {7, 6, 7}};
+  const device::Clusters all = device::clusters_of({diagonal, links}, 64);
+  std::vector<int> place;
+  for (int k = 0; k < 2; ++k) {  // in the same memory
+    device::LinkedGroups linked = device::LinkedGroups::of(diagonal, links, place);
+    CHECK(linked.group == std::vector<int>{2, 3, 5, 6, 7});
+    device::Clusters clusters = device::clusters_of(std::move(linked.network), 64);
+    for (int& g : clusters.group) g = linked.group[g];
+    CHECK(clusters.group == all.group);
+    CHECK(clusters.first == all.first);
+    CHECK(clusters.start == all.start);
+    CHECK(clusters.inverse == all.inverse);
+    REQUIRE(all.group.size() == 5);
+  }
+}
+
 namespace {
 
 /// So many disks, a tenth of a cell in radius on a grid of 8 x 8, in three groups that lie across each other; the first

@@ -137,8 +137,8 @@ std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, d
   DisjointSets sets(groups);
   for (const Coupling& coupling : couplings)
     if (coupling.capacitance > least) sets.unite(coupling.a, coupling.b);
-  std::vector<int> first;
-  for (int g = 0; g < groups; ++g) first.push_back(sets.find(g));
+  std::vector<int> first(groups);
+  for (int g = 0; g < groups; ++g) first[g] = sets.find(g);
   return first;
 }
 

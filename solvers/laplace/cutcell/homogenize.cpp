@@ -30,13 +30,14 @@ std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
 
 Sets strongly_coupled(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links) {
   constexpr double least = 0.05;
-  LaplaceProblem coupled{.groups = problem.groups, .couplings = problem.couplings};
+  const int groups = static_cast<int>(problem.groups.size());
+  std::vector<Coupling> couplings = problem.couplings;
   for (const auto& [a, b, conductance] : direct_links)
-    if (conductance > least_joining) coupled.couplings.push_back({a, b, conductance * problem.permittivity});
-  Sets sets{coupled_sets(coupled, least * problem.permittivity), std::vector<char>(problem.groups.size(), 0)};
+    if (conductance > least_joining) couplings.push_back({a, b, conductance * problem.permittivity});
+  Sets sets{coupled_sets(groups, couplings, least * problem.permittivity), std::vector<char>(groups, 0)};
   const auto hold = [&](int group) { sets.is_held[sets.of_group[group]] = 1; };
-  for (std::size_t g = 0; g < problem.groups.size(); ++g)
-    if (!problem.groups[g].floating) hold(static_cast<int>(g));
+  for (int g = 0; g < groups; ++g)
+    if (!problem.groups[g].floating) hold(g);
   if (problem.has_fixed_conductor()) return sets;
   for (const Coupling& coupling : problem.couplings) {
     if (coupling.capacitance == 0) continue;

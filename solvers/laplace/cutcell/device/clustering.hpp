@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -39,25 +40,45 @@ void list_group_links(const Executor& run, ProblemView problem, GridView grid, N
   });
 }
 
+/// A group that is in a cluster, groups counted through all grids, and its row.
+struct RowOfGroup {
+  long group;
+  int row;
+};
+
 /// All grids' clusters in the memory of a device.
 template <class Executor>
 class DeviceClusters {
  public:
-  DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), view_(run) { view_.resize(grids); }
+  DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), row_(run), view_(run) {
+    view_.resize(grids);
+  }
   const ClusterView* view(int grid) const { return view_.data() + grid; }
 
-  /// By grid. Nothing that has been started may read them still.
-  void upload(const std::vector<Clusters>& grids) {
+  /// By grid, of so many groups; which group has which row is found from the rows, which are few. Nothing that has been
+  /// started may read them still.
+  void upload(const std::vector<Clusters>& grids, int groups) {
     host_.clear();
-    std::vector<std::array<std::size_t, 6>> offset;
-    for (const Clusters& clusters : grids)
-      offset.push_back({append(clusters.row), append(clusters.group), append(clusters.first), append(clusters.size),
-                        append(clusters.start), append(clusters.inverse)});
+    std::vector<std::array<std::size_t, 5>> offset;
+    std::vector<RowOfGroup> rows;
+    for (const Clusters& clusters : grids) {
+      for (std::size_t row = 0; row < clusters.group.size(); ++row)
+        rows.push_back({static_cast<long>(offset.size()) * groups + clusters.group[row], static_cast<int>(row)});
+      offset.push_back({append(clusters.group), append(clusters.first), append(clusters.size), append(clusters.start),
+                        append(clusters.inverse)});
+    }
+    const std::size_t offset_of_rows = append(rows);
     data_.upload(host_);
+    row_.resize(grids.size() * groups);
+    int* row = row_.data();
+    run_->fill(row, 0xff, row_.size() * sizeof(int));  // -1
+    const RowOfGroup* of = at<RowOfGroup>(offset_of_rows);
+    run_->for_each(static_cast<long>(rows.size()),
+                   [=] LICHTENBERG_HOST_DEVICE(int k) { row[of[k].group] = of[k].row; });
     std::vector<ClusterView> views;
-    for (const auto& [row, group, first, size, start, inverse] : offset)
-      views.push_back(
-          {at<int>(row), at<int>(group), at<int>(first), at<int>(size), at<long>(start), at<double>(inverse)});
+    for (const auto& [group, first, size, start, inverse] : offset)
+      views.push_back({row + views.size() * groups, at<int>(group), at<int>(first), at<int>(size), at<long>(start),
+                       at<double>(inverse)});
     run_->to_device(view_.data(), views.data(), views.size() * sizeof(ClusterView));
   }
 
@@ -77,6 +98,7 @@ class DeviceClusters {
   const Executor* run_;
   std::vector<char> host_;
   parallel::Array<char, Executor> data_;
+  parallel::Array<int, Executor> row_;
   parallel::Array<ClusterView, Executor> view_;
 };
 
@@ -141,9 +163,13 @@ class Clustering {
     const bool is_coupled = !problem.couplings.empty();
     const double least = least_in_cycle(problem);
     for (std::size_t l = 0; l < of_grid_.size(); ++l) {
-      GroupNetwork of_grid = network(l);
-      if (is_coupled) couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, of_grid);
-      clusters.push_back(clusters_of(std::move(of_grid), most, is_coupled && l == 0));
+      if (!is_coupled) {
+        clusters.push_back(clusters_of_linked(l, most));
+        continue;
+      }
+      GroupNetwork of_grid{{diagonal(l).begin(), diagonal(l).end()}, links(l, of_grid_[l].room)};
+      couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, of_grid);
+      clusters.push_back(clusters_of(std::move(of_grid), most, l == 0));
     }
     if (is_coupled) {
       GroupNetwork exact{{of_grid_[0].diagonal.host + groups_, of_grid_[0].diagonal.host + 2 * groups_},
@@ -151,7 +177,7 @@ class Clustering {
       couple(problem, infinite, 0, exact);
       clusters.push_back(clusters_of(std::move(exact), most, true));
     }
-    clusters_.upload(clusters);
+    clusters_.upload(clusters, groups_);
   }
 
  private:
@@ -164,8 +190,14 @@ class Clustering {
   };
   static int all_links(const GridView& grid) { return grid.room[Of::direct_links] + grid.room[Of::joined_links]; }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  GroupNetwork network(std::size_t l) const {
-    return {{of_grid_[l].diagonal.host, of_grid_[l].diagonal.host + groups_}, links(l, of_grid_[l].room)};
+  std::span<const double> diagonal(std::size_t l) const {
+    return {of_grid_[l].diagonal.host, static_cast<std::size_t>(groups_)};
+  }
+  Clusters clusters_of_linked(std::size_t l, int most) {
+    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, of_grid_[l].room), place_);
+    Clusters clusters = clusters_of(std::move(linked.network), most);
+    for (int& g : clusters.group) g = linked.group[g];
+    return clusters;
   }
   std::vector<NetworkLink> links(std::size_t l, int end) const {
     std::vector<NetworkLink> links;
@@ -176,6 +208,7 @@ class Clustering {
 
   const Executor& run_;
   int groups_ = 0;
+  std::vector<int> place_;  // of LinkedGroups::of
   int grids_;
   std::vector<std::unique_ptr<parallel::Parcel<Executor>>> reports_;  // of the finest grid, of the others
   std::vector<OfGrid> of_grid_;

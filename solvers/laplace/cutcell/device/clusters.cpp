@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "solvers/laplace/cutcell/medium.hpp"
 #include "solvers/laplace/cutcell/sets.hpp"
@@ -110,21 +111,34 @@ void invert(Clusters& clusters, const GroupNetwork& network) {
 /// How many groups of sets of several are unknowns of a grid of cells of h m: their bodies lie too far apart, or one
 /// has a given potential.
 int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
-  const std::size_t groups = problem.groups.size();
-  std::vector<Vec2> low(groups, {1e300, 1e300}), high(groups, {-1e300, -1e300});
+  struct Several {
+    int set, members;
+    Vec2 low{1e300, 1e300}, high{-1e300, -1e300};
+  };
+  std::vector<Several> several;
+  std::vector<int> number(problem.groups.size(), -1);  // by set: in `several`
+  for (std::size_t g = 0; g < number.size(); ++g) {
+    const int set = sets.of_group[g];
+    if (set == static_cast<int>(g)) continue;  // the set's name
+    if (number[set] < 0) {
+      number[set] = static_cast<int>(several.size());
+      several.push_back({set, 1});
+    }
+    ++several[number[set]].members;
+  }
   for (const Body& body : problem.bodies) {
+    const int k = number[sets.of_group[body.group]];
+    if (k < 0) continue;
     const Outline outline = outline_in_cells(body.shape, h);
     const Vec2 c = outline.centre, r{outline.size, outline.size};
-    Vec2 &from = low[sets.of_group[body.group]], &to = high[sets.of_group[body.group]];
+    Vec2 &from = several[k].low, &to = several[k].high;
     from = {std::min(from.x, c.x - r.x), std::min(from.y, c.y - r.y)};
     to = {std::max(to.x, c.x + r.x), std::max(to.y, c.y + r.y)};
   }
-  std::vector<int> members(groups, 0);
-  for (const int set : sets.of_group) ++members[set];
   int count = 0;
-  for (std::size_t set = 0; set < groups; ++set) {
-    const Vec2 extent = high[set] - low[set];
-    if (members[set] > 1 && (sets.is_held[set] || std::max(extent.x, extent.y) > least_extent)) count += members[set];
+  for (const Several& of : several) {
+    const Vec2 extent = of.high - of.low;
+    if (sets.is_held[of.set] || std::max(extent.x, extent.y) > least_extent) count += of.members;
   }
   return count;
 }
@@ -134,6 +148,8 @@ int unknowns(const LaplaceProblem& problem, const Sets& sets, double h) {
 SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups) {
   constexpr int most_unknowns = 300;
   Sets sets = strongly_coupled(problem, links);
+  // Those that join none would be looked at group by group.
+  std::erase_if(links, [](const NetworkLink& link) { return link.conductance <= least_joining; });
   for (double least = 4 * least_joining; !links.empty() && unknowns(problem, sets, h) > most_unknowns; least *= 4) {
     std::erase_if(links, [&](const NetworkLink& link) { return link.conductance < least; });
     sets = strongly_coupled(problem, links);
@@ -141,19 +157,19 @@ SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links
   std::vector<int> bodies(groups, 0);
   for (const Body& body : problem.bodies) ++bodies[sets.of_group[body.group]];
   SetLists lists;
+  for (auto* list : {&lists.of_group, &lists.group, &lists.is_alone, &lists.held}) list->resize(groups);
   lists.start.assign(groups + 1, 0);
   for (int g = 0; g < groups; ++g) {
     const bool is_own = g < static_cast<int>(problem.groups.size());
     const int set = is_own ? sets.of_group[g] : g;
     const bool held = !is_own || sets.is_held[set];
-    lists.of_group.push_back(set);
-    lists.held.push_back(held);
-    lists.is_alone.push_back(!held && bodies[set] == 1);
+    lists.of_group[g] = set;
+    lists.held[g] = held;
+    lists.is_alone[g] = !held && bodies[set] == 1;
     ++lists.start[set + 1];
   }
   std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
   std::vector<int> next(lists.start.begin(), lists.start.end() - 1);
-  lists.group.resize(groups);
   for (int g = 0; g < groups; ++g) lists.group[next[lists.of_group[g]]++] = g;
   return lists;
 }
@@ -168,6 +184,25 @@ void couple(const LaplaceProblem& problem, double largest, double least, GroupNe
     if (a && b) network.couplings.push_back({coupling.a, coupling.b, conductance});
     if (a != b) network.hold[a ? coupling.a : coupling.b] += std::max(conductance, least);
   }
+}
+
+LinkedGroups LinkedGroups::of(std::span<const double> diagonal, std::vector<NetworkLink> links,
+                              std::vector<int>& place) {
+  std::erase_if(links, [&](const NetworkLink& link) { return diagonal[link.a] == 0 || diagonal[link.b] == 0; });
+  LinkedGroups linked;
+  place.resize(diagonal.size(), -1);
+  for (const NetworkLink& link : links)
+    for (const int g : {link.a, link.b})
+      if (std::exchange(place[g], 0) < 0) linked.group.push_back(g);
+  std::ranges::sort(linked.group);
+  for (const int g : linked.group) {
+    place[g] = static_cast<int>(linked.network.diagonal.size());
+    linked.network.diagonal.push_back(diagonal[g]);
+  }
+  for (NetworkLink& link : links) link = {place[link.a], place[link.b], link.conductance};
+  for (const int g : linked.group) place[g] = -1;
+  linked.network.links = std::move(links);
+  return linked;
 }
 
 Clusters clusters_of(GroupNetwork network, int most, bool all) {

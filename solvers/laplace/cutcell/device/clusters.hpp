@@ -26,6 +26,15 @@ struct GroupNetwork {
   std::vector<double> hold = {};            ///< by group: couplings to given potentials; or empty
 };
 
+/// The network of those groups alone that have links with others: in a crowd of thousands a few.
+struct LinkedGroups {
+  GroupNetwork network;
+  std::vector<int> group;  ///< by the network's numbers, ascending
+
+  /// `diagonal`: by group. `place`: memory for this, which is kept as it is: empty at first, then -1 by group.
+  static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& place);
+};
+
 /// Adds the problem's couplings (Level::couple). `largest`: what stronger ones are taken for; `least`: what weaker
 /// ones to given potentials are.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);

@@ -51,15 +51,15 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
          number_in(scene, &EffectKind::contact_gap);
 }
 
-/// Fitted to runs of 49 to 2500 conductors (README.md of this folder). `ways`: groups that float over the conductors'
+/// From runs of 324 and 2500 conductors (README.md of this folder). `ways`: groups that float over the conductors'
 /// share of the domain.
 FieldSolves solves_in_plane(const Scene& scene, double ways) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
-  const double predictions = 2.6 * std::pow(ways, 1.25) * std::pow(tolerance, -1.0 / 3);
+  const double predictions = 13 * ways * std::pow(tolerance, -0.4);
   // Of a field whose grid follows from an accuracy it is not known here whether it is fine enough to predict on.
   if (scene.field_request() || effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
-  return {.whole = 0.1 * std::pow(tolerance, -0.37) * predictions, .predictions = predictions};
+  return {.whole = 0.085 / std::sqrt(tolerance) * predictions, .predictions = predictions};
 }
 
 constexpr double bytes_at_start = 40e6;  // PETSc and the other libraries

@@ -172,9 +172,13 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
+/// What surrounds a solve, a conductor (s): contacts, groups, charges, motion.
+constexpr double seconds_around_a_solve = 3e-7;
+
 /// `size`: cells of the field's grid.
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
-  double seconds = solves.whole * cost.moving_seconds;
+  const double around = seconds_around_a_solve * static_cast<double>(scene.conductors.size());
+  double seconds = solves.whole * cost.moving_seconds + (solves.whole + solves.predictions) * around;
   std::string predictions;
   if (solves.predictions > 0) {
     const int cells = effects::predictor_cells(scene);

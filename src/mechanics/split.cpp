@@ -182,8 +182,8 @@ double Split::move(double time, double target) {
 
 /// A merger that is due at `time` waits for others that come soon, to share its solve with them: until what it changes
 /// would have moved something by half a tolerance, and not into the second half of a step, where it would need one more
-/// solve. A parting waits for nothing: members would part with other charges, and nothing would make up for that. In a
-/// scene with a circuit energy is booked event by event, and nothing waits.
+/// solve. A parting that is a tolerance late ends the wait: members would part with other charges, and nothing would
+/// make up for that. In a scene with a circuit energy is booked event by event, and nothing waits.
 double Split::wait(double time, double target, const Lookahead& ahead) {
   if (at_.electrics->has_resistors() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;

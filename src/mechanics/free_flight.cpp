@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 namespace lichtenberg::mechanics {
 namespace {
@@ -85,16 +84,10 @@ class Flight {
   }
 
  private:
-  /// Bodies alike fall alike.
-  const FreeFall& fall_of(int i, double t) {
-    if (!fall_ || t != fallen_ || bodies_.mass[i] != mass_ || drag_[i] != drag_of_fall_)
-      fall_.emplace(fallen_ = t, mass_ = bodies_.mass[i], drag_of_fall_ = drag_[i]);
-    return *fall_;
-  }
   /// From a place and momentum at the start to where it is t (s) later.
   template <bool with_force>
   void move(int i, double t, const double* position, const double* momentum) {
-    const FreeFall& fall = fall_of(i, t);
+    const FreeFall& fall = fall_.of(t, bodies_.mass[i], drag_[i]);
     const std::size_t d = bodies_.dimension;
     const Vec3 at_start = held_.force_at(i, start_);
     const double mass = bodies_.mass[i], drag = drag_[i];
@@ -114,8 +107,7 @@ class Flight {
   std::vector<int> watched_;
   std::vector<double> position_, momentum_;  ///< of those that are watched, at the start
   std::span<double> total_force_;
-  std::optional<FreeFall> fall_;
-  double fallen_ = 0, mass_ = 0, drag_of_fall_ = 0;  ///< s, kg, kg/s: what `fall_` is of
+  LastFall fall_;
 };
 
 /// How far the bodies as they are are beyond the event that was still to come at the last look and is now farthest

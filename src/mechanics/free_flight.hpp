@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,19 @@ struct FreeFall {
 
   double of_velocity, of_force, of_rate;                    ///< s, m/N, m s/N: coefficients of move
   double speed_of_velocity, speed_of_force, speed_of_rate;  ///< of speed
+};
+
+/// Bodies alike fall alike: what was asked for last is kept.
+class LastFall {
+ public:
+  const FreeFall& of(double t, double mass, double drag) {
+    if (!fall_ || t != t_ || mass != mass_ || drag != drag_) fall_.emplace(t_ = t, mass_ = mass, drag_ = drag);
+    return *fall_;
+  }
+
+ private:
+  std::optional<FreeFall> fall_;
+  double t_ = 0, mass_ = 0, drag_ = 0;  ///< s, kg, kg/s
 };
 
 /// Bodies that touch nothing and feel a held electric force and drag alone: no equation is left to solve.

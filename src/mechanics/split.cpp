@@ -274,7 +274,7 @@ void Split::make_up(int body, double dt, Vec3 force, Vec3 rate, double most) {
   Bodies& bodies = at_.model.bodies;
   const std::size_t d = bodies.dimension;
   const double mass = bodies.mass[body], longest = most * at_.scene.mechanics.position_tolerance;
-  const FreeFall fall(dt, mass, drag_[body]);
+  const FreeFall& fall = fall_.of(dt, mass, drag_[body]);
   const Vec3 way = fall.of_force * force + fall.of_rate * rate,
              gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
   const double far = norm(way), share = far > longest ? longest / far : 1;

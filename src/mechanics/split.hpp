@@ -68,6 +68,7 @@ class Split : public Stepper {
   double patience_ = 0;    ///< s, how long a merger may wait for others
   double due_since_ = 0;   ///< s, since when contacts may have been due in the last move
   std::optional<std::vector<int>> pushed_;  ///< that CVODE moved in the last move; empty: all
+  LastFall fall_;                           ///< kept for its coefficients alone
   Places before_;                           ///< the step that is tried; kept for its memory alone
 };
 

@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "src/analysis/network.hpp"
+#include "src/commands/start_from.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
@@ -199,6 +200,13 @@ pid_t drawing_of(Child& child) {
 }
 
 }  // namespace
+
+TEST_CASE("who is asked to stop while the scene of another result is placed again stops") {
+  const SceneFolder folder;
+  REQUIRE_EQ(run(folder, "six.h5"), 0);
+  Scene scene = read_scene(folder / "six.toml");
+  CHECK_THROWS_AS(start_from(folder / "six.h5", {}, scene, [] { return true; }), Stopped);
+}
 
 TEST_CASE("a run that is ended while it draws its last picture leaves a whole result without a lock") {
   const SceneFolder folder;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "src/commands/commands.hpp"
@@ -42,7 +41,7 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
 
 /// `stop`: as in stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
-                            const std::vector<std::string>& settings, const std::function<bool()>& stop = {}) {
+                            const std::vector<std::string>& settings, const StopRequest& stop = {}) {
   Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop);
   if (!device.empty())
     std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);

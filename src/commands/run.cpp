@@ -45,7 +45,7 @@ Scene requested_scene(const RunArguments& request) {
   if (request.frame && request.from.empty()) throw InputError("--frame is one of the result that --from names");
   if (scene.conductors.empty())
     throw InputError(scene.path + " has no conductors, so that nothing moves: `lichtenberg solve` solves its field");
-  if (!request.from.empty()) start_from(request.from, request.frame, scene);
+  if (!request.from.empty()) start_from(request.from, request.frame, scene, Interruption::requested);
   if (!request.file.empty()) scene.output.file = request.file;
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);

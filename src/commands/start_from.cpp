@@ -18,7 +18,7 @@ int frame_of(const Result& result, std::optional<int> asked) {
   return frame;
 }
 
-void check_bodies(const Result& result, const Scene& scene) {
+void check_bodies(const Result& result, const Scene& scene, const StopRequest& stop) {
   const std::vector<double> radius = result.radius();
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(fmt::format("--from {}: {}; only the same bodies can start where those are", result.path(), why));
@@ -29,7 +29,7 @@ void check_bodies(const Result& result, const Scene& scene) {
     if (radius[i] != scene.conductors[i].radius)
       refuse_it(fmt::format("body {} has a radius of {:g}, in {} one of {:g}", i, radius[i], scene.path,
                             scene.conductors[i].radius));
-  const Scene there = result.scene();
+  const Scene there = result.scene(effects::all_kinds(), stop);
   if (there.dimension() != scene.dimension() || there.reference.has_value() != scene.reference.has_value())
     refuse_it(fmt::format("it is of another kind of scene than {}", scene.path));
 }
@@ -52,10 +52,10 @@ void set_charges(const std::vector<double>& charge, Scene& scene) {
 
 }  // namespace
 
-void start_from(const std::string& path, std::optional<int> asked, Scene& scene) {
+void start_from(const std::string& path, std::optional<int> asked, Scene& scene, const StopRequest& stop) {
   const Result result(path);
   const int index = frame_of(result, asked);
-  check_bodies(result, scene);
+  check_bodies(result, scene, stop);
   const Frame frame = result.frame(index);
   const std::vector<double> position = frame.reals("position"), velocity = frame.reals("velocity");
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) {

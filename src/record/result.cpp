@@ -44,9 +44,9 @@ Result::Result(const std::string& path) : path_(path) {
   });
 }
 
-Scene Result::scene(const EffectKinds& kinds) const {
+Scene Result::scene(const EffectKinds& kinds, const StopRequest& stop) const {
   const std::string text = guarded([&] { return hdf5::get_text(file_->file(), "scene/text"); });
-  return parse_scene(text, fmt::format("{}:/scene/text", path_), kinds);
+  return parse_scene(text, fmt::format("{}:/scene/text", path_), kinds, {}, stop);
 }
 
 std::vector<double> Result::radius() const {

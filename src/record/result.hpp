@@ -12,6 +12,7 @@
 #include "src/model/frame.hpp"
 #include "src/record/result_file.hpp"
 #include "src/scene/scene.hpp"
+#include "src/scene/stopping.hpp"
 
 namespace lichtenberg {
 
@@ -25,7 +26,7 @@ class Result {
   const std::string& path() const { return file_->path(); }
   /// What the run was made of, whose effects are of these kinds. Its text is parsed anew: throws InputError if this
   /// version does not read it.
-  Scene scene(const EffectKinds& kinds = effects::all_kinds()) const;
+  Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m

@@ -339,7 +339,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
 
 }  // namespace
 
-Scene complete(const Draft& draft) {
+Scene complete(const Draft& draft, const StopRequest& stop) {
   check_alone(draft);
   check_grains(draft);
   check_packing_keys(draft);
@@ -359,7 +359,7 @@ Scene complete(const Draft& draft) {
   const bool empty = draft.conductors.empty() && draft.populations.empty();
   if (empty) check_empty(draft, scene);
   check_held(draft, !packing && !scene.reference);
-  if (!empty) scene.conductors = place_conductors(draft, scene.electrodes, scene.walls);
+  if (!empty) scene.conductors = place_conductors(draft, scene.electrodes, scene.walls, stop);
   assign_groups(draft, scene);
   if (scene.reference) complete_grains(draft, scene);
   const auto [smallest, largest] =

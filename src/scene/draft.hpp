@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "src/scene/scene.hpp"
+#include "src/scene/stopping.hpp"
 
 namespace lichtenberg {
 
@@ -122,7 +122,6 @@ struct Draft {
   std::vector<ConductorDraft> conductors;
   std::vector<GroupDraft> groups;
   std::vector<PopulationDraft> populations;
-  std::function<bool()> stop;        ///< asked while conductors are placed
   std::map<std::string, int> lines;  ///< where a table or key stands, by path; of repeated tables the last
 
   /// The line of a table or key, 0 if the file does not have it.
@@ -144,7 +143,7 @@ std::string place_in(const std::string& path, int line);
 void settle_dimension(Draft& draft);
 
 /// Draft -> Scene: compares keys with each other, fills in the defaults that depend on others and draws populations.
-/// Throws InputError.
-Scene complete(const Draft& draft);
+/// Throws InputError; Stopped where `stop` says so.
+Scene complete(const Draft& draft, const StopRequest& stop);
 
 }  // namespace lichtenberg

@@ -8,7 +8,6 @@
 
 #include "src/scene/electrodes.hpp"
 #include "src/scene/radii.hpp"
-#include "src/scene/stopping.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -107,7 +106,7 @@ bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min
 
 std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Draft& draft,
                                     const Obstacles& obstacles, const SphereGrid& grid, UniformRandom& random,
-                                    long& tries_left) {
+                                    long& tries_left, const StopRequest& stop) {
   const Domain& domain = draft.scene.domain;
   const int dimension = draft.scene.dimension();
   const Room room = room_for(radius, population, domain);
@@ -115,8 +114,8 @@ std::optional<Conductor> find_place(double radius, const PopulationDraft& popula
     if (room.lower[k] > room.upper[k]) return {};
   if (!fits(radius, population.min_gap, domain.box())) return {};
   for (int attempt = 0; attempt < tries_per_conductor && tries_left > 0; ++attempt, --tries_left) {
-    constexpr long patience = 1 << 12;  // tries: a millisecond
-    if (tries_left % patience == 0 && draft.stop && draft.stop()) throw Stopped{};
+    constexpr int patience = 1 << 12;  // tries: a millisecond
+    if (attempt % patience == 0 && stop && stop()) throw Stopped{};
     Conductor conductor{
         .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
     conductor.position.x = random.between(room.lower.x, room.upper.x);
@@ -293,7 +292,7 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 }
 
 std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
-                                        const std::vector<Wall>& walls) {
+                                        const std::vector<Wall>& walls, const StopRequest& stop) {
   std::vector<Conductor> conductors;
   conductors.reserve(count_of(draft));
   for (const ConductorDraft& given : draft.conductors) conductors.push_back(given.conductor);
@@ -306,8 +305,8 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
     long tries_left = most_tries(population);
     for (int placed = 0; placed < population.count; ++placed) {
       const double radius = radii.next(random);
-      const auto place =
-          find_place(radius, population, draft, {electrodes, walls, draft.scene.domain}, grid, random, tries_left);
+      const auto place = find_place(radius, population, draft, {electrodes, walls, draft.scene.domain}, grid, random,
+                                    tries_left, stop);
       if (!place && placed == 0)
         refuse(
             draft.scene.path, population.line,

@@ -75,9 +75,9 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 /// The conductors given one by one, and after them the populations in the order of the file, each conductor at the
 /// first of its random places that is free (random sequential addition; where overlaps are allowed, free of electrodes
 /// and walls). Per conductor the generator is asked for the radius, if that is an interval, then for x, y (and z) of
-/// each try. Throws InputError if a conductor finds no place: the population is too dense; Stopped if the draft's
-/// `stop` says so.
+/// each try. Throws InputError if a conductor finds no place: the population is too dense; Stopped if `stop` says so,
+/// which is asked for each conductor and each millisecond.
 std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
-                                        const std::vector<Wall>& walls);
+                                        const std::vector<Wall>& walls, const StopRequest& stop);
 
 }  // namespace lichtenberg

@@ -167,29 +167,24 @@ void refuse(const std::string& path, int line, const std::string& sentence) {
   throw InputError(place_in(path, line) + sentence);
 }
 
-namespace {
-
-Scene scene_of_text(const std::string& text, const std::string& path, const EffectKinds& kinds,
-                    const std::vector<Setting>& settings, const std::function<bool()>& stop) {
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                  const std::vector<Setting>& settings, const StopRequest& stop) {
   const Schema schema(kinds);
   toml::table document = parse_document(text, path);
   apply(settings, schema, document);
   Draft draft;
   draft.scene.path = path;
-  draft.stop = stop;
   draft.scene.text = settings.empty() ? text : text_of(document);
   Reader(schema, draft).read_document(document);
   draft.scene.effects.sort(kinds);
   settle_dimension(draft);
   if (draft.scene.reference) fill_in_grains(draft);
-  return complete(draft);
+  return complete(draft, stop);
 }
-
-}  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
                   const std::vector<Setting>& settings) {
-  return scene_of_text(text, path, kinds, settings, {});
+  return parse_scene(text, path, kinds, settings, {});
 }
 
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings) {
@@ -197,8 +192,8 @@ Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::v
 }
 
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings,
-                 const std::function<bool()>& stop) {
-  return scene_of_text(read_text(path), path, kinds, settings, stop);
+                 const StopRequest& stop) {
+  return parse_scene(read_text(path), path, kinds, settings, stop);
 }
 
 }  // namespace lichtenberg

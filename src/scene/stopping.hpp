@@ -11,9 +11,13 @@ namespace lichtenberg {
 /// What ends the reading of a scene where it was told to stop.
 struct Stopped {};
 
-/// As read_scene of scene.hpp. `stop` is asked while conductors are placed, which may take minutes; true: throws
-/// Stopped.
+/// Asked while conductors are placed, which may take minutes; true: Stopped is thrown. May be empty.
+using StopRequest = std::function<bool()>;
+
+/// As read_scene and parse_scene of scene.hpp, but for what `stop` ends.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings,
-                 const std::function<bool()>& stop);
+                 const StopRequest& stop);
+Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
+                  const std::vector<Setting>& settings, const StopRequest& stop);
 
 }  // namespace lichtenberg

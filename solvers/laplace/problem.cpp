@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <string>
 
@@ -31,17 +32,27 @@ void check_box(const LaplaceProblem& problem) {
   }
 }
 
-void check_bodies(const LaplaceProblem& problem) {
+/// Returns which groups have a body: whatever else is asked of bodies is asked of their groups.
+std::vector<char> check_bodies(const LaplaceProblem& problem) {
   const int groups = static_cast<int>(problem.groups.size());
+  std::vector<char> has_body(problem.groups.size());
   for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
     const Body& body = problem.bodies[b];
-    const auto name = [&] { return "body " + std::to_string(b); };
     if (body.group < 0 || body.group >= groups)
-      throw InputError(name() + " names group " + std::to_string(body.group) + ", but there are groups 0 to " +
-                       std::to_string(groups - 1) + " only");
-    if (!std::visit([](const auto& shape) { return well_formed(shape); }, body.shape))
-      throw InputError(name() + " must have a finite position and a positive size");
+      throw InputError("body " + std::to_string(b) + " names group " + std::to_string(body.group) +
+                       ", but there are groups 0 to " + std::to_string(groups - 1) + " only");
+    const auto* disk = std::get_if<Disk>(&body.shape);
+    if (!(disk ? well_formed(*disk) : std::visit([](const auto& shape) { return well_formed(shape); }, body.shape)))
+      throw InputError("body " + std::to_string(b) + " must have a finite position and a positive size");
+    has_body[body.group] = true;
   }
+  return has_body;
+}
+
+std::vector<char> groups_with_bodies(const LaplaceProblem& problem) {
+  std::vector<char> has_body(problem.groups.size());
+  for (const Body& body : problem.bodies) has_body[body.group] = true;
+  return has_body;
 }
 
 void check_groups(const LaplaceProblem& problem) {
@@ -70,17 +81,28 @@ struct SetContents {
   bool has_body = false, has_fixed = false;
 };
 
-std::vector<SetContents> contents(const LaplaceProblem& problem, const std::vector<int>& set_of) {
+std::vector<SetContents> contents(const LaplaceProblem& problem, const std::vector<char>& has_body,
+                                  const std::vector<int>& set_of) {
   std::vector<SetContents> sets(problem.groups.size());
-  for (const Body& body : problem.bodies) sets[set_of[body.group]].has_body = true;
-  for (std::size_t g = 0; g < problem.groups.size(); ++g)
-    if (!problem.groups[g].floating) sets[set_of[g]].has_fixed = true;
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
+    SetContents& set = sets[set_of[g]];
+    set.has_body |= has_body[g] != 0;
+    set.has_fixed |= !problem.groups[g].floating;
+  }
   return sets;
 }
 
-void check_carriers(const LaplaceProblem& problem) {
-  const std::vector<int> set_of = coupled_sets(problem);
-  const std::vector<SetContents> sets = contents(problem, set_of);
+bool has_electrode_side(const LaplaceProblem& problem) {
+  return std::ranges::any_of(problem.sides, [](const Side& side) { return side.kind == Side::Kind::electrode; });
+}
+
+bool has_ground(const LaplaceProblem& problem, const std::vector<SetContents>& sets) {
+  return has_electrode_side(problem) ||
+         std::ranges::any_of(sets, [](SetContents set) { return set.has_body && set.has_fixed; });
+}
+
+void check_carriers(const LaplaceProblem& problem, const std::vector<int>& set_of,
+                    const std::vector<SetContents>& sets) {
   for (std::size_t g = 0; g < problem.groups.size(); ++g)
     if (const auto& [has_body, has_fixed] = sets[set_of[g]]; !has_body && !has_fixed)
       throw InputError("group " + std::to_string(g) +
@@ -88,9 +110,8 @@ void check_carriers(const LaplaceProblem& problem) {
 }
 
 /// Sets of coupled groups without a body have their charge from what is fixed among them.
-void check_neutral(const LaplaceProblem& problem) {
-  const std::vector<int> set_of = coupled_sets(problem);
-  const std::vector<SetContents> sets = contents(problem, set_of);
+void check_neutral(const LaplaceProblem& problem, const std::vector<int>& set_of,
+                   const std::vector<SetContents>& sets) {
   double total = 0, sum_of_magnitudes = 0;
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
     if (!problem.groups[g].floating || !sets[set_of[g]].has_body) continue;
@@ -109,24 +130,24 @@ void check_neutral(const LaplaceProblem& problem) {
 }  // namespace
 
 bool LaplaceProblem::has_fixed_conductor() const {
-  for (const Side& side : sides)
-    if (side.kind == Side::Kind::electrode) return true;
-  return std::any_of(bodies.begin(), bodies.end(), [this](const Body& body) { return !groups[body.group].floating; });
+  return has_electrode_side(*this) ||
+         std::any_of(bodies.begin(), bodies.end(), [this](const Body& body) { return !groups[body.group].floating; });
 }
 
 bool LaplaceProblem::has_ground() const {
   if (has_fixed_conductor()) return true;
-  const std::vector<SetContents> sets = contents(*this, coupled_sets(*this));
-  return std::any_of(sets.begin(), sets.end(), [](SetContents set) { return set.has_body && set.has_fixed; });
+  return laplace::has_ground(*this, contents(*this, groups_with_bodies(*this), coupled_sets(*this)));
 }
 
 void LaplaceProblem::check() const {
   check_box(*this);
-  check_bodies(*this);
+  const std::vector<char> has_body = check_bodies(*this);
   check_groups(*this);
   check_couplings(*this);
-  check_carriers(*this);
-  if (!has_ground()) check_neutral(*this);
+  const std::vector<int> set_of = coupled_sets(*this);
+  const std::vector<SetContents> sets = contents(*this, has_body, set_of);
+  check_carriers(*this, set_of, sets);
+  if (!laplace::has_ground(*this, sets)) check_neutral(*this, set_of, sets);
 }
 
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least) {
@@ -134,19 +155,20 @@ std::vector<int> coupled_sets(const LaplaceProblem& problem, double least) {
 }
 
 std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, double least) {
+  std::vector<int> first(groups);
+  std::iota(first.begin(), first.end(), 0);
+  if (couplings.empty()) return first;
   DisjointSets sets(groups);
   for (const Coupling& coupling : couplings)
     if (coupling.capacitance > least) sets.unite(coupling.a, coupling.b);
-  std::vector<int> first(groups);
-  for (int g = 0; g < groups; ++g) first[g] = sets.find(g);
+  for (int& set : first) set = sets.find(set);
   return first;
 }
 
 void refuse_couplings(const LaplaceProblem& problem, const std::string& method) {
   if (problem.couplings.empty()) return;
-  throw InputError(
-      method +
-      " cannot solve for resistors between conductors or before an electrode: use the cut-cell method");
+  throw InputError(method +
+                   " cannot solve for resistors between conductors or before an electrode: use the cut-cell method");
 }
 
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem) {

@@ -1,5 +1,6 @@
 #include "src/effects/electrostatics.hpp"
 
+#include <algorithm>
 #include <map>
 
 namespace lichtenberg::effects {
@@ -13,18 +14,29 @@ bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
 }  // namespace
 
 NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth) {
-  NodeGroups nodes{.groups = {}, .of_node = std::vector<int>(groups.id.size())};
-  nodes.groups.reserve(groups.id.size());
-  for (std::size_t i = 0; i < groups.id.size(); ++i) {
-    if (groups.id[i] == static_cast<int>(i)) {
-      nodes.of_node[i] = static_cast<int>(nodes.groups.size());
-      nodes.groups.push_back({.floating = !groups.potential[i], .potential = groups.potential[i].value_or(0)});
-    }
-    nodes.of_node[i] = nodes.of_node[groups.id[i]];
-    laplace::Group& group = nodes.groups[nodes.of_node[i]];
-    if (group.floating && i < charges.charge.size()) group.charge += charges.charge[i] / depth;
-  }
+  NodeGroups nodes;
+  find_groups_of_nodes(groups, charges, depth, nodes);
   return nodes;
+}
+
+/// Without branches that depend on who is in which group: of many small groups nobody foresees them.
+void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes) {
+  const std::size_t n = groups.id.size();
+  nodes.of_node.resize(n);
+  nodes.groups.resize(n + 1);  // the next one's place is written to before it is known whether there is one
+  int found = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool is_first = groups.id[i] == static_cast<int>(i);
+    nodes.groups[found] = {.floating = !groups.potential[i], .potential = groups.potential[i].value_or(0)};
+    nodes.of_node[i] = found;
+    nodes.of_node[i] = nodes.of_node[groups.id[i]];
+    found += is_first;
+  }
+  nodes.groups.resize(found);
+  for (std::size_t i = 0; i < std::min(n, charges.charge.size()); ++i) {
+    laplace::Group& group = nodes.groups[nodes.of_node[i]];
+    group.charge += group.floating ? charges.charge[i] / depth : 0;
+  }
 }
 
 void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& of_node,

@@ -38,6 +38,8 @@ struct NodeGroups {
 
 /// Charges become those per metre of `depth` (m).
 NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth);
+/// The same into `nodes`, whose memory is used again.
+void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes);
 
 /// Appends what resistors between groups couple, a group for each supply at the end of one among it. `of_node`: groups
 /// of the nodes.

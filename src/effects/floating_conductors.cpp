@@ -36,26 +36,41 @@ void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
 
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges) {
-  laplace::LaplaceProblem problem;
+  AskedField asked;
+  ask_for_field(scene, bodies, groups, charges, asked);
+  return std::move(asked.problem);
+}
+
+void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
+                   AskedField& asked) {
+  auto& [problem, nodes] = asked;
+  check_dimension(bodies, 2);
   problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
   add_sides(scene, problem);
-  NodeGroups nodes = groups_of_nodes(groups, charges, scene.medium.depth);
-  problem.groups = std::move(nodes.groups);
-  problem.bodies.reserve(bodies.size() + scene.electrodes.size());
-  for (int i = 0; i < bodies.size(); ++i)
-    problem.bodies.push_back({Disk{position(bodies, i), bodies.radius[i]}, nodes.of_node[i]});
+  std::swap(problem.groups, nodes.groups);
+  find_groups_of_nodes(groups, charges, scene.medium.depth, nodes);
+  std::swap(problem.groups, nodes.groups);
+  problem.bodies.resize(bodies.size() + scene.electrodes.size());
+  auto body = problem.bodies.begin();
+  for (int i = 0; i < bodies.size(); ++i, ++body) {
+    // Into its place: copying a body made beside it takes three times as long.
+    Disk& disk = body->shape.emplace<Disk>();
+    disk.centre = {bodies.position[2 * i], bodies.position[2 * i + 1]};
+    disk.radius = bodies.radius[i];
+    body->group = nodes.of_node[i];
+  }
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes) {
     if (electrode.series_resistance > 0) {
-      problem.bodies.push_back({electrode.shape, nodes.of_node[node++]});
+      *body++ = {electrode.shape, nodes.of_node[node++]};
       continue;
     }
-    problem.bodies.push_back({electrode.shape, static_cast<int>(problem.groups.size())});
+    *body++ = {electrode.shape, static_cast<int>(problem.groups.size())};
     problem.groups.push_back({.floating = false, .potential = electrode.potential});
   }
+  problem.couplings.clear();
   add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
-  return problem;
 }
 
 namespace {
@@ -168,9 +183,22 @@ void check_processes(const FieldTable* field) {
 
 namespace {
 
+/// False of a coordinate that is no number, too.
+bool all_inside(const Bodies& bodies) {
+  const std::size_t d = bodies.dimension;
+  bool inside = true;
+  for (std::size_t k = 0; k < d; ++k) {
+    if (bodies.box.periodic(static_cast<int>(k))) continue;
+    const double length = bodies.box.lengths[k];
+    for (std::size_t c = k; c < bodies.position.size(); c += d)
+      inside &= bodies.position[c] >= 0 && bodies.position[c] <= length;
+  }
+  return inside;
+}
+
 /// Outside there is no field to solve for.
 void check_inside(const Scene& scene, const Bodies& bodies) {
-  if (scene.domain.open) return;
+  if (scene.domain.open || all_inside(bodies)) return;
   for (int i = 0; i < bodies.size(); ++i) {
     const int d = bodies.dimension;
     const Vec3 p = position_in_space(bodies, i);
@@ -238,10 +266,9 @@ std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& gr
 /// An instant at which nothing but resistors leads to a supply: they carry nothing in no time.
 bool is_only_behind_resistors(const auto& problem) { return !problem.couplings.empty() && !problem.has_ground(); }
 
-/// What a prediction is wrong by follows its force where that falls, and stays where it rises: a group that has merged
-/// has another force, and a correction of the old one's size would outlive it.
-Vec3 fading(Vec3 correction, Vec3 corrected, Vec3 now) {
-  const double then = norm(corrected);
+/// What a prediction is wrong by follows its force `now` where that falls, and stays where it rises: a group that has
+/// merged has another force, and a correction of the old one's size would outlive it. `then`: N, the corrected force's.
+Vec3 fading(Vec3 correction, double then, Vec3 now) {
   return then > 0 ? std::min(1.0, norm(now) / then) * correction : correction;
 }
 
@@ -334,12 +361,12 @@ void FloatingConductors::add_forces(const State& state, std::span<double> force)
 Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
                                          const NodeCharges& charges) {
   if (spheres_) return solve_in_space(bodies, groups, charges);
-  const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
-  const laplace::LaplaceSolution solution = solver_->solve(asked);
-  if (scene_.field_accuracy()) last_problem_ = asked;
+  ask(bodies, groups, charges, asked_);
+  const laplace::LaplaceSolution solution = solver_->solve(asked_.problem);
+  if (scene_.field_accuracy()) last_problem_ = asked_.problem;
   ++solves_;
   iterations_ += solution.iterations;
-  return in_si(asked, solution, groups, charges);
+  return in_si(asked_, solution, groups, charges);
 }
 
 Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const ElectricalGroups& groups,
@@ -362,16 +389,16 @@ Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const El
 
 Electrostatics FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
-  const laplace::LaplaceProblem asked = problem(bodies, groups, charges);
-  coarse_ = in_si(asked, predictor_->solve(asked), groups, charges);
+  ask(bodies, groups, charges, predicted_);
+  coarse_ = predictor_->solve(predicted_.problem);
   ++predictions_;
-  Electrostatics predicted = coarse_;
+  Electrostatics predicted = in_si(predicted_, coarse_, groups, charges);
   predicted.energy += correction_.energy;
-  for (std::size_t i = 0; i < corrected_force_.size(); ++i) {
-    predicted.force[i] += fading(correction_.force[i], corrected_force_[i], coarse_.force[i]);
-    predicted.charge[i] += correction_.charge[i];
-    predicted.potential[i] += correction_.potential[i];
-  }
+  const std::size_t n = corrected_norm_.size();
+  for (std::size_t i = 0; i < n; ++i)
+    predicted.force[i] += fading(correction_.force[i], corrected_norm_[i], predicted.force[i]);
+  for (std::size_t i = 0; i < n; ++i) predicted.charge[i] += correction_.charge[i];
+  for (std::size_t i = 0; i < n; ++i) predicted.potential[i] += correction_.potential[i];
   return predicted;
 }
 
@@ -382,8 +409,10 @@ void FloatingConductors::forget() {
 }
 
 void FloatingConductors::correct(const Electrostatics& solved) {
-  correction_ = difference(solved, coarse_);
-  corrected_force_ = coarse_.force;
+  const Electrostatics coarse = of_conductors(predicted_, coarse_);
+  correction_ = difference(solved, coarse);
+  corrected_norm_.clear();
+  for (const Vec3 force : coarse.force) corrected_norm_.push_back(norm(force));
 }
 
 void FloatingConductors::check(const Bodies& bodies, const ElectricalGroups& groups) const {
@@ -391,28 +420,34 @@ void FloatingConductors::check(const Bodies& bodies, const ElectricalGroups& gro
   check_contacts(bodies, groups);
 }
 
-laplace::LaplaceProblem FloatingConductors::problem(const Bodies& bodies, const ElectricalGroups& groups,
-                                                    const NodeCharges& charges) const {
+void FloatingConductors::ask(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
+                             AskedField& asked) const {
   check(bodies, groups);
-  laplace::LaplaceProblem problem = make_laplace_problem(scene_, bodies, groups, charges);
-  if (is_only_behind_resistors(problem)) neutralize(problem.groups);
-  return problem;
+  ask_for_field(scene_, bodies, groups, charges, asked);
+  if (is_only_behind_resistors(asked.problem)) neutralize(asked.problem.groups);
 }
 
-Electrostatics FloatingConductors::in_si(const laplace::LaplaceProblem& problem,
-                                         const laplace::LaplaceSolution& solution, const ElectricalGroups& groups,
-                                         const NodeCharges& charges) const {
+/// Without what terminals and resistors have.
+Electrostatics FloatingConductors::of_conductors(const AskedField& asked,
+                                                 const laplace::LaplaceSolution& solution) const {
   const double depth = scene_.medium.depth;
   const std::size_t n = scene_.conductors.size();
   Electrostatics result{.force = std::vector<Vec3>(n),
                         .charge = std::vector<double>(n),
                         .potential = std::vector<double>(n),
                         .energy = depth * solution.energy};
-  for (std::size_t i = 0; i < n; ++i) {
-    result.force[i] = in_space(depth * solution.body_force[i]);
-    result.charge[i] = depth * solution.body_charge[i];
-    result.potential[i] = solution.group_potential[problem.bodies[i].group];
-  }
+  for (std::size_t i = 0; i < n; ++i) result.force[i] = in_space(depth * solution.body_force[i]);
+  for (std::size_t i = 0; i < n; ++i) result.charge[i] = depth * solution.body_charge[i];
+  for (std::size_t i = 0; i < n; ++i) result.potential[i] = solution.group_potential[asked.nodes.of_node[i]];
+  return result;
+}
+
+Electrostatics FloatingConductors::in_si(const AskedField& asked, const laplace::LaplaceSolution& solution,
+                                         const ElectricalGroups& groups, const NodeCharges& charges) const {
+  const double depth = scene_.medium.depth;
+  const laplace::LaplaceProblem& problem = asked.problem;
+  const std::size_t n = scene_.conductors.size();
+  Electrostatics result = of_conductors(asked, solution);
   result.carried = carried_by_resistors(groups, charges, laplace::coupling_charges(problem, solution), depth);
   for (std::size_t b = n; b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);

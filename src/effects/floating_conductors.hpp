@@ -29,6 +29,16 @@ struct FloatingConductorsOptions {
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges = {});
 
+/// A field problem with the memory that the next one is made in.
+struct AskedField {
+  laplace::LaplaceProblem problem;
+  NodeGroups nodes;  ///< `of_node` alone: the groups are the problem's
+};
+
+/// Makes the problem of make_laplace_problem in `asked`.
+void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
+                   AskedField& asked);
+
 /// Empty if it is to be chosen.
 std::optional<FieldMethod> method_of(const FieldTable& table);
 
@@ -80,7 +90,8 @@ class FloatingConductors : public Effect {
   /// outside the domain, or one that touches another potential in a scene without contact_discharge.
   Electrostatics solve(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
 
-  /// From now on predict() can be called: `predictor` solves the same problems, coarsely.
+  /// From now on predict() can be called: `predictor` solves the same problems, coarsely. Not in a scene with a
+  /// circuit.
   void set_predictor(std::unique_ptr<laplace::LaplaceSolver> predictor) { predictor_ = std::move(predictor); }
   laplace::LaplaceSolver* predictor() { return predictor_.get(); }
   /// What solve() would find, for a fraction of its cost: the predictor's solution and what it was found to be wrong by
@@ -107,18 +118,20 @@ class FloatingConductors : public Effect {
  private:
   void check(const Bodies& bodies, const ElectricalGroups& groups) const;
   Electrostatics solve_in_space(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
-  laplace::LaplaceProblem problem(const Bodies& bodies, const ElectricalGroups& groups,
-                                  const NodeCharges& charges) const;
-  Electrostatics in_si(const laplace::LaplaceProblem& problem, const laplace::LaplaceSolution& solution,
+  void ask(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges, AskedField& asked) const;
+  Electrostatics in_si(const AskedField& asked, const laplace::LaplaceSolution& solution,
                        const ElectricalGroups& groups, const NodeCharges& charges) const;
+  Electrostatics of_conductors(const AskedField& asked, const laplace::LaplaceSolution& solution) const;
   void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
 
   Scene scene_;
   std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< none: null
   std::optional<laplace::SphereSolver> spheres_;                ///< in place of solver_ in three dimensions
   std::vector<Terminal> terminals_;
-  Electrostatics coarse_, correction_;  ///< the predictor's last solution, and what to add to it
-  std::vector<Vec3> corrected_force_;   ///< N, the predictor's when it was corrected last
+  AskedField asked_, predicted_;        ///< of the last solve and prediction
+  laplace::LaplaceSolution coarse_;     ///< the predictor's last solution
+  Electrostatics correction_;           ///< what to add to it
+  std::vector<double> corrected_norm_;  ///< N, of the predictor's forces when it was corrected last
   std::optional<laplace::LaplaceProblem> last_problem_;
   const HeldField* held_ = nullptr;  ///< null: no forces
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;

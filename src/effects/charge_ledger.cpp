@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "solvers/error.hpp"
 
@@ -35,13 +34,17 @@ void ChargeLedger::feed(std::span<const double> current, double dt, double relax
   step_ = dt / relaxation_time;
   std::ranges::fill(leaked_in_step_, 0.0);
   if (dt == 0) return;
+  if (step_ > 0)
+    for (std::size_t i = 0; i < charge_.size(); ++i) before_[i] = charge_[i].total();
+  // Products that are kept: contracted into one of the sums, they would not be what the other adds.
+  std::vector<double> fed(current.begin(), current.begin() + std::min(current.size(), charge_.size()));
+  for (double& charge : fed) charge *= dt;
+  for (std::size_t i = 0; i < fed.size(); ++i) charge_[i] += fed[i];
+  for (const double charge : fed) fed_ += charge;
+  if (step_ == 0) return;
   for (std::size_t i = 0; i < charge_.size(); ++i) {
-    const double fed = i < current.size() ? current[i] * dt : 0;
-    before_[i] = charge_[i].total();
-    charge_[i] += fed;
-    fed_ += fed;
-    if (step_ == 0) continue;
-    const double leaked = charge_[i].total() - step.decay * before_[i] - (fed == 0 ? 0 : current[i] * step.fed);
+    const double still_there = i < fed.size() && fed[i] != 0 ? current[i] * step.fed : 0;
+    const double leaked = charge_[i].total() - step.decay * before_[i] - still_there;
     charge_[i] += -leaked;
     leak(static_cast<int>(i), leaked);
   }
@@ -82,41 +85,50 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
 
 namespace {
 
-/// The charge of the group of `first`, and who is next in it, among its members, as the field says; what is left goes
-/// to the last.
-void share_out(std::vector<CompensatedSum>& charge, int first, std::span<const int> next,
-               std::span<const double> by_field) {
+/// A group's charge among its members (two at least) as the field says; what is left goes to the last.
+void share_out(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
   CompensatedSum rest;
-  if (next[first] < 0) {
-    rest += charge[first];
-    charge[first] = rest;
-    return;
-  }
-  int members = 0;
-  for (int i = first; i >= 0; i = next[i], ++members) rest += charge[i];
+  for (const int i : members) rest += charge[i];
   CompensatedSum missing = rest;
-  for (int i = first; i >= 0; i = next[i]) missing += -by_field[i];
-  const double share = missing.total() / members;
-  for (int i = first; i >= 0; i = next[i]) {
-    if (next[i] >= 0) {
-      charge[i] = CompensatedSum(by_field[i] + share);
-      rest -= charge[i];
-    } else {
-      charge[i] = rest;
-    }
+  for (const int i : members) missing += -by_field[i];
+  const double share = missing.total() / static_cast<double>(members.size());
+  for (const int i : members.first(members.size() - 1)) {
+    charge[i] = CompensatedSum(by_field[i] + share);
+    rest -= charge[i];
   }
+  charge[members.back()] = rest;
+}
+
+/// By id: how many members its floating group has beside the first.
+std::vector<int> count_others(const ElectricalGroups& groups, int nodes) {
+  std::vector<int> others(nodes);
+  for (int i = 0; i < nodes; ++i) others[groups.id[i]] += groups.supply[i] < 0 && groups.id[i] != i;
+  return others;
 }
 
 }  // namespace
 
-/// Along the chain of each floating group's members: faster, measured, than all groups' sums side by side.
+/// Whoever is alone has what it had, and needs no list; that most are nobody foresees, so there is no branch for it.
 void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field) {
-  // In ascending order: the first of each, and who is next.
-  std::vector<int> first(charge_.size(), -1), next(charge_.size(), -1);
-  for (int i = size() - 1; i >= 0; --i)
-    if (groups.supply[i] < 0) next[i] = std::exchange(first[groups.id[i]], i);
-  for (const int member : first)
-    if (member >= 0) effects::share_out(charge_, member, next, by_field);
+  const std::vector<int> others = count_others(groups, size());
+  std::vector<int> members, end(others.size());  // of floating groups of two and more, one group after the other
+  int all = 0;
+  for (int i = 0; i < size(); ++i) {
+    const bool is_alone = groups.supply[i] < 0 && groups.id[i] == i && others[i] == 0;
+    CompensatedSum own;
+    own += charge_[i];
+    charge_[i] = is_alone ? own : charge_[i];
+    end[i] = all;
+    all += others[i] > 0 ? others[i] + 1 : 0;
+  }
+  members.resize(all);
+  for (int i = 0; i < size(); ++i)
+    if (groups.supply[i] < 0 && others[groups.id[i]] > 0) members[end[groups.id[i]]++] = i;
+  for (auto first = members.begin(); first != members.end();) {
+    const auto next = first + others[*first] + 1;
+    effects::share_out(charge_, {first, next}, by_field);
+    first = next;
+  }
 }
 
 double ChargeLedger::held() const { return total(charge_); }

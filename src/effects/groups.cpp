@@ -17,32 +17,29 @@ namespace {
 /// What holds each component at its potential, by the component's first conductor.
 class Holders {
  public:
-  explicit Holders(const Scene& scene) : path_(scene.path), supplies_(supplies_of(scene)) {}
+  Holders(const Scene& scene, std::size_t nodes)
+      : path_(scene.path), supplies_(supplies_of(scene)), holders_(nodes, -1) {}
   void add(int component, int supply) {
-    const auto [held, is_new] = holders_.try_emplace(component, supply);
-    const Supply &first = supplies_[held->second], &other = supplies_[supply];
+    int& held = holders_[component];
+    if (held < 0) held = supply;
+    const Supply &first = supplies_[held], &other = supplies_[supply];
     if (first.potential != other.potential)
       throw InputError(
           fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
                       "conductors, whose current has no limit, is not allowed: {} gives them these potentials, in "
                       "electrode.potential, side's potential in [domain] or group.potential",
                       component, first.name, first.potential, other.name, other.potential, path_));
-    held->second = std::min(held->second, supply);
+    held = std::min(held, supply);
   }
   /// -1: none.
-  int supply(int component) const {
-    const auto held = holders_.find(component);
-    return held == holders_.end() ? -1 : held->second;
-  }
-  std::optional<double> potential(int component) const {
-    const int held_by = supply(component);
-    return held_by < 0 ? std::nullopt : std::optional(supplies_[held_by].potential);
-  }
+  int supply(int component) const { return holders_[component]; }
+  /// Of one that is held.
+  double potential(int component) const { return supplies_[supply(component)].potential; }
 
  private:
   std::string path_;
   std::vector<Supply> supplies_;
-  std::map<int, int> holders_;
+  std::vector<int> holders_;
 };
 
 /// Components of the nodes by wires, and by contacts if `conducting`.
@@ -136,7 +133,7 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   const std::vector<Terminal> terminals = terminals_of(scene);
   const bool conducting = !scene.effects.has<ContactResistanceOptions>();
   DisjointSets sets = connect(scene, contacts, terminals, conducting);
-  Holders holders(scene);
+  Holders holders(scene, scene.conductors.size() + terminals.size());
   for_each_held(scene, contacts, terminals, conducting, [&](int i, int supply) { holders.add(sets.find(i), supply); });
 
   const int nodes = node_count(scene);
@@ -147,15 +144,12 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   std::map<double, int> first_held_at;
   for (int i = 0; i < nodes; ++i) {
     const int group = sets.find(i);  // its first node: known before the others
-    if (i == group) {
-      groups.potential[i] = holders.potential(group);
-      groups.supply[i] = holders.supply(group);
-      groups.id[i] = groups.potential[i] ? first_held_at.try_emplace(*groups.potential[i], i).first->second : group;
-    } else {
-      groups.potential[i] = groups.potential[group];
-      groups.supply[i] = groups.supply[group];
-      groups.id[i] = groups.id[group];
-    }
+    groups.supply[i] = holders.supply(group);
+    groups.id[i] = group;
+    if (groups.supply[i] < 0) continue;
+    const double potential = holders.potential(group);
+    groups.potential[i] = potential;
+    groups.id[i] = first_held_at.try_emplace(potential, i).first->second;
   }
   groups.connected =
       connections(scene, contacts, terminals, conducting ? std::move(sets) : connect(scene, contacts, terminals, true));

@@ -102,7 +102,7 @@ class Effect {
   /// kg/s: its forces oppose the velocity of a sphere of this radius (m) by so much.
   virtual double drag_coefficient(double radius) const { return (void)radius, 0; }
 
-  /// Adds the currents (A, [N]) that it feeds into the bodies.
+  /// Adds the currents (A, [N]) that it feeds into the bodies; `state` has no neighbours.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
   /// The time (s) in which every charge decays to 1/e of itself, if nothing else happens to it.
   virtual double charge_relaxation_time() const { return INFINITY; }
@@ -128,7 +128,7 @@ class Effect {
 
   /// Called once for each step of a run that stands, never for one that may be taken back: the bodies are where they
   /// are at state.time, and were dt (s) earlier where the step before left them. What changes here is the same in
-  /// between.
+  /// between. `state` has no neighbours.
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
   /// Puts its state into a checkpoint of its own, and takes it from there. Throws Failure for what is no state of it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }

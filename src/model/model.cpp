@@ -97,7 +97,7 @@ void Model::jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian) {
 
 void Model::currents(double time, std::span<double> current) {
   std::ranges::fill(current, 0.0);
-  const State now = state(time);
+  const State now = state_without_neighbours(time);
   for (const auto& effect : effects) effect->add_currents(now, current);
 }
 
@@ -124,7 +124,7 @@ double Model::charge_relaxation_time() const {
 }
 
 void Model::accept(double time, double dt) {
-  const State now = state(time);
+  const State now = state_without_neighbours(time);
   for (const auto& effect : effects) effect->accept(now, dt);
 }
 

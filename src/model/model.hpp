@@ -29,7 +29,7 @@ struct Model {
   /// The derivatives of the same sum (overwritten).
   void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, everybody_, jacobian); }
   void jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian);
-  /// Sum of all currents fed into the bodies (A, [N], overwritten).
+  /// Sum of all currents fed into the bodies (A, [N], overwritten). Effects are told no neighbours.
   void currents(double time, std::span<double> current);
 
   /// Sum of the energies that the effects have stored (J).
@@ -42,7 +42,7 @@ struct Model {
   /// In which every charge decays to 1/e of itself (s), by all effects together; infinite if none lets it decay.
   double charge_relaxation_time() const;
 
-  /// A step of length dt (s) to `time` stands: tells every effect.
+  /// A step of length dt (s) to `time` stands: tells every effect, without neighbours.
   void accept(double time, double dt);
   /// The effects' own states, as arrays "effects.NAME.ARRAY".
   void save(Checkpoint& checkpoint) const;
@@ -59,6 +59,8 @@ struct Model {
 
  private:
   State state(double time, AskedBodies& asked);
+  /// Nobody looks for pairs: that is a pass over all bodies.
+  State state_without_neighbours(double time) { return {time, bodies, {}, *team, everybody_.bodies()}; }
 
   AskedBodies everybody_;
 };

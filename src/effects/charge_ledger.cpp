@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "solvers/error.hpp"
 
@@ -99,36 +100,57 @@ void share_out(std::vector<CompensatedSum>& charge, std::span<const int> members
   charge[members.back()] = rest;
 }
 
-/// By id: how many members its floating group has beside the first.
-std::vector<int> count_others(const ElectricalGroups& groups, int nodes) {
-  std::vector<int> others(nodes);
-  for (int i = 0; i < nodes; ++i) others[groups.id[i]] += groups.supply[i] < 0 && groups.id[i] != i;
-  return others;
+/// The floating groups of two members and more, one after the other, each in ascending order.
+struct SharedGroups {
+  std::vector<int> members;
+  std::vector<int> begin;  ///< of each group in `members`, and their end
+};
+
+SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
+  std::vector<int> joined(nodes + 1), members_of(nodes);  // the first: all that are not the first of their group
+  int others = 0;
+  for (int i = 0; i < nodes; ++i) {  // without a branch, since nobody foresees which they are
+    joined[others] = i;
+    others += (groups.supply[i] < 0) & (groups.id[i] != i);
+  }
+  joined.resize(others);
+  for (const int i : joined) ++members_of[groups.id[i]];
+  SharedGroups shared;
+  std::vector<int>& place = members_of;
+  int all = 0;
+  for (const int i : joined) {
+    int& next = place[groups.id[i]];
+    if (next > 0) {  // the first to come
+      shared.begin.push_back(all);
+      shared.members.resize(all + next + 1);
+      shared.members[all] = groups.id[i];
+      all += std::exchange(next, -(all + 1)) + 1;
+    }
+    shared.members[-next] = i;
+    --next;
+  }
+  shared.begin.push_back(all);
+  return shared;
 }
 
 }  // namespace
 
-/// Whoever is alone has what it had, and needs no list; that most are nobody foresees, so there is no branch for it.
+/// Who is alone keeps what it has, as one addition rounds it: of all at once, since what it does to the others is
+/// nothing but for who had the rest of its group.
 void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field) {
-  const std::vector<int> others = count_others(groups, size());
-  std::vector<int> members, end(others.size());  // of floating groups of two and more, one group after the other
-  int all = 0;
-  for (int i = 0; i < size(); ++i) {
-    const bool is_alone = groups.supply[i] < 0 && groups.id[i] == i && others[i] == 0;
-    CompensatedSum own;
-    own += charge_[i];
-    charge_[i] = is_alone ? own : charge_[i];
-    end[i] = all;
-    all += others[i] > 0 ? others[i] + 1 : 0;
+  const SharedGroups shared = shared_groups(groups, size());
+  std::vector<CompensatedSum> rests;
+  for (std::size_t g = 0; g + 1 < shared.begin.size(); ++g) {
+    const auto members = std::span(shared.members).subspan(shared.begin[g], shared.begin[g + 1] - shared.begin[g]);
+    effects::share_out(charge_, members, by_field);
+    rests.push_back(charge_[members.back()]);
   }
-  members.resize(all);
-  for (int i = 0; i < size(); ++i)
-    if (groups.supply[i] < 0 && others[groups.id[i]] > 0) members[end[groups.id[i]]++] = i;
-  for (auto first = members.begin(); first != members.end();) {
-    const auto next = first + others[*first] + 1;
-    effects::share_out(charge_, {first, next}, by_field);
-    first = next;
+  for (CompensatedSum& charge : charge_) {
+    CompensatedSum own(charge.value());
+    own += charge.lost();
+    charge = own;
   }
+  for (std::size_t g = 0; g < rests.size(); ++g) charge_[shared.members[shared.begin[g + 1] - 1]] = rests[g];
 }
 
 double ChargeLedger::held() const { return total(charge_); }

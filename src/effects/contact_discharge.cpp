@@ -30,6 +30,46 @@ double approach(Contact contact, int bodies, std::span<const double> travel) {
   return travel[contact.conductor] + (contact.partner < bodies ? travel[contact.partner] : 0);
 }
 
+/// Compares gaps of conductors with distances without drawing roots, in loops over many of which few come close.
+class PairScreen {
+ public:
+  explicit PairScreen(const Bodies& bodies) : bodies_(bodies), nearest_(bodies.box) {}
+
+  /// False only if the gap is surely not less than this (m).
+  bool may_be_below(Contact contact, double gap) const {
+    if (contact.partner >= bodies_.size()) return true;
+    const double apart = apart_with(contact, gap);
+    return apart <= 0 || distance2(contact) <= (1 + margin) * apart * apart;
+  }
+  /// False only if the gap is surely less than this (m).
+  bool may_reach(Contact contact, double gap) const {
+    if (contact.partner >= bodies_.size()) return true;
+    const double apart = apart_with(contact, gap);
+    return apart <= 0 || distance2(contact) >= (1 - margin) * apart * apart;
+  }
+
+ private:
+  static constexpr double margin = 1e-9;  // far above the rounding of a gap, far below what makes a second look dear
+
+  /// Of the centres (m) with this gap.
+  double apart_with(Contact contact, double gap) const {
+    return bodies_.radius[contact.conductor] + bodies_.radius[contact.partner] + gap;
+  }
+  double distance2(Contact contact) const {
+    const std::size_t d = bodies_.dimension;
+    const double *a = &bodies_.position[contact.conductor * d], *b = &bodies_.position[contact.partner * d];
+    double sum = 0;
+    for (std::size_t k = 0; k < d; ++k) {
+      const double apart = nearest_(a[k] - b[k], static_cast<int>(k));
+      sum += apart * apart;
+    }
+    return sum;
+  }
+
+  const Bodies& bodies_;
+  NearestImage<3> nearest_;
+};
+
 }  // namespace
 
 const EffectKind& ContactDischargeOptions::kind() {
@@ -125,13 +165,24 @@ void ContactDischarge::look(const Bodies& bodies, std::span<const Contact> conta
 
 bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> travel) const {
   if (found_at_.size() != bodies.position.size()) return false;
-  const int n = bodies.size(), d = bodies.dimension;
-  for (int i = 0; i < n; ++i) {
-    double way2 = 0;
-    for (int k = i * d; k < (i + 1) * d; ++k)
-      way2 += (bodies.position[k] - found_at_[k]) * (bodies.position[k] - found_at_[k]);
-    const double room = travel.empty() ? skin_[i] : skin_[i] - travel[i];
-    if (!(room >= 0 && way2 <= room * room)) return false;
+  return bodies.dimension == 3 ? covers<3>(bodies, travel) : covers<2>(bodies, travel);
+}
+
+/// Block by block without branches, which the compiler makes vector instructions of.
+template <int d>
+bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> travel) const {
+  const double *now = bodies.position.data(), *then = found_at_.data();
+  constexpr int block = 512;
+  for (int first = 0; first < bodies.size(); first += block) {
+    const int end = std::min(bodies.size(), first + block);
+    bool covered = true;
+    for (int i = first; i < end; ++i) {
+      double way2 = 0;
+      for (int k = i * d; k < (i + 1) * d; ++k) way2 += (now[k] - then[k]) * (now[k] - then[k]);
+      const double room = travel.empty() ? skin_[i] : skin_[i] - travel[i];
+      covered &= (room >= 0) & (way2 <= room * room);
+    }
+    if (!covered) return false;
   }
   return true;
 }
@@ -141,14 +192,17 @@ void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact>
   found_at_.clear();  // a search may be refused
   close_.clear();
   Among made(contacts);
+  const PairScreen screen(bodies);
   const int n = bodies.size();
   // As far as a contact lasts: a box in which that is to an image of its own is refused.
   for (const Contact contact : near(bodies, release_gap_ + together_, skin_))
-    if (!made.has(contact) && gap(bodies, contact) < make_gap_ + together_ + approach(contact, n, skin_))
+    if (const double within = make_gap_ + together_ + approach(contact, n, skin_);
+        screen.may_be_below(contact, within) && !made.has(contact) && gap(bodies, contact) < within)
       close_.push_back({contact, false});
   const auto apart = static_cast<std::ptrdiff_t>(close_.size());
   for (const Contact contact : contacts)
-    if (gap(bodies, contact) >= release_gap_ - together_ - approach(contact, n, skin_))
+    if (const double beyond = release_gap_ - together_ - approach(contact, n, skin_);
+        screen.may_reach(contact, beyond) && gap(bodies, contact) >= beyond)
       close_.push_back({contact, true});
   std::ranges::inplace_merge(close_, close_.begin() + apart, {}, &Close::contact);
   made_then_.assign(contacts.begin(), contacts.end());
@@ -156,11 +210,14 @@ void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact>
 }
 
 ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::vector<Contact>& contacts) const {
+  const PairScreen screen(bodies);
   const auto made_now = [&](Contact contact) {
+    if (!screen.may_be_below(contact, make_gap_ + together_)) return false;
     const double g = gap(bodies, contact);
     return g <= make_gap_ || (g <= make_gap_ + together_ && gap_rate(bodies, contact) < 0);
   };
   const auto lost_now = [&](Contact contact) {
+    if (!screen.may_reach(contact, release_gap_ - together_)) return false;
     const double g = gap(bodies, contact);
     return g >= release_gap_ || (g >= release_gap_ - together_ && gap_rate(bodies, contact) > 0);
   };
@@ -191,12 +248,19 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
                                                              std::span<const double> travel) const {
   look(bodies, contacts, travel);
   const int n = bodies.size();
-  std::vector<Watch> watched;
-  for (const auto& [contact, made] : close_)
-    if (!made && !one_already(groups, n, contact) && gap(bodies, contact) < make_gap_ + approach(contact, n, travel))
+  const PairScreen screen(bodies);
+  std::vector<Watch> watched, lost;
+  for (const auto& [contact, made] : close_) {
+    const double way = approach(contact, n, travel);
+    if (made) {
+      if (screen.may_reach(contact, release_gap_ - way) && release_gap_ - gap(bodies, contact) <= way)
+        lost.push_back({contact, true});
+    } else if (screen.may_be_below(contact, make_gap_ + way) && !one_already(groups, n, contact) &&
+               gap(bodies, contact) < make_gap_ + way) {
       watched.push_back({contact, false});
-  for (const auto& [contact, made] : close_)
-    if (made && release_gap_ - gap(bodies, contact) <= approach(contact, n, travel)) watched.push_back({contact, true});
+    }
+  }
+  watched.insert(watched.end(), lost.begin(), lost.end());
   return watched;
 }
 

@@ -77,6 +77,8 @@ class ContactDischarge : public Effect {
   void look_at_terminals(const Bodies& bodies) const;
   void look(const Bodies& bodies, std::span<const Contact> contacts, std::span<const double> travel) const;
   bool covers(const Bodies& bodies, std::span<const double> travel) const;
+  template <int d>
+  bool covers(const Bodies& bodies, std::span<const double> travel) const;
   void find_close(const Bodies& bodies, std::span<const Contact> contacts) const;
 
   double tolerance_;                          ///< m, of positions

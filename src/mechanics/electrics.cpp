@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "src/mechanics/step_control.hpp"
+#include "src/model/body_ranges.hpp"
 #include "src/model/checkpoint.hpp"
 
 namespace lichtenberg::mechanics {
@@ -247,30 +249,48 @@ void Electrics::accept(Trial trial, bool merged) {
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;
   show_charges();
-  double force2 = 0, speed2 = 0;
-  for (int i = 0; i < model_.bodies.size(); ++i) {
-    force2 = std::max(force2, norm2(now_.field.force[i]));
-    speed2 = std::max(speed2, norm2(velocity_in_space(model_.bodies, i)));
-  }
-  now_.largest_force = std::max(now_.largest_force, std::sqrt(force2));
-  now_.largest_speed = std::max(now_.largest_speed, std::sqrt(speed2));
+  note_largest();
   // Else they would press each other with a force that no grid follows, and bounce for ever.
   if (const std::string touching = pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
 }
 
-void Electrics::hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known) {
+/// The largest force and speed until now.
+void Electrics::note_largest() {
+  const Bodies& bodies = model_.bodies;
+  const double force2 = largest_of_ranges(*model_.team, bodies.size(), 0, [&](int first, int end) {
+    double largest = 0;
+    for (int i = first; i < end; ++i) largest = std::max(largest, norm2(now_.field.force[i]));
+    return largest;
+  });
+  const double speed2 = largest_of_ranges(*model_.team, bodies.size(), 0, [&](int first, int end) {
+    double largest = 0;
+    for (int i = first; i < end; ++i) largest = std::max(largest, norm2(velocity_in_space(bodies, i)));
+    return largest;
+  });
+  now_.largest_force = std::max(now_.largest_force, std::sqrt(force2));
+  now_.largest_speed = std::max(now_.largest_speed, std::sqrt(speed2));
+}
+
+void Electrics::hold(double time, Rates rates) {
   effects::HeldField& held = now_.held;
+  const effects::Electrostatics& field = now_.field;
+  const double dt = time - held.time;
+  for_ranges(*model_.team, model_.bodies.size(), [&](int first, int end) {
+    for (int i = first; i < end && rates == Rates::since_then; ++i) {
+      held.force_rate[i] = (field.force[i] - held.force[i]) / dt;
+      held.charge_rate[i] = (field.charge[i] - held.charge[i]) / dt;
+    }
+    for (int i = first; i < end && rates == Rates::forgotten; ++i) held.force_rate[i] = {}, held.charge_rate[i] = 0;
+    std::copy(&field.force[first], &field.force[end - 1] + 1, &held.force[first]);
+    std::copy(&field.charge[first], &field.charge[end - 1] + 1, &held.charge[first]);
+  });
   held.time = time;
-  held.force = now_.field.force;  // into the memory that it has
-  held.charge = now_.field.charge;
-  held.force_rate = std::move(force_rate);
-  held.charge_rate = std::move(charge_rate);
-  held.rates_known = rates_known;
+  if (rates != Rates::kept) held.rates_known = rates == Rates::since_then;
 }
 
 Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   if (!discharge_) return {};
-  const effects::ElectricalGroups before = now_.groups;
+  effects::ElectricalGroups before;
   effects::ContactDischarge::Changes changes;
   {
     const Stopwatch watch(counters_.contact_seconds);
@@ -279,7 +299,7 @@ Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
     counters_.contacts_made += std::ssize(changes.made);
     counters_.contacts_lost += std::ssize(changes.lost);
     try {
-      now_.groups = effects::electrical_groups(scene_, now_.contacts);
+      before = std::exchange(now_.groups, effects::electrical_groups(scene_, now_.contacts));
     } catch (const InputError& error) {
       throw Failure(fmt::format("at t = {:.6g} s {}", time, error.what()));
     }
@@ -307,9 +327,13 @@ std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, c
   return all;
 }
 
+void Electrics::widen(std::span<double> ways) const {
+  for (double& way : ways) way = 1.01 * way + scene_.mechanics.position_tolerance;
+}
+
 std::vector<double> Electrics::reach(std::span<const double> travel) const {
   std::vector<double> reach(travel.begin(), travel.end());
-  for (double& way : reach) way = 1.01 * way + scene_.mechanics.position_tolerance;
+  widen(reach);
   return reach;
 }
 

@@ -21,6 +21,10 @@ namespace lichtenberg::mechanics {
 /// Which solver a trial asks: the scene's, or the predictor on its coarser grid, which the field effect must then have.
 enum class FieldGrid { whole, predictor };
 
+/// How forces and charges go on from an instant: as they did, in no known way, or as they came there from what was
+/// held.
+enum class Rates { kept, forgotten, since_then };
+
 /// A contact that has made one of two groups, and when it was due (s): before now, if it has waited for others.
 struct Merger {
   effects::Contact contact;
@@ -61,8 +65,8 @@ class Electrics {
   void go_back(const Charging& before) { now_ = before; }
   /// What is to act on the bodies from now on.
   void hold(effects::HeldField held) { now_.held = std::move(held); }
-  /// The same: the field as it was accepted last, at `time` (s), and how it goes on from there (N/s, A).
-  void hold(double time, std::vector<Vec3> force_rate, std::vector<double> charge_rate, bool rates_known);
+  /// The same: the field as it was accepted last, at `time` (s).
+  void hold(double time, Rates rates);
 
   /// Contacts and groups of the first instant. Throws InputError for a short circuit.
   void connect();
@@ -97,6 +101,8 @@ class Electrics {
   Events events(const Lookahead& ahead, bool mergers_wait = false) const;
   /// A little more than travel: a body that moves exactly as far as it can is no event.
   std::vector<double> reach(std::span<const double> travel) const;
+  /// Turns ways into that.
+  void widen(std::span<double> ways) const;
 
   /// Says which conductor touches another, or an electrode, at another potential, since a contact's resistance has not
   /// made them one; the force between such has no limit. Empty: none does.
@@ -131,6 +137,7 @@ class Electrics {
   double farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const;
   std::vector<double> currents(double time) const;
   void show_charges();
+  void note_largest();
   void accept(Trial trial, bool merged);
   void carry_resistors(const Trial& trial);
   void book_energy(const Trial& trial, bool merged);

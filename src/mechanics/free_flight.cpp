@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "src/model/body_ranges.hpp"
+
 namespace lichtenberg::mechanics {
 namespace {
 
@@ -38,9 +40,10 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
 class Flight {
  public:
   /// `total_force`: N, [N * dimension], for those that are watched.
-  Flight(Bodies& bodies, std::span<const double> drag, const effects::HeldField& held, double start,
-         std::vector<int> watched, std::span<double> total_force)
+  Flight(Bodies& bodies, parallel::Team& team, std::span<const double> drag, const effects::HeldField& held,
+         double start, std::vector<int> watched, std::span<double> total_force)
       : bodies_(bodies),
+        team_(team),
         drag_(drag),
         held_(held),
         start_(start),
@@ -57,14 +60,7 @@ class Flight {
 
   std::span<const int> watched() const { return watched_; }
   /// Puts those that are watched where they are at `time` (s).
-  void show(double time) {
-    const double t = time - start_;
-    const std::size_t d = bodies_.dimension;
-    for (std::size_t w = 0; w < watched_.size(); ++w) {
-      const int i = watched_[w];
-      move<true>(i, t, &position_[w * d], &momentum_[w * d]);
-    }
-  }
+  void show(double time) { bodies_.dimension == 3 ? show_at<3>(time - start_) : show_at<2>(time - start_); }
   /// Force and drag (N) on those, where they were shown last.
   std::span<const double> total_force() const { return total_force_; }
   /// Puts all where they are at `time` (s), but for `others` (in ascending order).
@@ -74,25 +70,38 @@ class Flight {
       std::copy_n(&position_[w * d], d, &bodies_.position[watched_[w] * d]);
       std::copy_n(&momentum_[w * d], d, &bodies_.momentum[watched_[w] * d]);
     }
-    const double t = time - start_;
-    auto other = others.begin();
-    for (int i = 0; i < bodies_.size(); ++i)
-      if (other != others.end() && *other == i)
-        ++other;
-      else
-        move<false>(i, t, &bodies_.position[i * d], &bodies_.momentum[i * d]);
+    bodies_.dimension == 3 ? end_at<3>(time - start_, others) : end_at<2>(time - start_, others);
   }
 
  private:
+  template <int d>
+  void show_at(double t) {
+    LastFall last;
+    for (std::size_t w = 0; w < watched_.size(); ++w)
+      move<d, true>(watched_[w], t, &position_[w * d], &momentum_[w * d], last);
+  }
+
+  template <int d>
+  void end_at(double t, std::span<const int> others) {
+    for_ranges(team_, bodies_.size(), [&](int first, int end) {
+      LastFall last;
+      auto other = std::ranges::lower_bound(others, first);
+      for (int i = first; i < end; ++i)
+        if (other != others.end() && *other == i)
+          ++other;
+        else
+          move<d, false>(i, t, &bodies_.position[i * d], &bodies_.momentum[i * d], last);
+    });
+  }
+
   /// From a place and momentum at the start to where it is t (s) later.
-  template <bool with_force>
-  void move(int i, double t, const double* position, const double* momentum) {
-    const FreeFall& fall = fall_.of(t, bodies_.mass[i], drag_[i]);
-    const std::size_t d = bodies_.dimension;
-    const Vec3 at_start = held_.force_at(i, start_);
+  template <int d, bool with_force>
+  void move(int i, double t, const double* position, const double* momentum, LastFall& last) {
     const double mass = bodies_.mass[i], drag = drag_[i];
+    const FreeFall fall = last.of(t, mass, drag);
+    const Vec3 at_start = held_.force_at(i, start_), rates = held_.force_rate[i];
     for (std::size_t k = 0; k < d; ++k) {
-      const double force = at_start[k], rate = held_.force_rate[i][k];
+      const double force = at_start[k], rate = rates[k];
       const double velocity = momentum[k] / mass, now = fall.speed(velocity, force, rate);
       bodies_.position[i * d + k] = position[k] + fall.move(velocity, force, rate);
       bodies_.momentum[i * d + k] = mass * now;
@@ -101,13 +110,13 @@ class Flight {
   }
 
   Bodies& bodies_;
+  parallel::Team& team_;
   std::span<const double> drag_;
   const effects::HeldField& held_;
   double start_;  ///< s
   std::vector<int> watched_;
   std::vector<double> position_, momentum_;  ///< of those that are watched, at the start
   std::span<double> total_force_;
-  LastFall fall_;
 };
 
 /// How far the bodies as they are are beyond the event that was still to come at the last look and is now farthest
@@ -207,7 +216,7 @@ std::vector<int> seen_by(const Events& events, const Bodies& bodies) {
 
 double FreeFlight::advance(double start, double end, const effects::HeldField& held, const Events& events) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
-  Flight flight(model_.bodies, drag_, held, start, seen_by(events, model_.bodies), total_force_);
+  Flight flight(model_.bodies, *model_.team, drag_, held, start, seen_by(events, model_.bodies), total_force_);
   Lookout lookout(events);
   const auto beyond = [&](double t) {
     flight.show(t);
@@ -236,7 +245,7 @@ double FreeFlight::advance(double start, double end, const effects::HeldField& h
   std::vector<int> watched;
   for (const int i : events.watched)
     if (!std::ranges::binary_search(pushed, i)) watched.push_back(i);
-  Flight flight(model_.bodies, drag_, held, start, std::move(watched), total_force_);
+  Flight flight(model_.bodies, *model_.team, drag_, held, start, std::move(watched), total_force_);
   const auto place = [&](double t) { flight.show(t); };
   const auto forces = [&](double t) {
     flight.show(t);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "src/mechanics/step_control.hpp"
+#include "src/model/body_ranges.hpp"
 #include "src/model/checkpoint.hpp"
 
 namespace lichtenberg::mechanics {
@@ -21,16 +23,18 @@ int order(const effects::HeldField& held) { return held.rates_known ? 3 : 2; }
 
 /// How far each body can move within `dt` from `time` on (m): it cannot become faster than it is now or than the
 /// largest force in between can drive it, against inertia in that time or against drag.
-std::vector<double> longest_travel(const Model& model, std::span<const double> drag, const effects::HeldField& held,
-                                   double time, double dt) {
-  std::vector<double> travel(model.bodies.size());
-  for (int i = 0; i < model.bodies.size(); ++i) {
-    const Vec3 force = held.force_at(i, time), rate = held.force_rate[i];
-    const double f = norm(force + std::copysign(dt, dot(force, rate)) * rate), inertial = f * dt / model.bodies.mass[i];
-    const double gained = drag[i] > 0 ? std::min(inertial, f / drag[i]) : inertial;
-    travel[i] = dt * (norm(velocity_in_space(model.bodies, i)) + gained);
-  }
-  return travel;
+void find_longest_travel(const Model& model, std::span<const double> drag, const effects::HeldField& held, double time,
+                         double dt, std::vector<double>& travel) {
+  travel.resize(model.bodies.size());
+  for_ranges(*model.team, model.bodies.size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) {
+      const Vec3 force = held.force_at(i, time), rate = held.force_rate[i];
+      const double f = norm(force + std::copysign(dt, dot(force, rate)) * rate),
+                   inertial = f * dt / model.bodies.mass[i];
+      const double gained = drag[i] > 0 ? std::min(inertial, f / drag[i]) : inertial;
+      travel[i] = dt * (norm(velocity_in_space(model.bodies, i)) + gained);
+    }
+  });
 }
 
 }  // namespace
@@ -54,7 +58,7 @@ void Split::begin(double time) {
     field.correct(at_.electrics->now().field);
   }
   if (step_ == 0) return restart(time, held().force);
-  at_.electrics->hold(time, held().force_rate, held().charge_rate, held().rates_known);
+  at_.electrics->hold(time, Rates::kept);
 }
 
 void Split::advance(double time, double end) {
@@ -117,7 +121,7 @@ double Split::try_prediction(double time, double end) {
   prediction_ = std::clamp(cut_short ? std::max(prediction_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(std::move(trial));
   at_.electrics->field().correct(at_.electrics->now().field);
-  at_.electrics->hold(target, held().force_rate, held().charge_rate, held().rates_known);
+  at_.electrics->hold(target, Rates::kept);
   make_up_correction(target - time, predicted);
   return target;
 }
@@ -141,8 +145,8 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   const double reached = move(time, target);
   if (reached < target && pass_event(reached, grid)) return reached;
   Trial trial = at_.electrics->solve(reached, grid);
-  const std::vector<Vec3> assumed = held_forces(reached);
-  const double wrong_by = std::max(error(held().time, trial, assumed), at_.electrics->charge_error(trial));
+  find_held_forces(reached, assumed_);
+  const double wrong_by = std::max(error(held().time, trial, assumed_), at_.electrics->charge_error(trial));
   if (wrong_by > 1 && target - time > 2 * shortest_step_) {
     std::swap(at_.model.bodies.position, before_.position);
     std::swap(at_.model.bodies.momentum, before_.momentum);
@@ -152,13 +156,14 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   }
   const double since = reached - held().time;
   accept(std::move(trial), wrong_by);
-  if (wrong_by <= 1) make_up_step(since, assumed);
+  if (wrong_by <= 1) make_up_step(since, assumed_);
   // What is wrong even after the shortest step has not moved there but jumped.
   if (wrong_by > 1) step_ = 0;
-  const std::vector<Vec3> of_old_groups = held().force;
   const Regrouping regrouping = at_.electrics->reconnect(reached, due_since_, grid);
-  if (regrouping.merged || wrong_by > 1) restart(reached, wrong_by > 1 ? assumed : of_old_groups);
-  make_up_wait(reached, regrouping.mergers, of_old_groups);
+  if (!regrouping.merged && wrong_by <= 1) return reached;
+  old_force_ = held().force;
+  restart(reached, wrong_by > 1 ? assumed_ : old_force_);
+  make_up_wait(reached, regrouping.mergers, old_force_);
   return reached;
 }
 
@@ -167,10 +172,11 @@ double Split::try_step(double time, double end, FieldGrid grid) {
 double Split::move(double time, double target) {
   while (time < target) {
     at_.between_steps();
-    const std::vector<double> travel = longest_travel(at_.model, drag_, held(), time, target - time);
-    const std::vector<double> reach = at_.electrics->reach(travel);
-    pushed_ = moved_by_cvode(travel, reach);
-    const Lookahead ahead = at_.electrics->look_ahead(reach, pushed_);
+    find_longest_travel(at_.model, drag_, held(), time, target - time, travel_);
+    reach_ = travel_;
+    at_.electrics->widen(reach_);
+    pushed_ = moved_by_cvode(travel_, reach_);
+    const Lookahead ahead = at_.electrics->look_ahead(reach_, pushed_);
     due_since_ = time = advance(time, target, at_.electrics->events(ahead));
     const Electrics::Due due = at_.electrics->due(ahead);
     if (due.lost) break;
@@ -225,27 +231,40 @@ bool Split::pass_event(double time, FieldGrid grid) {
   const Regrouping regrouping = at_.electrics->reconnect(time, due_since_, grid);
   if (!regrouping.merged) return true;
   ++at_.counters.steps;
-  const std::vector<Vec3> before = held_forces(time);
-  restart(time, before);
-  make_up_wait(time, regrouping.mergers, before);
+  find_held_forces(time, old_force_);
+  restart(time, old_force_);
+  make_up_wait(time, regrouping.mergers, old_force_);
   return true;
 }
 
-std::vector<Vec3> Split::held_forces(double time) const {
-  std::vector<Vec3> force(at_.model.bodies.size());
-  for (int i = 0; i < at_.model.bodies.size(); ++i) force[i] = held().force_at(i, time);
-  return force;
+void Split::find_held_forces(double time, std::vector<Vec3>& force) const {
+  force.resize(at_.model.bodies.size());
+  for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) force[i] = held().force_at(i, time);
+  });
 }
 
 /// The worst body's displacement, in tolerances, if the force assumed at the end was off by what is known now, and
-/// that grew from nothing at the start.
+/// that grew from nothing at the start. Of bodies alike in a row it is that of the largest defect.
 double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
-  double worst = 0;
-  for (int i = 0; i < at_.model.bodies.size(); ++i) {
-    const Vec3 defect = trial.field.force[i] - assumed[i];
-    worst = std::max(worst, displacement(norm(defect), trial.time - since, at_.model.bodies.mass[i], drag_[i]));
-  }
-  return worst / at_.scene.mechanics.position_tolerance;
+  const std::vector<double>& mass = at_.model.bodies.mass;
+  const auto moved_by = [&](double defect2, int body) {
+    return displacement(std::sqrt(defect2), trial.time - since, mass[body], drag_[body]);
+  };
+  const auto worst_of = [&](int first, int end) {
+    double worst = 0, defect2 = 0;
+    int like = first;
+    for (int i = first; i < end; ++i) {
+      if (mass[i] != mass[like] || drag_[i] != drag_[like]) {
+        worst = std::max(worst, moved_by(std::exchange(defect2, 0), like));
+        like = i;
+      }
+      defect2 = std::max(defect2, norm2(trial.field.force[i] - assumed[i]));
+    }
+    return std::max(worst, moved_by(defect2, like));
+  };
+  return largest_of_ranges(*at_.model.team, at_.model.bodies.size(), 0, worst_of) /
+         at_.scene.mechanics.position_tolerance;
 }
 
 /// The trial's field becomes the base of the extrapolation.
@@ -256,25 +275,16 @@ void Split::accept(Trial trial, double error) {
   const bool cut_short = dt < step_;  // by an event or the end: no reason to make the next one shorter
   step_ = std::clamp(cut_short ? std::max(step_, proposed) : proposed, shortest_step_, largest_step_);
   at_.electrics->accept(std::move(trial));
-  if (!(dt > shortest_step_))
-    return at_.electrics->hold(time, before.force_rate, before.charge_rate, before.rates_known);
-  const effects::Electrostatics& field = at_.electrics->now().field;
-  std::vector<Vec3> force_rate(before.force.size());
-  std::vector<double> charge_rate(before.force.size());
-  for (std::size_t i = 0; i < before.force.size(); ++i) {
-    force_rate[i] = (field.force[i] - before.force[i]) / dt;
-    charge_rate[i] = (field.charge[i] - before.charge[i]) / dt;
-  }
-  at_.electrics->hold(time, std::move(force_rate), std::move(charge_rate), true);
+  at_.electrics->hold(time, dt > shortest_step_ ? Rates::since_then : Rates::kept);
 }
 
 /// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt: at most some
 /// tolerances, so that none is pressed into another.
-void Split::make_up(int body, double dt, Vec3 force, Vec3 rate, double most) {
+void Split::make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate, double most) {
   Bodies& bodies = at_.model.bodies;
   const std::size_t d = bodies.dimension;
   const double mass = bodies.mass[body], longest = most * at_.scene.mechanics.position_tolerance;
-  const FreeFall& fall = fall_.of(dt, mass, drag_[body]);
+  const FreeFall fall = last.of(dt, mass, drag_[body]);
   const Vec3 way = fall.of_force * force + fall.of_rate * rate,
              gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
   const double far = norm(way), share = far > longest ? longest / far : 1;
@@ -287,12 +297,15 @@ void Split::make_up(int body, double dt, Vec3 force, Vec3 rate, double most) {
 /// All bodies but those in `fixed` (in ascending order) were moved for dt by forces that were wrong by nothing at first
 /// and in the end by what is known now.
 void Split::make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed, double most) {
-  auto next = fixed.begin();
-  for (int i = 0; i < at_.model.bodies.size(); ++i)
-    if (next != fixed.end() && *next == i)
-      ++next;
-    else
-      make_up(i, dt, {}, (held().force[i] - assumed[i]) / dt, most);
+  for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
+    LastFall last;
+    auto next = std::ranges::lower_bound(fixed, first);
+    for (int i = first; i < end; ++i)
+      if (next != fixed.end() && *next == i)
+        ++next;
+      else
+        make_up(last, i, dt, {}, (held().force[i] - assumed[i]) / dt, most);
+  });
 }
 
 void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
@@ -312,35 +325,56 @@ void Split::make_up_wait(double time, std::span<const Merger> mergers, const std
   if (mergers.empty()) return;
   const Bodies& bodies = at_.model.bodies;
   const double tolerance = at_.scene.mechanics.position_tolerance;
-  const double longest_ago = time - std::ranges::min(mergers, {}, &Merger::due).due;
-  double longest = largest_step_;
-  for (int i = 0; i < bodies.size(); ++i) {
-    const Vec3 jump = held().force[i] - force_before[i];
-    const double size = norm(jump);
-    const auto moved_in = [&](double t) { return size * std::min(t * t / (2 * bodies.mass[i]), t / drag_[i]); };
-    if (moved_in(longest) > 0.5 * tolerance)
-      longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
-    if (moved_in(longest_ago) < 1e-3 * tolerance) continue;
-    if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(i, late_by(i, time, mergers), jump, {}, 1);
-  }
+  const std::vector<Lateness> lateness = this->lateness(time, mergers);
+  const double longest_ago = std::ranges::max(lateness, {}, &Lateness::by).by;
+  const auto shortest_wait = [&](int first, int end) {
+    double longest = largest_step_;
+    LastFall last;
+    for (int i = first; i < end; ++i) {
+      const Vec3 jump = held().force[i] - force_before[i];
+      const double size = norm(jump);
+      const auto moved_in = [&](double t) { return size * std::min(t * t / (2 * bodies.mass[i]), t / drag_[i]); };
+      if (moved_in(longest) > 0.5 * tolerance)
+        longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
+      if (moved_in(longest_ago) < 1e-3 * tolerance) continue;
+      if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(last, i, late_by(i, lateness), jump, {}, 1);
+    }
+    return -longest;
+  };
+  const double longest = -largest_of_ranges(*at_.model.team, bodies.size(), -largest_step_, shortest_wait);
   constexpr double growth = 1.25;  // it follows the largest jumps
   patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
 }
 
+/// Where mergers are and how late they are, before anything is made up for.
+std::vector<Split::Lateness> Split::lateness(double time, std::span<const Merger> mergers) const {
+  const Bodies& bodies = at_.model.bodies;
+  std::vector<Lateness> all;
+  for (const auto& [contact, due] : mergers) {
+    const Vec3 one = position_in_space(bodies, contact.conductor);
+    all.push_back(
+        {time - due, one, contact.partner < bodies.size() ? position_in_space(bodies, contact.partner) : one});
+  }
+  return all;
+}
+
 /// How long a body has moved without the jump of its force (s). Of several mergers that share a solve only the sum of
 /// the jumps is known: those count most that are near, by the square of a dipole's field in the plane.
-double Split::late_by(int body, double time, std::span<const Merger> mergers) const {
+double Split::late_by(int body, std::span<const Lateness> mergers) const {
   const Bodies& bodies = at_.model.bodies;
+  const NearestImage<3> nearest(bodies.box);
   const Vec3 here = position_in_space(bodies, body);
+  const auto distance2 = [&](Vec3 there) {
+    Vec3 apart = here - there;
+    for (int k = 0; k < 3; ++k) apart[k] = nearest(apart[k], k);
+    return norm2(apart);
+  };
   double weights = 0, sum = 0;
-  for (const auto& [contact, due] : mergers) {
-    double near2 = norm2(bodies.box.difference(here, position_in_space(bodies, contact.conductor)));
-    if (contact.partner < bodies.size())
-      near2 = std::min(near2, norm2(bodies.box.difference(here, position_in_space(bodies, contact.partner))));
-    near2 += bodies.radius[body] * bodies.radius[body];
+  for (const auto& [by, one, other] : mergers) {
+    const double near2 = std::min(distance2(one), distance2(other)) + bodies.radius[body] * bodies.radius[body];
     const double weight = 1 / (near2 * near2);
     weights += weight;
-    sum += weight * (time - due);
+    sum += weight * by;
   }
   return sum / weights;
 }
@@ -352,9 +386,9 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
   step_ = std::max(std::min(next_step(dt, error, order(held())), 0.5 * dt), shortest_step_);
   if (held().time == time) return;
   // Groups have parted since the last solve, and there is no way back behind that.
-  const std::vector<Vec3> before = held_forces(time);
+  find_held_forces(time, old_force_);
   at_.electrics->accept(at_.electrics->solve(time, grid));
-  restart(time, before);
+  restart(time, old_force_);
 }
 
 /// Groups have merged, and forces have jumped: what is known of their rates no longer holds. A body that a force jump
@@ -390,7 +424,7 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
   constexpr double growth = 1.1;  // or it would stay what the hardest jump has left, while all steps end in events
   step_ = std::max(step_ == 0 ? step : std::min(step, growth * step_), shortest_step_);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
-  at_.electrics->hold(time, std::vector<Vec3>(bodies.size()), std::vector<double>(bodies.size()), false);
+  at_.electrics->hold(time, Rates::forgotten);
 }
 
 void Split::save(Checkpoint& checkpoint) const {

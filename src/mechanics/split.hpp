@@ -40,14 +40,20 @@ class Split : public Stepper {
   std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
   double advance(double time, double target, const Events& events);
   bool pass_event(double time, FieldGrid grid);
-  void make_up(int body, double dt, Vec3 force, Vec3 rate, double most);
+  void make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate, double most);
   void make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed, double most);
   void make_up_step(double dt, const std::vector<Vec3>& assumed);
   void make_up_correction(double dt, const std::vector<Vec3>& predicted);
   void make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before);
-  double late_by(int body, double time, std::span<const Merger> mergers) const;
+  /// Where the two of a merger are (of one with a terminal twice the conductor), and how late it is.
+  struct Lateness {
+    double by = 0;  ///< s
+    Vec3 one, other;
+  };
+  std::vector<Lateness> lateness(double time, std::span<const Merger> mergers) const;
+  double late_by(int body, std::span<const Lateness> mergers) const;
   const effects::HeldField& held() const { return at_.electrics->now().held; }
-  std::vector<Vec3> held_forces(double time) const;
+  void find_held_forces(double time, std::vector<Vec3>& force) const;
   double error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const;
   void accept(Trial trial, double error);
   void reject(double time, double reached, double error, FieldGrid grid);
@@ -68,8 +74,11 @@ class Split : public Stepper {
   double patience_ = 0;    ///< s, how long a merger may wait for others
   double due_since_ = 0;   ///< s, since when contacts may have been due in the last move
   std::optional<std::vector<int>> pushed_;  ///< that CVODE moved in the last move; empty: all
-  LastFall fall_;                           ///< kept for its coefficients alone
-  Places before_;                           ///< the step that is tried; kept for its memory alone
+  // Kept for their memory alone:
+  Places before_;                       ///< the step that is tried
+  std::vector<double> travel_, reach_;  ///< m
+  std::vector<Vec3> assumed_;           ///< N, at a step's end
+  std::vector<Vec3> old_force_;         ///< N, before a jump
 };
 
 }  // namespace lichtenberg::mechanics

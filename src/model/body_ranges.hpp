@@ -1,0 +1,33 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "solvers/parallel/team.hpp"
+
+namespace lichtenberg {
+
+/// A pass over so many bodies takes some microseconds, a few times what it takes to hand it to who watches. Fixed, so
+/// that what is rounded in a range does not depend on the number of threads.
+constexpr int bodies_a_range = 1024;
+
+/// Calls work(first, end) for ranges that cover the bodies 0 ... n - 1, shared by the team. What is done for one body
+/// must not depend on what is done for others.
+template <class Work>
+void for_ranges(parallel::Team& team, int n, const Work& work) {
+  team.for_each((n + bodies_a_range - 1) / bodies_a_range, [&](int range) {
+    const int first = range * bodies_a_range;
+    work(first, std::min(n, first + bodies_a_range));
+  });
+}
+
+/// The largest of what work(first, end) returns for the same ranges, and of `least`.
+template <class Work>
+double largest_of_ranges(parallel::Team& team, int n, double least, const Work& work) {
+  std::vector<double> found((n + bodies_a_range - 1) / bodies_a_range);
+  for_ranges(team, n, [&](int first, int end) { found[first / bodies_a_range] = work(first, end); });
+  for (const double value : found) least = std::max(least, value);
+  return least;
+}
+
+}  // namespace lichtenberg

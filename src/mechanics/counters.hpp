@@ -16,7 +16,8 @@ struct Counters {
   std::int64_t corrections = 0, rejected_corrections = 0;  ///< the same for steps from field solve to field solve
   std::int64_t contacts_made = 0, contacts_lost = 0;
   std::int64_t regroupings = 0;  ///< times that made or lost contacts changed who is one with whom
-  double field_seconds = 0, mechanics_seconds = 0, contact_seconds = 0;  ///< wall time since the program started
+  // Wall time (s) since the program started; the last is that of all of a simulation's steps, the others included.
+  double field_seconds = 0, mechanics_seconds = 0, contact_seconds = 0, all_seconds = 0;
 };
 
 }  // namespace lichtenberg

@@ -53,6 +53,9 @@ void ReachList::search(const Spheres<d>& spheres, double range) {
   for (const Pair pair : candidates_)
     gap_.push_back(norm(spheres.place(pair.i) - spheres.place(pair.j)) - spheres.radius[pair.i] -
                    spheres.radius[pair.j]);
+  by_gap_.resize(candidates_.size());
+  std::iota(by_gap_.begin(), by_gap_.end(), 0);
+  std::ranges::sort(by_gap_, {}, [&](int k) { return gap_[k]; });
   largest_radius_ = *std::ranges::max_element(spheres.radius);
   along_.resize(spheres.size());
   std::iota(along_.begin(), along_.end(), 0);
@@ -81,15 +84,23 @@ std::vector<Pair> ReachList::pairs(const Spheres<d>& spheres, double range, std:
     if (!covers(spheres, range, reach)) return pairs_within_reach(spheres, range, reach);
   }
   std::vector<Pair> found;
-  found.reserve(candidates_.size());
   const double rounding = 1e-9 * skin_, widest = range + 2 * farthest_ + rounding;
-  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+  const auto look_at = [&](std::size_t k) {
     const double beyond = gap_[k] - range;
-    if (gap_[k] >= widest) continue;
     const auto [i, j] = candidates_[k];
-    if (beyond - rounding >= room_[i].most + room_[j].most) continue;
+    if (beyond - rounding >= room_[i].most + room_[j].most) return;
     if (beyond + rounding < room_[i].least + room_[j].least || is_within(spheres, range, reach, i, j))
       found.push_back(candidates_[k]);
+  };
+  const auto close = std::ranges::lower_bound(by_gap_, widest, {}, [&](int k) { return gap_[k]; });
+  // Few are sorted sooner than all are looked at.
+  if (8 * (close - by_gap_.begin()) < std::ssize(by_gap_)) {
+    for (auto k = by_gap_.begin(); k != close; ++k) look_at(*k);
+    std::ranges::sort(found);
+  } else {
+    found.reserve(candidates_.size());
+    for (std::size_t k = 0; k < candidates_.size(); ++k)
+      if (gap_[k] < widest) look_at(k);
   }
   const auto near = static_cast<std::ptrdiff_t>(found.size());
   add_far(spheres, range, reach, found);

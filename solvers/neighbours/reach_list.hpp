@@ -35,6 +35,7 @@ class ReachList {
   std::vector<double> searched_at_;  ///< positions
   std::vector<Pair> candidates_;     ///< in ascending order
   std::vector<double> gap_;          ///< m, of these at the search
+  std::vector<int> by_gap_;          ///< their numbers, the closest first
   double largest_radius_ = 0;        ///< m
   std::vector<int> along_;           ///< particles as they lay along the first axis at the search
   std::vector<double> along_at_;     ///< m, where

@@ -21,6 +21,8 @@ struct Events {
   /// foreseen, and whose places and forces they and longest_step depend on.
   std::function<void(std::span<double>)> foreseen_values;
   std::vector<int> watched;
+  /// May be empty: of the foreseen ones those alone that have these numbers, as `values`.
+  std::function<Events(std::span<const int>)> only;
 };
 
 /// Bodies that an integration leaves out, which do not feel those that it moves. Both functions are for the time (s).

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -66,6 +67,7 @@ void Electrics::update_resistors(bool groups_changed) {
 
 /// From the potentials of the last solve: right but for the solver's error, which counts if a conductance is large.
 void Electrics::guess_currents() {
+  if (now_.carried.resistors.empty()) return;
   const std::vector<double> potential = node_potentials(now_.field);
   auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
   for (std::size_t k = 0; k < resistors.size(); ++k) current[k] = resistor_current(resistors[k], potential);
@@ -358,24 +360,37 @@ Lookahead Electrics::look_ahead(std::span<const double> reach, const std::option
   return ahead;
 }
 
-Events Electrics::events(const Lookahead& ahead, bool mergers_wait) const {
-  if (!discharge_) return {};
+/// Of `watched`, as long as that is there.
+Events Electrics::foreseen_events(std::span<const Watch> watched, bool mergers_wait) const {
   Events events;
-  for (const Watch& w : ahead.watched) events.direction.push_back(w.made ? +1 : -1);
-  events.direction.push_back(+1);
-  events.foreseen_values = [this, &ahead, mergers_wait](std::span<double> value) {
-    for (std::size_t k = 0; k < ahead.watched.size(); ++k)
-      value[k] = mergers_wait && !ahead.watched[k].made ? discharge_->excess_of_waiting(model_.bodies, ahead.watched[k])
-                                                        : discharge_->excess(model_.bodies, ahead.watched[k]);
+  for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
+  events.foreseen_values = [this, watched, mergers_wait](std::span<double> value) {
+    for (std::size_t k = 0; k < watched.size(); ++k)
+      value[k] = mergers_wait && !watched[k].made ? discharge_->excess_of_waiting(model_.bodies, watched[k])
+                                                  : discharge_->excess(model_.bodies, watched[k]);
   };
-  for (const Watch& w : ahead.watched)
+  for (const Watch& w : watched)
     for (const int body : {w.contact.conductor, w.contact.partner})
       if (body < model_.bodies.size()) events.watched.push_back(body);
+  return events;
+}
+
+Events Electrics::events(const Lookahead& ahead, bool mergers_wait) const {
+  if (!discharge_) return {};
+  Events events = foreseen_events(ahead.watched, mergers_wait);
+  events.direction.push_back(+1);
   events.values = [this, &ahead, foreseen = events.foreseen_values](std::span<double> value) {
     foreseen(value);
     value.back() = farthest_beyond(ahead.foreseen, -ahead.least_reach);
   };
   events.longest_step = [this, &ahead](std::span<const double> force) { return longest_step(ahead.watched, force); };
+  events.only = [this, &ahead, mergers_wait](std::span<const int> numbers) {
+    auto some = std::make_shared<std::vector<Watch>>();
+    for (const int k : numbers) some->push_back(ahead.watched[k]);
+    Events only = foreseen_events(*some, mergers_wait);
+    only.values = [some, values = std::exchange(only.foreseen_values, {})](std::span<double> value) { values(value); };
+    return only;
+  };
   return events;
 }
 

@@ -133,6 +133,7 @@ class Electrics {
   using Watch = effects::ContactDischarge::Watch;
   std::vector<Merger> mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
                               double time, double due_since) const;
+  Events foreseen_events(std::span<const Watch> watched, bool mergers_wait) const;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
   double farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const;
   std::vector<double> currents(double time) const;

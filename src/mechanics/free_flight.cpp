@@ -50,6 +50,8 @@ class Flight {
         watched_(std::move(watched)),
         total_force_(total_force) {
     const std::size_t d = bodies_.dimension;
+    shown_.resize(watched_.size());
+    std::iota(shown_.begin(), shown_.end(), std::size_t{0});
     position_.reserve(watched_.size() * d);
     momentum_.reserve(watched_.size() * d);
     for (const int i : watched_) {
@@ -61,6 +63,13 @@ class Flight {
   std::span<const int> watched() const { return watched_; }
   /// Puts those that are watched where they are at `time` (s).
   void show(double time) { bodies_.dimension == 3 ? show_at<3>(time - start_) : show_at<2>(time - start_); }
+  /// From now on show() moves those alone that are among these bodies.
+  void show_only(std::vector<int> bodies) {
+    std::ranges::sort(bodies);
+    shown_.clear();
+    for (std::size_t w = 0; w < watched_.size(); ++w)
+      if (std::ranges::binary_search(bodies, watched_[w])) shown_.push_back(w);
+  }
   /// Force and drag (N) on those, where they were shown last.
   std::span<const double> total_force() const { return total_force_; }
   /// Puts all where they are at `time` (s), but for `others` (in ascending order).
@@ -77,8 +86,7 @@ class Flight {
   template <int d>
   void show_at(double t) {
     LastFall last;
-    for (std::size_t w = 0; w < watched_.size(); ++w)
-      move<d, true>(watched_[w], t, &position_[w * d], &momentum_[w * d], last);
+    for (const std::size_t w : shown_) move<d, true>(watched_[w], t, &position_[w * d], &momentum_[w * d], last);
   }
 
   template <int d>
@@ -115,6 +123,7 @@ class Flight {
   const effects::HeldField& held_;
   double start_;  ///< s
   std::vector<int> watched_;
+  std::vector<std::size_t> shown_;           ///< which of those
   std::vector<double> position_, momentum_;  ///< of those that are watched, at the start
   std::span<double> total_force_;
 };
@@ -130,18 +139,31 @@ class Lookout {
 
   double beyond() {
     if (values_) values_(value_);
+    return farthest();
+  }
+  /// From now on only those count that are still to come for the values of the last beyond(); returns what it would
+  /// return then.
+  double look() {
+    to_come_.resize(value_.size());
+    for (std::size_t k = 0; k < value_.size(); ++k) to_come_[k] = events_.direction[k] * value_[k] < 0;
+    return farthest();
+  }
+  /// The events that are to come no longer for the values of the last beyond().
+  std::vector<int> due() const {
+    std::vector<int> due;
+    for (std::size_t k = 0; k < value_.size(); ++k)
+      if (to_come_[k] && events_.direction[k] * value_[k] >= 0) due.push_back(static_cast<int>(k));
+    return due;
+  }
+
+ private:
+  double farthest() const {
     double farthest = -INFINITY;
     for (std::size_t k = 0; k < value_.size(); ++k)
       if (to_come_.empty() || to_come_[k]) farthest = std::max(farthest, events_.direction[k] * value_[k]);
     return farthest;
   }
-  /// From now on only those count that are still to come for the values of the last beyond().
-  void look() {
-    to_come_.resize(value_.size());
-    for (std::size_t k = 0; k < value_.size(); ++k) to_come_[k] = events_.direction[k] * value_[k] < 0;
-  }
 
- private:
   const Events& events_;
   const std::function<void(std::span<double>)>& values_;
   std::vector<double> value_;
@@ -214,23 +236,47 @@ std::vector<int> seen_by(const Events& events, const Bodies& bodies) {
 
 }  // namespace
 
+namespace {
+
+/// When (s), and how far bodies are then beyond an event that is to come.
+struct Beyond {
+  double time = 0, by = 0;
+};
+
+/// The time (s) of the first event between two times. None comes and goes unseen: those alone that are due at the end
+/// are looked at in between, and the bodies that they depend on.
+double first_event(Flight& flight, const Events& events, Lookout& lookout, Beyond early, Beyond late) {
+  const auto sign_change_of = [&](Lookout& seen, double beyond_early) {
+    return sign_change(early.time, beyond_early, late.time, late.by, [&](double t) {
+      flight.show(t);
+      return seen.beyond();
+    });
+  };
+  if (!events.only) return sign_change_of(lookout, early.by);
+  const Events due = events.only(lookout.due());
+  flight.show_only(due.watched);
+  flight.show(early.time);
+  Lookout close(due);
+  return sign_change_of(close, close.beyond());
+}
+
+}  // namespace
+
 double FreeFlight::advance(double start, double end, const effects::HeldField& held, const Events& events) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(start), std::abs(end));
   Flight flight(model_.bodies, *model_.team, drag_, held, start, seen_by(events, model_.bodies), total_force_);
   Lookout lookout(events);
-  const auto beyond = [&](double t) {
-    flight.show(t);
-    return lookout.beyond();
-  };
-  double time = start, before = beyond(start);
+  flight.show(start);
+  lookout.beyond();
+  double time = start;
   while (time < end) {
-    lookout.look();
-    before = lookout.beyond();
+    const double before = lookout.look();
     const double longest = events.longest_step ? events.longest_step(flight.total_force()) : INFINITY;
     const double next = std::min(end, time + std::max(longest, 1000 * rounding));
-    const double after = beyond(next);
+    flight.show(next);
+    const double after = lookout.beyond();
     if (after >= 0) {
-      const double event = sign_change(time, before, next, after, beyond);
+      const double event = first_event(flight, events, lookout, {time, before}, {next, after});
       flight.end(event);
       return event;
     }

@@ -395,12 +395,22 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
 /// drives at jump/drag through a field that varies over a certain length sees its force change at the rate below. That
 /// length is a radius, or the contact gap if that is less: conductors at different potentials are never closer.
 void Split::restart(double time, const std::vector<Vec3>& force_before) {
+  const double step = -largest_of_ranges(*at_.model.team, at_.model.bodies.size(), -largest_step_,
+                                         [&](int first, int end) { return -step_after(force_before, first, end); });
+  constexpr double growth = 1.1;  // or it would stay what the hardest jump has left, while all steps end in events
+  step_ = std::max(step_ == 0 ? step : std::min(step, growth * step_), shortest_step_);
+  if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
+  at_.electrics->hold(time, Rates::forgotten);
+}
+
+/// The step (s) that the bodies from `first` on up to before `end` allow after their forces have jumped.
+double Split::step_after(const std::vector<Vec3>& force_before, int first, int end) const {
   const std::vector<Vec3>& force = at_.electrics->now().field.force;
   const Bodies& bodies = at_.model.bodies;
   const double tolerance = at_.scene.mechanics.position_tolerance;
   double step = largest_step_, fastest_rate = 0;
-  int fastest = 0;
-  for (int i = 0; i < bodies.size(); ++i) {
+  int fastest = first;
+  for (int i = first; i < end; ++i) {
     const double length = std::min(bodies.radius[i], shortest_gap_);
     const Vec3 jumped = force[i] - force_before[i], velocity = velocity_in_space(bodies, i);
     const bool alike = bodies.mass[i] == bodies.mass[fastest] && drag_[i] == drag_[fastest];
@@ -421,10 +431,7 @@ void Split::restart(double time, const std::vector<Vec3>& force_before) {
     if (drag_[i] == 0)
       step = std::min(step, time_to_displace_from_rest(tolerance, jump * norm(force[i]) / length, bodies.mass[i]));
   }
-  constexpr double growth = 1.1;  // or it would stay what the hardest jump has left, while all steps end in events
-  step_ = std::max(step_ == 0 ? step : std::min(step, growth * step_), shortest_step_);
-  if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();
-  at_.electrics->hold(time, Rates::forgotten);
+  return step;
 }
 
 void Split::save(Checkpoint& checkpoint) const {

@@ -58,6 +58,7 @@ class Split : public Stepper {
   void accept(Trial trial, double error);
   void reject(double time, double reached, double error, FieldGrid grid);
   void restart(double time, const std::vector<Vec3>& force_before);
+  double step_after(const std::vector<Vec3>& force_before, int first, int end) const;
 
   struct Places {
     std::vector<double> position, momentum;  ///< as in Bodies

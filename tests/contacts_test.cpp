@@ -173,7 +173,7 @@ TEST_CASE("only contacts that can change are watched") {
   for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
 }
 
-TEST_CASE("a contact that is to be made waits while the two come closer, down to a sixteenth of the gap") {
+TEST_CASE("a contact that is to be made waits while the two come closer, by a sixteenth of the gap at most") {
   const Scene scene = scene_of({{0.02, 0.02}, {0.05, 0.02}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);

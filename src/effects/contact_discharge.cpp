@@ -266,7 +266,7 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
 
 double ContactDischarge::excess_of_waiting(const Bodies& bodies, const Watch& watch) const {
   const double g = gap(bodies, watch.contact);
-  constexpr double second = 1;  // only the sign of a rate matters
+  constexpr double second = 1;  // only the sign of a speed matters
   const double no_longer = std::min(g - (1 - 1.0 / 16) * make_gap_, -second * gap_rate(bodies, watch.contact));
   return std::max(g - make_gap_, no_longer);
 }

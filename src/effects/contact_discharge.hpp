@@ -61,7 +61,8 @@ class ContactDischarge : public Effect {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ + together_ : make_gap_);
   }
   /// The same of a contact that is to be made and may wait: its sign changes where it can wait no longer, since the two
-  /// go apart again or are closer by a sixteenth of the gap.
+  /// go apart again or are closer by a sixteenth of the gap. Not a distance (m) everywhere: near where they turn round it
+  /// is their speed away from each other.
   double excess_of_waiting(const Bodies& bodies, const Watch& watch) const;
   /// How far (m) the two may move against each other between two looks at them. A gap that passes its threshold by one
   /// position tolerance, on a straight way past each other, is beyond it for at least this long: no graze is missed.

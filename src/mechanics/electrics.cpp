@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 #include "src/mechanics/step_control.hpp"
 #include "src/model/body_ranges.hpp"
@@ -292,14 +293,48 @@ void Electrics::hold(double time, Rates rates) {
 
 Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   if (!discharge_) return {};
+  const auto [made, lost] = look_at_contacts();
+  if (made.empty() && lost.empty()) return {};
+  std::vector<Merger> due = mergers(made, time, due_since);
+  const std::vector<effects::Contact> later = lost_after(due, lost, time);
+  const auto first_added = now_.contacts.insert(now_.contacts.end(), later.begin(), later.end());
+  std::inplace_merge(now_.contacts.begin(), first_added, now_.contacts.end());
+  const bool merged = regroup(time, grid);
+  if (!later.empty()) {
+    std::erase_if(now_.contacts, [&](effects::Contact c) { return std::ranges::binary_search(later, c); });
+    regroup(time, grid);
+  }
+  return merged ? Regrouping{true, std::move(due)} : Regrouping{};
+}
+
+effects::ContactDischarge::Changes Electrics::look_at_contacts() {
+  const Stopwatch watch(counters_.contact_seconds);
+  effects::ContactDischarge::Changes changes = discharge_->update(model_.bodies, now_.contacts);
+  counters_.contacts_made += std::ssize(changes.made);
+  counters_.contacts_lost += std::ssize(changes.lost);
+  return changes;
+}
+
+/// Of those that are lost, what was made one before: they part with the charges that they have then. From ascending to
+/// ascending order. Of one that goes apart no longer it is not known when it was lost: first.
+std::vector<effects::Contact> Electrics::lost_after(std::span<const Merger> mergers,
+                                                    std::span<const effects::Contact> lost, double time) const {
+  if (mergers.empty()) return {};
+  const double first = std::ranges::min(mergers, {}, &Merger::due).due;
+  std::vector<effects::Contact> later;
+  for (const effects::Contact contact : lost) {
+    const double beyond = discharge_->gap(model_.bodies, contact) - discharge_->release_gap(),
+                 opening = discharge_->gap_rate(model_.bodies, contact);
+    if (opening > 0 && time - beyond / opening >= first) later.push_back(contact);
+  }
+  return later;
+}
+
+/// Groups as contacts are. Solves if charges move; returns whether.
+bool Electrics::regroup(double time, FieldGrid grid) {
   effects::ElectricalGroups before;
-  effects::ContactDischarge::Changes changes;
   {
     const Stopwatch watch(counters_.contact_seconds);
-    changes = discharge_->update(model_.bodies, now_.contacts);
-    if (changes.made.empty() && changes.lost.empty()) return {};
-    counters_.contacts_made += std::ssize(changes.made);
-    counters_.contacts_lost += std::ssize(changes.lost);
     try {
       before = std::exchange(now_.groups, effects::electrical_groups(scene_, now_.contacts));
     } catch (const InputError& error) {
@@ -308,25 +343,46 @@ Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   }
   const bool changed = !(now_.groups == before);
   update_resistors(changed);
-  if (!changed) return {};
+  if (!changed) return false;
   ++counters_.regroupings;
-  if (!effects::parts(now_.groups, before)) return {};
+  if (!effects::parts(now_.groups, before)) return false;
   accept(solve(time, grid), true);
-  return {true, mergers(changes.made, before, time, due_since)};
+  return true;
 }
 
-/// Those that came along before their time, within a position tolerance, are due now.
-std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
-                                       double time, double due_since) const {
+/// When these were due, each that makes one of two that the earlier have not.
+std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, double time, double due_since) const {
   std::vector<Merger> all;
   for (const effects::Contact contact : made) {
-    if (discharge_->one_already(before, model_.bodies.size(), contact)) continue;
+    if (discharge_->one_already(now_.groups, model_.bodies.size(), contact)) continue;
     const double beyond = discharge_->make_gap() - discharge_->gap(model_.bodies, contact),
                  closing = -discharge_->gap_rate(model_.bodies, contact);
-    const double since = closing > 0 ? std::max(beyond, 0.0) / closing : time - due_since;
-    all.push_back({contact, std::max(due_since, time - since)});
+    all.push_back({contact, closing > 0 ? std::max(due_since, time - beyond / closing) : due_since});
   }
+  std::ranges::stable_sort(all, {}, &Merger::due);
+  const int nodes = static_cast<int>(now_.groups.id.size());
+  DisjointSets joined(nodes + static_cast<int>(supplies_.size()));
+  std::erase_if(all, [&](const Merger& merger) {
+    const auto [a, b] = groups_of(merger.contact);
+    return !joined.unite(a, b);
+  });
   return all;
+}
+
+/// The groups that a contact touches; what is held at a potential is numbered behind the nodes.
+std::pair<int, int> Electrics::groups_of(effects::Contact contact) const {
+  const auto held_at = [&](double potential) {
+    const auto first = std::ranges::find(supplies_, potential, &effects::Supply::potential);
+    return static_cast<int>(std::ssize(now_.groups.id) + (first - supplies_.begin()));
+  };
+  const auto of_node = [&](int node) {
+    const std::optional<double> potential = now_.groups.potential[node];
+    return potential ? held_at(*potential) : now_.groups.id[node];
+  };
+  const int a = of_node(contact.conductor), terminal = contact.partner - model_.bodies.size();
+  if (terminal < 0) return {a, of_node(contact.partner)};
+  return {a,
+          terminals_[terminal].node >= 0 ? of_node(terminals_[terminal].node) : held_at(supplies_[terminal].potential)};
 }
 
 void Electrics::widen(std::span<double> ways) const {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "src/effects/conductor_frame.hpp"
@@ -25,7 +26,8 @@ enum class FieldGrid { whole, predictor };
 /// held.
 enum class Rates { kept, forgotten, since_then };
 
-/// A contact that has made one of two groups, and when it was due (s): before now, if it has waited for others.
+/// A contact that has made one of two groups, and when it was due (s): before now, if it has waited for others; later,
+/// if it came along with others, a little before its time.
 struct Merger {
   effects::Contact contact;
   double due = 0;
@@ -87,8 +89,9 @@ class Electrics {
   void share(double time, std::span<const double> by_field);
   /// Makes and loses contacts where the bodies are now. If groups part, their members keep the charges that they have:
   /// these must be accepted or shared at this instant. If groups merge, charges move: solves, accepts and returns true.
-  /// Groups that only part keep charges, potentials and so the field as it was accepted. `due_since`: s, since when a
-  /// contact may have been due. Throws Failure for a short circuit.
+  /// Groups that only part keep charges, potentials and so the field as it was accepted, and what is lost after a
+  /// merger was due parts behind it. `due_since`: s, since when a contact may have been due. Throws Failure for a short
+  /// circuit.
   Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
@@ -131,8 +134,12 @@ class Electrics {
 
  private:
   using Watch = effects::ContactDischarge::Watch;
-  std::vector<Merger> mergers(std::span<const effects::Contact> made, const effects::ElectricalGroups& before,
-                              double time, double due_since) const;
+  effects::ContactDischarge::Changes look_at_contacts();
+  bool regroup(double time, FieldGrid grid);
+  std::vector<Merger> mergers(std::span<const effects::Contact> made, double time, double due_since) const;
+  std::vector<effects::Contact> lost_after(std::span<const Merger> mergers, std::span<const effects::Contact> lost,
+                                           double time) const;
+  std::pair<int, int> groups_of(effects::Contact contact) const;
   Events foreseen_events(std::span<const Watch> watched, bool mergers_wait) const;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
   double farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const;

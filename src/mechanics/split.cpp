@@ -122,7 +122,7 @@ double Split::try_prediction(double time, double end) {
   at_.electrics->accept(std::move(trial));
   at_.electrics->field().correct(at_.electrics->now().field);
   at_.electrics->hold(target, Rates::kept);
-  make_up_correction(target - time, predicted);
+  if (wrong_by <= allowed_correction) make_up_correction(target - time, predicted);
   return target;
 }
 
@@ -163,6 +163,8 @@ double Split::try_step(double time, double end, FieldGrid grid) {
   if (!regrouping.merged && wrong_by <= 1) return reached;
   old_force_ = held().force;
   restart(reached, wrong_by > 1 ? assumed_ : old_force_);
+  if (!regrouping.merged) return reached;
+  learn_patience(old_force_);
   make_up_wait(reached, regrouping.mergers, old_force_);
   return reached;
 }
@@ -177,9 +179,15 @@ double Split::move(double time, double target) {
     at_.electrics->widen(reach_);
     pushed_ = moved_by_cvode(travel_, reach_);
     const Lookahead ahead = at_.electrics->look_ahead(reach_, pushed_);
-    due_since_ = time = advance(time, target, at_.electrics->events(ahead));
-    const Electrics::Due due = at_.electrics->due(ahead);
-    if (due.lost) break;
+    Electrics::Due due = at_.electrics->due(ahead);
+    // What has been made up for may have carried a contact across its threshold, which is no event any more.
+    const bool crossed = due.made || due.lost;
+    due_since_ = crossed ? time - patience_ : time;
+    if (!crossed) {
+      due_since_ = time = advance(time, target, at_.electrics->events(ahead));
+      due = at_.electrics->due(ahead);
+    }
+    if (due.lost) return time;
     if (due.made) return wait(time, target, ahead);
     // Otherwise a collision has thrown a body farther than was looked for: look again.
   }
@@ -233,6 +241,7 @@ bool Split::pass_event(double time, FieldGrid grid) {
   ++at_.counters.steps;
   find_held_forces(time, old_force_);
   restart(time, old_force_);
+  learn_patience(old_force_);
   make_up_wait(time, regrouping.mergers, old_force_);
   return true;
 }
@@ -278,25 +287,26 @@ void Split::accept(Trial trial, double error) {
   at_.electrics->hold(time, dt > shortest_step_ ? Rates::since_then : Rates::kept);
 }
 
-/// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt: at most some
-/// tolerances, so that none is pressed into another.
-void Split::make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate, double most) {
+/// What a body would have moved under a force (N) and its rate (N/s) that were left out for dt. Of a force that acts
+/// too early, dt < 0, the impulse is taken back: once drag has had its time, the body is where it would be.
+void Split::make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate) {
   Bodies& bodies = at_.model.bodies;
   const std::size_t d = bodies.dimension;
-  const double mass = bodies.mass[body], longest = most * at_.scene.mechanics.position_tolerance;
-  const FreeFall fall = last.of(dt, mass, drag_[body]);
-  const Vec3 way = fall.of_force * force + fall.of_rate * rate,
-             gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
-  const double far = norm(way), share = far > longest ? longest / far : 1;
+  Vec3 way{}, gain = dt / bodies.mass[body] * force;
+  if (dt > 0) {
+    const FreeFall& fall = last.of(dt, bodies.mass[body], drag_[body]);
+    way = fall.of_force * force + fall.of_rate * rate;
+    gain = fall.speed_of_force * force + fall.speed_of_rate * rate;
+  }
   for (std::size_t k = 0; k < d; ++k) {
-    bodies.position[body * d + k] += share * way[k];
-    bodies.momentum[body * d + k] += share * mass * gain[k];
+    bodies.position[body * d + k] += way[k];
+    bodies.momentum[body * d + k] += bodies.mass[body] * gain[k];
   }
 }
 
 /// All bodies but those in `fixed` (in ascending order) were moved for dt by forces that were wrong by nothing at first
 /// and in the end by what is known now.
-void Split::make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed, double most) {
+void Split::make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed) {
   for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
     LastFall last;
     auto next = std::ranges::lower_bound(fixed, first);
@@ -304,56 +314,91 @@ void Split::make_up_defect(double dt, const std::vector<Vec3>& assumed, std::spa
       if (next != fixed.end() && *next == i)
         ++next;
       else
-        make_up(last, i, dt, {}, (held().force[i] - assumed[i]) / dt, most);
+        make_up(last, i, dt, {}, (held().force[i] - assumed[i]) / dt);
   });
 }
 
 void Split::make_up_step(double dt, const std::vector<Vec3>& assumed) {
-  if (pushed_ && dt > shortest_step_) make_up_defect(dt, assumed, *pushed_, 1);
+  if (pushed_ && dt > shortest_step_) make_up_defect(dt, assumed, *pushed_);
 }
 
 /// The same of all predictions since a field solve, for bodies that cannot touch by it.
 void Split::make_up_correction(double dt, const std::vector<Vec3>& predicted) {
   const double most = allowed_correction * at_.scene.mechanics.position_tolerance;
-  make_up_defect(dt, predicted, flight_.pushed(std::vector<double>(predicted.size(), most)), allowed_correction);
+  make_up_defect(dt, predicted, flight_.pushed(std::vector<double>(predicted.size(), most)));
 }
 
-/// What mergers that have waited changed has acted on the bodies since they were due, and these have moved without. The
-/// next may wait as long as its jump, if it is like these, moves nothing by more than half a tolerance: from above by
-/// the lesser of the limits of drag and of inertia.
+/// What mergers changed has acted on the bodies since they were due, and those that waited have been moved without.
 void Split::make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before) {
-  if (mergers.empty()) return;
+  if (mergers.empty() || !pushed_) return;
   const Bodies& bodies = at_.model.bodies;
   const double tolerance = at_.scene.mechanics.position_tolerance;
   const std::vector<Lateness> lateness = this->lateness(time, mergers);
-  const double longest_ago = std::ranges::max(lateness, {}, &Lateness::by).by;
-  const auto shortest_wait = [&](int first, int end) {
-    double longest = largest_step_;
+  double longest = 0;
+  for (const Lateness& merger : lateness) longest = std::max(longest, std::abs(merger.by));
+  const auto most_way = [&](int first, int end) {
+    double farthest = 0;
     LastFall last;
     for (int i = first; i < end; ++i) {
       const Vec3 jump = held().force[i] - force_before[i];
-      const double size = norm(jump);
-      const auto moved_in = [&](double t) { return size * std::min(t * t / (2 * bodies.mass[i]), t / drag_[i]); };
-      if (moved_in(longest) > 0.5 * tolerance)
+      const double size = norm(jump), mass = bodies.mass[i];
+      const double lasting = drag_[i] > 0 ? mass / drag_[i] : largest_step_;  // how long an impulse moves a body on
+      if (size * longest * lasting < 1e-2 * tolerance * mass || std::ranges::binary_search(*pushed_, i)) continue;
+      const double late = late_by(i, lateness), way = late > 0 ? size * last.of(late, mass, drag_[i]).of_force : 0;
+      if (way <= tolerance) make_up(last, i, late, jump, {});
+      farthest = std::max(farthest, way);
+    }
+    return farthest;
+  };
+  if (largest_of_ranges(*at_.model.team, bodies.size(), 0, most_way) > tolerance) make_up_far(lateness, force_before);
+}
+
+/// A jump that is larger than those before it moves a body, meanwhile, by more than a tolerance, which is as far as
+/// was looked for what it may touch: who may touch another by it is left where it is.
+void Split::make_up_far(std::span<const Lateness> lateness, const std::vector<Vec3>& force_before) {
+  const Bodies& bodies = at_.model.bodies;
+  const double tolerance = at_.scene.mechanics.position_tolerance;
+  LastFall last;
+  std::vector<double> way(bodies.size());
+  for (int i = 0; i < bodies.size(); ++i) {
+    const double late = late_by(i, lateness);
+    if (late > 0) way[i] = norm(held().force[i] - force_before[i]) * last.of(late, bodies.mass[i], drag_[i]).of_force;
+    if (way[i] <= tolerance) way[i] = 0;
+  }
+  const std::vector<int> may_touch = flight_.pushed(way);
+  for (int i = 0; i < bodies.size(); ++i)
+    if (way[i] > 0 && !std::ranges::binary_search(*pushed_, i) && !std::ranges::binary_search(may_touch, i))
+      make_up(last, i, late_by(i, lateness), held().force[i] - force_before[i], {});
+}
+
+/// The next mergers may wait as long as their jumps, if they are like these, move nothing by more than half a
+/// tolerance: from above by the lesser of the limits of drag and of inertia.
+void Split::learn_patience(const std::vector<Vec3>& force_before) {
+  const Bodies& bodies = at_.model.bodies;
+  const double tolerance = at_.scene.mechanics.position_tolerance;
+  const auto least_wait = [&](int first, int end) {
+    double longest = largest_step_;
+    for (int i = first; i < end; ++i) {
+      const double size = norm(held().force[i] - force_before[i]);
+      if (size * std::min(longest * longest / (2 * bodies.mass[i]), longest / drag_[i]) > 0.5 * tolerance)
         longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
-      if (moved_in(longest_ago) < 1e-3 * tolerance) continue;
-      if (pushed_ && !std::ranges::binary_search(*pushed_, i)) make_up(last, i, late_by(i, lateness), jump, {}, 1);
     }
     return -longest;
   };
-  const double longest = -largest_of_ranges(*at_.model.team, bodies.size(), -largest_step_, shortest_wait);
+  const double longest = -largest_of_ranges(*at_.model.team, bodies.size(), -largest_step_, least_wait);
   constexpr double growth = 1.25;  // it follows the largest jumps
   patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
 }
 
-/// Where mergers are and how late they are, before anything is made up for.
+/// Where mergers are and how late they are, before anything is made up for. Of those that come along before their time
+/// some are so slow that they would never have come.
 std::vector<Split::Lateness> Split::lateness(double time, std::span<const Merger> mergers) const {
   const Bodies& bodies = at_.model.bodies;
   std::vector<Lateness> all;
   for (const auto& [contact, due] : mergers) {
     const Vec3 one = position_in_space(bodies, contact.conductor);
-    all.push_back(
-        {time - due, one, contact.partner < bodies.size() ? position_in_space(bodies, contact.partner) : one});
+    all.push_back({std::max(time - due, -patience_), one,
+                   contact.partner < bodies.size() ? position_in_space(bodies, contact.partner) : one});
   }
   return all;
 }

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "src/mechanics/free_flight.hpp"
@@ -40,18 +41,21 @@ class Split : public Stepper {
   std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
   double advance(double time, double target, const Events& events);
   bool pass_event(double time, FieldGrid grid);
-  void make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate, double most);
-  void make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed, double most);
+  void make_up(LastFall& last, int body, double dt, Vec3 force, Vec3 rate);
+  void make_up_defect(double dt, const std::vector<Vec3>& assumed, std::span<const int> fixed);
   void make_up_step(double dt, const std::vector<Vec3>& assumed);
   void make_up_correction(double dt, const std::vector<Vec3>& predicted);
-  void make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before);
-  /// Where the two of a merger are (of one with a terminal twice the conductor), and how late it is.
+  /// Where the two of a merger are (of one with a terminal twice the conductor), and how late it is: less than 0 of one
+  /// that is early.
   struct Lateness {
     double by = 0;  ///< s
     Vec3 one, other;
   };
   std::vector<Lateness> lateness(double time, std::span<const Merger> mergers) const;
   double late_by(int body, std::span<const Lateness> mergers) const;
+  void make_up_wait(double time, std::span<const Merger> mergers, const std::vector<Vec3>& force_before);
+  void make_up_far(std::span<const Lateness> lateness, const std::vector<Vec3>& force_before);
+  void learn_patience(const std::vector<Vec3>& force_before);
   const effects::HeldField& held() const { return at_.electrics->now().held; }
   void find_held_forces(double time, std::vector<Vec3>& force) const;
   double error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const;

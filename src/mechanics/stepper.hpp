@@ -28,7 +28,8 @@ class Stepper {
   virtual ~Stepper() = default;
   /// Called once the field of `time` is solved and settled, at the start and after every checkpoint.
   virtual void begin(double time) = 0;
-  /// Carries the scene from `time` to `end` (s). Contacts are up to date and the field is solved at both ends.
+  /// Carries the scene from `time` to `end` (s). Contacts are up to date and the field is solved at both ends, but for
+  /// what bodies are moved by afterwards, to make up for what forces were wrong by: two position tolerances at most.
   virtual void advance(double time, double end) = 0;
   /// What it knows beyond the bodies and the electrics.
   virtual void save(Checkpoint&) const {}

@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+"""How wrong runs of conductors are, and what that costs, from many instants of one run: of two programs, if asked.
+
+    motion_errors.py --tolerance 3.1e-6 --against OTHER/build/lichtenberg
+
+A scene runs until the last start. From each start every program goes on for --time; so does the first without
+predictions at a tighter tolerance, which the others are compared with: the root mean square of how far conductors are
+from there in the end, in radii. One merger that comes before or after another can change an error tenfold, so what is
+said is the geometric mean over the starts, of the ratio of both programs with its standard error, and how many errors
+were more than three times the median. Runs have one thread.
+"""
+
+import argparse
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = ROOT / "build" / "lichtenberg"
+
+
+def read_request():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", type=Path, default=ROOT / "scenes" / "dendrite.toml")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--starts", default="0.3:1.6:14", help="first instant, last and number (s)")
+    parser.add_argument("--time", type=float, default=0.1, help="s, from each start")
+    parser.add_argument("--tolerance", type=float, default=7.75e-7, help="m, mechanics.position_tolerance")
+    parser.add_argument("--exact", type=float, default=7.75e-8, help="m, the tolerance of what runs are compared with")
+    parser.add_argument("--program", type=Path, default=PROGRAM)
+    parser.add_argument("--against", type=Path, help="another program")
+    return parser.parse_args()
+
+
+def run(program, scene, out, settings, start=()):
+    """Field solves and predictions."""
+    words = [str(program), "run", str(scene), *start, "--out", str(out), "--overwrite"]
+    for key, value in {"field.threads": 1, "output.picture": "false", "output.field": "none", **settings}.items():
+        words += ["--set", f"{key}={value}"]
+    said = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+    numbers = [re.search(rf"^{name} +(\d+)", said, re.MULTILINE) for name in ("field solves", "predictions")]
+    return np.array([int(number[1]) if number else 0 for number in numbers])
+
+
+def places(result):
+    with h5py.File(result) as file:
+        conductors = file["particles/conductors"]
+        return conductors["position/value"][-1], conductors["radius"][:]
+
+
+def error(result, exact):
+    position, radius = places(result)
+    away = np.linalg.norm(position - places(exact)[0], axis=1) / radius
+    return np.sqrt(np.mean(away**2))
+
+
+def main():
+    request = read_request()
+    first, last, number = (float(part) for part in request.starts.split(":"))
+    programs = [request.program] + ([request.against] if request.against else [])
+    counts, errors = [np.zeros(2, int) for _ in programs], [[] for _ in programs]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        starts, exact, out = folder / "starts.h5", folder / "exact.h5", folder / "out.h5"
+        every = (last - first) / (number - 1)
+        seed = {"seed": request.seed}
+        run(request.program, request.scene, starts, {**seed, "stop.time": last, "output.every": every})
+        with h5py.File(starts) as file:
+            times = file["particles/conductors/position/time"][:]
+        for instant in np.linspace(first, last, int(number)):
+            start = ("--from", str(starts), "--frame", str(int(np.argmin(abs(times - instant)))))
+            lasts = {**seed, "stop.time": request.time, "output.every": request.time}
+            tight = {"mechanics.position_tolerance": request.exact, "mechanics.predictor": "false"}
+            run(request.program, request.scene, exact, {**lasts, **tight}, start)
+            for k, program in enumerate(programs):
+                tolerance = {"mechanics.position_tolerance": request.tolerance}
+                counts[k] += run(program, request.scene, out, {**lasts, **tolerance}, start)
+                errors[k].append(error(out, exact))
+    for program, count, found in zip(programs, counts, np.array(errors)):
+        outliers = np.sum(found > 3 * np.median(found))
+        print(f"{program}: {count[0]} field solves, {count[1]} predictions, error {np.exp(np.log(found).mean()):.2e} "
+              f"radii, {outliers} of {len(found)} above three times the median")
+    if request.against:
+        logarithm = np.log(errors[0]) - np.log(errors[1])
+        mean = np.exp(logarithm.mean())
+        print(f"the first over the second: {mean:.2f} +- {mean * logarithm.std(ddof=1) / np.sqrt(len(logarithm)):.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -75,7 +75,9 @@ void Electrics::guess_currents() {
 }
 
 void Electrics::show_charges() {
-  for (int i = 0; i < model_.bodies.size(); ++i) model_.bodies.charge[i] = now_.ledger.charge(i);
+  for_ranges(*model_.team, model_.bodies.size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) model_.bodies.charge[i] = now_.ledger.charge(i);
+  });
 }
 
 effects::Contact Electrics::contact_of(const effects::Resistor& resistor) const {
@@ -153,10 +155,12 @@ Trial Electrics::solve(double time, FieldGrid grid) {
   effects::NodeCharges charges{.resistors = now_.carried.resistors,
                                .weight = trial.step.weight,
                                .fed = std::accumulate(trial.fed.begin(), trial.fed.end(), 0.0)};
-  charges.charge.reserve(now_.ledger.size());
-  for (int i = 0; i < now_.ledger.size(); ++i)
-    charges.charge.push_back(trial.step.decay * now_.ledger.charge(i) +
-                             (i < model_.bodies.size() ? trial.fed[i] * trial.step.fed : 0));
+  charges.charge.resize(now_.ledger.size());
+  for_ranges(*model_.team, now_.ledger.size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i)
+      charges.charge[i] =
+          trial.step.decay * now_.ledger.charge(i) + (i < model_.bodies.size() ? trial.fed[i] * trial.step.fed : 0);
+  });
   for (std::size_t k = 0; k < charges.resistors.size(); ++k) {
     const double inherited = trial.step.inherited * now_.carried.remaining[k];
     charges.charge[charges.resistors[k].a] -= inherited;

@@ -234,7 +234,9 @@ double Split::advance(double time, double target, const Events& events) {
 bool Split::pass_event(double time, FieldGrid grid) {
   if (at_.electrics->has_resistors() || time - held().time >= 0.5 * step_) return false;
   std::vector<double> charge(at_.model.bodies.size());
-  for (int i = 0; i < at_.model.bodies.size(); ++i) charge[i] = held().charge_at(i, time);
+  for_ranges(*at_.model.team, at_.model.bodies.size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) charge[i] = held().charge_at(i, time);
+  });
   at_.electrics->share(time, charge);
   const Regrouping regrouping = at_.electrics->reconnect(time, due_since_, grid);
   if (!regrouping.merged) return true;

@@ -17,9 +17,11 @@ constexpr std::uint64_t index_mask = (1u << index_bits) - 1;
 constexpr std::uint64_t next_index(std::uint64_t loop) { return loop & index_mask; }
 constexpr std::uint64_t index_count(std::uint64_t loop) { return (loop >> index_bits) & index_mask; }
 
-/// How long a helper watches before it sleeps: longer than the serial stretches between a solve's loops, far shorter
-/// than what lies between two solves.
-constexpr std::chrono::microseconds watch{50};
+/// How long a helper watches for the next loop, and how long for one that comes late, leaving its processor to whoever
+/// else can use it, before it sleeps: to be woken takes tens of microseconds, longer than most loops. What is serial
+/// between a solve's loops takes up to some hundreds, so that a helper that slept through it would come too late for
+/// the loops that follow; what lies between two solves of a run, a hundred.
+constexpr std::chrono::microseconds watch{50}, linger{1000};
 
 void pause() {
 #if defined(__x86_64__)
@@ -92,12 +94,18 @@ bool Team::run_side_task() {
 
 void Team::help_until_stopped() {
   while (!stop_) {
-    const auto asleep = std::chrono::steady_clock::now() + watch;
-    std::uint64_t seen = loop_.load(std::memory_order_acquire);
-    while (!run_side_task() && !help()) {
-      pause();
-      if (std::chrono::steady_clock::now() < asleep) continue;
-      seen = loop_.load(std::memory_order_acquire);
+    const auto start = std::chrono::steady_clock::now();
+    while (!stop_ && !run_side_task() && !help()) {
+      const auto idle = std::chrono::steady_clock::now() - start;
+      if (idle < watch) {
+        pause();
+        continue;
+      }
+      if (idle < linger) {
+        std::this_thread::yield();
+        continue;
+      }
+      const std::uint64_t seen = loop_.load(std::memory_order_acquire);
       if (next_index(seen) < index_count(seen) || side_task_ == waiting || stop_) break;
       loop_.wait(seen, std::memory_order_acquire);
       break;

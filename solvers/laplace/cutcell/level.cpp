@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <numeric>
 
 #include "solvers/laplace/cutcell/apertures.hpp"
-#include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/sets.hpp"
 
 namespace lichtenberg::laplace {
@@ -47,7 +47,7 @@ void Level::couple(const LaplaceProblem& problem, double largest) {
 }
 
 void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team) {
-  divide();
+  divide(team.size());
   cover_cells(team);
   team.for_each(part_count_, [&](int k) { link_part(problem, formula, parts_[k]); });
   join_parts(team);
@@ -57,18 +57,21 @@ void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, paral
   link_sides(problem);
 }
 
-/// Parts of about equal work: a few disks, or some rows of a large body.
-void Level::divide() {
-  constexpr int rows_a_piece = 64, cells_a_part = 4096;
+/// Parts of about equal work: a few disks, or some rows of a large body. One for a single thread.
+void Level::divide(int threads) {
+  constexpr int rows_a_piece = 64;
+  const long cells_a_part = threads == 1 ? std::numeric_limits<long>::max() : 4096;
   pieces_.clear();
+  int rows = 0;
   part_count_ = 0;
-  int cells = cells_a_part;
+  long cells = cells_a_part;
   for (int body = 0; body < static_cast<int>(outlines_.size()); ++body) {
     const CellRange all = cells_around(outlines_[body], layout.nx, layout.ny);
     for (int j = all.from_j; j <= all.to_j; j += rows_a_piece) {
       const CellRange range{all.from_i, all.to_i, j, std::min(j + rows_a_piece - 1, all.to_j)};
       const int piece = static_cast<int>(pieces_.size());
-      pieces_.push_back({body, range});
+      pieces_.push_back({body, range, rows});
+      rows += range.to_j - range.from_j + 1;
       if (cells >= cells_a_part) {
         if (static_cast<int>(parts_.size()) == part_count_) parts_.emplace_back();
         parts_[part_count_++].from_piece = piece;
@@ -78,6 +81,7 @@ void Level::divide() {
       cells += (range.to_i - range.from_i + 1) * (range.to_j - range.from_j + 1);
     }
   }
+  columns_.resize(rows);
 }
 
 /// Where bodies overlap, the first one has the cell.
@@ -100,7 +104,7 @@ void Level::cover_cells(parallel::Team& team) {
     if (outline.kind != Outline::Kind::disk || !resolves(body) || has_cell(body)) continue;
     Cover& cell = cover[layout(cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny))];
     if (cell.is_fluid())
-      cell = Cover::by(body);
+      take_cell(body);
     else
       shared_cells_.push_back({body, cell.body()});
   }
@@ -109,9 +113,15 @@ void Level::cover_cells(parallel::Team& team) {
 /// Cells whose centres the body covers, unless a body before it does too. `alone`: no other thread claims cells.
 void Level::claim(const Piece& piece, bool alone) {
   const Outline& outline = outlines_[piece.body];
-  for (int j = piece.range.from_j; j <= piece.range.to_j; ++j)
-    for (int i = piece.range.from_i; i <= piece.range.to_i; ++i) {
-      if (!covers(outline, i, j)) continue;
+  const bool convex = outline.kind == Outline::Kind::disk;
+  for (int j = piece.range.from_j; j <= piece.range.to_j; ++j) {
+    auto& [from, to] = columns_[piece.first_row + j - piece.range.from_j];
+    from = piece.range.from_i, to = piece.range.to_i;
+    // Nearer to the centre a disk's row is covered throughout, rounding or not: squares grow with what is squared.
+    while (convex && from <= to && !covers(outline, from, j)) ++from;
+    while (convex && from <= to && !covers(outline, to, j)) --to;
+    for (int i = from; i <= to; ++i) {
+      if (!convex && !covers(outline, i, j)) continue;
       Cover& cell = cover[layout(i, j)];
       if (alone) {
         if (cell.is_fluid()) cell = Cover::by(piece.body);
@@ -123,6 +133,20 @@ void Level::claim(const Piece& piece, bool alone) {
              !shared.compare_exchange_weak(current, Cover::by(piece.body), std::memory_order_relaxed)) {
       }
     }
+  }
+}
+
+/// The cell that the body's centre lies in.
+void Level::take_cell(int body) {
+  const Outline& outline = outlines_[body];
+  const int i = cell_at(outline.centre.x, layout.nx), j = cell_at(outline.centre.y, layout.ny);
+  cover[layout(i, j)] = Cover::by(body);
+  const auto of_body = std::ranges::lower_bound(pieces_, body, {}, &Piece::body);
+  const auto piece = std::find_if(of_body, pieces_.end(), [&](const Piece& p) { return j <= p.range.to_j; });
+  auto& [from, to] = columns_[piece->first_row + j - piece->range.from_j];
+  const bool is_first = from > to;
+  from = is_first ? i : std::min(from, i);
+  to = is_first ? i : std::max(to, i);
 }
 
 bool Level::has_cell(int body) const {
@@ -133,151 +157,6 @@ bool Level::has_cell(int body) const {
     for (int i = range.from_i; i <= range.to_i; ++i)
       if (cover[layout(i, j)].is(body)) return true;
   return false;
-}
-
-void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part) {
-  part.covered.clear();
-  part.rim.clear();
-  part.covered_body.clear();
-  part.links.clear();
-  part.link_row.clear();
-  part.cross_gradients.clear();
-  part.pairs.clear();
-  for (int k = part.from_piece; k < part.to_piece; ++k) {
-    const auto& [body, range] = pieces_[k];
-    if (!resolves(body)) {
-      link_thin_conductor(problem, body, part);
-      continue;
-    }
-    for (int j = range.from_j; j <= range.to_j; ++j)
-      for (int i = range.from_i; i <= range.to_i; ++i) {
-        const std::ptrdiff_t slot = layout(i, j);
-        if (!cover[slot].is(body)) continue;
-        part.covered.push_back(slot);
-        part.covered_body.push_back(body);
-        // Most cells lie inside their body.
-        const std::array<std::ptrdiff_t, 4> beside = slots_beside(i, j);
-        if (std::ranges::all_of(beside, [&](std::ptrdiff_t next) { return cover[next].is(body); })) continue;
-        part.rim.push_back(slot);
-        link_cell(problem, formula, {i, j}, beside, body, part);
-      }
-    link_batches(body, part);
-    squeeze_links(body, part);
-  }
-}
-
-bool Level::takes_batches(int body, LinkFormula formula) const {
-  const Outline& outline = outlines_[body];
-  return formula == LinkFormula::log_fitted && outline.kind == Outline::Kind::disk &&
-         outline.size >= least_batched_radius;
-}
-
-void Level::link_batches(int body, Part& part) const {
-  const int count = static_cast<int>(part.batched.size());
-  for (int from = 0; from < count; from += LinkBatch::width) {
-    LinkBatch batch;
-    const auto of = [&](int k) { return part.batched[std::min(from + k, count - 1)]; };  // the last one fills up
-    for (int k = 0; k < LinkBatch::width; ++k) {
-      const auto [link, centre, e] = of(k);
-      batch.x[k] = centre.x, batch.y[k] = centre.y, batch.ex[k] = e.x, batch.ey[k] = e.y;
-    }
-    const BatchConductances c = log_fitted_links(batch, outlines_[body].size);
-    for (int k = 0; k < std::min(LinkBatch::width, count - from); ++k) {
-      FluidLink& link = part.links[part.batched[from + k].link];
-      link.conductance = c.value[k];
-      link.gradient = {c.gradient_x[k], c.gradient_y[k]};
-    }
-  }
-  part.batched.clear();
-}
-
-/// By SideIndex; beyond a side of the box they are in the padding, which is fluid.
-std::array<std::ptrdiff_t, 4> Level::slots_beside(int i, int j) const {
-  const int colour = (i + j) & 1, number = i >> 1;
-  const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
-  const std::ptrdiff_t south = layout.row(1 - colour, j - 1) + number;
-  return {west, west + 1, south, south + 2 * layout.stride};
-}
-
-/// `beside`: slots of the cells around.
-void Level::link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell,
-                      const std::array<std::ptrdiff_t, 4>& beside, int body, Part& part) {
-  constexpr int step_i[4] = {-1, 1, 0, 0}, step_j[4] = {0, 0, -1, 1};
-  for (int d = 0; d < 4; ++d) {
-    const std::ptrdiff_t slot = beside[d];
-    const Cell next{cell.i + step_i[d], cell.j + step_j[d]};
-    if (cover[slot].is(body) || !inside(next)) continue;
-    const Vec2 e = direction(d);
-    if (cover[slot].is_fluid()) {
-      const Cell beyond{next.i + step_i[d], next.j + step_j[d]};
-      const Cover behind = inside(beyond) ? cover[layout(beyond.i, beyond.j)] : Cover();
-      const int link = static_cast<int>(part.links.size());
-      Conductance c;
-      if (takes_batches(body, formula))
-        part.batched.push_back({link, centre(next) - outlines_[body].centre, -e});
-      else
-        c = fluid_link(outlines_[body], centre(next), -e, formula);
-      if (!behind.is_fluid() && problem.bodies[behind.body()].group != problem.bodies[body].group)
-        part.opposite.push_back({link, cell, e, behind.body()});
-      part.links.push_back({slot, body, c.value, c.gradient});
-      part.link_row.push_back(next.j);
-    } else if (const int other = cover[slot].body();
-               other > body && problem.bodies[other].group != problem.bodies[body].group) {
-      const PairConductance c = channel_between(outlines_[body], centre(cell), e, 1.0, &outlines_[other]);
-      part.pairs.push_back({body, other, c.value, c.gradient_a, c.gradient_b});
-    }
-  }
-}
-
-/// Once the links of a body are known: where a conductor of another group lies on the other side of a link's fluid
-/// cell, the channel between the two.
-void Level::squeeze_links(int body, Part& part) const {
-  for (const OppositeLink& at : part.opposite) {
-    FluidLink& link = part.links[at.link];
-    Conductance c{link.conductance, link.gradient};
-    const Squeeze squeezed = squeeze(outlines_[body], centre(at.cell), at.e, outlines_[at.other], c);
-    if (!squeezed.close) continue;
-    link.conductance = c.value;
-    link.gradient = c.gradient;
-    part.cross_gradients.push_back({at.link, at.other, squeezed.partner_gradient});
-  }
-  part.opposite.clear();
-}
-
-/// One list after the other: the same lists for any number of threads.
-void Level::join_parts(parallel::Team& team) {
-  std::vector<std::size_t> first_covered(part_count_ + 1, 0), first_link(part_count_ + 1, 0);
-  rim.clear();
-  cross_gradients.clear();
-  pairs.clear();
-  for (int k = 0; k < part_count_; ++k) {
-    const Part& part = parts_[k];
-    rim.insert(rim.end(), part.rim.begin(), part.rim.end());
-    first_covered[k + 1] = first_covered[k] + part.covered.size();
-    first_link[k + 1] = first_link[k] + part.links.size();
-    for (CrossGradient cross : part.cross_gradients) {
-      cross.link += static_cast<int>(first_link[k]);
-      cross_gradients.push_back(cross);
-    }
-    pairs.insert(pairs.end(), part.pairs.begin(), part.pairs.end());
-  }
-  covered.resize(first_covered.back());
-  links.resize(first_link.back());
-  link_row_.resize(first_link.back());
-  fluid_cells = static_cast<long>(layout.nx) * layout.ny - static_cast<long>(covered.size());
-  covered_start.assign(outlines_.size() + 1, 0);
-  link_start.assign(outlines_.size() + 1, 0);
-  for (int k = 0; k < part_count_; ++k) {
-    for (const int body : parts_[k].covered_body) ++covered_start[body + 1];
-    for (const FluidLink& link : parts_[k].links) ++link_start[link.body + 1];
-  }
-  std::partial_sum(covered_start.begin(), covered_start.end(), covered_start.begin());
-  std::partial_sum(link_start.begin(), link_start.end(), link_start.begin());
-  team.for_each(part_count_, [&](int k) {
-    std::copy(parts_[k].covered.begin(), parts_[k].covered.end(), covered.begin() + first_covered[k]);
-    std::copy(parts_[k].links.begin(), parts_[k].links.end(), links.begin() + first_link[k]);
-    std::copy(parts_[k].link_row.begin(), parts_[k].link_row.end(), link_row_.begin() + first_link[k]);
-  });
 }
 
 /// A row's links in the order of its cells, which are too few for a comparing sort to pay: each cell counts its own.

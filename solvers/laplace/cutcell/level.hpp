@@ -7,6 +7,7 @@
 #include "solvers/laplace/cutcell/bound_cells.hpp"
 #include "solvers/laplace/cutcell/cover.hpp"
 #include "solvers/laplace/cutcell/layout.hpp"
+#include "solvers/laplace/cutcell/link_batch.hpp"
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/network_factors.hpp"
 #include "solvers/laplace/problem.hpp"
@@ -129,16 +130,22 @@ class Level {
   struct SharedCell {
     int body, owner;
   };
+  /// Columns of a row, both included; none if the last is left of the first.
+  struct Columns {
+    int from = 0, to = -1;
+  };
   /// Some rows of what a body may cover.
   struct Piece {
     int body;
     CellRange range;
+    int first_row;               ///< its first in `columns_`
+    int covered = 0, links = 0;  ///< how many
   };
-  /// A part's link that has no conductance yet: its cell's centre from the body's, and the direction to the body's
-  /// cell.
-  struct BatchedLink {
-    int link;
-    Vec2 centre, e;
+  /// A body's links of a part that have no conductance yet.
+  struct PendingLinks {
+    LinkBatch batch;
+    std::array<int, LinkBatch::width> link;
+    int count = 0;
   };
   /// A part's link whose fluid cell has the conductor `other`, of another group, on its other side. `cell` is the
   /// body's, e the direction to the fluid one.
@@ -152,25 +159,30 @@ class Level {
   struct Part {
     int from_piece, to_piece;
     std::vector<std::ptrdiff_t> covered, rim;
-    std::vector<int> covered_body;
     std::vector<FluidLink> links;
     std::vector<int> link_row;
     std::vector<CrossGradient> cross_gradients;  // `link` counts from the part's first
     std::vector<PairLink> pairs;
-    std::vector<BatchedLink> batched;    // of one body
+    PendingLinks pending;                // of one body
     std::vector<OppositeLink> opposite;  // of one body
   };
   void discretize(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team);
-  void divide();
+  void divide(int threads);
   void cover_cells(parallel::Team& team);
   void claim(const Piece& piece, bool alone);
   bool has_cell(int body) const;
+  void take_cell(int body);
   void link_part(const LaplaceProblem& problem, LinkFormula formula, Part& part);
+  void link_piece(const LaplaceProblem& problem, LinkFormula formula, const Piece& piece, Part& part);
+  void link_columns(const LaplaceProblem& problem, LinkFormula formula, int j, Columns columns, int body, Part& part);
+  Columns columns_of(const Piece& piece, int j) const;
+  Columns inner_columns(const Piece& piece, int j) const;
   std::array<std::ptrdiff_t, 4> slots_beside(int i, int j) const;
   void link_cell(const LaplaceProblem& problem, LinkFormula formula, Cell cell,
                  const std::array<std::ptrdiff_t, 4>& beside, int body, Part& part);
   bool takes_batches(int body, LinkFormula formula) const;
-  void link_batches(int body, Part& part) const;
+  void add_pending(int link, Vec2 centre, Vec2 e, int body, Part& part) const;
+  void link_batch(int body, Part& part) const;
   void squeeze_links(int body, Part& part) const;
   void join_parts(parallel::Team& team);
   void sort_by_row(parallel::Team& team);
@@ -195,6 +207,7 @@ class Level {
   std::vector<char> is_resolved_;  // by body; empty: all are
   std::vector<char> is_absorbed_;  // by group; empty: none is
   std::vector<Piece> pieces_;      // by body
+  std::vector<Columns> columns_;   // of each piece's rows: between these lies all that its body covers
   std::vector<Part> parts_;
   int part_count_ = 0;  // parts_ keeps its memory
   std::vector<int> link_row_;

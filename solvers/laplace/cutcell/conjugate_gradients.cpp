@@ -2,6 +2,7 @@
 
 #include "solvers/laplace/cutcell/fused_iteration.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/parallel/huge_pages.hpp"
 #include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
@@ -19,8 +20,7 @@ class Iteration {
         cells_(op_.cells()),
         groups_(op_.size() - op_.cells()),
         x_(x) {
-    context.p.resize(op_.size());
-    context.q.resize(op_.size());
+    for (std::vector<double>* vector : {&context.p, &context.q}) parallel::resize_in_huge_pages(*vector, op_.size());
     r_ = context.r.data();
     p_ = context.p.data();
     q_ = context.q.data();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/parallel/huge_pages.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -65,15 +66,11 @@ void residual_row(int n, float* r, const float* f, const float* v, const float* 
 }  // namespace
 
 Grid::Grid(const Layout& at, int sweeps, parallel::Team& team)
-    : layout(at),
-      v(at.size()),
-      f(at.size()),
-      sweeps_(sweeps),
-      team_(&team),
-      residual_(at.colour_size()),
-      inverse_diagonal_(at.size()),
-      natural_stride_(at.nx + 2 * Layout::pad),
-      natural_((at.ny + 2) * natural_stride_) {}
+    : layout(at), sweeps_(sweeps), team_(&team), natural_stride_(at.nx + 2 * Layout::pad) {
+  for (std::vector<float>* values : {&v, &f, &inverse_diagonal_}) parallel::resize_in_huge_pages(*values, at.size());
+  parallel::resize_in_huge_pages(residual_, at.colour_size());
+  parallel::resize_in_huge_pages(natural_, (at.ny + 2) * natural_stride_);
+}
 
 Grid::GroupCoupling Grid::couple_groups(const LaplaceProblem& problem, const Level& level) {
   const std::vector<NetworkLink> direct = level.direct_links(problem);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/parallel/huge_pages.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -92,8 +93,8 @@ History::Products History::group_products(const CutCellOperator& op, const doubl
 
 /// Forms the basis a row ahead of its products: one pass over memory in place of one a vector and one for all.
 History::Products History::products(const CutCellOperator& op, const std::vector<double>& b) {
-  image_.resize(op.size());
-  for (std::size_t p = 0; p < past_.size(); ++p) basis_[p].resize(op.size());
+  parallel::resize_in_huge_pages(image_, op.size());
+  for (std::size_t p = 0; p < past_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());
   form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
   const Layout& at = op.level().layout;
   std::vector<Products> of_row(at.ny);
@@ -155,7 +156,7 @@ void History::remember(const Level& level, std::vector<double>& x, std::vector<d
     past = std::move(past_.back());
     past_.pop_back();
   }
-  past.x.resize(x.size());
+  parallel::resize_in_huge_pages(past.x, x.size());
   std::swap(past.x, x);
   past.body = std::move(body_potential);
   for (const std::ptrdiff_t slot : level.covered) past.x[slot] = past.body[level.cover[slot].body()];

@@ -7,6 +7,7 @@
 
 #include "solvers/laplace/cutcell/apertures.hpp"
 #include "solvers/laplace/cutcell/sets.hpp"
+#include "solvers/parallel/huge_pages.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -18,8 +19,10 @@ constexpr double largest_coupling = 1e15;
 
 }  // namespace
 
-Level::Level(const LaplaceProblem& problem, int nx, int ny)
-    : layout(nx, ny), h(problem.size.x / nx), cover(layout.size()), diagonal(layout.size(), 0.0) {}
+Level::Level(const LaplaceProblem& problem, int nx, int ny) : layout(nx, ny), h(problem.size.x / nx) {
+  parallel::resize_in_huge_pages(cover, layout.size());
+  parallel::resize_in_huge_pages(diagonal, layout.size());
+}
 
 void Level::build(const LaplaceProblem& problem, LinkFormula formula, parallel::Team& team) {
   couple(problem, largest_coupling);

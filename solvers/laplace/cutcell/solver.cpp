@@ -18,6 +18,7 @@
 #include "solvers/laplace/cutcell/results.hpp"
 #include "solvers/laplace/cutcell/shares.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/parallel/huge_pages.hpp"
 #include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
@@ -188,9 +189,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   if (!history.empty() && history.bodies() != problem.bodies.size()) history.clear();
   const Finished finished(*system);
   system->build(problem, *level, op);
-  x.resize(op.size());
-  b.resize(op.size());
-  residual.resize(op.size());
+  for (std::vector<double>* vector : {&x, &b, &residual}) parallel::resize_in_huge_pages(*vector, op.size());
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace lichtenberg::parallel {
+
+inline constexpr std::size_t huge_page = std::size_t{2} << 20;  ///< bytes; of x86-64, and of most others
+
+/// Asks the system for huge pages where memory that nobody has touched yet holds them whole. A wish: where it is not
+/// granted pages stay small.
+inline void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
+#if defined(__linux__)
+  const auto from = (reinterpret_cast<std::uintptr_t>(memory) + huge_page - 1) / huge_page * huge_page;
+  const auto to = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / huge_page * huge_page;
+  if (from < to) madvise(reinterpret_cast<void*>(from), to - from, MADV_HUGEPAGE);
+#endif
+}
+
+/// values.resize(size), in huge pages if they fill half of one and more. For what is kept from one solve to the next:
+/// the system clears a huge page each time that it hands it out. Room for some more stays behind, so that a few more
+/// groups do not move all.
+template <class T>
+void resize_in_huge_pages(std::vector<T>& values, std::size_t size) {
+  if (values.capacity() < size && size * sizeof(T) >= huge_page / 2) {
+    std::vector<T> larger;
+    larger.reserve(size + size / 64 + huge_page / sizeof(T));
+    ask_for_huge_pages(larger.data(), larger.capacity() * sizeof(T));
+    larger.assign(values.begin(), values.end());
+    values = std::move(larger);
+  }
+  values.resize(size);
+}
+
+}  // namespace lichtenberg::parallel

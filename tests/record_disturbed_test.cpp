@@ -3,50 +3,61 @@
 #include <fmt/format.h>
 #include <signal.h>
 
-#include <chrono>
+#include <algorithm>
 #include <fstream>
 #include <optional>
 #include <random>
+#include <set>
 
 #include "solvers/error.hpp"
 #include "src/record/writer_lock.hpp"
+#include "tests/disk_calls.hpp"
 #include "tests/many_frames.hpp"
 
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
 
-// A child saves, makes segments and puts them together, again and again, and is killed anywhere in it.
+namespace {
+
+/// Of a result that is as it should be.
+int frames_of_whole(const std::string& path) {
+  const Numbers found = numbers(path);
+  const int frames = static_cast<int>(found.at("mark")[0]);
+  CHECK(found == expected(frames));
+  return frames;
+}
+
+}  // namespace
+
+// A child saves, makes segments and puts them together, and is killed before one of the changes of the disk by which it
+// does: before every seventh of them.
 TEST_CASE("killed at any moment the result so far is readable, and the resumed run ends with the same numbers") {
   const Folder folder;
   const std::string path = folder / "run.h5";
-  const auto start_of_one = std::chrono::steady_clock::now();
+  disk_calls::done() = 0;
   REQUIRE_EQ(status_of(in_child([&] { run(path, 30, true); })), 0);
-  const auto whole =
-      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start_of_one);
-  std::mt19937 random(5);
-  int killed = 0, none = 0, over = 0;
-  for (int trial = 0; trial < 30; ++trial) {
+  const long calls = disk_calls::done();
+  std::vector<int> left;  // frames in the result, after each kill
+  for (long call = 0; call < calls; call += 7) {
     fs::remove_all(segments_folder(path));
     fs::remove(path);
-    const pid_t child = in_child([&] { run(path, 30, true); });
-    usleep(std::uniform_int_distribution<useconds_t>(0, static_cast<useconds_t>(whole.count()))(random));
-    kill(child, SIGKILL);
-    killed += status_of(child) == 128 + SIGKILL;
-    none += !fs::exists(path);
-    if (fs::exists(path)) {
-      const Numbers found = numbers(path);
-      const int frames = static_cast<int>(found.at("mark")[0]);
-      over += frames == 30;
-      CHECK(found == expected(frames));
-    }
+    const pid_t child = in_child([&] {
+      disk_calls::interrupt_before(call, SIGKILL);
+      run(path, 30, true);
+    });
+    CHECK_EQ(status_of(child), 128 + SIGKILL);
+    left.push_back(fs::exists(path) ? frames_of_whole(path) : 0);
+    if (call % 3 != 0) continue;  // resuming takes longer than all else
     Recorder recorder = fs::exists(path) ? Recorder::resume(path, some_scene(), few) : start(path);
     add_until(recorder, 30);
     recorder.save(milestone(30, true));
     CHECK(numbers(path) == expected(30));
     CHECK_FALSE(fs::exists(segments_folder(path)));
   }
-  CHECK_GT(killed, 10);
-  MESSAGE("killed ", killed, ", before the first save ", none, ", after the last frame ", over);
+  CHECK(std::ranges::is_sorted(left));  // what is saved stays
+  CHECK_EQ(left.front(), 0);
+  CHECK_EQ(left.back(), 30);
+  CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // of 12: ten saves on the way
 }
 
 TEST_CASE("a second writer is refused at once and told who the first is") {

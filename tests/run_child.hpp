@@ -6,7 +6,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "src/commands/command_line.hpp"
+#include "tests/disk_calls.hpp"
 #include "tests/file_numbers.hpp"
 #include "tests/folder.hpp"
 
@@ -46,55 +46,36 @@ class Child {
   ~Child() { wait(); }
 
   void send(int signal) const { kill(process_, signal); }
-  /// Whether it has a handler for the signal by now.
-  bool catches(int signal) const {
-    const std::string status = text_of("/proc/" + std::to_string(process_) + "/status"), key = "SigCgt:";
-    return std::stoull(status.substr(status.find(key) + key.size()), nullptr, 16) >> (signal - 1) & 1;
-  }
-  /// A process that it has started; 0: there is none.
-  pid_t own_child() const {
-    const std::string process = std::to_string(process_);
-    const std::string list = text_of("/proc/" + process + "/task/" + process + "/children");
-    return list.empty() ? 0 : std::stoi(list);
-  }
   /// Exit status, or 128 and the number of the signal that ended it.
   int wait() {
     if (process_ != 0) waitpid(process_, &status_, 0);
     process_ = 0;
     return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
   }
+  /// Waits until it has left this file, for as long as no machine needs, or until it has ended.
+  void wait_for(const std::filesystem::path& file) {
+    for (int ms = 0; ms < 600'000 && !std::filesystem::exists(file) && !has_ended(); ++ms) usleep(1000);
+    REQUIRE(std::filesystem::exists(file));
+  }
   std::string messages() const { return text_of(messages_); }
   std::string summary() const { return text_of(summary_); }
 
  private:
+  bool has_ended() const {
+    siginfo_t nothing{};
+    return waitid(P_PID, static_cast<id_t>(process_), &nothing, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           nothing.si_pid != 0;
+  }
+
   std::string messages_, summary_;
   pid_t process_ = 0;
   int status_ = 0;
 };
 
-/// Trials of runs that a signal ends on their way.
-class Interruptions {
- public:
-  /// Leaves a whole run in `file`, which takes as long as runs do.
-  Interruptions(const Folder& folder, const std::string& file) : folder_(folder) {
-    const auto began = std::chrono::steady_clock::now();
-    REQUIRE_EQ(Child(folder, file, {"--quiet"}).wait(), 0);
-    whole_ = std::chrono::steady_clock::now() - began;
-  }
-  /// Sends it to `child`, whose result is `file`: as soon as there is one if `at_first`, since nobody knows how long
-  /// the disk took for the whole run, else in the middle of this one of six parts of the time.
-  void send(int signal, const Child& child, const std::string& file, int part, bool at_first) const {
-    if (at_first)
-      while (!std::filesystem::exists(folder_ / file)) usleep(1000);
-    else
-      usleep(static_cast<useconds_t>(1e6 * whole_.count() * (part + 0.5) / 6));
-    child.send(signal);
-  }
-
- private:
-  const Folder& folder_;
-  std::chrono::duration<double> whole_{};
-};
+/// What prepares a child to get the signal before one of its changes of the disk, by number, from 0.
+inline std::function<void()> interrupted_before(long call, int signal) {
+  return [=] { disk_calls::interrupt_before(call, signal); };
+}
 
 inline int run(const Folder& folder, const std::string& file, const std::vector<std::string>& options = {"--quiet"}) {
   return Child(folder, file, options).wait();

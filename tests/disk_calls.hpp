@@ -1,0 +1,56 @@
+#pragma once
+
+#include <dlfcn.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <functional>
+#include <new>
+
+/// The calls by which results change the disk. A test that includes this has functions of its own in place of the C
+/// library's, so that a run can be ended at the same one of them on any machine: what is on the disk changes by nothing
+/// else, so a kill between two of them leaves what a kill before the second leaves.
+namespace lichtenberg::disk_calls {
+
+/// What is to be done before the call of this number, from 0, of this process.
+inline std::function<void(long)> before = [](long) {};
+
+/// How many there were; of this process and of children alike.
+inline std::atomic<long>& done() {
+  static auto* const count =
+      new (mmap(nullptr, sizeof(std::atomic<long>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0))
+          std::atomic<long>(0);
+  return *count;
+}
+
+/// This process sends itself the signal before its call of this number.
+inline void interrupt_before(long call, int signal) {
+  done() = 0;
+  before = [call, signal](long number) {
+    if (number == call) kill(getpid(), signal);
+  };
+}
+
+/// The C library's function of this name, after what is to be done before it.
+template <class Result, class... Arguments>
+Result call(const char* name, Arguments... arguments) {
+  before(done()++);
+  return reinterpret_cast<Result (*)(Arguments...)>(dlsym(RTLD_NEXT, name))(arguments...);
+}
+
+}  // namespace lichtenberg::disk_calls
+
+extern "C" {
+ssize_t pwrite(int file, const void* bytes, size_t count, off_t offset) {
+  return lichtenberg::disk_calls::call<ssize_t>("pwrite", file, bytes, count, offset);
+}
+int fsync(int file) { return lichtenberg::disk_calls::call<int>("fsync", file); }
+int rename(const char* from, const char* to) noexcept { return lichtenberg::disk_calls::call<int>("rename", from, to); }
+int link(const char* from, const char* to) noexcept { return lichtenberg::disk_calls::call<int>("link", from, to); }
+int mkdir(const char* path, mode_t mode) noexcept { return lichtenberg::disk_calls::call<int>("mkdir", path, mode); }
+int remove(const char* path) noexcept { return lichtenberg::disk_calls::call<int>("remove", path); }
+}

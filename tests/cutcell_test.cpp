@@ -1,11 +1,14 @@
 #include <doctest/doctest.h>
 #include <petscpc.h>
+#include <pthread.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <thread>
 
 #include "solvers/error.hpp"
@@ -440,11 +443,23 @@ TEST_CASE("a team does every task once, however often it is called, and hands on
   CHECK_THROWS_AS(team.finish(), Failure);
 }
 
+/// Bytes of address space that there are for a hundred more threads, whatever stacks this machine gives them.
+rlim_t room_for_a_hundred_threads() {
+  pthread_attr_t usual;
+  REQUIRE(pthread_getattr_default_np(&usual) == 0);
+  std::size_t stack = 0;
+  pthread_attr_getstacksize(&usual, &stack);
+  pthread_attr_destroy(&usual);
+  rlim_t pages = 0;  // that we have
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + 100 * stack;
+}
+
 TEST_CASE("a team of more threads than the machine gives is refused, and those that there are go") {
   rlimit before{};
   REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
   rlimit little = before;
-  little.rlim_cur = std::min<rlim_t>(before.rlim_max, rlim_t{4} << 30);  // a thousand stacks of 8 MiB are twice that
+  little.rlim_cur = std::min(before.rlim_max, room_for_a_hundred_threads());
   REQUIRE(setrlimit(RLIMIT_AS, &little) == 0);
   std::string sentence;
   try {

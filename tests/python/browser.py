@@ -87,8 +87,8 @@ class Browser:
         return answer["result"].get("value")
 
     def wait_for(self, expression):
-        """Until it is true, ten seconds at most."""
-        for _ in range(100):
+        """Until it is true, ten minutes at most, which no machine needs."""
+        for _ in range(6000):
             if self.value(expression):
                 return
             self.value("new Promise(done => setTimeout(done, 100))")

@@ -118,6 +118,47 @@ TEST_CASE("the segments of a run that is overwritten stay until the first save")
   CHECK_EQ(segments(path), 1);
 }
 
+// Of a run that is to end at once, whose checkpoint ends a segment, stands in the middle of one, or in none.
+TEST_CASE("frames after the last checkpoint are all shown without one, and made anew by a run that is resumed") {
+  for (const int checkpoint : {1, 2, 3, 4, 5, 6, 7, 8, 11})
+    for (const int end : {checkpoint, checkpoint + 1, checkpoint + 3, checkpoint + 9}) {
+      CAPTURE(checkpoint);
+      CAPTURE(end);
+      const Folder folder;
+      const std::string path = folder / "run.h5";
+      const auto check_frames = [&](int frames) {
+        Numbers shown = expected(frames);
+        shown["mark"] = {1.0 * checkpoint};
+        CHECK(numbers(path) == shown);
+        const std::vector<std::int32_t> last = hdf5::get<std::int32_t>(hdf5::load(path), "network/contacts");
+        CHECK(last == std::get<std::vector<std::int32_t>>(frame(frames - 1).columns[5].values));
+      };
+      {
+        Recorder recorder = start(path);
+        for (int k = 0; k < checkpoint; ++k) recorder.add(frame(k));
+        recorder.save(milestone(checkpoint));
+        for (int k = checkpoint; k < end; ++k) recorder.add(frame(k));
+        recorder.save_frames_alone();
+      }
+      check_frames(end);
+      {
+        Recorder resumed = Recorder::resume(path, some_scene(), few);
+        CHECK_EQ(resumed.frames(), checkpoint);
+        check_frames(end);  // as long as nothing new is saved
+        resumed.save(milestone(checkpoint));
+      }
+      check_frames(checkpoint);
+      Recorder resumed = Recorder::resume(path, some_scene(), few);
+      for (int k = checkpoint; k < end; ++k) resumed.add(frame(k));
+      resumed.save_frames_alone();
+      check_frames(end);
+      for (int k = end; k < 20; ++k) resumed.add(frame(k));
+      resumed.save(milestone(20, true));
+      CHECK(numbers(path) == expected(20));
+      CHECK_EQ(segments(path), 0);
+    }
+}
+
 TEST_CASE("a segment that is missing or another run's is told by its name") {
   const Folder folder;
   const std::string path = folder / "run.h5";

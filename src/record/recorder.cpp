@@ -150,6 +150,12 @@ std::uint64_t free_bytes(const std::string& path) {
   return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
 }
 
+std::uint64_t bytes_in(const hdf5::Handle& file, const std::string& prefix, const std::vector<Series>& all) {
+  std::uint64_t bytes = 0;
+  for (const Series& series : all) bytes += hdf5::shape(file, prefix + series.dataset).at(0) * series.row_bytes();
+  return bytes;
+}
+
 /// Rows `first` to `first + count` of values that hold many.
 Values part_of(const Values& values, const Series& series, std::int64_t first, std::int64_t count) {
   return std::visit(
@@ -212,7 +218,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
       put_session(file, recorder.session_, provenance(), scene);
     });
     remove_partial_files(path);
-    remove_other_segments(path, recorder.segments_);
+    remove_other_segments(path, result.segments());
     return recorder;
   } catch (const hdf5::Error& error) {
     throw Failure(fmt::format("{} is damaged and cannot be resumed ({})", path, error.what()));
@@ -240,36 +246,57 @@ void Recorder::take_over(const ResultFile& result) {
   frames_ = saved_frames_ = frames_of_checkpoint(result);
   last_time_ = result.rows<double>(series_[1].dataset, frames_ - 1, 1).at(0);
   saved_time_ = last_time_;
-  segments_ = result.segments();
-  for (std::size_t k = 0; k < segments_.size(); ++k)
-    segments_[k].rows = rows_in(hdf5::open(result.segment(k)), series_);
-  take_over_tail(result);
+  const std::int64_t before = take_over_segments(result);
+  take_over_last_lists(result, before == frames_);
+  if (before == frames_) return;
+  // The rest of them stands before those that are made anew, or in the file itself.
+  if (outdated_segments_) return take_over_tail(hdf5::open(result.segment(segments_.size())), "", frames_ - before);
+  whole_file_ = segments_.empty() && bytes_in(result.file(), "", series_) > tail_limit_;
+  if (!whole_file_) take_over_tail(result.file(), segments_.empty() ? "" : "tail/", frames_ - before);
 }
 
-/// Frames that no segment holds: they wait here again, unless they fill a whole file.
-void Recorder::take_over_tail(const ResultFile& result) {
-  std::int64_t before = 0;
-  for (const Segment& segment : segments_) before += segment.frames;
-  const std::string prefix = segments_.empty() ? "" : "tail/";
-  for (const Series& series : series_) {
+/// Those that hold no frame after the checkpoint; how many frames they hold. The index names the others until it is
+/// written anew.
+std::int64_t Recorder::take_over_segments(const ResultFile& result) {
+  std::int64_t frames = 0;
+  for (const Segment& segment : result.segments()) {
+    outdated_segments_ = frames + segment.frames > frames_;
+    if (outdated_segments_) break;
+    frames += segment.frames;
+    segments_.push_back(segment);
+    segments_.back().rows = rows_in(hdf5::open(result.segment(segments_.size() - 1)), series_);
+  }
+  return frames;
+}
+
+/// Of the last frame up to the checkpoint, which may be the last of a segment; else they stand in the file by
+/// themselves, unless there are later frames: then they are taken from those that wait again.
+void Recorder::take_over_last_lists(const ResultFile& result, bool ends_segment) {
+  for (std::size_t k = 0; k < series_.size(); ++k) {
+    const Series& series = series_[k];
     if (series.of != Column::Of::list) continue;
-    const std::string ends = fmt::format("network/{}_end", series.name);
-    ends_[series.name] = result.rows<std::int64_t>(ends, frames_ - 1, 1).at(0);
+    const std::string ends = fmt::format("network/{}_end", series.name), last = "network/" + series.name;
+    const auto end_of = [&](std::int64_t frame) {
+      return frame < 0 ? 0 : result.rows<std::int64_t>(ends, frame, 1).at(0);
+    };
+    const std::int64_t end = end_of(frames_ - 1);
+    const hsize_t rows = ends_segment ? segments_.back().rows[k] : hdf5::shape(result.file(), last).at(0);
+    const hsize_t count = ends_segment ? static_cast<hsize_t>(end - end_of(frames_ - 2)) : rows;
+    if (count > rows) throw hdf5::Error(series.name + " of a frame end before they begin");
+    ends_[series.name] = end;
     last_lists_.push_back({.name = series.name,
                            .unit = series.unit,
                            .of = Column::Of::list,
                            .width = series.row.empty() ? 0 : static_cast<std::size_t>(series.row[0]),
-                           .values = read_rows(result.file(), "network/" + series.name, series, 0,
-                                               hdf5::shape(result.file(), "network/" + series.name).at(0))});
+                           .values = ends_segment ? read_rows(hdf5::open(result.segment(segments_.size() - 1)),
+                                                              series.dataset, series, rows - count, count)
+                                                  : read_rows(result.file(), last, series, 0, rows)});
   }
-  if (before == frames_) return;
-  const hdf5::Handle& file = result.file();
-  std::uint64_t bytes = 0;
-  for (const Series& series : series_) bytes += hdf5::shape(file, prefix + series.dataset).at(0) * series.row_bytes();
-  whole_file_ = segments_.empty() && bytes > tail_limit_;
-  if (whole_file_) return;
-  tail_.assign(static_cast<std::size_t>(frames_ - before), Rows(series_.size()));
-  tail_bytes_ = bytes;
+}
+
+/// The first frames of a file, which wait here again.
+void Recorder::take_over_tail(const hdf5::Handle& file, const std::string& prefix, std::int64_t frames) {
+  tail_.assign(static_cast<std::size_t>(frames), Rows(series_.size()));
   for (std::size_t k = 0; k < series_.size(); ++k) {
     const Series& series = series_[k];
     const bool is_list = series.of == Column::Of::list;
@@ -286,13 +313,12 @@ void Recorder::take_over_tail(const ResultFile& result) {
       first = end;
     }
   }
+  for (const Rows& rows : tail_) tail_bytes_ += bytes_of(rows);
   last_lists_ = lists_of(tail_.back(), series_);
 }
 
 void Recorder::save_frames_alone() {
-  std::int64_t in_segments = 0;
-  for (const Segment& segment : segments_) in_segments += segment.frames;
-  if (!saved_time_ || frames_ == saved_frames_ || in_segments > saved_frames_) return;
+  if (!saved_time_ || frames_ == saved_frames_) return;
   try {
     const auto pages = std::make_shared<hdf5::Pages>();
     {
@@ -375,7 +401,7 @@ void Recorder::whole_file_becomes_segment() {
 }
 
 std::string Recorder::save(const Milestone& milestone) {
-  const bool first = !saved_time_;
+  const bool first = !saved_time_ || outdated_segments_;
   try {
     if (whole_file_) whole_file_becomes_segment();
     lengthen_history(milestone.history);
@@ -391,7 +417,8 @@ std::string Recorder::save(const Milestone& milestone) {
   }
   saved_time_ = last_time_;
   saved_frames_ = frames_;
-  if (first) remove_other_segments(path_, segments_);  // of a run that was overwritten
+  if (first) remove_other_segments(path_, segments_);  // of a run that was overwritten, or of frames made anew
+  outdated_segments_ = false;
   return milestone.summary.empty() || segments_.empty() ? "" : put_together(milestone);
 }
 

@@ -76,8 +76,8 @@ class Recorder {
   std::string save(const Milestone& milestone);
 
   /// Makes the frames added since the last save part of the result too, of a run that is to end at once: its checkpoint
-  /// stays that of the save, and who resumes it goes on from there and makes those frames anew. Does nothing where they
-  /// were too many to wait in memory. Throws Failure, which leaves the result as it was.
+  /// stays that of the save, and who resumes it goes on from there and makes those frames anew. Throws Failure, which
+  /// leaves the result as it was.
   void save_frames_alone();
 
  private:
@@ -85,7 +85,9 @@ class Recorder {
   template <class Put>
   void put_constants(Put put);
   void take_over(const ResultFile& result);
-  void take_over_tail(const ResultFile& result);
+  std::int64_t take_over_segments(const ResultFile& result);
+  void take_over_last_lists(const ResultFile& result, bool ends_segment);
+  void take_over_tail(const hdf5::Handle& file, const std::string& prefix, std::int64_t frames);
   void whole_file_becomes_segment();
   void keep(Rows rows);
   void write_segment(std::span<const Rows> frames);
@@ -116,7 +118,8 @@ class Recorder {
   std::vector<Column> last_lists_;            ///< of the last frame
   bool whole_file_ = false;  ///< the frames on disk fill the file at path_, which is to become a segment
   std::vector<Segment> segments_;
-  std::vector<Rows> tail_;  ///< frames after those of the segments
+  bool outdated_segments_ = false;  ///< the index on disk names others, too, of frames that are made anew
+  std::vector<Rows> tail_;          ///< frames after those of the segments
   std::uint64_t tail_bytes_ = 0;
 };
 

@@ -328,7 +328,7 @@ void Recorder::save_frames_alone() {
       std::erase_if(kept, [](const std::string& name) { return name == "segments" || name == "tail"; });
       copy_all_but_frames(saved.file(), file, kept);
       if (!last_lists_.empty()) put_columns(hdf5::open_group(file, "network"), last_lists_);
-      put_frames_into(file);
+      put_frames_into(file, false);
     }
     write_sealed(path_, *pages);
   } catch (const std::exception& error) {
@@ -457,17 +457,19 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
 
 void Recorder::write_index(const Milestone& milestone) const {
   const auto pages = std::make_shared<hdf5::Pages>(all_but_frames(milestone));
-  if (!series_.empty()) put_frames_into(hdf5::open_in_memory(pages));
+  const bool over = !milestone.summary.empty();
+  if (!series_.empty()) put_frames_into(hdf5::open_in_memory(pages), over);
   write_sealed(path_, *pages);
 }
 
-/// All there are; of those in segments, where they stand.
-void Recorder::put_frames_into(const hdf5::Handle& file) const {
-  if (segments_.empty()) return put_frames(file, "", series_, tail_);
+/// All there are; of those in segments, where they stand. Compressed once the run is over: before, each save would
+/// compress them all again.
+void Recorder::put_frames_into(const hdf5::Handle& file, bool compressed) const {
+  if (segments_.empty()) return put_frames(file, "", series_, tail_, compressed);
   std::vector<Elsewhere> parts;
   for (const Segment& segment : segments_) parts.push_back({segment_name(path_, segment.number), "", segment.rows});
   if (!tail_.empty()) {
-    put_frames(file, "tail/", series_, tail_);
+    put_frames(file, "tail/", series_, tail_, compressed);
     parts.push_back({".", "tail/", lichtenberg::rows_in(hdf5::open_group(file, "tail"), series_)});
   }
   put_virtual(file, series_, parts);

@@ -93,7 +93,7 @@ class Recorder {
   void write_segment(std::span<const Rows> frames);
   hdf5::Pages all_but_frames(const Milestone& milestone) const;
   void write_index(const Milestone& milestone) const;
-  void put_frames_into(const hdf5::Handle& file) const;
+  void put_frames_into(const hdf5::Handle& file, bool compressed) const;
   std::string put_together(const Milestone& milestone);
   void lengthen_history(const ColumnGroup& added);
   std::string what_stands() const;

@@ -319,7 +319,7 @@ Values read_rows(hid_t file, const std::string& dataset, const Series& series, h
 }
 
 void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::vector<Series>& series,
-                std::span<const Rows> frames) {
+                std::span<const Rows> frames, bool compressed) {
   put_all(file, prefix, series, [&](hid_t group, const std::string& name, const Series& each, std::size_t k) {
     std::vector<std::byte> bytes;
     for (const Rows& rows : frames) {
@@ -329,7 +329,7 @@ void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::
     const hsize_t rows = each.row_bytes() > 0 ? bytes.size() / each.row_bytes() : frames.size();
     const hdf5::Shape shape = rows_of_shape(rows, each.row);
     const hdf5::Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr));
-    const hdf5::Handle creation = storage(each, rows);
+    const hdf5::Handle creation = compressed ? storage(each, rows) : hdf5::Handle(H5Pcreate(H5P_DATASET_CREATE));
     const hid_t type = native(each.kind);
     hdf5::Handle dataset(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT));
     if (!bytes.empty()) hdf5::check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()));

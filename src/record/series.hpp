@@ -55,9 +55,9 @@ Values read_rows(hid_t file, const std::string& dataset, const Series& series, h
 
 // Each writes all series into a file, below `prefix`, with units and labels, step and time shared by all elements.
 
-/// The frames themselves; rows of many numbers are compressed if they are short.
+/// The frames themselves; if so wanted rows of many numbers are compressed, unless they are long.
 void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::vector<Series>& series,
-                std::span<const Rows> frames);
+                std::span<const Rows> frames, bool compressed);
 
 /// Room for so many rows of each series, whose bytes are to be written at the offsets that are returned.
 std::vector<std::uint64_t> put_room(const hdf5::Handle& file, const std::vector<Series>& series,

@@ -9,9 +9,10 @@
 
 namespace lichtenberg::parallel {
 
-/// Threads that share loops of some microseconds. Who has nothing to do watches for the next loop for a moment, then
-/// sleeps; a loop never waits for a thread that has not come to help, so that a busy machine delays nobody. What a task
-/// computes must not depend on who does it: then the results are the same bits for any number of threads.
+/// Threads that share loops of some microseconds. Who has nothing to do watches for the next loop for a moment, yields
+/// for a millisecond, then sleeps; a loop never waits for a thread that has not come to help, so that a busy machine
+/// delays nobody. What a task computes must not depend on who does it: then the results are the same bits for any
+/// number of threads.
 class Team {
  public:
   /// Threads in all, the caller's among them. Throws Failure if the machine does not give so many.

@@ -102,9 +102,7 @@ class Electrics {
   /// that are made are events only where they can do so no longer. `ahead` must outlive them. No events without
   /// contact_discharge.
   Events events(const Lookahead& ahead, bool mergers_wait = false) const;
-  /// A little more than travel: a body that moves exactly as far as it can is no event.
-  std::vector<double> reach(std::span<const double> travel) const;
-  /// Turns ways into that.
+  /// Ways become a little longer: a body that moves exactly as far as it can is no event.
   void widen(std::span<double> ways) const;
 
   /// Says which conductor touches another, or an electrode, at another potential, since a contact's resistance has not
@@ -135,6 +133,8 @@ class Electrics {
  private:
   using Watch = effects::ContactDischarge::Watch;
   effects::ContactDischarge::Changes look_at_contacts();
+  bool keep(std::span<const effects::Contact> lost);
+  void drop(std::span<const effects::Contact> lost);
   bool regroup(double time, FieldGrid grid);
   std::vector<Merger> mergers(std::span<const effects::Contact> made, double time, double due_since) const;
   std::vector<effects::Contact> lost_after(std::span<const Merger> mergers, std::span<const effects::Contact> lost,

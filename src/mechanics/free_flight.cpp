@@ -234,10 +234,6 @@ std::vector<int> seen_by(const Events& events, const Bodies& bodies) {
   return all;
 }
 
-}  // namespace
-
-namespace {
-
 /// When (s), and how far bodies are then beyond an event that is to come.
 struct Beyond {
   double time = 0, by = 0;

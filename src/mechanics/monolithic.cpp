@@ -34,7 +34,9 @@ void Monolithic::advance(double time, double end) {
 /// To `end`, or to the first event.
 double Monolithic::step(double time, double end) {
   // What forces will be is not known beforehand, so it is not either how far bodies will move.
-  const Lookahead ahead = at_.electrics->look_ahead(at_.electrics->reach(at_.model.bodies.radius));
+  std::vector<double> reach = at_.model.bodies.radius;
+  at_.electrics->widen(reach);
+  const Lookahead ahead = at_.electrics->look_ahead(reach);
   const Events events = at_.electrics->events(ahead);
   const double field_before = at_.counters.field_seconds;
   double elapsed = 0;

@@ -99,7 +99,7 @@ double Split::predict(double since, double target) {
 }
 
 /// Moves on by as many predicted steps as are likely to be right, then solves the field. Returns the time reached:
-/// `time` itself if they were not, and everything is as it was.
+/// `time` itself if they were not, and everything is as it was but for how long mergers may wait.
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double step = step_;
@@ -180,9 +180,10 @@ double Split::move(double time, double target) {
     pushed_ = moved_by_cvode(travel_, reach_);
     const Lookahead ahead = at_.electrics->look_ahead(reach_, pushed_);
     Electrics::Due due = at_.electrics->due(ahead);
-    // What has been made up for may have carried a contact across its threshold, which is no event any more.
+    // What has been made up for may have carried a contact across its threshold, which is no event any more. Without
+    // that it would have been found within a step.
     const bool crossed = due.made || due.lost;
-    due_since_ = crossed ? time - patience_ : time;
+    due_since_ = crossed ? time - std::min(patience_, step_) : time;
     if (!crossed) {
       due_since_ = time = advance(time, target, at_.electrics->events(ahead));
       due = at_.electrics->due(ahead);
@@ -201,7 +202,7 @@ double Split::move(double time, double target) {
 double Split::wait(double time, double target, const Lookahead& ahead) {
   if (at_.electrics->has_resistors() || at_.electrics->energy()) return time;
   const double half = held().time + 0.499 * step_;
-  const double limit = std::min({target, time + patience_, time < half ? half : target});
+  const double limit = std::min({target, due_since_ + patience_, time < half ? half : target});
   return limit > time ? advance(time, limit, at_.electrics->events(ahead, true)) : time;
 }
 
@@ -385,9 +386,9 @@ void Split::learn_patience(const std::vector<Vec3>& force_before) {
       if (size * std::min(longest * longest / (2 * bodies.mass[i]), longest / drag_[i]) > 0.5 * tolerance)
         longest = std::max(std::sqrt(bodies.mass[i] * tolerance / size), 0.5 * drag_[i] * tolerance / size);
     }
-    return -longest;
+    return longest;
   };
-  const double longest = -largest_of_ranges(*at_.model.team, bodies.size(), -largest_step_, least_wait);
+  const double longest = least_of_ranges(*at_.model.team, bodies.size(), largest_step_, least_wait);
   constexpr double growth = 1.25;  // it follows the largest jumps
   patience_ = patience_ == 0 ? longest : std::min(longest, growth * patience_);
 }
@@ -442,8 +443,8 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
 /// drives at jump/drag through a field that varies over a certain length sees its force change at the rate below. That
 /// length is a radius, or the contact gap if that is less: conductors at different potentials are never closer.
 void Split::restart(double time, const std::vector<Vec3>& force_before) {
-  const double step = -largest_of_ranges(*at_.model.team, at_.model.bodies.size(), -largest_step_,
-                                         [&](int first, int end) { return -step_after(force_before, first, end); });
+  const double step = least_of_ranges(*at_.model.team, at_.model.bodies.size(), largest_step_,
+                                      [&](int first, int end) { return step_after(force_before, first, end); });
   constexpr double growth = 1.1;  // or it would stay what the hardest jump has left, while all steps end in events
   step_ = std::max(step_ == 0 ? step : std::min(step, growth * step_), shortest_step_);
   if (EnergyBook* energy = at_.electrics->energy()) energy->forget_rates();

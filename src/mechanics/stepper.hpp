@@ -29,7 +29,8 @@ class Stepper {
   /// Called once the field of `time` is solved and settled, at the start and after every checkpoint.
   virtual void begin(double time) = 0;
   /// Carries the scene from `time` to `end` (s). Contacts are up to date and the field is solved at both ends, but for
-  /// what bodies are moved by afterwards, to make up for what forces were wrong by: two position tolerances at most.
+  /// what bodies are moved by afterwards, to make up for what forces were wrong by: two position tolerances at most, or
+  /// what a jump much larger than those before has moved a body that can touch nothing.
   virtual void advance(double time, double end) = 0;
   /// What it knows beyond the bodies and the electrics.
   virtual void save(Checkpoint&) const {}

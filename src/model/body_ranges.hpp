@@ -30,4 +30,10 @@ double largest_of_ranges(parallel::Team& team, int n, double least, const Work& 
   return least;
 }
 
+/// The least, likewise, of it and of `most`.
+template <class Work>
+double least_of_ranges(parallel::Team& team, int n, double most, const Work& work) {
+  return -largest_of_ranges(team, n, -most, [&](int first, int end) { return -work(first, end); });
+}
+
 }  // namespace lichtenberg

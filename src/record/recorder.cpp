@@ -401,7 +401,7 @@ void Recorder::whole_file_becomes_segment() {
 }
 
 std::string Recorder::save(const Milestone& milestone) {
-  const bool first = !saved_time_ || outdated_segments_;
+  const bool others_remain = !saved_time_ || outdated_segments_;
   try {
     if (whole_file_) whole_file_becomes_segment();
     lengthen_history(milestone.history);
@@ -417,7 +417,7 @@ std::string Recorder::save(const Milestone& milestone) {
   }
   saved_time_ = last_time_;
   saved_frames_ = frames_;
-  if (first) remove_other_segments(path_, segments_);  // of a run that was overwritten, or of frames made anew
+  if (others_remain) remove_other_segments(path_, segments_);  // of a run that was overwritten, or of frames made anew
   outdated_segments_ = false;
   return milestone.summary.empty() || segments_.empty() ? "" : put_together(milestone);
 }
@@ -457,8 +457,8 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
 
 void Recorder::write_index(const Milestone& milestone) const {
   const auto pages = std::make_shared<hdf5::Pages>(all_but_frames(milestone));
-  const bool over = !milestone.summary.empty();
-  if (!series_.empty()) put_frames_into(hdf5::open_in_memory(pages), over);
+  const bool over = !milestone.summary.empty();  // what lies in segments is put together then
+  if (!series_.empty()) put_frames_into(hdf5::open_in_memory(pages), over && segments_.empty());
   write_sealed(path_, *pages);
 }
 

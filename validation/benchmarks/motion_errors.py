@@ -13,6 +13,7 @@ were more than three times the median. Runs have one thread.
 import argparse
 import re
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -34,6 +35,16 @@ def read_request():
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--against", type=Path, help="another program")
     return parser.parse_args()
+
+
+def instants(words):
+    """The first, the last and how many: frames of one run are as far apart."""
+    first, last, number = words.split(":")
+    first, last, number = float(first), float(last), int(number)
+    every = (last - first) / (number - 1) if number > 1 else 0
+    if every <= 0 or abs(first / every - round(first / every)) > 1e-6:
+        sys.exit(f"--starts {words}: two at least, and the first a multiple of what lies between them")
+    return first, last, number
 
 
 def run(program, scene, out, settings, start=()):
@@ -60,7 +71,7 @@ def error(result, exact):
 
 def main():
     request = read_request()
-    first, last, number = (float(part) for part in request.starts.split(":"))
+    first, last, number = instants(request.starts)
     programs = [request.program] + ([request.against] if request.against else [])
     counts, errors = [np.zeros(2, int) for _ in programs], [[] for _ in programs]
     with tempfile.TemporaryDirectory() as name:
@@ -71,8 +82,9 @@ def main():
         run(request.program, request.scene, starts, {**seed, "stop.time": last, "output.every": every})
         with h5py.File(starts) as file:
             times = file["particles/conductors/position/time"][:]
-        for instant in np.linspace(first, last, int(number)):
-            start = ("--from", str(starts), "--frame", str(int(np.argmin(abs(times - instant)))))
+        for instant in np.linspace(first, last, number):
+            frame = int(np.argmin(abs(times - instant)))
+            start = ("--from", str(starts), "--frame", str(frame))
             lasts = {**seed, "stop.time": request.time, "output.every": request.time}
             tight = {"mechanics.position_tolerance": request.exact, "mechanics.predictor": "false"}
             run(request.program, request.scene, exact, {**lasts, **tight}, start)

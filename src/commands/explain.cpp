@@ -172,12 +172,16 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
-/// What surrounds a solve, a conductor (s): contacts, groups, charges, motion.
-constexpr double seconds_around_a_solve = 3e-7;
+/// What a solve takes beside its cells, a conductor (s): contacts, groups, charges, motion; on a processor, also for
+/// all that is made of it on the grids, cover and links, whatever they count.
+double seconds_around_a_solve(const FieldOptions& options) {
+  const bool has_links = options.method == FieldMethod::cut_cell && !runs_on_device(options);
+  return has_links ? 5e-6 : 3e-7;
+}
 
 /// `size`: cells of the field's grid.
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
-  const double around = seconds_around_a_solve * static_cast<double>(scene.conductors.size());
+  const double around = seconds_around_a_solve(scene.field()) * static_cast<double>(scene.conductors.size());
   double seconds = solves.whole * cost.moving_seconds + (solves.whole + solves.predictions) * around;
   std::string predictions;
   if (solves.predictions > 0) {

@@ -170,8 +170,9 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
 void Level::link_thin_conductor(const LaplaceProblem& problem, int body, Part& part) const {
   const int g = problem.bodies[body].group;
   if (is_absorbed_[g]) return;
-  const double whole = thin_conductance(outlines_[body].size);
-  const Interpolation around = interpolate(layout, outlines_[body].centre, electrodes(problem).data());
+  const Outline& disk = outlines_[body];
+  const double whole = thin_conductance(disk, layout);
+  const Interpolation around = interpolate(layout, disk.centre, electrodes(problem).data());
   for (int k = 0; k < 4; ++k) {
     const std::ptrdiff_t slot = around.cell[k];
     const double c = std::abs(around.weight[k]) * whole;

@@ -24,7 +24,7 @@ namespace lichtenberg::laplace {
 inline constexpr double least_lone_radius = 0.7, least_radius = 0.5;
 
 /// Cells. A group all of whose members are smeared out and lie within this has no potential of its own.
-inline constexpr double least_extent = 2.0;
+inline constexpr double least_extent = 1.5;
 
 LICHTENBERG_HOST_DEVICE inline bool is_resolved(const Outline& body, bool floats_alone) {
   return body.kind != Outline::Kind::disk || body.size >= (floats_alone ? least_lone_radius : least_radius);
@@ -42,11 +42,24 @@ LICHTENBERG_HOST_DEVICE inline float face_conductance(float permittivity_a, floa
   return 2 * permittivity_a * permittivity_b / (permittivity_a + permittivity_b);
 }
 
-/// Flux from a cell into a thin conductor, a disk much smaller than it, per potential difference: the cell's mean
-/// potential is that at a distance of 0.208 cells (Peaceman's equivalent radius). For a disk that is not, the logarithm
-/// is kept from zero.
-LICHTENBERG_HOST_DEVICE inline double thin_conductance(double radius) {
-  return 2 * std::numbers::pi / std::log(at_least(0.208 / radius, 1.5));
+/// Of a circle around a point of a box, the share that lies in it: half of one centred on a side. Where it meets two
+/// sides the product of their shares, exact in a corner.
+LICHTENBERG_HOST_DEVICE inline double share_in_box(Vec2 centre, double radius, const Layout& box) {
+  const double distance[4] = {centre.x, box.nx - centre.x, centre.y, box.ny - centre.y};
+  double share = 1;
+  for (const double d : distance)
+    if (d < radius) share *= 1 - std::acos(at_least(d / radius, -1.0)) / std::numbers::pi;
+  return share;
+}
+
+/// Flux into a thin conductor, a disk much smaller than a cell, per difference to the potential of the cells around it,
+/// weighed as in bilinear interpolation. A source in one cell has that cell's potential at a distance of
+/// exp(-gamma) / sqrt 8 = 0.198 cells (Peaceman's equivalent radius; gamma is Euler's constant), one that is shared by
+/// the four cells their weighed mean at 0.198 exp(2 pi s), s = sum of w_k w_l (G(0) - G(k - l)), where the square
+/// lattice's G(0) - G is 1/4 beside and 1/pi across: 0.5 cells, with the mean of s over places between the cells. For a
+/// disk that is not much smaller the logarithm is kept from zero. Only what lies in the box takes flux.
+LICHTENBERG_HOST_DEVICE inline double thin_conductance(const Outline& disk, const Layout& box) {
+  return 2 * std::numbers::pi / std::log(at_least(0.5 / disk.size, 1.5)) * share_in_box(disk.centre, disk.size, box);
 }
 
 /// The four cells around a point and their weights in bilinear interpolation; beyond the box lies its mirror image,

@@ -97,7 +97,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
       if (link.kind == DirectLink::Kind::thin_conductor) {
         const Outline& disk = own_has_cell ? other : own;
         const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
-        link.conductance = std::abs(around.weight[link.corner]) * thin_conductance(disk.size);
+        link.conductance = std::abs(around.weight[link.corner]) * thin_conductance(disk, grid.layout);
         return;
       }
       const PairConductance c = own_has_cell ? shared_cell_link(other, own) : shared_cell_link(own, other);

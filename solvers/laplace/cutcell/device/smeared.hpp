@@ -145,7 +145,7 @@ void share_out(const Executor& run, ProblemView problem, GridView grid, PointsVi
     if (points.key[k] == 2 * bins) return;  // resolved
     const Outline& disk = grid.outline[body];
     const bool thin = points.key[k] >= bins;
-    const double times = thin ? thin_conductance(disk.size) : std::numbers::pi * disk.size * disk.size;
+    const double times = thin ? thin_conductance(disk, grid.layout) : std::numbers::pi * disk.size * disk.size;
     points.share[k] =
         smeared(problem, grid.layout, disk.centre, problem.group_of[body], false, static_cast<float>(times));
   });

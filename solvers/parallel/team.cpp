@@ -11,11 +11,12 @@ namespace lichtenberg::parallel {
 
 namespace {
 
-// In loop_: 24 bits for the loop's number, 20 for its count, 20 for the next index.
+// In loop_: 24 bits for the loop's number, 20 for where the indices that are left end, 20 for the first of them.
 constexpr int index_bits = 20;
 constexpr std::uint64_t index_mask = (1u << index_bits) - 1;
-constexpr std::uint64_t next_index(std::uint64_t loop) { return loop & index_mask; }
-constexpr std::uint64_t index_count(std::uint64_t loop) { return (loop >> index_bits) & index_mask; }
+constexpr std::uint64_t first_left(std::uint64_t loop) { return loop & index_mask; }
+constexpr std::uint64_t end_of_left(std::uint64_t loop) { return (loop >> index_bits) & index_mask; }
+constexpr bool any_left(std::uint64_t loop) { return first_left(loop) < end_of_left(loop); }
 
 /// How long a helper watches for the next loop, and how long for one that comes late, leaving its processor to whoever
 /// else can use it, before it sleeps: to be woken takes tens of microseconds, longer than most loops. What is serial
@@ -56,13 +57,14 @@ Team& Team::single() {
   return team;
 }
 
-/// Does one piece of the loop in progress; false if none is left.
-bool Team::help() {
-  std::uint64_t loop = loop_.load(std::memory_order_acquire);
+/// Does one piece of the loop in progress, the first or the last that is left; false if none is.
+bool Team::help(From from) {
+  std::uint64_t loop = loop_.load(std::memory_order_acquire), taken = 0;
   do {
-    if (next_index(loop) >= index_count(loop)) return false;
-  } while (!loop_.compare_exchange_weak(loop, loop + 1, std::memory_order_acq_rel, std::memory_order_acquire));
-  call_(context_, static_cast<int>(next_index(loop)));
+    if (!any_left(loop)) return false;
+    taken = from == From::first ? loop + 1 : loop - (std::uint64_t{1} << index_bits);
+  } while (!loop_.compare_exchange_weak(loop, taken, std::memory_order_acq_rel, std::memory_order_acquire));
+  call_(context_, static_cast<int>(from == From::first ? first_left(loop) : end_of_left(taken)));
   done_.fetch_add(1, std::memory_order_release);
   return true;
 }
@@ -74,7 +76,7 @@ void Team::share(int count, Call call, const void* context) {
   const std::uint64_t number = (loop_.load(std::memory_order_relaxed) >> (2 * index_bits)) + 1;
   loop_.store(number << (2 * index_bits) | static_cast<std::uint64_t>(count) << index_bits, std::memory_order_release);
   loop_.notify_all();
-  while (help()) {
+  while (help(From::first)) {
   }
   while (done_.load(std::memory_order_acquire) < count) pause();
 }
@@ -95,7 +97,7 @@ bool Team::run_side_task() {
 void Team::help_until_stopped() {
   while (!stop_) {
     const auto start = std::chrono::steady_clock::now();
-    while (!stop_ && !run_side_task() && !help()) {
+    while (!stop_ && !run_side_task() && !help(From::last)) {
       const auto idle = std::chrono::steady_clock::now() - start;
       if (idle < watch) {
         pause();
@@ -106,7 +108,7 @@ void Team::help_until_stopped() {
         continue;
       }
       const std::uint64_t seen = loop_.load(std::memory_order_acquire);
-      if (next_index(seen) < index_count(seen) || side_task_ == waiting || stop_) break;
+      if (any_left(seen) || side_task_ == waiting || stop_) break;
       loop_.wait(seen, std::memory_order_acquire);
       break;
     }

@@ -52,12 +52,14 @@ class Team {
   }
   void dismiss();
   void share(int count, Call call, const void* context);
-  bool help();
+  enum class From { first, last };
+  bool help(From from);
   void help_until_stopped();
   bool run_side_task();
 
-  // The loop in progress: its number, its count and the next index in one word, so that taking an index is one
-  // exchange that fails if the loop is another one by now. call_ and context_ are read by who has an index only.
+  // The loop in progress: its number and which indices are left in one word, so that taking one is one exchange that
+  // fails if the loop is another one by now. The caller takes the first, helpers the last: what pass after pass is at
+  // the same place of memory stays in the caches of who had it. call_ and context_ are read by who has an index only.
   std::atomic<std::uint64_t> loop_{0};
   std::atomic<int> done_{0};
   Call call_ = nullptr;

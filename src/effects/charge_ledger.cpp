@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "src/model/body_ranges.hpp"
 
 namespace lichtenberg::effects {
 
@@ -67,7 +68,7 @@ void ChargeLedger::carry(const Resistor& resistor, double remaining, double plai
   }
 }
 
-void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double> by_field) {
+void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
   for (int i = 0; i < size(); ++i)
     if (const int supply = groups.supply[i]; supply >= 0) {
       // Its charge went smoothly to the field's, and leaked as the mean of both.
@@ -81,7 +82,7 @@ void ChargeLedger::settle(const ElectricalGroups& groups, std::span<const double
       drained_[supply] -= charge_[i];
     }
   step_ = 0;
-  share_out(groups, by_field);
+  share_out(groups, by_field, team);
 }
 
 namespace {
@@ -137,20 +138,26 @@ SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
 
 /// Who is alone keeps what it has, as one addition rounds it: of all at once, since what it does to the others is
 /// nothing but for who had the rest of its group.
-void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field) {
+void ChargeLedger::share_out(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team) {
   const SharedGroups shared = shared_groups(groups, size());
-  std::vector<CompensatedSum> rests;
-  for (std::size_t g = 0; g + 1 < shared.begin.size(); ++g) {
-    const auto members = std::span(shared.members).subspan(shared.begin[g], shared.begin[g + 1] - shared.begin[g]);
-    effects::share_out(charge_, members, by_field);
-    rests.push_back(charge_[members.back()]);
-  }
-  for (CompensatedSum& charge : charge_) {
-    CompensatedSum own(charge.value());
-    own += charge.lost();
-    charge = own;
-  }
-  for (std::size_t g = 0; g < rests.size(); ++g) charge_[shared.members[shared.begin[g + 1] - 1]] = rests[g];
+  const std::size_t count = shared.begin.size() - 1;
+  std::vector<CompensatedSum> rests(count);
+  for_ranges(team, static_cast<int>(shared.members.size()), [&](int first, int end) {
+    auto begin = std::ranges::lower_bound(shared.begin.begin(), shared.begin.end() - 1, first);
+    for (; begin + 1 != shared.begin.end() && *begin < end; ++begin) {
+      const auto members = std::span(shared.members).subspan(*begin, begin[1] - *begin);
+      effects::share_out(charge_, members, by_field);
+      rests[begin - shared.begin.begin()] = charge_[members.back()];
+    }
+  });
+  for_ranges(team, size(), [&](int first, int end) {
+    for (int i = first; i < end; ++i) {
+      CompensatedSum own(charge_[i].value());
+      own += charge_[i].lost();
+      charge_[i] = own;
+    }
+  });
+  for (std::size_t g = 0; g < count; ++g) charge_[shared.members[shared.begin[g + 1] - 1]] = rests[g];
 }
 
 double ChargeLedger::held() const { return total(charge_); }

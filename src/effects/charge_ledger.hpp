@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solvers/compensated.hpp"
+#include "solvers/parallel/team.hpp"
 #include "src/effects/circuit.hpp"
 
 namespace lichtenberg::effects {
@@ -25,8 +26,9 @@ class ChargeLedger {
   void carry(const Resistor& resistor, double remaining, double plain);
   /// Shares each group's charge as the field does (`by_field`: C, a conductor, D 5.4). A floating group keeps its sum
   /// exactly: what the field's charges miss of it is spread evenly. Held conductors take the field's charges, and the
-  /// difference drains to the supply that they are connected with.
-  void settle(const ElectricalGroups& groups, std::span<const double> by_field);
+  /// difference drains to the supply that they are connected with. The team shares the groups.
+  void settle(const ElectricalGroups& groups, std::span<const double> by_field,
+              parallel::Team& team = parallel::Team::single());
 
   int size() const { return static_cast<int>(charge_.size()); }
   double charge(int i) const { return charge_[i].total(); }  ///< C
@@ -47,7 +49,7 @@ class ChargeLedger {
 
  private:
   void leak(int node, double charge);
-  void share_out(const ElectricalGroups& groups, std::span<const double> by_field);
+  void share_out(const ElectricalGroups& groups, std::span<const double> by_field, parallel::Team& team);
 
   std::vector<CompensatedSum> charge_, drained_;
   CompensatedSum fed_, leaked_;

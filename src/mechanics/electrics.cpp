@@ -222,7 +222,7 @@ void Electrics::share(double time, std::span<const double> by_field) {
   const std::vector<double> fed = currents(time);
   now_.ledger.feed(fed, dt, relaxation_time_);
   now_.time = time;
-  now_.ledger.settle(now_.groups, by_field);
+  now_.ledger.settle(now_.groups, by_field, *model_.team);
   if (now_.energy) now_.energy->note(fed, dt, now_.ledger.leaked_in_step());
   show_charges();
 }
@@ -249,7 +249,7 @@ void Electrics::accept(Trial trial, bool merged) {
     carry_resistors(trial);
   else if (now_.carried.noise > 0)
     guess_currents();
-  now_.ledger.settle(now_.groups, by_node(now_.field.charge, now_.field.terminal_charge));
+  now_.ledger.settle(now_.groups, by_node(now_.field.charge, now_.field.terminal_charge), *model_.team);
   if (now_.energy) now_.energy->note(trial.fed, dt, now_.ledger.leaked_in_step());
   if (now_.energy) book_energy(trial, merged);
   now_.time = trial.time;

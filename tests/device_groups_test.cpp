@@ -364,11 +364,11 @@ TEST_CASE("thin conductors of one group between the same four cells are one") {
   const int cells = static_cast<int>(grid.layout.size());
   std::vector<double> expected(3 * cells, 0.0), links(3 * cells, 0.0), seen_from_cells(3 * cells, 0.0);
   for (const Body& body : problem.bodies) {
-    const Disk& disk = std::get<Disk>(body.shape);
-    const Interpolation around = interpolate(grid.layout, disk.centre / grid.h, electrode);
+    const Outline disk = outline_in_cells(body.shape, grid.h);
+    const Interpolation around = interpolate(grid.layout, disk.centre, electrode);
     for (int k = 0; k < 4; ++k)
       expected[body.group * cells + around.cell[k]] +=
-          std::abs(around.weight[k]) * thin_conductance(disk.radius / grid.h);
+          std::abs(around.weight[k]) * thin_conductance(disk, grid.layout);
   }
   std::vector<int> of_cell(3 * cells, 0);
   for (int m = 0; m < grid.number[device::Of::links]; ++m) {

@@ -51,12 +51,13 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
          number_in(scene, &EffectKind::contact_gap);
 }
 
-/// From runs of 324 and 2500 conductors (README.md of this folder). `ways`: groups that float over the conductors'
-/// share of the domain.
+/// From runs of 324, 2500 and 20000 conductors (README.md of this folder). `ways`: groups that float over the
+/// conductors' share of the domain. Of many, more and more mergers share a solve.
 FieldSolves solves_in_plane(const Scene& scene, double ways) {
+  constexpr double half_shared = 2e4;
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
-  const double predictions = 13 * ways * std::pow(tolerance, -0.4);
+  const double predictions = 13 * ways / (1 + ways / half_shared) * std::pow(tolerance, -0.4);
   // Of a field whose grid follows from an accuracy it is not known here whether it is fine enough to predict on.
   if (scene.field_request() || effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
   return {.whole = 0.085 / std::sqrt(tolerance) * predictions, .predictions = predictions};

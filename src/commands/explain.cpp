@@ -172,11 +172,11 @@ std::string refusal_of_run(const Scene& scene) {
   }
 }
 
-/// What a solve takes beside its cells, a conductor (s): contacts, groups, charges, motion, and what is made of it on
-/// the grids, cover and links, whatever they count.
+/// What a solve takes beside its cells, a conductor (s): contacts, groups, charges, motion; on a processor, also for
+/// all that is made of it on the grids, cover and links, whatever they count.
 double seconds_around_a_solve(const FieldOptions& options) {
   const bool has_links = options.method == FieldMethod::cut_cell && !runs_on_device(options);
-  return has_links ? 5e-6 : 5.5e-7;
+  return has_links ? 5e-6 : 3e-7;
 }
 
 /// `size`: cells of the field's grid.

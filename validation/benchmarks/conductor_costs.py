@@ -92,7 +92,7 @@ def print_table(figures):
           "taken back | a second of it (s) |\n" + "|---" * 8 + "|")
     for count, f in figures.items():
         print(f"| {count} | {f['cells']} | {f['made']}, {f['lost']} | {f['regroupings']} | {f['solves']}, "
-              f"{f['iterations'] / f['solves']:.1f}, {1e3 * f['solve_price']:.1f} | {f['predictions']}, "
+              f"{f['iterations'] / max(1, f['solves']):.1f}, {1e3 * f['solve_price']:.1f} | {f['predictions']}, "
               f"{1e3 * f['prediction_price']:.2f} | {f['taken_back']} of {f['taken_back'] + f['corrections']} | "
               f"{f['of_a_second']:.0f} |")
 

@@ -223,6 +223,47 @@ TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
   CHECK(worst <= 1e-14 * largest * 64);  // rounding of sums of at most some 60 terms
 }
 
+TEST_CASE("lists of links hold those of floating groups, and every cell that has any") {
+  LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
+  Level level(problem, 64, 64);
+  level.build(problem, LinkFormula::log_fitted);
+  LinkLists<double> lists;
+  lists.build(problem, level, parallel::Team::single(), true);
+  std::vector<double> potential, v(level.layout.size()), found(level.layout.size(), 0.0), expected = found;
+  std::vector<int> visits(level.layout.size(), 0);
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) potential.push_back(1.0 + 0.1 * static_cast<double>(g));
+  for (std::size_t k = 0; k < v.size(); ++k) v[k] = std::sin(static_cast<double>(k));
+  std::vector<double> of_group(problem.groups.size(), 0.0), expected_of_group = of_group, largest = of_group, in_rows = found;
+  for (const FluidLink& link : level.links) {
+    const int group = problem.bodies[link.body].group;
+    if (!problem.groups[group].floating) continue;
+    expected[link.cell] += link.conductance * potential[group];
+    expected_of_group[group] += link.conductance * v[link.cell];
+    largest[group] += std::abs(link.conductance * v[link.cell]);
+  }
+  for (int j = 0; j < 64; ++j) {
+    for (int colour = 0; colour < 2; ++colour)
+      lists.for_linked_cells(colour, j, potential.data(), [&](std::int32_t cell, double flux) {
+        ++visits[cell];
+        found[cell] = flux;
+      });
+    lists.add_to_row(j, potential.data(), [&](std::int32_t cell, double flux) { in_rows[cell] += flux; });
+  }
+  lists.add_to_groups(parallel::Team::single(), v.data(), of_group.data());
+  const double rounding = 1e-15;  // of sums of four terms at most
+  std::vector<char> has_link(level.layout.size(), 0);
+  for (const FluidLink& link : level.links) has_link[link.cell] = 1;
+  for (std::size_t k = 0; k < v.size(); ++k) {
+    CHECK(visits[k] == has_link[k]);
+    CHECK(found[k] == doctest::Approx(expected[k]).epsilon(rounding));
+    CHECK(in_rows[k] == doctest::Approx(expected[k]).epsilon(rounding));
+  }
+  for (std::size_t g = 0; g < of_group.size(); ++g)
+    CHECK(std::abs(of_group[g] - expected_of_group[g]) <= 100 * 1.2e-16 * largest[g]);  // of a hundred
+  CHECK(of_group[problem.bodies[5].group] == 0);
+}
+
 TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
   LaplaceProblem problem = crowd(12, 128, 5, 0.05);  // the coarsest grids do not resolve them
   problem.groups[problem.bodies[2].group].floating = false;
@@ -305,6 +346,20 @@ TEST_CASE("a coarse grid takes small disks whose potential is not their own for 
   REQUIRE(level.links.size() == 64);  // centred in their cells
   CHECK(level.links[0].conductance == doctest::Approx(2 * pi / std::log(0.5 / 0.1)).epsilon(1e-12));
   CHECK(level.has_unknown(3));
+}
+
+TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
+  LaplaceProblem problem = lattice(16, 0.1);  // four disks a cell
+  for (Body& body : problem.bodies) body.group = 0;
+  Level level(problem, 8, 8);
+  level.build_coarse(problem, LinkFormula::log_fitted, strongly_coupled(problem, {}), nullptr);
+  CHECK(level.links.size() == 64);
+  CHECK(level.link_start[1] == 64);
+  double sum = 0, expected = 0;
+  for (const FluidLink& link : level.links) sum += link.conductance;
+  for (int k = 0; k < 256; ++k)
+    expected += thin_conductance({Outline::Kind::disk, {(k % 16 + 0.5) / 2, (k / 16 + 0.5) / 2}, {}, 0.05}, level.layout);
+  CHECK(sum == doctest::Approx(expected).epsilon(1e-6));  // weights are in single precision
 }
 
 TEST_CASE("a thin conductor takes the flux that the square lattice's Green function lets it, on average over places") {

@@ -112,7 +112,7 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
   body_group_.clear();
   for (const Body& body : problem.bodies) body_group_.push_back(body.group);
 
-  links_.leave_out(level.bound.link_of_level);
+  links_.leave_out(level, level.bound.link_of_level);
   std::vector<float> group_diagonal = group_diagonals(problem, level, links_, team);
   build_bound(level, group_diagonal);
   phi.assign(groups, 0.0f);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/medium.hpp"
@@ -55,6 +56,7 @@ void Level::build_coarse(const LaplaceProblem& problem, LinkFormula formula, con
   north.clear();
   choose_resolved(problem, sets);
   absorb_groups(problem, sets, finer);
+  list_thin_conductors(problem);
   discretize(problem, formula, team);
   if (finer) inherit_pairs(problem, *finer);
   couple(problem, largest_coarse_coupling);
@@ -166,24 +168,53 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
     if (link.cell >= 0) diagonal[link.cell] += link.conductance *= permittivity[link.cell];
 }
 
-/// A thin conductor exchanges flux with the four cells around it.
-void Level::link_thin_conductor(const LaplaceProblem& problem, int body, Part& part) const {
-  const int g = problem.bodies[body].group;
-  if (is_absorbed_[g]) return;
-  const Outline& disk = outlines_[body];
-  const double whole = thin_conductance(disk, layout);
-  const Interpolation around = interpolate(layout, disk.centre, electrodes(problem).data());
-  for (int k = 0; k < 4; ++k) {
-    const std::ptrdiff_t slot = around.cell[k];
-    const double c = std::abs(around.weight[k]) * whole;
-    if (c == 0) continue;
-    if (cover[slot].is_fluid()) {
-      part.links.push_back({slot, body, c, {}});
-      part.link_row.push_back(around.row[k]);
-    } else if (const int other = cover[slot].body(); problem.bodies[other].group != g) {
-      part.pairs.push_back({body, other, c, {}, {}});
+void Level::list_thin_conductors(const LaplaceProblem& problem) {
+  thin_.clear();
+  thin_start_.assign(problem.groups.size() + 1, 0);
+  if (is_resolved_.empty()) return;
+  const auto is_thin = [&](std::size_t body) {
+    return !is_resolved_[body] && !is_absorbed_[problem.bodies[body].group];
+  };
+  for (std::size_t body = 0; body < outlines_.size(); ++body)
+    if (is_thin(body)) ++thin_start_[problem.bodies[body].group + 1];
+  std::partial_sum(thin_start_.begin(), thin_start_.end(), thin_start_.begin());
+  thin_.resize(thin_start_.back());
+  std::vector<int> next(thin_start_.begin(), thin_start_.end() - 1);
+  for (std::size_t body = 0; body < outlines_.size(); ++body)
+    if (is_thin(body)) thin_[next[problem.bodies[body].group]++] = static_cast<int>(body);
+}
+
+/// A thin conductor exchanges flux with the four cells around it. What those of a group exchange with the same cell is
+/// one link, of the group's first: on the coarsest grids a cell lies beside a large group's by the dozen.
+void Level::link_thin_conductors(const LaplaceProblem& problem, int group, Part& part) const {
+  thread_local std::vector<int> link_of_cell;  // by slot: one more than its place among the group's links, or 0
+  if (static_cast<std::ptrdiff_t>(link_of_cell.size()) < layout.size()) link_of_cell.resize(layout.size(), 0);
+  const std::array<bool, 4> is_electrode = electrodes(problem);
+  const int first = thin_[thin_start_[group]];
+  const std::size_t before = part.links.size();
+  for (int k = thin_start_[group]; k < thin_start_[group + 1]; ++k) {
+    const Outline& disk = outlines_[thin_[k]];
+    const double whole = thin_conductance(disk, layout);
+    const Interpolation around = interpolate(layout, disk.centre, is_electrode.data());
+    for (int n = 0; n < 4; ++n) {
+      const std::ptrdiff_t slot = around.cell[n];
+      const double c = std::abs(around.weight[n]) * whole;
+      if (c == 0) continue;
+      if (cover[slot].is_fluid()) {
+        int& link = link_of_cell[slot];
+        if (link > 0) {
+          part.links[before + link - 1].conductance += c;
+          continue;
+        }
+        part.links.push_back({slot, first, c, {}});
+        part.link_row.push_back(around.row[n]);
+        link = static_cast<int>(part.links.size() - before);
+      } else if (const int other = cover[slot].body(); problem.bodies[other].group != group) {
+        part.pairs.push_back({thin_[k], other, c, {}, {}});
+      }
     }
   }
+  for (std::size_t m = before; m < part.links.size(); ++m) link_of_cell[part.links[m].cell] = 0;
 }
 
 }  // namespace lichtenberg::laplace

@@ -198,7 +198,8 @@ class Level {
   void absorb_groups(const LaplaceProblem& problem, const Sets& sets, const Level* finer);
   std::vector<float> effective_permittivity(const LaplaceProblem& problem) const;
   void fill_fluid(const std::vector<float>& permittivity, parallel::Team& team);
-  void link_thin_conductor(const LaplaceProblem& problem, int body, Part& part) const;
+  void list_thin_conductors(const LaplaceProblem& problem);
+  void link_thin_conductors(const LaplaceProblem& problem, int group, Part& part) const;
   bool resolves(int body) const { return is_resolved_.empty() || is_resolved_[body]; }
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
@@ -206,6 +207,7 @@ class Level {
   std::vector<Outline> outlines_;  // of the bodies
   std::vector<char> is_resolved_;  // by body; empty: all are
   std::vector<char> is_absorbed_;  // by group; empty: none is
+  std::vector<int> thin_, thin_start_;  // thin conductors by group; [groups + 1] a group's first
   std::vector<Piece> pieces_;      // by body
   std::vector<Columns> columns_;   // of each piece's rows: between these lies all that its body covers
   std::vector<Part> parts_;

@@ -24,7 +24,8 @@ void Level::link_part(const LaplaceProblem& problem, LinkFormula formula, Part& 
       link_batch(piece.body, part);
       squeeze_links(piece.body, part);
     } else {
-      link_thin_conductor(problem, piece.body, part);
+      const int group = problem.bodies[piece.body].group, first = thin_start_[group];
+      if (first < thin_start_[group + 1] && thin_[first] == piece.body) link_thin_conductors(problem, group, part);
     }
     piece.covered = static_cast<int>(part.covered.size() - covered_before);
     piece.links = static_cast<int>(part.links.size() - links_before);

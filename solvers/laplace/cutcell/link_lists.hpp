@@ -8,38 +8,34 @@
 
 namespace lichtenberg::laplace {
 
-/// A level's couplings between fluid cells and groups, in the two orders that loops need: by row of the cell, for what
-/// the groups' potentials bring the cells while a sweep passes, and by body, for what the cells bring the groups.
+/// A level's links between fluid cells and floating groups, in the two orders that loops need: by row of the cell, for
+/// what the groups' potentials bring the cells while a sweep passes, and by body, for what the cells bring the groups.
+/// Links to groups of given potential are in the diagonal and in the right-hand side, and no loop need pass them.
 template <class Real>
 class LinkLists {
  public:
-  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
-    const int bodies = static_cast<int>(problem.bodies.size()), rows = level.layout.ny;
-    body_start_ = level.link_start;
+  /// `with_cells`: `for_linked_cells` will be asked for.
+  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team, bool with_cells = false) {
+    const int rows = level.layout.ny, chunks = 4 * team.size();
+    list_pieces(problem, level);
     row_start_ = level.row_start;
-    by_body_.resize(level.links.size());
+    row_end_.resize(rows);
     by_row_.resize(level.links.size());
-    body_group_.resize(bodies);
-    for (int body = 0; body < bodies; ++body) body_group_[body] = problem.bodies[body].group;
-    body_sum_.resize(bodies);
-    black_start_.resize(rows);
-    const int chunks = 4 * team.size();
+    if (with_cells) {
+      black_cells_.resize(rows);
+      cells_end_.resize(rows);
+      cells_.resize(level.links.size());
+    }
     team.for_each(chunks, [&](int k) {
-      const std::size_t size = level.links.size();
-      for (std::size_t m = size * k / chunks; m < size * (k + 1) / chunks; ++m) {
-        const FluidLink& link = level.links[m];
-        by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
-      }
-      for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j)
-        black_start_[j] = static_cast<int>(
-            std::partition_point(level.links_by_row.begin() + row_start_[j],
-                                 level.links_by_row.begin() + row_start_[j + 1],
-                                 [&](int m) { return level.links[m].cell < level.layout.colour_size(); }) -
-            level.links_by_row.begin());
-      for (int m = row_start_[rows * k / chunks]; m < row_start_[rows * (k + 1) / chunks]; ++m) {
-        const FluidLink& link = level.links[level.links_by_row[m]];
-        by_row_[m] = {static_cast<std::int32_t>(link.cell), body_group_[link.body],
-                      static_cast<Real>(link.conductance)};
+      const std::size_t pieces = pieces_.size();
+      for (std::size_t n = pieces * k / chunks; n < pieces * (k + 1) / chunks; ++n)
+        for (int m = pieces_[n].start; m < pieces_[n].end; ++m) {
+          const FluidLink& link = level.links[m + pieces_[n].left_out];
+          by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
+        }
+      for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) {
+        list_row(level, j);
+        if (with_cells) list_cells(level, j);
       }
     });
   }
@@ -47,27 +43,27 @@ class LinkLists {
   /// What the groups at `potential` bring the cells of row j: effect(cell, conductance * potential).
   template <class Effect>
   void add_to_row(int j, const Real* potential, const Effect& effect) const {
-    for (int m = row_start_[j]; m < row_start_[j + 1]; ++m)
+    for (int m = row_start_[j]; m < row_end_[j]; ++m)
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
-  /// What the groups at `potential` bring the cells of one colour in row j, summed over all groups of a cell:
-  /// effect(cell, flux), once a cell.
+  /// What the groups at `potential` bring the cells of one colour in row j that have links, to groups of given
+  /// potential as well, summed over all floating groups of a cell: effect(cell, flux), once a cell.
   template <class Effect>
   void for_linked_cells(int colour, int j, const Real* potential, const Effect& effect) const {
-    const int from = colour == 0 ? row_start_[j] : black_start_[j];
-    const int to = colour == 0 ? black_start_[j] : row_start_[j + 1];
-    for (int m = from; m < to;) {
-      const std::int32_t cell = by_row_[m].cell;
+    const int from = colour == 0 ? row_start_[j] : black_cells_[j];
+    const int to = colour == 0 ? black_cells_[j] : cells_end_[j];
+    int m = from == row_start_[j] ? from : cells_[from - 1].links_end;
+    for (int k = from; k < to; ++k) {
       Real flux = 0;
-      for (; m < to && by_row_[m].cell == cell; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
-      effect(cell, flux);
+      for (; m < cells_[k].links_end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
+      effect(cells_[k].cell, flux);
     }
   }
 
-  /// Takes these of the level's links out of the sums over groups.
-  void leave_out(const std::vector<int>& links) {
-    for (const int m : links) by_body_[m].conductance = 0;
+  /// Takes these of the level's links out of the sums over groups; they are of floating ones.
+  void leave_out(const Level& level, const std::vector<int>& links) {
+    for (const int m : links) by_body_[m - left_out_before_[level.links[m].body]].conductance = 0;
   }
 
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].
@@ -75,7 +71,7 @@ class LinkLists {
     add_of_links(team, sum, [v](const OfBody& link) { return link.conductance * v[link.cell]; });
   }
 
-  /// Adds each group's conductances to `sum` [groups].
+  /// Adds each floating group's conductances to `sum` [groups].
   void add_conductances(parallel::Team& team, Real* sum) const {
     add_of_links(team, sum, [](const OfBody& link) { return link.conductance; });
   }
@@ -89,25 +85,82 @@ class LinkLists {
     std::int32_t cell, group;
     Real conductance;
   };
+  /// Some links of one body, in by_body_; in the level's list so many places on.
+  struct Piece {
+    int group, start, end, left_out;
+  };
+  struct LinkedCell {
+    std::int32_t cell;
+    int links_end;  ///< in by_row_
+  };
+
+  void list_pieces(const LaplaceProblem& problem, const Level& level) {
+    constexpr int links_a_piece = 512;  // more have long bodies, and what coarse grids make of a group of thin ones
+    const int bodies = static_cast<int>(problem.bodies.size());
+    pieces_.clear();
+    left_out_before_.resize(bodies);
+    group_or_none_.resize(bodies);
+    int links = 0;
+    for (int body = 0; body < bodies; ++body) {
+      const int group = problem.bodies[body].group;
+      group_or_none_[body] = problem.groups[group].floating ? group : -1;
+      left_out_before_[body] = level.link_start[body] - links;
+      if (group_or_none_[body] < 0) continue;
+      const int end = links + level.link_start[body + 1] - level.link_start[body];
+      for (; links < end; links = pieces_.back().end)
+        pieces_.push_back({group, links, std::min(links + links_a_piece, end), left_out_before_[body]});
+    }
+    by_body_.resize(links);
+    piece_sum_.resize(pieces_.size());
+  }
+
+  /// A row's links have as much room as if all were of floating groups.
+  void list_row(const Level& level, int j) {
+    int at = row_start_[j];
+    for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
+      const FluidLink& link = level.links[level.links_by_row[m]];
+      const int group = group_or_none_[link.body];
+      if (group >= 0) by_row_[at++] = {static_cast<std::int32_t>(link.cell), group, static_cast<Real>(link.conductance)};
+    }
+    row_end_[j] = at;
+  }
+
+  void list_cells(const Level& level, int j) {
+    int at = row_start_[j], links = row_start_[j];
+    black_cells_[j] = -1;
+    for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
+      const auto cell = static_cast<std::int32_t>(level.links[level.links_by_row[m]].cell);
+      if (at > row_start_[j] && cells_[at - 1].cell == cell) continue;
+      if (black_cells_[j] < 0 && cell >= level.layout.colour_size()) black_cells_[j] = at;
+      while (links < row_end_[j] && by_row_[links].cell == cell) ++links;
+      cells_[at++] = {cell, links};
+    }
+    if (black_cells_[j] < 0) black_cells_[j] = at;
+    cells_end_[j] = at;
+  }
+
   template <class Term>
   void add_of_links(parallel::Team& team, Real* sum, const Term& term) const {
-    const int bodies = static_cast<int>(body_group_.size());
+    const int pieces = static_cast<int>(pieces_.size());
     constexpr int links_a_chunk = 2048;
     const int chunks = std::clamp(static_cast<int>(by_body_.size()) / links_a_chunk, 1, 4 * team.size());
     team.for_each(chunks, [&](int k) {
-      for (int body = bodies * k / chunks; body < bodies * (k + 1) / chunks; ++body) {
-        Real of_body = 0;
-        for (int m = body_start_[body]; m < body_start_[body + 1]; ++m) of_body += term(by_body_[m]);
-        body_sum_[body] = of_body;
+      for (int n = pieces * k / chunks; n < pieces * (k + 1) / chunks; ++n) {
+        Real of_piece = 0;
+        for (int m = pieces_[n].start; m < pieces_[n].end; ++m) of_piece += term(by_body_[m]);
+        piece_sum_[n] = of_piece;
       }
     });
-    for (int body = 0; body < bodies; ++body) sum[body_group_[body]] += body_sum_[body];
+    for (int n = 0; n < pieces; ++n) sum[pieces_[n].group] += piece_sum_[n];
   }
 
-  std::vector<int> body_start_, row_start_, black_start_, body_group_;
+  std::vector<Piece> pieces_;
   std::vector<OfBody> by_body_;
+  std::vector<int> left_out_before_, group_or_none_;  // by body
+  std::vector<int> row_start_, row_end_, black_cells_, cells_end_;
   std::vector<OfRow> by_row_;
-  mutable std::vector<Real> body_sum_;
+  std::vector<LinkedCell> cells_;
+  mutable std::vector<Real> piece_sum_;
 };
 
 /// Sum of each floating group's conductances to what is around it, couplings not counted; 0 for groups of given

@@ -13,7 +13,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   team_ = &team;
   cells_ = level.layout.size();
   groups_ = problem.groups.size();
-  links_.build(problem, level, team);
+  links_.build(problem, level, team, true);
   group_diagonal_ = group_diagonals(problem, level, links_, team);
   pairs_.clear();
   for (const PairLink& pair : level.pairs) {

@@ -39,7 +39,6 @@ class CutCellOperator {
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
-  const LinkLists<double>& links() const { return links_; }
   const Level& level() const { return *level_; }
   /// Whether nothing has a given potential but what groups are coupled to.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }

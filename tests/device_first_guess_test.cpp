@@ -74,7 +74,8 @@ TEST_CASE("a guess that follows a coarser grid's change is the CPU's") {
   const std::vector<double> of_bodies = some(bodies);
   std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = of_bodies;
   for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.cover[slot].body()];
-  history.remember(level, newest, of_bodies);
+  for (const std::ptrdiff_t slot : level.covered) newest[slot] = past_cell[slot];
+  history.remember(newest, of_bodies);
   std::vector<double> x(op.size());
   history.newest_guess(problem, op, x);
   add_change(before, now, problem, scale, op, x);

@@ -150,7 +150,7 @@ std::vector<double> closest_combination(const std::vector<double>& gram_by_rows,
   return {alpha.begin(), alpha.end()};
 }
 
-void History::remember(const Level& level, std::vector<double>& x, std::vector<double> body_potential) {
+void History::remember(std::vector<double>& x, std::vector<double> body_potential) {
   Past past;
   if (past_.size() == length) {
     past = std::move(past_.back());
@@ -159,7 +159,6 @@ void History::remember(const Level& level, std::vector<double>& x, std::vector<d
   parallel::resize_in_huge_pages(past.x, x.size());
   std::swap(past.x, x);
   past.body = std::move(body_potential);
-  for (const std::ptrdiff_t slot : level.covered) past.x[slot] = past.body[level.cover[slot].body()];
   past_.push_front(std::move(past));
 }
 

@@ -30,8 +30,9 @@ class History {
                      std::vector<double>& x);
   /// Sets x to the last solution, as far as the new geometry has its cells.
   void newest_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
-  /// Keeps the solution x, and leaves something else in it; `body_potential` one a body, in the units of x.
-  void remember(const Level& level, std::vector<double>& x, std::vector<double> body_potential);
+  /// Keeps the solution x, covered cells filled with their conductor's, and leaves something else in it;
+  /// `body_potential` one a body, in the units of x.
+  void remember(std::vector<double>& x, std::vector<double> body_potential);
 
  private:
   struct Past {

@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
+#include "solvers/laplace/cutcell/body_order.hpp"
 #include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/follow.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -58,23 +59,24 @@ struct CutCellSolver::Implementation {
   int number;  // among the solvers of this program, for its other processes
   parallel::Team team{team_size(options)};
   Vec2 size;  // of the box the grids were made for
+  BodyOrder order;
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
   std::vector<double> b, x, residual;  // layout + groups
   double scale = 1;                    // V: x, b and the history are in units of it
-  History history;
+  History history;                     // bodies' potentials in the order of the problems
   const Implementation* followed = nullptr;  // the solver on a coarser grid
   Potentials followed_then;                  // its solution at the last solve here; of no body: none
 
-  LaplaceSolution solve(const LaplaceProblem& problem);
+  LaplaceSolution solve(const LaplaceProblem& given);
   void choose_scale(const LaplaceProblem& problem);
   double rounding_of_residual(const std::vector<double>& potentials) const;
   void prepare_grids(const LaplaceProblem& problem);
   void fix_mean(const LaplaceProblem& problem);
-  double first_guess(const LaplaceProblem& problem);
+  double first_guess(const LaplaceProblem& given);
   Potentials potentials() const;
-  void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
+  void remember(const LaplaceProblem& given, const LaplaceSolution& solution);
 };
 
 namespace {
@@ -126,10 +128,11 @@ void CutCellSolver::Implementation::fix_mean(const LaplaceProblem& problem) {
   op.mask(x.data());
 }
 
-void CutCellSolver::Implementation::remember(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+void CutCellSolver::Implementation::remember(const LaplaceProblem& given, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
-  for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / scale);
-  history.remember(*level, x, std::move(body_potential));
+  for (const Body& body : given.bodies) body_potential.push_back(solution.group_potential[body.group] / scale);
+  for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->cover[slot].body())];
+  history.remember(x, std::move(body_potential));
 }
 
 /// Single precision holds 38 decades either way: enough for any right-hand side of about 1. The scale is kept while it
@@ -155,18 +158,18 @@ double CutCellSolver::Implementation::rounding_of_residual(const std::vector<dou
 }
 
 /// Returns its work, in evaluations of the operator.
-double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem) {
+double CutCellSolver::Implementation::first_guess(const LaplaceProblem& given) {
   if (history.empty()) {
     system->finish();
-    system->first_guess(problem, scale, x);
+    system->first_guess(order.sorted(), scale, x);
     return 0;
   }
-  const std::size_t bodies = problem.bodies.size();
+  const std::size_t bodies = given.bodies.size();
   if (!followed || followed->history.empty() || followed->history.bodies() != bodies ||
       followed_then.body.size() != bodies)
-    return history.first_guess(problem, op, b, x);
-  history.newest_guess(problem, op, x);
-  add_change(followed_then, followed->potentials(), problem, scale, op, x);
+    return history.first_guess(given, op, b, x);
+  history.newest_guess(given, op, x);
+  add_change(followed_then, followed->potentials(), given, scale, op, x);
   return 0;
 }
 
@@ -181,11 +184,13 @@ Potentials CutCellSolver::Implementation::potentials() const {
   return found;
 }
 
-LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
+LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& given) {
   parallel::start_petsc();
   LaplaceSolution solution;
   auto start = std::chrono::steady_clock::now();
-  prepare_grids(problem);
+  prepare_grids(given);
+  order.sort(given, level->layout.ny);
+  const LaplaceProblem& problem = order.sorted();
   if (!history.empty() && history.bodies() != problem.bodies.size()) history.clear();
   const Finished finished(*system);
   system->build(problem, *level, op);
@@ -195,7 +200,7 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
   start = std::chrono::steady_clock::now();
   choose_scale(problem);
   op.right_hand_side(problem, b.data(), scale);
-  solution.work += first_guess(problem);
+  solution.work += first_guess(given);
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
@@ -214,7 +219,9 @@ LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& probl
     solution.group_potential[g] =
         problem.groups[g].floating ? scale * x[level->layout.size() + g] : problem.groups[g].potential;
   evaluate(problem, *level, x.data(), scale, solution, team);
-  remember(problem, solution);
+  order.restore(solution.body_charge);
+  order.restore(solution.body_force);
+  remember(given, solution);
   if (followed) followed_then = followed->potentials();
   solution.seconds.forces = seconds_since(start);
   return solution;
@@ -283,7 +290,7 @@ Field CutCellSolver::field() const {
     for (int i = 0; i < field.nx; ++i) {
       const std::ptrdiff_t slot = level.layout(i, j);
       field.value.push_back(s.scale * s.history.newest()[slot]);
-      field.body.push_back(level.cover[slot].is_fluid() ? -1 : level.cover[slot].body());
+      field.body.push_back(level.cover[slot].is_fluid() ? -1 : s.order.index(level.cover[slot].body()));
     }
   return field;
 }

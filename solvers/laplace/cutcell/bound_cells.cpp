@@ -28,35 +28,34 @@ void Level::find_bound_cells(const LaplaceProblem& problem, parallel::Team& team
     found[chunk].clear();
     for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j)
       for (int from = row_start[j], to = from; from < row_start[j + 1]; from = to) {
-        const std::ptrdiff_t cell = links[links_by_row[from]].cell;
         bool is_bound = false;
-        for (; to < row_start[j + 1] && links[links_by_row[to]].cell == cell; ++to) {
-          const FluidLink& link = links[links_by_row[to]];
+        for (; to < row_start[j + 1] && row_links[to].cell == row_links[from].cell; ++to) {
+          const RowLink& link = row_links[to];
           is_bound = is_bound || (link.conductance >= BoundCells::least_conductance && resolves(link.body));
         }
-        if (is_bound) bind_cell(problem, j, from, to, found[chunk]);
+        if (is_bound) bind_cell(problem, j, {&row_links[from], &row_links[to]}, found[chunk]);
       }
   });
   bound.clear();
   for (const BoundCells& part : found) bound.append(part);
 }
 
-/// The cell of row j whose links are those from one place in links_by_row to another.
-void Level::bind_cell(const LaplaceProblem& problem, int j, int from, int to, BoundCells& found) const {
-  const std::ptrdiff_t cell = links[links_by_row[from]].cell;
+/// A cell of row j with all its links.
+void Level::bind_cell(const LaplaceProblem& problem, int j, std::span<const RowLink> of_cell, BoundCells& found) const {
   const int first = static_cast<int>(found.links.size());
-  for (int k = from; k < to; ++k) {
-    const int m = links_by_row[k], group = problem.bodies[links[m].body].group;
+  for (const RowLink& link : of_cell) {
+    const int group = problem.bodies[link.body].group;
     if (!problem.groups[group].floating) continue;
-    found.link_of_level.push_back(m);
+    found.link_of_level.push_back(link.link);
     const auto same = std::find_if(found.links.begin() + first, found.links.end(),
-                                   [group](const BoundCells::Link& link) { return link.group == group; });
+                                   [group](const BoundCells::Link& known) { return known.group == group; });
     if (same != found.links.end())
-      same->conductance += links[m].conductance;
+      same->conductance += link.conductance;
     else
-      found.links.push_back({links[m].body, group, links[m].conductance});
+      found.links.push_back({link.body, group, link.conductance});
   }
   if (static_cast<int>(found.links.size()) == first) return;
+  const std::ptrdiff_t cell = of_cell.front().cell;
   found.cells.push_back({cell, j, diagonal[cell]});
   found.start.push_back(static_cast<int>(found.links.size()));
 }

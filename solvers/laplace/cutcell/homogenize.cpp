@@ -158,8 +158,8 @@ void Level::fill_fluid(const std::vector<float>& permittivity, parallel::Team& t
         diagonal[slot] = east[slot] + north[slot] + face(slot, i - 1, j) + face(slot, i, j - 1);
       }
       for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
-        FluidLink& link = links[links_by_row[m]];
-        if (resolves(link.body)) link.conductance *= permittivity[link.cell];
+        RowLink& link = row_links[m];
+        if (resolves(link.body)) links[link.link].conductance = link.conductance *= permittivity[link.cell];
         diagonal[link.cell] += link.conductance;
       }
     }

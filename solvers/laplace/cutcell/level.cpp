@@ -163,19 +163,18 @@ bool Level::has_cell(int body) const {
 }
 
 /// A row's links in the order of its cells, which are too few for a comparing sort to pay: each cell counts its own.
-void Level::sort_row(int j, std::vector<int>& place, std::vector<int>& sorted) {
-  const auto from = links_by_row.begin() + row_start[j], to = links_by_row.begin() + row_start[j + 1];
+void Level::sort_row(int j, std::vector<int>& place, std::vector<RowLink>& sorted) {
+  const std::span<RowLink> row(row_links.begin() + row_start[j], row_links.begin() + row_start[j + 1]);
   const std::ptrdiff_t red = layout.row(0, j), black = layout.row(1, j);
-  const auto number = [&](int m) {
-    const std::ptrdiff_t cell = links[m].cell;
-    return cell < black ? cell - red : cell - black + layout.stride;
+  const auto number = [&](const RowLink& link) {
+    return link.cell < black ? link.cell - red : link.cell - black + layout.stride;
   };
   place.assign(2 * layout.stride + 1, 0);
-  for (auto m = from; m != to; ++m) ++place[number(*m) + 1];
+  for (const RowLink& link : row) ++place[number(link) + 1];
   std::partial_sum(place.begin(), place.end(), place.begin());
-  sorted.resize(to - from);
-  for (auto m = from; m != to; ++m) sorted[place[number(*m)]++] = *m;
-  std::copy(sorted.begin(), sorted.end(), from);
+  sorted.resize(row.size());
+  for (const RowLink& link : row) sorted[place[number(link)]++] = link;
+  std::copy(sorted.begin(), sorted.end(), row.begin());
 }
 
 void Level::sort_by_row(parallel::Team& team) {
@@ -183,11 +182,13 @@ void Level::sort_by_row(parallel::Team& team) {
   for (const int row : link_row_) ++row_start[row + 1];
   std::partial_sum(row_start.begin(), row_start.end(), row_start.begin());
   std::vector<int> next(row_start.begin(), row_start.end() - 1);
-  links_by_row.resize(links.size());
-  for (int m = 0; m < static_cast<int>(links.size()); ++m) links_by_row[next[link_row_[m]]++] = m;
+  row_links.resize(links.size());
+  for (int m = 0; m < static_cast<int>(links.size()); ++m)
+    row_links[next[link_row_[m]]++] = {static_cast<std::int32_t>(links[m].cell), links[m].body, links[m].conductance, m};
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int chunk) {
-    std::vector<int> place, sorted;
+    std::vector<int> place;
+    std::vector<RowLink> sorted;
     for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j) sort_row(j, place, sorted);
   });
 }
@@ -202,10 +203,7 @@ void Level::sum_diagonal(parallel::Team& team) {
           diagonal[row + k] = cover[row + k].is_fluid() ? 4.0 : 0.0;
       }
       // In place of the conductance 1 to a fluid neighbour.
-      for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
-        const FluidLink& link = links[links_by_row[m]];
-        diagonal[link.cell] += link.conductance - 1.0;
-      }
+      for (int m = row_start[j]; m < row_start[j + 1]; ++m) diagonal[row_links[m].cell] += row_links[m].conductance - 1.0;
     }
   });
 }

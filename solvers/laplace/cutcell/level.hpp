@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "solvers/laplace/cutcell/bound_cells.hpp"
@@ -21,6 +22,14 @@ struct FluidLink {
   int body;
   double conductance;
   Vec2 gradient;  ///< with respect to the body's position, per cell
+};
+
+/// A fluid link as loops over rows of cells need it.
+struct RowLink {
+  std::int32_t cell;  ///< slot in the layout
+  std::int32_t body;
+  double conductance;
+  std::int32_t link;  ///< index among the links by body
 };
 
 /// What a link's conductance gains when a body other than its own moves (see squeeze).
@@ -95,8 +104,8 @@ class Level {
   std::vector<std::ptrdiff_t> rim;      ///< covered cells beside one that their body does not cover
   std::vector<FluidLink> links;         ///< by body
   std::vector<int> link_start;          ///< [bodies + 1] a body's first in `links`
-  std::vector<int> links_by_row;        ///< indices of all links, by their cell's row and in it by cell
-  std::vector<int> row_start;           ///< [ny + 1] a row's first in `links_by_row`
+  std::vector<RowLink> row_links;       ///< the same by their cell's row, and in it by cell
+  std::vector<int> row_start;           ///< [ny + 1] a row's first in `row_links`
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;  ///< between bodies of different groups
   std::vector<SideLink> side_links;
@@ -186,12 +195,12 @@ class Level {
   void squeeze_links(int body, Part& part) const;
   void join_parts(parallel::Team& team);
   void sort_by_row(parallel::Team& team);
-  void sort_row(int j, std::vector<int>& place, std::vector<int>& sorted);
+  void sort_row(int j, std::vector<int>& place, std::vector<RowLink>& sorted);
   void sum_diagonal(parallel::Team& team);
   void link_shared_cell(const LaplaceProblem& problem, SharedCell cell);
   void link_sides(const LaplaceProblem& problem);
   void find_bound_cells(const LaplaceProblem& problem, parallel::Team& team);
-  void bind_cell(const LaplaceProblem& problem, int j, int from, int to, BoundCells& found) const;
+  void bind_cell(const LaplaceProblem& problem, int j, std::span<const RowLink> of_cell, BoundCells& found) const;
   void couple(const LaplaceProblem& problem, double largest);
   void choose_resolved(const LaplaceProblem& problem, const Sets& sets);
   void inherit_pairs(const LaplaceProblem& problem, const Level& finer);

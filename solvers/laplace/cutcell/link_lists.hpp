@@ -14,18 +14,12 @@ namespace lichtenberg::laplace {
 template <class Real>
 class LinkLists {
  public:
-  /// `with_cells`: `for_linked_cells` will be asked for.
-  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team, bool with_cells = false) {
+  void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
     const int rows = level.layout.ny, chunks = 4 * team.size();
     list_pieces(problem, level);
     row_start_ = level.row_start;
     row_end_.resize(rows);
     by_row_.resize(level.links.size());
-    if (with_cells) {
-      black_cells_.resize(rows);
-      cells_end_.resize(rows);
-      cells_.resize(level.links.size());
-    }
     team.for_each(chunks, [&](int k) {
       const std::size_t pieces = pieces_.size();
       for (std::size_t n = pieces * k / chunks; n < pieces * (k + 1) / chunks; ++n)
@@ -33,10 +27,7 @@ class LinkLists {
           const FluidLink& link = level.links[m + pieces_[n].left_out];
           by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
         }
-      for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) {
-        list_row(level, j);
-        if (with_cells) list_cells(level, j);
-      }
+      for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) list_row(level, j);
     });
   }
 
@@ -47,18 +38,15 @@ class LinkLists {
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
-  /// What the groups at `potential` bring the cells of one colour in row j that have links, to groups of given
-  /// potential as well, summed over all floating groups of a cell: effect(cell, flux), once a cell.
-  template <class Effect>
-  void for_linked_cells(int colour, int j, const Real* potential, const Effect& effect) const {
-    const int from = colour == 0 ? row_start_[j] : black_cells_[j];
-    const int to = colour == 0 ? black_cells_[j] : cells_end_[j];
-    int m = from == row_start_[j] ? from : cells_[from - 1].links_end;
-    for (int k = from; k < to; ++k) {
-      Real flux = 0;
-      for (; m < cells_[k].links_end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
-      effect(cells_[k].cell, flux);
-    }
+  /// Row j's links, in the order of its cells.
+  int row_start(int j) const { return row_start_[j]; }
+  int row_end(int j) const { return row_end_[j]; }
+  std::int32_t cell(int link) const { return by_row_[link].cell; }
+  /// What the groups at `potential` bring a cell whose links are those from `first` up to before `end`.
+  Real flux(int first, int end, const Real* potential) const {
+    Real flux = 0;
+    for (int m = first; m < end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
+    return flux;
   }
 
   /// Takes these of the level's links out of the sums over groups; they are of floating ones.
@@ -89,10 +77,6 @@ class LinkLists {
   struct Piece {
     int group, start, end, left_out;
   };
-  struct LinkedCell {
-    std::int32_t cell;
-    int links_end;  ///< in by_row_
-  };
 
   void list_pieces(const LaplaceProblem& problem, const Level& level) {
     constexpr int links_a_piece = 512;  // more have long bodies, and what coarse grids make of a group of thin ones
@@ -118,25 +102,11 @@ class LinkLists {
   void list_row(const Level& level, int j) {
     int at = row_start_[j];
     for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
-      const FluidLink& link = level.links[level.links_by_row[m]];
+      const RowLink& link = level.row_links[m];
       const int group = group_or_none_[link.body];
-      if (group >= 0) by_row_[at++] = {static_cast<std::int32_t>(link.cell), group, static_cast<Real>(link.conductance)};
+      if (group >= 0) by_row_[at++] = {link.cell, group, static_cast<Real>(link.conductance)};
     }
     row_end_[j] = at;
-  }
-
-  void list_cells(const Level& level, int j) {
-    int at = row_start_[j], links = row_start_[j];
-    black_cells_[j] = -1;
-    for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
-      const auto cell = static_cast<std::int32_t>(level.links[level.links_by_row[m]].cell);
-      if (at > row_start_[j] && cells_[at - 1].cell == cell) continue;
-      if (black_cells_[j] < 0 && cell >= level.layout.colour_size()) black_cells_[j] = at;
-      while (links < row_end_[j] && by_row_[links].cell == cell) ++links;
-      cells_[at++] = {cell, links};
-    }
-    if (black_cells_[j] < 0) black_cells_[j] = at;
-    cells_end_[j] = at;
   }
 
   template <class Term>
@@ -157,9 +127,8 @@ class LinkLists {
   std::vector<Piece> pieces_;
   std::vector<OfBody> by_body_;
   std::vector<int> left_out_before_, group_or_none_;  // by body
-  std::vector<int> row_start_, row_end_, black_cells_, cells_end_;
+  std::vector<int> row_start_, row_end_;
   std::vector<OfRow> by_row_;
-  std::vector<LinkedCell> cells_;
   mutable std::vector<Real> piece_sum_;
 };
 

@@ -13,7 +13,8 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   team_ = &team;
   cells_ = level.layout.size();
   groups_ = problem.groups.size();
-  links_.build(problem, level, team, true);
+  links_.build(problem, level, team);
+  edges_.build(problem, level, links_, team);
   group_diagonal_ = group_diagonals(problem, level, links_, team);
   pairs_.clear();
   for (const PairLink& pair : level.pairs) {
@@ -192,7 +193,7 @@ double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) cons
       for_each_row(*team_, at, [&](int j) { relax_edges_of_row(colour, j, b, x); });
   }
   relax_groups(b, x);
-  return sweeps * static_cast<double>(level_->links.size()) / (static_cast<double>(at.nx) * at.ny);
+  return sweeps * edge_share();
 }
 
 void CutCellOperator::relax_groups(const double* b, double* x) const {
@@ -217,7 +218,8 @@ void CutCellOperator::relax_edges_of_row(int colour, int j, const double* b, dou
   const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
   const std::ptrdiff_t beside = at.row(other, j) + Layout::parity(colour, j) - row;
   const std::ptrdiff_t below = at.row(other, j - 1) - row, above = at.row(other, j + 1) - row;
-  links_.for_linked_cells(colour, j, x + cells_, [&](std::int32_t cell, double flux) {
+  edges_.for_each(colour, j, [&](std::int32_t cell, int first, int end) {
+    const double flux = links_.flux(first, end, x + cells_);
     x[cell] = (b[cell] + flux + x[cell + beside - 1] + x[cell + beside] + x[cell + below] + x[cell + above]) /
               level_->diagonal[cell];
   });

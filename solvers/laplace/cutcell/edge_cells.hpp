@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "solvers/laplace/cutcell/link_lists.hpp"
+
+namespace lichtenberg::laplace {
+
+/// The finest grid's fluid cells beside conductors or beside a side that is an electrode. At all others the equation is
+/// that of fluid neighbours alone, whatever the conductors do, and its right-hand side is zero.
+class EdgeCells {
+ public:
+  /// `links`: the level's lists.
+  void build(const LaplaceProblem& problem, const Level& level, const LinkLists<double>& links, parallel::Team& team);
+  /// Calls effect(cell, first, end) for those of a colour in row j; the cell's links to floating groups are those from
+  /// `first` up to before `end` of the lists.
+  template <class Effect>
+  void for_each(int colour, int j, const Effect& effect) const {
+    const auto& [start, black, end, first_link] = rows_[j];
+    int link = colour == 0 || black == start ? first_link : cells_[black - 1].links_end;
+    for (int k = colour == 0 ? start : black; k < (colour == 0 ? black : end); ++k) {
+      effect(cells_[k].cell, link, cells_[k].links_end);
+      link = cells_[k].links_end;
+    }
+  }
+  std::size_t size() const { return size_; }
+
+ private:
+  struct Cell {
+    std::int32_t cell;
+    int links_end;
+  };
+  /// Places in cells_: a row's first cell, its first black one, and the one behind its last.
+  struct Row {
+    int start, black, end, first_link;
+  };
+  void list_row(const Level& level, const LinkLists<double>& links, int j);
+
+  std::array<bool, 4> is_electrode_{};  // by SideIndex
+  std::vector<Row> rows_;
+  std::vector<Cell> cells_;  // a row has room for a cell a link, and for those beside electrodes
+  std::size_t size_ = 0;
+};
+
+}  // namespace lichtenberg::laplace

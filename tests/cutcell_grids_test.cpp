@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "solvers/laplace/cutcell/level.hpp"
@@ -223,18 +224,20 @@ TEST_CASE("the matrix-free operator and the assembled matrix are the same") {
   CHECK(worst <= 1e-14 * largest * 64);  // rounding of sums of at most some 60 terms
 }
 
-TEST_CASE("lists of links hold those of floating groups, and every cell that has any") {
+TEST_CASE("lists of links hold those of floating groups") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 64, 64);
   level.build(problem, LinkFormula::log_fitted);
   LinkLists<double> lists;
-  lists.build(problem, level, parallel::Team::single(), true);
-  std::vector<double> potential, v(level.layout.size()), found(level.layout.size(), 0.0), expected = found;
-  std::vector<int> visits(level.layout.size(), 0);
+  lists.build(problem, level, parallel::Team::single());
+  std::vector<double> potential, v(level.layout.size()), in_cells(v.size()), expected(v.size()), of_group,
+      expected_of_group;
   for (std::size_t g = 0; g < problem.groups.size(); ++g) potential.push_back(1.0 + 0.1 * static_cast<double>(g));
   for (std::size_t k = 0; k < v.size(); ++k) v[k] = std::sin(static_cast<double>(k));
-  std::vector<double> of_group(problem.groups.size(), 0.0), expected_of_group = of_group, largest = of_group, in_rows = found;
+  of_group.assign(potential.size(), 0.0);
+  expected_of_group = of_group;
+  std::vector<double> largest = of_group;
   for (const FluidLink& link : level.links) {
     const int group = problem.bodies[link.body].group;
     if (!problem.groups[group].floating) continue;
@@ -242,26 +245,59 @@ TEST_CASE("lists of links hold those of floating groups, and every cell that has
     expected_of_group[group] += link.conductance * v[link.cell];
     largest[group] += std::abs(link.conductance * v[link.cell]);
   }
-  for (int j = 0; j < 64; ++j) {
-    for (int colour = 0; colour < 2; ++colour)
-      lists.for_linked_cells(colour, j, potential.data(), [&](std::int32_t cell, double flux) {
-        ++visits[cell];
-        found[cell] = flux;
-      });
-    lists.add_to_row(j, potential.data(), [&](std::int32_t cell, double flux) { in_rows[cell] += flux; });
-  }
+  for (int j = 0; j < 64; ++j)
+    lists.add_to_row(j, potential.data(), [&](std::int32_t cell, double flux) { in_cells[cell] += flux; });
   lists.add_to_groups(parallel::Team::single(), v.data(), of_group.data());
-  const double rounding = 1e-15;  // of sums of four terms at most
-  std::vector<char> has_link(level.layout.size(), 0);
-  for (const FluidLink& link : level.links) has_link[link.cell] = 1;
-  for (std::size_t k = 0; k < v.size(); ++k) {
-    CHECK(visits[k] == has_link[k]);
-    CHECK(found[k] == doctest::Approx(expected[k]).epsilon(rounding));
-    CHECK(in_rows[k] == doctest::Approx(expected[k]).epsilon(rounding));
-  }
+  for (std::size_t k = 0; k < v.size(); ++k)
+    CHECK(in_cells[k] == doctest::Approx(expected[k]).epsilon(1e-15));  // sums of four terms at most
   for (std::size_t g = 0; g < of_group.size(); ++g)
     CHECK(std::abs(of_group[g] - expected_of_group[g]) <= 100 * 1.2e-16 * largest[g]);  // of a hundred
   CHECK(of_group[problem.bodies[5].group] == 0);
+}
+
+TEST_CASE("at edge cells the operator is what it is in whole rows, and elsewhere solutions of other geometries hold") {
+  LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
+  problem.sides[top].kind = problem.sides[left].kind = Side::Kind::electrode;
+  Level level(problem, 64, 64);
+  level.build(problem, LinkFormula::log_fitted);
+  CutCellOperator op;
+  op.build(problem, level);
+  crowds::Random random(7);
+  std::vector<double> x(op.size()), image(op.size(), 0.0), b(op.size());
+  for (double& value : x) value = random(-1, 1);
+  std::vector<double> unmasked = x;
+  for (std::size_t k = 0; k < op.cells(); ++k)
+    if (!(level.diagonal[k] > 0)) x[k] = 0;  // padding too
+  op.mask(x.data());
+  for (std::size_t g = op.cells(); g < op.size(); ++g) unmasked[g] = x[g];
+  op.apply(x.data(), image.data());
+  op.right_hand_side(problem, b.data());
+  std::vector<int> visits(op.cells(), 0);
+  for (int j = 0; j < 64; ++j)
+    op.apply_at_edges(j, std::array<const double*, 2>{x.data(), unmasked.data()},
+                      [&](std::int32_t cell, const auto& value) {
+                        ++visits[cell];
+                        const double rounding =
+                            1e-15 * 2 * level.diagonal[cell];  // of some eight terms, none larger than the diagonal
+                        CHECK(std::abs(value[0] - image[cell]) <= rounding);
+                        CHECK(value[1] == value[0]);
+                      });
+  int edges = 0;
+  for (int j = 0; j < 64; ++j)
+    for (int i = 0; i < 64; ++i) {
+      const std::ptrdiff_t cell = level.layout(i, j);
+      if (!(level.diagonal[cell] > 0)) continue;
+      const bool beside_insulator = (i == 63 || j == 0);
+      const bool is_plain = level.diagonal[cell] == (beside_insulator ? (i == 63 && j == 0 ? 2 : 3) : 4);
+      // A cell beside an electrode has 5, one in the corner of an electrode and an insulator 4.
+      const bool beside_electrode = i == 0 || j == 63;
+      if (visits[cell] == 0) CHECK((is_plain && !beside_electrode && b[cell] == 0));
+      edges += visits[cell];
+      CHECK(visits[cell] <= 1);
+    }
+  CHECK(op.edge_share() == edges / (64.0 * 64.0));
+  CHECK(edges < 64 * 64 / 2);
 }
 
 TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {
@@ -358,13 +394,14 @@ TEST_CASE("what a group's thin conductors exchange with a cell is one link") {
   double sum = 0, expected = 0;
   for (const FluidLink& link : level.links) sum += link.conductance;
   for (int k = 0; k < 256; ++k)
-    expected += thin_conductance({Outline::Kind::disk, {(k % 16 + 0.5) / 2, (k / 16 + 0.5) / 2}, {}, 0.05}, level.layout);
+    expected +=
+        thin_conductance({Outline::Kind::disk, {(k % 16 + 0.5) / 2, (k / 16 + 0.5) / 2}, {}, 0.05}, level.layout);
   CHECK(sum == doctest::Approx(expected).epsilon(1e-6));  // weights are in single precision
 }
 
 TEST_CASE("a thin conductor takes the flux that the square lattice's Green function lets it, on average over places") {
-  // One that is shared out to four cells by weights w has their weighed mean at the radius exp(-gamma - 2 pi <G>) / sqrt
-  // 8, <G> the sum of w_k w_l (G(k - l) - G(0)): 0, -1/4 beside, -1/pi across.
+  // One that is shared out to four cells by weights w has their weighed mean at the radius exp(-gamma - 2 pi <G>) /
+  // sqrt 8, <G> the sum of w_k w_l (G(k - l) - G(0)): 0, -1/4 beside, -1/pi across.
   const Layout box(8, 8);
   const bool insulated[4] = {};
   const double between[4][4] = {{0, 1 / 4., 1 / 4., 1 / pi},
@@ -396,8 +433,8 @@ TEST_CASE("of a conductor on a side, what lies in the box takes flux") {
 }
 
 TEST_CASE("the cycle finds the level of all potentials over a small half-disk that is all the ground") {
-  // Charges of one sign raise them all alike. Regression value of what one cycle makes of that level: 1.15; .76 if coarse
-  // grids, most of which have the ground for a thin conductor, take the half-disk for a whole one.
+  // Charges of one sign raise them all alike. Regression value of what one cycle makes of that level: 1.15; .76 if
+  // coarse grids, most of which have the ground for a thin conductor, take the half-disk for a whole one.
   LaplaceProblem problem = lattice(16, 0.3);
   problem.sides[bottom].kind = problem.sides[top].kind = Side::Kind::insulating;
   for (Group& group : problem.groups) group.charge = 1;

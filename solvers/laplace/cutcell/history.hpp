@@ -14,9 +14,10 @@ std::vector<double> closest_combination(const std::vector<double>& gram, const s
 
 /// The last solutions, from which the next solve gets its first guess: the combination of them that is closest to the
 /// new one in the energy norm (a Galerkin projection with the new operator; Fischer 1998). For a scene in motion that
-/// is extrapolation in time, whatever the steps were. The products that this takes are summed over edge cells and groups
-/// alone: at all other cells the old equations were the new ones, but for those beside which a conductor has been, and
-/// all solutions satisfy them, but for what CG has left open. What that leaves out makes a guess worse, no solution.
+/// is extrapolation in time, whatever the steps were. The products that this takes are summed over edge cells and
+/// groups alone: at all other cells the old equations were the new ones, but for those beside which a conductor has
+/// been, and all solutions satisfy them, but for what CG has left open. What that leaves out makes a guess worse, no
+/// solution.
 class History {
  public:
   bool empty() const { return past_.empty(); }

@@ -184,7 +184,8 @@ void Level::sort_by_row(parallel::Team& team) {
   std::vector<int> next(row_start.begin(), row_start.end() - 1);
   row_links.resize(links.size());
   for (int m = 0; m < static_cast<int>(links.size()); ++m)
-    row_links[next[link_row_[m]]++] = {static_cast<std::int32_t>(links[m].cell), links[m].body, links[m].conductance, m};
+    row_links[next[link_row_[m]]++] = {static_cast<std::int32_t>(links[m].cell), links[m].body, links[m].conductance,
+                                       m};
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int chunk) {
     std::vector<int> place;
@@ -203,7 +204,8 @@ void Level::sum_diagonal(parallel::Team& team) {
           diagonal[row + k] = cover[row + k].is_fluid() ? 4.0 : 0.0;
       }
       // In place of the conductance 1 to a fluid neighbour.
-      for (int m = row_start[j]; m < row_start[j + 1]; ++m) diagonal[row_links[m].cell] += row_links[m].conductance - 1.0;
+      for (int m = row_start[j]; m < row_start[j + 1]; ++m)
+        diagonal[row_links[m].cell] += row_links[m].conductance - 1.0;
     }
   });
 }

@@ -213,12 +213,12 @@ class Level {
   Vec2 centre(Cell c) const { return cell_centre(c.i, c.j); }
   bool inside(Cell c) const { return c.i >= 0 && c.i < layout.nx && c.j >= 0 && c.j < layout.ny; }
 
-  std::vector<Outline> outlines_;  // of the bodies
-  std::vector<char> is_resolved_;  // by body; empty: all are
-  std::vector<char> is_absorbed_;  // by group; empty: none is
+  std::vector<Outline> outlines_;       // of the bodies
+  std::vector<char> is_resolved_;       // by body; empty: all are
+  std::vector<char> is_absorbed_;       // by group; empty: none is
   std::vector<int> thin_, thin_start_;  // thin conductors by group; [groups + 1] a group's first
-  std::vector<Piece> pieces_;      // by body
-  std::vector<Columns> columns_;   // of each piece's rows: between these lies all that its body covers
+  std::vector<Piece> pieces_;           // by body
+  std::vector<Columns> columns_;        // of each piece's rows: between these lies all that its body covers
   std::vector<Part> parts_;
   int part_count_ = 0;  // parts_ keeps its memory
   std::vector<int> link_row_;

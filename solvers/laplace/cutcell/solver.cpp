@@ -62,9 +62,9 @@ struct CutCellSolver::Implementation {
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
-  std::vector<double> b, x, residual;  // layout + groups
-  double scale = 1;                    // V: x, b and the history are in units of it
-  History history;                     // bodies' potentials in the order of the problems
+  std::vector<double> b, x, residual;        // layout + groups
+  double scale = 1;                          // V: x, b and the history are in units of it
+  History history;                           // bodies' potentials in the order of the problems
   const Implementation* followed = nullptr;  // the solver on a coarser grid
   Potentials followed_then;                  // its solution at the last solve here; of no body: none
 

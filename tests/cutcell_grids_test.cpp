@@ -2,9 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "solvers/laplace/cutcell/edge_cells.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
 #include "solvers/laplace/cutcell/link_batch.hpp"
@@ -255,49 +255,31 @@ TEST_CASE("lists of links hold those of floating groups") {
   CHECK(of_group[problem.bodies[5].group] == 0);
 }
 
-TEST_CASE("at edge cells the operator is what it is in whole rows, and elsewhere solutions of other geometries hold") {
+TEST_CASE("every cell beside a conductor is an edge cell, once, with its links to floating groups") {
   LaplaceProblem problem = crowd(12, 64, 5, 0.05);
   for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
-  problem.sides[top].kind = problem.sides[left].kind = Side::Kind::electrode;
   Level level(problem, 64, 64);
   level.build(problem, LinkFormula::log_fitted);
-  CutCellOperator op;
-  op.build(problem, level);
-  crowds::Random random(7);
-  std::vector<double> x(op.size()), image(op.size(), 0.0), b(op.size());
-  for (double& value : x) value = random(-1, 1);
-  std::vector<double> unmasked = x;
-  for (std::size_t k = 0; k < op.cells(); ++k)
-    if (!(level.diagonal[k] > 0)) x[k] = 0;  // padding too
-  op.mask(x.data());
-  for (std::size_t g = op.cells(); g < op.size(); ++g) unmasked[g] = x[g];
-  op.apply(x.data(), image.data());
-  op.right_hand_side(problem, b.data());
-  std::vector<int> visits(op.cells(), 0);
+  LinkLists<double> lists;
+  lists.build(problem, level, parallel::Team::single());
+  EdgeCells edges;
+  edges.build(level, lists, parallel::Team::single());
+  std::vector<int> links(level.layout.size(), 0), visits = links, expected_links = links, expected_visits = links;
+  for (const FluidLink& link : level.links) {
+    expected_visits[link.cell] = 1;
+    expected_links[link.cell] += problem.groups[problem.bodies[link.body].group].floating;
+  }
   for (int j = 0; j < 64; ++j)
-    op.apply_at_edges(j, std::array<const double*, 2>{x.data(), unmasked.data()},
-                      [&](std::int32_t cell, const auto& value) {
-                        ++visits[cell];
-                        const double rounding =
-                            1e-15 * 2 * level.diagonal[cell];  // of some eight terms, none larger than the diagonal
-                        CHECK(std::abs(value[0] - image[cell]) <= rounding);
-                        CHECK(value[1] == value[0]);
-                      });
-  int edges = 0;
-  for (int j = 0; j < 64; ++j)
-    for (int i = 0; i < 64; ++i) {
-      const std::ptrdiff_t cell = level.layout(i, j);
-      if (!(level.diagonal[cell] > 0)) continue;
-      const bool beside_insulator = (i == 63 || j == 0);
-      const bool is_plain = level.diagonal[cell] == (beside_insulator ? (i == 63 && j == 0 ? 2 : 3) : 4);
-      // A cell beside an electrode has 5, one in the corner of an electrode and an insulator 4.
-      const bool beside_electrode = i == 0 || j == 63;
-      if (visits[cell] == 0) CHECK((is_plain && !beside_electrode && b[cell] == 0));
-      edges += visits[cell];
-      CHECK(visits[cell] <= 1);
-    }
-  CHECK(op.edge_share() == edges / (64.0 * 64.0));
-  CHECK(edges < 64 * 64 / 2);
+    for (int colour = 0; colour < 2; ++colour)
+      edges.for_each(colour, j, [&](std::int32_t cell, int first, int end) {
+        CHECK((cell < level.layout.colour_size()) == (colour == 0));
+        ++visits[cell];
+        links[cell] += end - first;
+        for (int m = first; m < end; ++m) CHECK(lists.cell(m) == cell);
+      });
+  CHECK(visits == expected_visits);
+  CHECK(links == expected_links);
+  CHECK(static_cast<long>(edges.size()) == std::count(visits.begin(), visits.end(), 1));
 }
 
 TEST_CASE("the multigrid preconditioner is symmetric and positive definite") {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -8,12 +7,12 @@
 
 namespace lichtenberg::laplace {
 
-/// The finest grid's fluid cells beside conductors or beside a side that is an electrode. At all others the equation is
-/// that of fluid neighbours alone, whatever the conductors do, and its right-hand side is zero.
+/// The finest grid's fluid cells beside conductors, also those beside conductors of given potential alone, of whose
+/// links the lists know nothing.
 class EdgeCells {
  public:
   /// `links`: the level's lists.
-  void build(const LaplaceProblem& problem, const Level& level, const LinkLists<double>& links, parallel::Team& team);
+  void build(const Level& level, const LinkLists<double>& links, parallel::Team& team);
   /// Calls effect(cell, first, end) for those of a colour in row j; the cell's links to floating groups are those from
   /// `first` up to before `end` of the lists.
   template <class Effect>
@@ -38,9 +37,8 @@ class EdgeCells {
   };
   void list_row(const Level& level, const LinkLists<double>& links, int j);
 
-  std::array<bool, 4> is_electrode_{};  // by SideIndex
   std::vector<Row> rows_;
-  std::vector<Cell> cells_;  // a row has room for a cell a link, and for those beside electrodes
+  std::vector<Cell> cells_;  // a row has room for a cell a link
   std::size_t size_ = 0;
 };
 

@@ -44,10 +44,15 @@ void History::set_groups(const LaplaceProblem& problem, std::size_t cells) {
   }
 }
 
-/// What the newest solution and successive differences have where the solutions have these: a basis that is nearly
-/// orthogonal where the solutions are nearly parallel.
-History::Values History::basis(const Values& of_past) {
-  return {of_past[0], of_past[0] - of_past[1], of_past[1] - of_past[2]};
+/// Entries of all basis vectors: `count` of them, in a row of cells or of groups.
+void History::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count) {
+  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
+    const double* __restrict newer = past_[std::max(p - 1, 0)].x.data();
+    const double* __restrict older = past_[p].x.data();
+    double* __restrict to = basis_[p].data();
+    for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = p == 0 ? older[k] : newer[k] - older[k];
+    mask_row(op, from, count, to);
+  }
 }
 
 void History::Products::add(const Products& other) {
@@ -57,66 +62,70 @@ void History::Products::add(const Products& other) {
   }
 }
 
-/// Of one unknown: the solutions' values, the operator's of them, and b's.
-void History::add_entry(const Values& past, const Values& image, double b, Products& products) {
-  const Values value = basis(past), of_value = basis(image);
-  for (int p = 0; p < length; ++p) {
-    for (int q = 0; q <= p; ++q) products.gram[p][q] += value[q] * of_value[p];
-    products.rhs[p] += value[p] * b;
+History::Products History::row_products(const CutCellOperator& op, const double* b, int j) {
+  const Layout& at = op.level().layout;
+  const auto dot = [&](const double* u, const double* v) {
+    double sum = 0;
+    for (int colour = 0; colour < 2; ++colour)
+      sum += row_dot(at.row_length(colour, j), u + at.row(colour, j), v + at.row(colour, j));
+    return sum;
+  };
+  Products products;
+  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
+    products.gram[p][p] = op.apply_row(j, basis_[p].data(), image_.data());
+    for (int q = 0; q < p; ++q) products.gram[p][q] = dot(basis_[q].data(), image_.data());
+    products.rhs[p] = dot(basis_[p].data(), b);
   }
+  return products;
 }
 
-History::Products History::products(const CutCellOperator& op, const std::vector<double>& b) const {
-  const int m = static_cast<int>(past_.size());
-  std::array<const double*, length> x;  // of fewer the oldest several times
-  for (int p = 0; p < length; ++p) x[p] = past_[std::min(p, m - 1)].x.data();
-  const auto at = [&](std::size_t unknown) { return Values{x[0][unknown], x[1][unknown], x[2][unknown]}; };
-  std::vector<Products> of_row(op.level().layout.ny);
-  for_each_row(op.team(), op.level().layout, [&](int j) {
-    Products sum;
-    op.apply_at_edges(j, x, [&](std::int32_t cell, const Values& image) { add_entry(at(cell), image, b[cell], sum); });
-    of_row[j] = sum;
-  });
-  Products all;
-  for (const Products& row : of_row) all.add(row);
-  const std::size_t groups = op.size() - op.cells();
-  std::array<std::vector<double>, length> image;
-  for (int p = 0; p < length; ++p) {
-    image[p].resize(groups);
-    op.apply_groups(x[p], image[p].data());
+History::Products History::group_products(const CutCellOperator& op, const double* b) {
+  const int groups = static_cast<int>(op.size() - op.cells());
+  Products products;
+  for (int p = 0; p < static_cast<int>(past_.size()); ++p) {
+    double* image = image_.data() + op.cells();
+    products.gram[p][p] = op.apply_groups(basis_[p].data(), image);
+    for (int q = 0; q < p; ++q) products.gram[p][q] = row_dot(groups, basis_[q].data() + op.cells(), image);
+    products.rhs[p] = row_dot(groups, basis_[p].data() + op.cells(), b + op.cells());
   }
-  for (std::size_t g = 0; g < groups; ++g)
-    add_entry(at(op.cells() + g), {image[0][g], image[1][g], image[2][g]}, b[op.cells() + g], all);
+  return products;
+}
+
+/// Forms the basis a row ahead of its products: one pass over memory in place of one a vector and one for all.
+History::Products History::products(const CutCellOperator& op, const std::vector<double>& b) {
+  parallel::resize_in_huge_pages(image_, op.size());
+  for (std::size_t p = 0; p < past_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());
+  form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
+  const Layout& at = op.level().layout;
+  std::vector<Products> of_row(at.ny);
+  wavefront(op.team(), at, 2, [&](int stage, int j) {
+    if (stage == 1)
+      of_row[j] = row_products(op, b.data(), j);
+    else
+      for (int colour = 0; colour < 2; ++colour) form_basis(op, at.row(colour, j), at.row_length(colour, j));
+  });
+  Products all = group_products(op, b.data());
+  for (const Products& row : of_row) all.add(row);
   return all;
 }
 
 double History::first_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                             std::vector<double>& x) {
-  if (!op.level().east.empty()) {  // apertures
-    newest_guess(problem, op, x);
-    return 0;
-  }
   set_groups(problem, op.cells());
   const Products known = products(op, b);
   const int m = static_cast<int>(past_.size());
   std::vector<double> gram(m * m);
   for (int p = 0; p < m; ++p)
     for (int q = 0; q <= p; ++q) gram[p * m + q] = gram[q * m + p] = known.gram[p][q];
-  const std::vector<double> shares = closest_combination(gram, {known.rhs.begin(), known.rhs.begin() + m});
+  const std::vector<double> share = closest_combination(gram, {known.rhs.begin(), known.rhs.begin() + m});
   for_all_unknowns(op, [&](std::ptrdiff_t from, int count) {
-    const double* __restrict newest = past_.front().x.data() + from;
-    double* __restrict to = x.data() + from;
-    const double first = shares[0];
-    for (int k = 0; k < count; ++k) to[k] = first * newest[k];
-    for (int p = 1; p < m; ++p) {
-      const double* __restrict newer = past_[p - 1].x.data() + from;
-      const double* __restrict older = past_[p].x.data() + from;
-      const double share = shares[p];
-      for (int k = 0; k < count; ++k) to[k] += share * (newer[k] - older[k]);
+    for (int p = 0; p < m; ++p) {
+      double* __restrict to = x.data();
+      const double* __restrict of = basis_[p].data();
+      for (std::ptrdiff_t k = from; k < from + count; ++k) to[k] = share[p] * of[k] + (p == 0 ? 0.0 : to[k]);
     }
-    mask_row(op, from, count, x.data());
   });
-  return m * op.edge_share();
+  return m;
 }
 
 void History::newest_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x) {

@@ -14,10 +14,7 @@ std::vector<double> closest_combination(const std::vector<double>& gram, const s
 
 /// The last solutions, from which the next solve gets its first guess: the combination of them that is closest to the
 /// new one in the energy norm (a Galerkin projection with the new operator; Fischer 1998). For a scene in motion that
-/// is extrapolation in time, whatever the steps were. The products that this takes are summed over edge cells and
-/// groups alone: at all other cells the old equations were the new ones, but for those beside which a conductor has
-/// been, and all solutions satisfy them, but for what CG has left open. What that leaves out makes a guess worse, no
-/// solution.
+/// is extrapolation in time, whatever the steps were.
 class History {
  public:
   bool empty() const { return past_.empty(); }
@@ -51,11 +48,16 @@ class History {
     void add(const Products& other);
   };
   void set_groups(const LaplaceProblem& problem, std::size_t cells);
-  static Values basis(const Values& of_past);
-  static void add_entry(const Values& past, const Values& image, double b, Products& products);
-  Products products(const CutCellOperator& op, const std::vector<double>& b) const;
+  void form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count);
+  Products row_products(const CutCellOperator& op, const double* b, int j);
+  Products group_products(const CutCellOperator& op, const double* b);
+  Products products(const CutCellOperator& op, const std::vector<double>& b);
 
   std::deque<Past> past_;  // newest first
+  // The newest solution and successive differences, nearly orthogonal where the solutions are nearly parallel; zero
+  // where there is no unknown. And what the operator makes of one of them.
+  std::array<std::vector<double>, length> basis_;
+  std::vector<double> image_;
 };
 
 }  // namespace lichtenberg::laplace

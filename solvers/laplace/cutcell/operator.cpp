@@ -14,7 +14,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   cells_ = level.layout.size();
   groups_ = problem.groups.size();
   links_.build(problem, level, team);
-  edges_.build(problem, level, links_, team);
+  edges_.build(level, links_, team);
   group_diagonal_ = group_diagonals(problem, level, links_, team);
   pairs_.clear();
   for (const PairLink& pair : level.pairs) {
@@ -193,7 +193,7 @@ double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) cons
       for_each_row(*team_, at, [&](int j) { relax_edges_of_row(colour, j, b, x); });
   }
   relax_groups(b, x);
-  return sweeps * edge_share();
+  return sweeps * static_cast<double>(edges_.size()) / (static_cast<double>(at.nx) * at.ny);
 }
 
 void CutCellOperator::relax_groups(const double* b, double* x) const {

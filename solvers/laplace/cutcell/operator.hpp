@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -41,15 +40,6 @@ class CutCellOperator {
   /// Sets covered cells and fixed groups to zero.
   void mask(double* x) const;
 
-  /// A x at row j's edge cells, of several vectors at once: effect(cell, values). What x holds in covered cells does
-  /// not matter. Not for apertures (Level::east).
-  template <std::size_t count, class Effect>
-  void apply_at_edges(int j, const std::array<const double*, count>& x, const Effect& effect) const;
-  /// Edge cells as a share of all.
-  double edge_share() const {
-    return static_cast<double>(edges_.size()) / (static_cast<double>(level_->layout.nx) * level_->layout.ny);
-  }
-
   const Level& level() const { return *level_; }
   /// Whether nothing has a given potential but what groups are coupled to.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }
@@ -79,26 +69,5 @@ class CutCellOperator {
   bool grounded_by_couplings_ = false;
   NetworkFactors group_factors_;  // of all links of groups, if there are couplings
 };
-
-template <std::size_t count, class Effect>
-void CutCellOperator::apply_at_edges(int j, const std::array<const double*, count>& x, const Effect& effect) const {
-  const Layout& at = level_->layout;
-  const double* diagonal = level_->diagonal.data();
-  for (int colour = 0; colour < 2; ++colour) {
-    const std::ptrdiff_t row = at.row(colour, j), other = 1 - colour;
-    const std::ptrdiff_t west = at.row(other, j) + Layout::parity(colour, j) - 1 - row;
-    const std::ptrdiff_t beside[4] = {west, west + 1, at.row(other, j - 1) - row, at.row(other, j + 1) - row};
-    edges_.for_each(colour, j, [&](std::int32_t cell, int first, int end) {
-      std::array<double, count> value;
-      for (std::size_t k = 0; k < count; ++k)
-        value[k] = diagonal[cell] * x[k][cell] - links_.flux(first, end, x[k] + cells_);
-      for (const std::ptrdiff_t step : beside) {
-        const double is_fluid = diagonal[cell + step] > 0 ? 1 : 0;
-        for (std::size_t k = 0; k < count; ++k) value[k] -= is_fluid * x[k][cell + step];
-      }
-      effect(cell, value);
-    });
-  }
-}
 
 }  // namespace lichtenberg::laplace

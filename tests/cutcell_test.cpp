@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -399,6 +400,13 @@ TEST_CASE("any number of threads gives the same bits") {
   // 324 disks on 512 cells: grids of several bands of rows, and parts of the set-up, for every thread.
   LaplaceProblem problem = crowd(324, 512, 8, 0.05);
   problem.bodies.push_back({Ring{{256, 256}, 300}, 0});
+  bool in_groups = false;
+  SUBCASE("each disk alone") {}
+  SUBCASE("in twenty groups, thin conductors of coarse grids") { in_groups = true; }
+  if (in_groups) {
+    problem.groups.resize(21);
+    for (int k = 1; k <= 324; ++k) problem.bodies[k].group = 1 + k % 20;
+  }
   const auto solve = [&](int threads) {
     CutCellSolver solver({.cells = 512, .threads = threads});
     std::vector<double> bits;
@@ -418,6 +426,44 @@ TEST_CASE("any number of threads gives the same bits") {
   };
   const std::vector<double> one = solve(1);
   for (const int threads : {2, 3, 7}) CHECK((solve(threads) == one));
+}
+
+TEST_CASE("the order of bodies makes no difference, to first guesses either") {
+  LaplaceProblem problem = crowd(60, 256, 8, 0.5), turned = problem;
+  std::reverse(turned.bodies.begin(), turned.bodies.end());
+  const std::size_t bodies = problem.bodies.size();
+  CutCellSolver coarse(options(64, 1e-4)), solver(options(256, 1e-9)), coarse_turned(options(64, 1e-4)),
+      solver_turned(options(256, 1e-9));
+  bool follows = false;
+  SUBCASE("from the past") {}
+  SUBCASE("following a coarser grid") { follows = true; }
+  if (follows) {
+    solver.follow(coarse);
+    solver_turned.follow(coarse_turned);
+  }
+  for (int step = 0; step < 4; ++step) {
+    for (std::size_t k = 1; k < bodies; ++k) {  // some into another row
+      const Vec2 way = 0.3 * Vec2{std::cos(2.4 * static_cast<double>(k)), std::sin(2.4 * static_cast<double>(k))};
+      std::get<Disk>(problem.bodies[k].shape).centre += way;
+      std::get<Disk>(turned.bodies[bodies - 1 - k].shape).centre += way;
+    }
+    const std::array<int, 2> of_coarse{coarse.solve(problem).iterations, coarse_turned.solve(turned).iterations};
+    CHECK(of_coarse[0] == of_coarse[1]);
+    const LaplaceSolution a = solver.solve(problem), b = solver_turned.solve(turned);
+    CHECK(a.iterations == b.iterations);
+    double largest = 0;
+    for (const Vec2 force : a.body_force) largest = std::max(largest, norm(force));
+    for (std::size_t k = 0; k < bodies; ++k) {
+      // Either is a solution to 1e-9 in the energy norm.
+      CHECK(norm(a.body_force[k] - b.body_force[bodies - 1 - k]) < 1e-7 * largest);
+      CHECK(a.body_charge[k] == doctest::Approx(b.body_charge[bodies - 1 - k]).epsilon(1e-7));
+    }
+  }
+  const Field field = solver.field(), field_turned = solver_turned.field();
+  for (std::size_t k = 0; k < field.body.size(); ++k) {
+    const int body = field_turned.body[k];
+    CHECK(field.body[k] == (body < 0 ? -1 : static_cast<int>(bodies) - 1 - body));
+  }
 }
 
 TEST_CASE("charges that double precision does not hold are refused in a sentence") {

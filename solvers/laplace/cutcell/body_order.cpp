@@ -17,8 +17,13 @@ void BodyOrder::sort(const LaplaceProblem& problem, int rows) {
   std::partial_sum(next.begin(), next.end(), next.begin());
   index_.resize(bodies);
   for (std::size_t body = 0; body < bodies; ++body) index_[next[row[body]]++] = static_cast<int>(body);
-  sorted_ = problem;
-  for (std::size_t body = 0; body < bodies; ++body) sorted_.bodies[body] = problem.bodies[index_[body]];
+  sorted_.size = problem.size;
+  sorted_.sides = problem.sides;
+  sorted_.permittivity = problem.permittivity;
+  sorted_.groups = problem.groups;
+  sorted_.couplings = problem.couplings;
+  sorted_.bodies.clear();
+  for (const int body : index_) sorted_.bodies.push_back(problem.bodies[body]);
 }
 
 }  // namespace lichtenberg::laplace

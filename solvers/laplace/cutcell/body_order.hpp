@@ -1,13 +1,16 @@
 #pragma once
 
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
 
-/// A problem with its bodies sorted by the row of a grid that they lie in. What loops over bodies reads cells that lie
-/// near each other in memory then, and of a loop that threads share each has the rows that it has of loops over cells.
+/// A problem with its bodies sorted by the row of a grid that their centre lies in (of a bar its first end). What loops
+/// over bodies reads cells that lie near each other in memory then, and of a loop that threads share each has about the
+/// rows that it has of loops over cells.
 class BodyOrder {
  public:
   /// By `rows` rows of equal height; in a row the bodies stay in the problem's order.

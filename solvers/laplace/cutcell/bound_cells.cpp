@@ -33,7 +33,7 @@ void Level::find_bound_cells(const LaplaceProblem& problem, parallel::Team& team
           const RowLink& link = row_links[to];
           is_bound = is_bound || (link.conductance >= BoundCells::least_conductance && resolves(link.body));
         }
-        if (is_bound) bind_cell(problem, j, {&row_links[from], &row_links[to]}, found[chunk]);
+        if (is_bound) bind_cell(problem, j, std::span(row_links).subspan(from, to - from), found[chunk]);
       }
   });
   bound.clear();

@@ -187,11 +187,22 @@ void Level::list_thin_conductors(const LaplaceProblem& problem) {
 /// A thin conductor exchanges flux with the four cells around it. What those of a group exchange with the same cell is
 /// one link, of the group's first: on the coarsest grids a cell lies beside a large group's by the dozen.
 void Level::link_thin_conductors(const LaplaceProblem& problem, int group, Part& part) const {
-  thread_local std::vector<int> link_of_cell;  // by slot: one more than its place among the group's links, or 0
-  if (static_cast<std::ptrdiff_t>(link_of_cell.size()) < layout.size()) link_of_cell.resize(layout.size(), 0);
+  // By slot: a cell's place among this group's links, if there it is found. What others have left here does no harm.
+  thread_local std::vector<std::uint32_t> place_of;
+  if (static_cast<std::ptrdiff_t>(place_of.size()) < layout.size()) place_of.resize(layout.size());
   const std::array<bool, 4> is_electrode = electrodes(problem);
   const int first = thin_[thin_start_[group]];
   const std::size_t before = part.links.size();
+  const auto add_to_cell = [&](std::ptrdiff_t slot, int row, double c) {
+    const std::size_t known = before + place_of[slot];
+    if (known < part.links.size() && part.links[known].cell == slot) {
+      part.links[known].conductance += c;
+      return;
+    }
+    place_of[slot] = static_cast<std::uint32_t>(part.links.size() - before);
+    part.links.push_back({slot, first, c, {}});
+    part.link_row.push_back(row);
+  };
   for (int k = thin_start_[group]; k < thin_start_[group + 1]; ++k) {
     const Outline& disk = outlines_[thin_[k]];
     const double whole = thin_conductance(disk, layout);
@@ -200,21 +211,12 @@ void Level::link_thin_conductors(const LaplaceProblem& problem, int group, Part&
       const std::ptrdiff_t slot = around.cell[n];
       const double c = std::abs(around.weight[n]) * whole;
       if (c == 0) continue;
-      if (cover[slot].is_fluid()) {
-        int& link = link_of_cell[slot];
-        if (link > 0) {
-          part.links[before + link - 1].conductance += c;
-          continue;
-        }
-        part.links.push_back({slot, first, c, {}});
-        part.link_row.push_back(around.row[n]);
-        link = static_cast<int>(part.links.size() - before);
-      } else if (const int other = cover[slot].body(); problem.bodies[other].group != group) {
+      if (cover[slot].is_fluid())
+        add_to_cell(slot, around.row[n], c);
+      else if (const int other = cover[slot].body(); problem.bodies[other].group != group)
         part.pairs.push_back({thin_[k], other, c, {}, {}});
-      }
     }
   }
-  for (std::size_t m = before; m < part.links.size(); ++m) link_of_cell[part.links[m].cell] = 0;
 }
 
 }  // namespace lichtenberg::laplace

@@ -60,7 +60,8 @@ void Level::discretize(const LaplaceProblem& problem, LinkFormula formula, paral
   link_sides(problem);
 }
 
-/// Parts of about equal work: a few disks, or some rows of a large body. One for a single thread.
+/// Parts of about equal work: a few disks, or some rows of a large body. One for a single thread. (A group's thin
+/// conductors are all linked with its first, in one part: a hundredth of a set-up.)
 void Level::divide(int threads) {
   constexpr int rows_a_piece = 64;
   const long cells_a_part = threads == 1 ? std::numeric_limits<long>::max() : 4096;
@@ -87,7 +88,7 @@ void Level::divide(int threads) {
   columns_.resize(rows);
 }
 
-/// Where bodies overlap, the first one has the cell.
+/// Where bodies overlap, the first one in the problem's order has the cell.
 void Level::cover_cells(parallel::Team& team) {
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int k) {

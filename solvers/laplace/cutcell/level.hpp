@@ -19,12 +19,12 @@ namespace lichtenberg::laplace {
 /// Fluid cell to conductor.
 struct FluidLink {
   std::ptrdiff_t cell;  ///< slot in the layout
-  int body;
+  int body;             ///< on a coarse grid that of a group's thin conductors which comes first, for all of them
   double conductance;
   Vec2 gradient;  ///< with respect to the body's position, per cell
 };
 
-/// A fluid link as loops over rows of cells need it.
+/// A fluid link as loops over rows of cells need it, all in one place.
 struct RowLink {
   std::int32_t cell;  ///< slot in the layout
   std::int32_t body;

@@ -16,15 +16,15 @@ class LinkLists {
  public:
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
     const int rows = level.layout.ny, chunks = 4 * team.size();
-    list_pieces(problem, level);
+    list_runs(problem, level);
     row_start_ = level.row_start;
     row_end_.resize(rows);
     by_row_.resize(level.links.size());
     team.for_each(chunks, [&](int k) {
-      const std::size_t pieces = pieces_.size();
-      for (std::size_t n = pieces * k / chunks; n < pieces * (k + 1) / chunks; ++n)
-        for (int m = pieces_[n].start; m < pieces_[n].end; ++m) {
-          const FluidLink& link = level.links[m + pieces_[n].left_out];
+      const std::size_t runs = runs_.size();
+      for (std::size_t n = runs * k / chunks; n < runs * (k + 1) / chunks; ++n)
+        for (int m = runs_[n].start; m < runs_[n].end; ++m) {
+          const FluidLink& link = level.links[m + runs_[n].fixed_before];
           by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
         }
       for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) list_row(level, j);
@@ -51,7 +51,7 @@ class LinkLists {
 
   /// Takes these of the level's links out of the sums over groups; they are of floating ones.
   void leave_out(const Level& level, const std::vector<int>& links) {
-    for (const int m : links) by_body_[m - left_out_before_[level.links[m].body]].conductance = 0;
+    for (const int m : links) by_body_[m - fixed_before_[level.links[m].body]].conductance = 0;
   }
 
   /// Sums conductance * v over each group's links and adds it to `sum` [groups].
@@ -73,29 +73,29 @@ class LinkLists {
     std::int32_t cell, group;
     Real conductance;
   };
-  /// Some links of one body, in by_body_; in the level's list so many places on.
-  struct Piece {
-    int group, start, end, left_out;
+  /// Some links of one body, in by_body_, before which the level's list has so many of fixed groups.
+  struct Run {
+    int group, start, end, fixed_before;
   };
 
-  void list_pieces(const LaplaceProblem& problem, const Level& level) {
-    constexpr int links_a_piece = 512;  // more have long bodies, and what coarse grids make of a group of thin ones
+  void list_runs(const LaplaceProblem& problem, const Level& level) {
+    constexpr int links_a_run = 512;  // more have long bodies, and what coarse grids make of a group of thin ones
     const int bodies = static_cast<int>(problem.bodies.size());
-    pieces_.clear();
-    left_out_before_.resize(bodies);
+    runs_.clear();
+    fixed_before_.resize(bodies);
     group_or_none_.resize(bodies);
     int links = 0;
     for (int body = 0; body < bodies; ++body) {
       const int group = problem.bodies[body].group;
       group_or_none_[body] = problem.groups[group].floating ? group : -1;
-      left_out_before_[body] = level.link_start[body] - links;
+      fixed_before_[body] = level.link_start[body] - links;
       if (group_or_none_[body] < 0) continue;
       const int end = links + level.link_start[body + 1] - level.link_start[body];
-      for (; links < end; links = pieces_.back().end)
-        pieces_.push_back({group, links, std::min(links + links_a_piece, end), left_out_before_[body]});
+      for (; links < end; links = runs_.back().end)
+        runs_.push_back({group, links, std::min(links + links_a_run, end), fixed_before_[body]});
     }
     by_body_.resize(links);
-    piece_sum_.resize(pieces_.size());
+    run_sum_.resize(runs_.size());
   }
 
   /// A row's links have as much room as if all were of floating groups.
@@ -111,25 +111,25 @@ class LinkLists {
 
   template <class Term>
   void add_of_links(parallel::Team& team, Real* sum, const Term& term) const {
-    const int pieces = static_cast<int>(pieces_.size());
+    const std::size_t runs = runs_.size();
     constexpr int links_a_chunk = 2048;
     const int chunks = std::clamp(static_cast<int>(by_body_.size()) / links_a_chunk, 1, 4 * team.size());
     team.for_each(chunks, [&](int k) {
-      for (int n = pieces * k / chunks; n < pieces * (k + 1) / chunks; ++n) {
-        Real of_piece = 0;
-        for (int m = pieces_[n].start; m < pieces_[n].end; ++m) of_piece += term(by_body_[m]);
-        piece_sum_[n] = of_piece;
+      for (std::size_t n = runs * k / chunks; n < runs * (k + 1) / chunks; ++n) {
+        Real of_run = 0;
+        for (int m = runs_[n].start; m < runs_[n].end; ++m) of_run += term(by_body_[m]);
+        run_sum_[n] = of_run;
       }
     });
-    for (int n = 0; n < pieces; ++n) sum[pieces_[n].group] += piece_sum_[n];
+    for (std::size_t n = 0; n < runs; ++n) sum[runs_[n].group] += run_sum_[n];
   }
 
-  std::vector<Piece> pieces_;
+  std::vector<Run> runs_;
   std::vector<OfBody> by_body_;
-  std::vector<int> left_out_before_, group_or_none_;  // by body
+  std::vector<int> fixed_before_, group_or_none_;  // by body
   std::vector<int> row_start_, row_end_;
   std::vector<OfRow> by_row_;
-  mutable std::vector<Real> piece_sum_;
+  mutable std::vector<Real> run_sum_;
 };
 
 /// Sum of each floating group's conductances to what is around it, couplings not counted; 0 for groups of given

@@ -14,7 +14,7 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   cells_ = level.layout.size();
   groups_ = problem.groups.size();
   links_.build(problem, level, team);
-  edges_.build(level, links_, team);
+  if (level.east.empty()) edges_.build(level, links_, team);
   group_diagonal_ = group_diagonals(problem, level, links_, team);
   pairs_.clear();
   for (const PairLink& pair : level.pairs) {

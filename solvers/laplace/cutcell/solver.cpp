@@ -69,14 +69,14 @@ struct CutCellSolver::Implementation {
   const Implementation* followed = nullptr;  // the solver on a coarser grid
   Potentials followed_then;                  // its solution at the last solve here; of no body: none
 
-  LaplaceSolution solve(const LaplaceProblem& given);
+  LaplaceSolution solve(const LaplaceProblem& problem);
   void choose_scale(const LaplaceProblem& problem);
   double rounding_of_residual(const std::vector<double>& potentials) const;
   void prepare_grids(const LaplaceProblem& problem);
   void fix_mean(const LaplaceProblem& problem);
-  double first_guess(const LaplaceProblem& given);
+  double first_guess(const LaplaceProblem& problem);
   Potentials potentials() const;
-  void remember(const LaplaceProblem& given, const LaplaceSolution& solution);
+  void remember(const LaplaceProblem& problem, const LaplaceSolution& solution);
 };
 
 namespace {
@@ -128,9 +128,9 @@ void CutCellSolver::Implementation::fix_mean(const LaplaceProblem& problem) {
   op.mask(x.data());
 }
 
-void CutCellSolver::Implementation::remember(const LaplaceProblem& given, const LaplaceSolution& solution) {
+void CutCellSolver::Implementation::remember(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
-  for (const Body& body : given.bodies) body_potential.push_back(solution.group_potential[body.group] / scale);
+  for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / scale);
   for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->cover[slot].body())];
   history.remember(x, std::move(body_potential));
 }
@@ -158,18 +158,18 @@ double CutCellSolver::Implementation::rounding_of_residual(const std::vector<dou
 }
 
 /// Returns its work, in evaluations of the operator.
-double CutCellSolver::Implementation::first_guess(const LaplaceProblem& given) {
+double CutCellSolver::Implementation::first_guess(const LaplaceProblem& problem) {
   if (history.empty()) {
     system->finish();
     system->first_guess(order.sorted(), scale, x);
     return 0;
   }
-  const std::size_t bodies = given.bodies.size();
+  const std::size_t bodies = problem.bodies.size();
   if (!followed || followed->history.empty() || followed->history.bodies() != bodies ||
       followed_then.body.size() != bodies)
-    return history.first_guess(given, op, b, x);
-  history.newest_guess(given, op, x);
-  add_change(followed_then, followed->potentials(), given, scale, op, x);
+    return history.first_guess(problem, op, b, x);
+  history.newest_guess(problem, op, x);
+  add_change(followed_then, followed->potentials(), problem, scale, op, x);
   return 0;
 }
 
@@ -184,44 +184,44 @@ Potentials CutCellSolver::Implementation::potentials() const {
   return found;
 }
 
-LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& given) {
+LaplaceSolution CutCellSolver::Implementation::solve(const LaplaceProblem& problem) {
   parallel::start_petsc();
   LaplaceSolution solution;
   auto start = std::chrono::steady_clock::now();
-  prepare_grids(given);
-  order.sort(given, level->layout.ny);
-  const LaplaceProblem& problem = order.sorted();
-  if (!history.empty() && history.bodies() != problem.bodies.size()) history.clear();
+  prepare_grids(problem);
+  order.sort(problem, level->layout.ny);
+  const LaplaceProblem& sorted = order.sorted();
+  if (!history.empty() && history.bodies() != sorted.bodies.size()) history.clear();
   const Finished finished(*system);
-  system->build(problem, *level, op);
+  system->build(sorted, *level, op);
   for (std::vector<double>* vector : {&x, &b, &residual}) parallel::resize_in_huge_pages(*vector, op.size());
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  choose_scale(problem);
-  op.right_hand_side(problem, b.data(), scale);
-  solution.work += first_guess(given);
+  choose_scale(sorted);
+  op.right_hand_side(sorted, b.data(), scale);
+  solution.work += first_guess(problem);
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
   const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
   solution.work += 1;
   if (op.grounded_by_couplings()) op.level_out(x.data(), residual.data());
   system->finish();
   system->solve(b, x, residual, {options.tolerance, guess_norm, 0, 0, rounding_of_residual(x)}, solution);
-  op.balance(problem, scale, b.data(), x.data());
-  if (!problem.has_ground()) fix_mean(problem);
+  op.balance(sorted, scale, b.data(), x.data());
+  if (!sorted.has_ground()) fix_mean(sorted);
   solution.seconds.solve = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
   solution.unknowns = level->fluid_cells;
-  for (const Group& group : problem.groups) solution.unknowns += group.floating;
-  solution.group_potential.resize(problem.groups.size());
-  for (std::size_t g = 0; g < problem.groups.size(); ++g)
+  for (const Group& group : sorted.groups) solution.unknowns += group.floating;
+  solution.group_potential.resize(sorted.groups.size());
+  for (std::size_t g = 0; g < sorted.groups.size(); ++g)
     solution.group_potential[g] =
-        problem.groups[g].floating ? scale * x[level->layout.size() + g] : problem.groups[g].potential;
-  evaluate(problem, *level, x.data(), scale, solution, team);
+        sorted.groups[g].floating ? scale * x[level->layout.size() + g] : sorted.groups[g].potential;
+  evaluate(sorted, *level, x.data(), scale, solution, team);
   order.restore(solution.body_charge);
   order.restore(solution.body_force);
-  remember(given, solution);
+  remember(problem, solution);
   if (followed) followed_then = followed->potentials();
   solution.seconds.forces = seconds_since(start);
   return solution;
@@ -257,7 +257,15 @@ LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
 LaplaceSolution CutCellSolver::solve_without_nodes(const LaplaceProblem& problem) {
   if (implementation_ && implementation_->assembled())
     announce_solve(implementation_->number, implementation_->options, problem);
-  LaplaceSolution solution = on_device_ ? on_device_->solve(problem) : implementation_->solve(problem);
+  const auto solve_here = [&] {
+    try {
+      return implementation_->solve(problem);
+    } catch (...) {
+      implementation_->history.clear();  // it is of a geometry that has gone
+      throw;
+    }
+  };
+  LaplaceSolution solution = on_device_ ? on_device_->solve(problem) : solve_here();
   check_petsc_options();
   return solution;
 }

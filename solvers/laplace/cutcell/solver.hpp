@@ -28,8 +28,9 @@ struct CutCellOptions {
 
 /// The direct scheme (README.md): cut-cell finite volumes with log-fitted boundary fluxes, floating potentials as
 /// unknowns of the same symmetric positive definite system, CG. Second-order; charges are conserved to rounding (on a
-/// device to the tolerance), forces are the exact derivative of the discrete energy (virtual work). KSP options have
-/// the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
+/// device to the tolerance), forces are the exact derivative of the discrete energy (virtual work). Where bodies
+/// overlap, a cell belongs to the one whose centre is in the lower row, of one row to the first (on a device always to
+/// the first). KSP options have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
   explicit CutCellSolver(CutCellOptions options);

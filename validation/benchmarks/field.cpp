@@ -1,7 +1,7 @@
 // What a field solve costs: 324 floating disks around a grounded half-disk (the dendrite's numbers), set-up and solve
 // apart, for the multigrid solver cold and in a moving scene, on one thread and on several, with its work in residual
 // evaluations, both to a tight tolerance and to the discretization error; beside it, on one core, the same system under
-// PETSc's other preconditioners and the dissertation's scheme.
+// PETSc's other preconditioners, the dissertation's scheme, and what a device is asked to do, done by this processor.
 //
 //   benchmark_field [--sizes 256,512,1024] [--threads 1,2] [--seed 1] [--repeats 5] [--multigrid-only]
 
@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -192,6 +194,10 @@ double benchmark_multigrid(int cells, const LaplaceProblem& problem, int repeats
 void benchmark_others(int cells, const LaplaceProblem& problem, int repeats, double seconds, double total) {
   CutCellOptions options;
   options.cells = cells;
+  const std::unique_ptr<device::DeviceSolver> as_on_device = device::make_host_solver(options);
+  print(cells, "as on a device, cold, 1e-8, 1 thread", cold(*as_on_device, problem, repeats), total);
+  as_on_device->set_tolerance(1e-5);
+  print(cells, "as on a device, moving scene, 1e-5, 1 thread", moving(*as_on_device, problem, repeats), total);
   const std::vector<std::pair<std::string, std::vector<std::pair<const char*, const char*>>>> others{
       {"assembled, GAMG + CG", {{"-field_pc_type", "gamg"}}},
       {"assembled, BoomerAMG (HMIS, ext+i, agg 1) + CG",

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "solvers/laplace/circuit.hpp"
+#include "solvers/laplace/cutcell/level.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/network_factors.hpp"
 #include "tests/dense_algebra.hpp"
@@ -90,6 +91,18 @@ std::vector<double> group_charges(const LaplaceProblem& problem, const LaplaceSo
   std::vector<double> charge(problem.groups.size(), 0.0);
   for (std::size_t b = 0; b < problem.bodies.size(); ++b) charge[problem.bodies[b].group] += solution.body_charge[b];
   return charge;
+}
+
+/// C/m: what rounding may leave of a sum of all charges. Potentials are rounded to 2^-52 of the largest, and each link
+/// carries that times its conductance; the strongest, of a cell whose centre all but lies on a surface, count most.
+double rounding_of_charges(const LaplaceProblem& problem, const LaplaceSolution& solution) {
+  Level level(problem, 64, 64);
+  level.build(problem, LinkFormula::log_fitted);
+  double conductance = 0, largest = 0;
+  for (const FluidLink& link : level.links) conductance += link.conductance;
+  for (const PairLink& link : level.pairs) conductance += link.conductance;
+  for (const double potential : solution.group_potential) largest = std::max(largest, std::abs(potential));
+  return problem.permittivity * 0x1p-52 * conductance * largest;
 }
 
 /// What the equations say without a field solver: (C + K) phi = q, C from the field with all groups fixed in turn.
@@ -228,7 +241,7 @@ TEST_CASE("the assembled system has couplings of any strength, with and without 
       const std::vector<double> charge = group_charges(problem, solution);
       double sum = 0;
       for (int g = 1; g <= 24; ++g) sum += charge[g] - problem.groups[g].charge;
-      CHECK(std::abs(sum) < 1e-12 * eps);  // rounding, as below
+      CHECK(std::abs(sum) < rounding_of_charges(problem, solution));
     }
 }
 

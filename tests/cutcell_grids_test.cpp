@@ -281,7 +281,8 @@ TEST_CASE("every cell beside a conductor is an edge cell, once, with its links t
   }
   for (int j = 0; j < 64; ++j)
     for (int colour = 0; colour < 2; ++colour)
-      edges.for_each(colour, j, [&](std::int32_t cell, int first, int end) {
+      edges.for_each(colour, j, [&](std::int32_t cell, int first, int end, double inverse_diagonal) {
+        CHECK(inverse_diagonal == 1 / level.diagonal[cell]);
         CHECK((cell < level.layout.colour_size()) == (colour == 0));
         ++visits[cell];
         links[cell] += end - first;

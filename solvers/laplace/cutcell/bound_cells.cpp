@@ -27,13 +27,13 @@ void Level::find_bound_cells(const LaplaceProblem& problem, parallel::Team& team
   team.for_each(chunks, [&](int chunk) {
     found[chunk].clear();
     for (int j = layout.ny * chunk / chunks; j < layout.ny * (chunk + 1) / chunks; ++j)
-      for (int from = row_start[j], to = from; from < row_start[j + 1]; from = to) {
-        bool is_bound = false;
-        for (; to < row_start[j + 1] && row_links[to].cell == row_links[from].cell; ++to) {
-          const RowLink& link = row_links[to];
-          is_bound = is_bound || (link.conductance >= BoundCells::least_conductance && resolves(link.body));
-        }
-        if (is_bound) bind_cell(problem, j, std::span(row_links).subspan(from, to - from), found[chunk]);
+      for (int m = row_start[j]; m < row_start[j + 1]; ++m) {
+        const RowLink& link = row_links[m];
+        if (link.conductance < BoundCells::least_conductance || !resolves(link.body)) continue;
+        int from = m;
+        while (from > row_start[j] && row_links[from - 1].cell == link.cell) --from;
+        while (m + 1 < row_start[j + 1] && row_links[m + 1].cell == link.cell) ++m;
+        bind_cell(problem, j, std::span(row_links).subspan(from, m + 1 - from), found[chunk]);
       }
   });
   bound.clear();

@@ -23,7 +23,7 @@ void EdgeCells::list_row(const Level& level, const LinkLists<double>& links, int
     if (row.end > row.start && cells_[row.end - 1].cell == cell) continue;
     while (link < links.row_end(j) && links.cell(link) == cell) ++link;
     if (cell < level.layout.colour_size()) ++row.black;
-    cells_[row.end++] = {cell, link};
+    cells_[row.end++] = {cell, link, 1 / level.diagonal[cell]};
   }
 }
 

@@ -13,14 +13,14 @@ class EdgeCells {
  public:
   /// `links`: the level's lists.
   void build(const Level& level, const LinkLists<double>& links, parallel::Team& team);
-  /// Calls effect(cell, first, end) for those of a colour in row j; the cell's links to floating groups are those from
-  /// `first` up to before `end` of the lists.
+  /// Calls effect(cell, first, end, 1 / diagonal) for those of a colour in row j; the cell's links to floating groups
+  /// are those from `first` up to before `end` of the lists.
   template <class Effect>
   void for_each(int colour, int j, const Effect& effect) const {
     const auto& [start, black, end, first_link] = rows_[j];
     int link = colour == 0 || black == start ? first_link : cells_[black - 1].links_end;
     for (int k = colour == 0 ? start : black; k < (colour == 0 ? black : end); ++k) {
-      effect(cells_[k].cell, link, cells_[k].links_end);
+      effect(cells_[k].cell, link, cells_[k].links_end, cells_[k].inverse_diagonal);
       link = cells_[k].links_end;
     }
   }
@@ -30,6 +30,7 @@ class EdgeCells {
   struct Cell {
     std::int32_t cell;
     int links_end;
+    double inverse_diagonal;
   };
   /// Places in cells_: a row's first cell, its first black one, and the one behind its last.
   struct Row {

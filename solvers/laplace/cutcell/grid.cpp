@@ -278,13 +278,13 @@ void Grid::add_cell_fluxes(std::vector<float>& sum) const {
 
 /// The groups once more, after a sweep; flux_ becomes what their change is.
 void Grid::relax_groups_again(bool forward) {
-  const std::vector<float> before = phi;
+  phi_before_ = phi;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
   if (forward)
     for (int j = 0; j < layout.ny; ++j) note_bound(0, j);
   add_cell_fluxes(flux_);
   relax_groups(forward);
-  for (std::size_t g = 0; g < phi.size(); ++g) flux_[g] = phi[g] - before[g];
+  for (std::size_t g = 0; g < phi.size(); ++g) flux_[g] = phi[g] - phi_before_[g];
 }
 
 void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {

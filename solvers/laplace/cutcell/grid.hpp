@@ -91,10 +91,11 @@ class Grid {
   LinkLists<float> links_;  // those of bound cells not in the sums over groups
   BoundCells bound_;
   std::vector<int> bound_row_;                // [ny + 1] a row's first of bound_.cells
+  std::vector<double> bound_share_;           // by link, of a bound cell's flux that goes to the link's group
   std::vector<double> bound_f_, bound_flux_;  // f; f and what cells brought a bound cell when it was relaxed last
   std::vector<float> residual_;               // by slot, red cells only
   std::vector<float> inverse_diagonal_;       // by slot; 0 where there is no unknown
-  std::vector<float> group_inverse_diagonal_, flux_;
+  std::vector<float> group_inverse_diagonal_, flux_, phi_before_;
   GroupCoupling coupling_;
   std::vector<int> block_, place_in_block_;  // groups relaxed together; of each group its place in the block or -1
   SparseFactors block_factors_;

@@ -12,12 +12,14 @@ namespace lichtenberg::laplace {
 void Grid::build_bound(const Level& level, std::vector<float>& group_diagonal) {
   bound_ = level.bound;
   bound_row_.assign(layout.ny + 1, 0);
+  bound_share_.clear();
   for (std::size_t k = 0; k < bound_.cells.size(); ++k) {
     const BoundCells::Cell& cell = bound_.cells[k];
     ++bound_row_[cell.row + 1];
     for (int m = bound_.start[k]; m < bound_.start[k + 1]; ++m) {
       const auto& [body, group, conductance] = bound_.links[m];
       group_diagonal[group] += static_cast<float>(BoundCells::kept(conductance, cell.diagonal));
+      bound_share_.push_back(conductance / cell.diagonal);
     }
   }
   for (int j = 0; j < layout.ny; ++j) bound_row_[j + 1] += bound_row_[j];
@@ -68,8 +70,7 @@ void Grid::set_bound_residuals(int j) {
 void Grid::add_bound_fluxes(std::vector<float>& sum) const {
   for (std::size_t k = 0; k < bound_.cells.size(); ++k)
     for (int m = bound_.start[k]; m < bound_.start[k + 1]; ++m)
-      sum[bound_.links[m].group] +=
-          static_cast<float>(bound_.links[m].conductance / bound_.cells[k].diagonal * bound_flux_[k]);
+      sum[bound_.links[m].group] += static_cast<float>(bound_share_[m] * bound_flux_[k]);
 }
 
 /// Bound cells become what the groups have become. With r, row_product changes with them.

@@ -466,6 +466,29 @@ TEST_CASE("the order of bodies makes no difference, to first guesses either") {
   }
 }
 
+TEST_CASE("conductors that cover all cells are solved for by what links them directly") {
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {8, 8};
+  problem.sides[bottom] = {Side::Kind::electrode, 1, {}};
+  for (int k = 0; k < 64; ++k) {
+    problem.bodies.push_back({Disk{{k % 8 + 0.5, k / 8 + 0.5 + 0.01 * (k % 3)}, 0.4}, k});
+    problem.groups.push_back({true, 0.1 * (k % 5) - 0.15, 0});
+  }
+  CutCellSolver solver(options(8));
+  const LaplaceSolution solution = solver.solve(problem);
+  CHECK(solution.unknowns == 64);
+  for (int k = 0; k < 64; ++k)  // rounding of a few links of some tens, under some volts
+    CHECK(solution.body_charge[k] == doctest::Approx(problem.groups[k].charge).epsilon(1e-12));
+  // Potentials by the capacitances of conductors that are all held, where there is no unknown at all: C phi = q, phi
+  // from the electrode's.
+  const std::vector<double> capacitance = capacitance_matrix(solver, problem);
+  for (int k = 0; k < 64; ++k) {
+    double charge = 0;
+    for (int l = 0; l < 64; ++l) charge += capacitance[64 * k + l] * (solution.group_potential[l] - 1);
+    CHECK(charge == doctest::Approx(problem.groups[k].charge).epsilon(1e-8));
+  }
+}
+
 TEST_CASE("charges that double precision does not hold are refused in a sentence") {
   LaplaceProblem problem = crowd(3, 64, 6, 4);
   problem.permittivity = 1e-12;

@@ -109,7 +109,8 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
 
   const Ground ground = links_to_ground(problem, *level_, scale, x);
   std::vector<double> shift = solve_groups(residual);
-  if (ground.conductance > 0) {
+  // Without a fluid cell the groups' own shifts are all there is, and their sum is right with them.
+  if (ground.conductance > 0 && level_->fluid_cells > 0) {
     const std::vector<double> grounded = solve_groups(ground.of_group);
     const double level =
         (charge + ground.flux - dot(ground.of_group, shift)) / (ground.conductance - dot(ground.of_group, grounded));

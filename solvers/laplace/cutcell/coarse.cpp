@@ -28,6 +28,7 @@ void CoarseSolver::release() {
 void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) {
   release();
   SparseSystem system = assemble(problem, level, true, !problem.has_ground());
+  if (system.unknowns() == 0) return;  // conductors of given potential cover all cells
   cholmod_sparse matrix{};
   matrix.nrow = matrix.ncol = system.unknowns();
   matrix.nzmax = system.index.size();
@@ -49,6 +50,7 @@ void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) 
 }
 
 void CoarseSolver::solve(const float* f, const float* charge, float* v, float* phi) {
+  if (!factor_) return;
   double* rhs = static_cast<double*>(rhs_->x);
   const std::size_t cells = system_.slot.size();
   for (std::size_t a = 0; a < cells; ++a) rhs[a] = f[system_.slot[a]];
